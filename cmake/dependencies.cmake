@@ -1,0 +1,44 @@
+# Everything comes from Debian packages; scripts/bootstrap installs them and names them.
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(fmt REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(tomlplusplus REQUIRED)
+find_package(GTest REQUIRED)
+find_package(benchmark REQUIRED)
+find_package(Threads REQUIRED)
+
+# The openmpi flavour of HDF5 is the one that deal.II and gmsh link; the serial one beside it breaks both.
+set(HDF5_PREFER_PARALLEL ON)
+find_package(HDF5 REQUIRED COMPONENTS C HL)
+if(NOT HDF5_IS_PARALLEL)
+  message(FATAL_ERROR "found serial HDF5, which clashes with the one deal.II links; install libhdf5-openmpi-dev")
+endif()
+add_library(livermark_hdf5 INTERFACE)
+target_include_directories(livermark_hdf5 SYSTEM INTERFACE ${HDF5_INCLUDE_DIRS})
+target_link_libraries(livermark_hdf5 INTERFACE ${HDF5_LIBRARIES} ${HDF5_HL_LIBRARIES})
+
+find_library(GMSH_LIBRARY gmsh REQUIRED)
+find_path(GMSH_INCLUDE_DIR gmsh.h REQUIRED)
+add_library(livermark_gmsh INTERFACE)
+target_include_directories(livermark_gmsh SYSTEM INTERFACE ${GMSH_INCLUDE_DIR})
+target_link_libraries(livermark_gmsh INTERFACE ${GMSH_LIBRARY})
+
+find_library(CHOLMOD_LIBRARY cholmod REQUIRED)
+find_path(CHOLMOD_INCLUDE_DIR cholmod.h PATH_SUFFIXES suitesparse REQUIRED)
+add_library(livermark_cholmod INTERFACE)
+target_include_directories(livermark_cholmod SYSTEM INTERFACE ${CHOLMOD_INCLUDE_DIR})
+target_link_libraries(livermark_cholmod INTERFACE ${CHOLMOD_LIBRARY})
+
+# deal.II's own target set-up would put its flags behind ours and make its warnings public, so only its include
+# directories, definitions and library are taken.
+find_package(deal.II 9.4 REQUIRED HINTS /usr/share/cmake/deal.II)
+include(${DEAL_II_TARGET_CONFIG})
+add_library(livermark_dealii INTERFACE)
+target_include_directories(livermark_dealii SYSTEM INTERFACE ${DEAL_II_INCLUDE_DIRS})
+if(CMAKE_BUILD_TYPE STREQUAL "Debug")
+  target_compile_definitions(livermark_dealii INTERFACE ${DEAL_II_USER_DEFINITIONS} ${DEAL_II_USER_DEFINITIONS_DEBUG})
+  target_link_libraries(livermark_dealii INTERFACE ${DEAL_II_TARGET_DEBUG})
+else()
+  target_compile_definitions(livermark_dealii INTERFACE ${DEAL_II_USER_DEFINITIONS} ${DEAL_II_USER_DEFINITIONS_RELEASE})
+  target_link_libraries(livermark_dealii INTERFACE ${DEAL_II_TARGET_RELEASE})
+endif()

@@ -1,0 +1,84 @@
+#include "core/error_norms.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <stdexcept>
+
+namespace livermark::core {
+
+namespace {
+
+void check_comparable(const TetraMesh &mesh, const Solution &solution, const Solution &reference,
+                      const std::string &reference_name) {
+    if (reference.status != SolutionStatus::ok)
+        throw std::invalid_argument(fmt::format("the reference {} is {}; there is nothing to compare with",
+                                                reference_name, to_string(reference.status)));
+    if (solution.displacement.size() != mesh.points.size() || reference.displacement.size() != mesh.points.size())
+        throw std::invalid_argument(fmt::format("cannot compare {} and {} node displacements on a mesh of {} nodes",
+                                                solution.displacement.size(), reference.displacement.size(),
+                                                mesh.points.size()));
+    if (solution.reaction.size() != reference.reaction.size())
+        throw std::invalid_argument(
+            fmt::format("cannot compare {} reactions with {}", solution.reaction.size(), reference.reaction.size()));
+}
+
+/// max() that lets a NaN through: std::max(x, NaN) would hide one.
+double max_or_nan(double a, double b) {
+    return std::isnan(a) || std::isnan(b) ? std::numeric_limits<double>::quiet_NaN() : std::max(a, b);
+}
+
+double relative_reaction_error(const Solution &solution, const Solution &reference) {
+    double difference = 0.0;
+    double total = 0.0;
+    for (std::size_t p = 0; p < reference.reaction.size(); ++p) {
+        difference += (solution.reaction[p] - reference.reaction[p]).squaredNorm();
+        total += reference.reaction[p].squaredNorm();
+    }
+    return std::sqrt(difference / total);
+}
+
+} // namespace
+
+const char *to_string(SolutionStatus status) {
+    switch (status) {
+    case SolutionStatus::ok:
+        return "ok";
+    case SolutionStatus::diverged:
+        return "diverged";
+    case SolutionStatus::not_converged:
+        return "not_converged";
+    }
+    return "unknown";
+}
+
+Comparison compare(const TetraMesh &mesh, const Solution &solution, const Solution &reference,
+                   const std::string &reference_name) {
+    check_comparable(mesh, solution, reference, reference_name);
+    const auto volumes = nodal_volumes(mesh);
+    Comparison result;
+    result.reference = reference_name;
+    result.error.reserve(volumes.size());
+    double squared_error = 0.0;
+    double squared_reference = 0.0;
+    double peak = 0.0;
+    for (std::size_t i = 0; i < volumes.size(); ++i) {
+        const Vector3 error = solution.displacement[i] - reference.displacement[i];
+        squared_error += volumes[i] * error.squaredNorm();
+        squared_reference += volumes[i] * reference.displacement[i].squaredNorm();
+        result.max_error = max_or_nan(result.max_error, error.norm());
+        peak = max_or_nan(peak, reference.displacement[i].norm());
+        result.error.push_back(error);
+    }
+    if (!(squared_reference > 0.0))
+        throw std::invalid_argument(
+            fmt::format("the reference {} does not move; give the load case a load", reference_name));
+    result.relative_l2 = std::sqrt(squared_error / squared_reference);
+    result.max_error_relative = result.max_error / peak;
+    result.energy_error = (solution.strain_energy - reference.strain_energy) / reference.strain_energy;
+    result.reaction_error = relative_reaction_error(solution, reference);
+    return result;
+}
+
+} // namespace livermark::core

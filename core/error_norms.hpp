@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/problem.hpp"
+#include "core/solution.hpp"
+
+namespace livermark::core {
+
+/// How far a solution is from a reference solution of the same problem.
+struct Comparison {
+    std::string reference;    ///< name of the reference model
+    double relative_l2 = 0.0; ///< sqrt(sum_i V_i |u_i - r_i|^2 / sum_i V_i |r_i|^2), V_i barycentric nodal volume
+    double max_error = 0.0;   ///< max_i |u_i - r_i| [m]
+    double max_error_relative = 0.0; ///< max_error / max_i |r_i|
+    double energy_error = 0.0;       ///< (U - U_r) / U_r of the strain energies, signed
+    double reaction_error = 0.0;     ///< sqrt(sum_p |R_p - R_rp|^2 / sum_p |R_rp|^2) over the constraints
+    std::vector<Vector3> error;      ///< (N) u - r [m]
+};
+
+/// Compares a solution with the reference.
+/// @param mesh            nodes and volumes of both
+/// @param solution        any status; what is not finite gives a comparison that is not finite
+/// @param reference       status ok, not zero everywhere
+/// @param reference_name  kept in the comparison
+/// @throws std::invalid_argument if the shapes differ, or if the reference is not a solution to compare with
+Comparison compare(const TetraMesh &mesh, const Solution &solution, const Solution &reference,
+                   const std::string &reference_name);
+
+} // namespace livermark::core

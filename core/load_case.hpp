@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/tetra_mesh.hpp"
+
+namespace livermark::core {
+
+/// What holds on one boundary triangle. The values are those of the result file.
+enum class FacetCondition : std::uint8_t { free = 0, prescribed_displacement = 1, traction = 2 };
+
+/// A load case put on a mesh: everything lives on boundary triangles or in the volume, never on single nodes, so that
+/// it means the same for linear and quadratic elements and for springs.
+struct LoadCase {
+    std::string name;                      ///< file stem
+    std::string title;                     ///< one line that a surgeon or engineer recognises
+    std::string definition;                ///< the TOML text
+    double target_peak_displacement = 0.0; ///< what the load is meant to reach [m]
+
+    std::vector<FacetCondition> condition;     ///< (T)
+    std::vector<Vector3> value;                ///< (T) displacement [m] or traction [Pa]; NaN = component is free
+    Vector3 acceleration = Vector3::Zero();    ///< body force per mass [m/s^2]
+    std::vector<std::string> constraint_names; ///< (P) the places where displacement is prescribed
+    std::vector<int> constraint;               ///< (T) index into constraint_names, -1 where nothing is prescribed
+};
+
+} // namespace livermark::core

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/load_case.hpp"
+#include "core/material.hpp"
+#include "core/tetra_mesh.hpp"
+
+namespace livermark::core {
+
+/// A mesh with what it is made of.
+struct Body {
+    std::string name;
+    TetraMesh mesh;
+    std::vector<Material> materials; ///< (R) one per mesh.region_names
+};
+
+/// What every model gets: a body and the load case put on its mesh. The body is shared between load cases.
+struct Problem {
+    std::shared_ptr<const Body> body;
+    LoadCase load_case;
+};
+
+} // namespace livermark::core

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/tetra_mesh.hpp"
+
+namespace livermark::core {
+
+enum class SolutionStatus { ok, diverged, not_converged };
+
+/// The word for a status in tables and result files.
+const char *to_string(SolutionStatus status);
+
+/// Point masses joined by central springs.
+struct SpringNetwork {
+    std::vector<double> node_mass;         ///< (N) [kg]
+    std::vector<std::array<int, 2>> edges; ///< (S) node numbers
+    std::vector<double> stiffness;         ///< (S) [N/m]
+    std::vector<double> rest_length;       ///< (S) [m]
+};
+
+/// What a model answers to a static problem, in the numbering of the mesh file.
+struct Solution {
+    SolutionStatus status = SolutionStatus::ok;
+    std::string message;               ///< why the status is not ok
+    std::vector<Vector3> displacement; ///< (N) [m]
+    std::vector<Vector3> reaction; ///< (P) force of each constraint on the body [N], as in LoadCase::constraint_names
+    double strain_energy = 0.0;    ///< [J]
+    /// |u - u_lin| / |u| with u_lin the answer of the linearised model; NaN for a linear model.
+    double nonlinearity = std::numeric_limits<double>::quiet_NaN();
+    std::int64_t degrees_of_freedom = 0;  ///< unknowns, constrained ones included
+    double setup_seconds = 0.0;           ///< all that needs no loads: parameters, assembly, first factorisation
+    double solve_seconds = 0.0;           ///< the rest
+    std::optional<SpringNetwork> springs; ///< what the springs were, for mass-spring models
+};
+
+} // namespace livermark::core

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <vector>
+
+#include "core/problem.hpp"
+
+namespace livermark::msm {
+
+/// A load case as a model with point masses sees it.
+struct NodalConditions {
+    std::vector<core::Vector3> displacement; ///< (N) prescribed displacement [m], NaN where a component is free
+    std::vector<int> constraint;             ///< (N) index into LoadCase::constraint_names, -1 for a free node
+    std::vector<core::Vector3> force;        ///< (N) load [N]
+};
+
+/// Takes the conditions of a load case from its facets to the nodes: a third of each facet's traction to its corners,
+/// the acceleration by node mass. A node of several constraints belongs to the first.
+/// @param node_mass  shape (N) [kg]
+NodalConditions nodal_conditions(const core::Problem &problem, const std::vector<double> &node_mass);
+
+/// Sums nodal forces over each constraint.
+/// @param conditions  of the problem
+/// @param force       shape (N) [N], what the constraints exert on each node
+/// @return shape (P) [N]
+std::vector<core::Vector3> constraint_forces(const core::Problem &problem, const NodalConditions &conditions,
+                                             const std::vector<core::Vector3> &force);
+
+} // namespace livermark::msm
