@@ -1,6 +1,7 @@
 #include "core/tetra_mesh.hpp"
 
 #include <algorithm>
+#include <map>
 
 namespace livermark::core {
 
@@ -23,6 +24,21 @@ std::vector<double> nodal_volumes(const TetraMesh &mesh) {
         for (const int node : mesh.tetrahedra[t])
             nodal[node] += volumes[t] / 4.0;
     return nodal;
+}
+
+std::vector<std::array<int, 3>> outer_faces(std::span<const std::array<int, 4>> tetrahedra) {
+    const auto key_of = [](std::array<int, 3> face) {
+        std::ranges::sort(face);
+        return face;
+    };
+    std::map<std::array<int, 3>, int> num_owners;
+    std::vector<std::array<int, 3>> faces;
+    faces.reserve(4 * tetrahedra.size());
+    for (const auto &nodes : tetrahedra)
+        for (const auto &[a, b, c] : tetrahedron_faces)
+            ++num_owners[key_of(faces.emplace_back(std::array{nodes[a], nodes[b], nodes[c]}))];
+    std::erase_if(faces, [&](const auto &face) { return num_owners.at(key_of(face)) > 1; });
+    return faces;
 }
 
 Vector3 area_vector(const TetraMesh &mesh, int triangle) {

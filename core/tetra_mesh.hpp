@@ -42,6 +42,10 @@ std::vector<double> tetrahedron_volumes(const TetraMesh &mesh);
 /// @return shape (N) [m^3]; the sum is the volume of the body
 std::vector<double> nodal_volumes(const TetraMesh &mesh);
 
+/// The faces that belong to one tetrahedron only, each once and right-handed seen from outside, in the order of the
+/// tetrahedra.
+std::vector<std::array<int, 3>> outer_faces(std::span<const std::array<int, 4>> tetrahedra);
+
 /// Area vector of a boundary triangle: its outward normal times its area.
 /// @param triangle  index into mesh.boundary_triangles
 /// @return [m^2]

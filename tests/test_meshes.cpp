@@ -3,31 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <stdexcept>
 
 namespace livermark::tests {
 
 namespace {
-
-/// The faces that belong to one tetrahedron only, outward.
-std::vector<std::array<int, 3>> outer_faces(const core::TetraMesh &mesh) {
-    std::map<std::array<int, 3>, std::pair<int, std::array<int, 3>>> seen;
-    for (const auto &nodes : mesh.tetrahedra)
-        for (const auto &local : core::tetrahedron_faces) {
-            const std::array face{nodes[local[0]], nodes[local[1]], nodes[local[2]]};
-            auto key = face;
-            std::ranges::sort(key);
-            auto &entry = seen[key];
-            ++entry.first;
-            entry.second = face;
-        }
-    std::vector<std::array<int, 3>> outer;
-    for (const auto &[key, entry] : seen)
-        if (entry.first == 1)
-            outer.push_back(entry.second);
-    return outer;
-}
 
 int patch_index(const core::TetraMesh &mesh, const std::string &name) {
     const auto found = std::ranges::find(mesh.patch_names, name);
@@ -66,7 +46,7 @@ core::TetraMesh box_mesh(const core::Vector3 &size, const std::array<int, 3> &br
     mesh.region.assign(mesh.tetrahedra.size(), 0);
     mesh.region_names = {"solid"};
     mesh.patch_names = {"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"};
-    mesh.boundary_triangles = outer_faces(mesh);
+    mesh.boundary_triangles = core::outer_faces(mesh.tetrahedra);
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
         const core::Vector3 normal = core::area_vector(mesh, f).normalized();
         int axis = 0;
@@ -85,7 +65,7 @@ core::TetraMesh regular_tetrahedron(double edge) {
         std::swap(mesh.tetrahedra[0][2], mesh.tetrahedra[0][3]);
     mesh.region = {0};
     mesh.region_names = {"solid"};
-    mesh.boundary_triangles = outer_faces(mesh);
+    mesh.boundary_triangles = core::outer_faces(mesh.tetrahedra);
     mesh.boundary_patch.assign(4, 0);
     mesh.patch_names = {"surface"};
     return mesh;
