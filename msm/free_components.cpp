@@ -1,0 +1,40 @@
+#include "msm/free_components.hpp"
+
+#include <cmath>
+
+namespace livermark::msm {
+
+FreeComponents::FreeComponents(const std::vector<core::Vector3> &prescribed) {
+    number_.reserve(3 * prescribed.size());
+    for (const auto &node : prescribed)
+        for (int component = 0; component < 3; ++component)
+            number_.push_back(std::isnan(node[component]) ? size_++ : -1);
+}
+
+Eigen::VectorXd FreeComponents::gather(const std::vector<core::Vector3> &field) const {
+    Eigen::VectorXd values(size_);
+    for (std::size_t c = 0; c < number_.size(); ++c)
+        if (number_[c] >= 0)
+            values[number_[c]] = field[c / 3][static_cast<Eigen::Index>(c % 3)];
+    return values;
+}
+
+void FreeComponents::add(std::vector<core::Vector3> &field, const Eigen::VectorXd &values, double scale) const {
+    for (std::size_t c = 0; c < number_.size(); ++c)
+        if (number_[c] >= 0)
+            field[c / 3][static_cast<Eigen::Index>(c % 3)] += scale * values[number_[c]];
+}
+
+Eigen::SparseMatrix<double> FreeComponents::restrict(const Eigen::SparseMatrix<double> &matrix) const {
+    std::vector<Eigen::Triplet<double>> entries;
+    entries.reserve(static_cast<std::size_t>(matrix.nonZeros()));
+    for (Eigen::Index column = 0; column < matrix.outerSize(); ++column)
+        for (Eigen::SparseMatrix<double>::InnerIterator entry(matrix, column); entry; ++entry)
+            if (is_free(entry.row()) && is_free(entry.col()))
+                entries.emplace_back(number_[entry.row()], number_[entry.col()], entry.value());
+    Eigen::SparseMatrix<double> restricted(size_, size_);
+    restricted.setFromTriplets(entries.begin(), entries.end());
+    return restricted;
+}
+
+} // namespace livermark::msm

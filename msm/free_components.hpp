@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <vector>
+
+#include "msm/nodal_conditions.hpp"
+
+namespace livermark::msm {
+
+/// Which of the 3N displacement components are unknown, and their numbers among the unknowns.
+class FreeComponents {
+  public:
+    explicit FreeComponents(const std::vector<core::Vector3> &prescribed);
+
+    Eigen::Index size() const { return size_; }
+    bool is_free(Eigen::Index component) const { return number_[component] >= 0; }
+
+    /// The free components of a nodal field.
+    Eigen::VectorXd gather(const std::vector<core::Vector3> &field) const;
+    /// Adds scale * values to the free components of a nodal field.
+    void add(std::vector<core::Vector3> &field, const Eigen::VectorXd &values, double scale) const;
+    /// Rows and columns of the free components.
+    Eigen::SparseMatrix<double> restrict(const Eigen::SparseMatrix<double> &matrix) const;
+
+  private:
+    std::vector<Eigen::Index> number_; // (3N) number among the unknowns, -1 where prescribed
+    Eigen::Index size_ = 0;
+};
+
+} // namespace livermark::msm

@@ -1,0 +1,116 @@
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "msm/equilibrium.hpp"
+#include "msm/spring_network.hpp"
+#include "tests/test_meshes.hpp"
+
+namespace livermark {
+namespace {
+
+using core::Vector3;
+
+struct Block {
+    core::Problem problem;
+    core::SpringNetwork springs;
+    msm::NodalConditions conditions;
+};
+
+/// A block held at x_min, pulled at x_max, and under an acceleration.
+Block pulled_block(const Vector3 &traction, const Vector3 &acceleration) {
+    const auto body = tests::make_body(tests::box_mesh({0.1, 0.04, 0.05}, {5, 2, 3}), {1060.0, 5e3, 0.25});
+    auto load_case = tests::empty_load_case(body->mesh);
+    tests::prescribe(load_case, body->mesh, "x_min", Vector3::Zero());
+    tests::pull(load_case, body->mesh, "x_max", traction);
+    tests::pull(load_case, body->mesh, "y_max", 0.3 * traction); // shares nodes with the held facets
+    load_case.acceleration = acceleration;
+    auto springs = msm::spring_network(*body, msm::all_spring_laws().front());
+    Block block{{body, std::move(load_case)}, std::move(springs), {}};
+    block.conditions = msm::nodal_conditions(block.problem, block.springs.node_mass);
+    return block;
+}
+
+Vector3 total(const std::vector<Vector3> &forces) {
+    Vector3 result = Vector3::Zero();
+    for (const auto &force : forces)
+        result += force;
+    return result;
+}
+
+TEST(Equilibrium, ReactionsBalanceTheLoads) {
+    const auto block = pulled_block({40.0, 10.0, -20.0}, {0.1, 0.3, -0.2});
+    const auto result = msm::find_equilibrium(block.springs, block.problem.body->mesh.points, block.conditions);
+    ASSERT_EQ(result.status, core::SolutionStatus::ok) << result.message;
+    const Vector3 load = total(block.conditions.force);
+    const auto reactions = msm::constraint_forces(block.problem, block.conditions, result.constraint_force);
+    EXPECT_LT((total(reactions) + load).norm(), 1e-9 * load.norm());
+}
+
+TEST(Equilibrium, MomentsBalanceAboutTheDeformedPositions) {
+    const auto block = pulled_block({40.0, 10.0, -20.0}, Vector3::Zero());
+    const auto &points = block.problem.body->mesh.points;
+    const auto result = msm::find_equilibrium(block.springs, points, block.conditions);
+    ASSERT_EQ(result.status, core::SolutionStatus::ok) << result.message;
+    Vector3 moment = Vector3::Zero();
+    double scale = 0.0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const Vector3 force = block.conditions.force[i] + result.constraint_force[i];
+        moment += (points[i] + result.displacement[i]).cross(force);
+        scale += 0.1 * force.norm();
+    }
+    EXPECT_LT(moment.norm(), 1e-9 * scale);
+}
+
+TEST(Equilibrium, ApproachesTheLinearAnswerInProportionToTheLoad) {
+    const auto relative_nonlinearity = [](double load) {
+        const auto block = pulled_block({load, 0.0, -load}, Vector3::Zero());
+        const auto result = msm::find_equilibrium(block.springs, block.problem.body->mesh.points, block.conditions);
+        EXPECT_EQ(result.status, core::SolutionStatus::ok) << result.message;
+        double difference = 0.0;
+        double size = 0.0;
+        for (std::size_t i = 0; i < result.displacement.size(); ++i) {
+            difference += (result.displacement[i] - result.linear_displacement[i]).squaredNorm();
+            size += result.displacement[i].squaredNorm();
+        }
+        return std::sqrt(difference / size);
+    };
+    EXPECT_NEAR(relative_nonlinearity(2.0) / relative_nonlinearity(1.0), 2.0, 0.1);
+}
+
+TEST(Equilibrium, FollowsAPrescribedDisplacementWithoutLoads) {
+    auto block = pulled_block(Vector3::Zero(), Vector3::Zero());
+    auto &load_case = block.problem.load_case;
+    tests::prescribe(load_case, block.problem.body->mesh, "x_max", {0.01, 0.0, 0.0});
+    block.conditions = msm::nodal_conditions(block.problem, block.springs.node_mass);
+    const auto result = msm::find_equilibrium(block.springs, block.problem.body->mesh.points, block.conditions);
+    ASSERT_EQ(result.status, core::SolutionStatus::ok) << result.message;
+    const auto reactions = msm::constraint_forces(block.problem, block.conditions, result.constraint_force);
+    ASSERT_EQ(reactions.size(), 2U);
+    EXPECT_GT(reactions[1].x(), 0.0);
+    EXPECT_LT((reactions[0] + reactions[1]).norm(), 1e-9 * reactions[1].norm());
+}
+
+TEST(Equilibrium, FindsTheLargeSwingOfAStronglyLoadedBlock) {
+    const auto block = pulled_block({0.0, 0.0, -60.0}, Vector3::Zero());
+    const auto result = msm::find_equilibrium(block.springs, block.problem.body->mesh.points, block.conditions);
+    EXPECT_EQ(result.status, core::SolutionStatus::ok) << result.message;
+}
+
+TEST(Equilibrium, SaysSoWhereNothingHoldsTheBody) {
+    auto block = pulled_block({1.0, 0.0, 0.0}, Vector3::Zero());
+    block.conditions.displacement.assign(block.conditions.displacement.size(), Vector3::Constant(std::nan("")));
+    const auto result = msm::find_equilibrium(block.springs, block.problem.body->mesh.points, block.conditions);
+    EXPECT_EQ(result.status, core::SolutionStatus::not_converged);
+    EXPECT_NE(result.message.find("hold the body"), std::string::npos) << result.message;
+}
+
+TEST(Equilibrium, SaysSoWhereTheIterationsRunOut) {
+    const auto block = pulled_block({40.0, 10.0, -20.0}, Vector3::Zero());
+    const auto result = msm::find_equilibrium(block.springs, block.problem.body->mesh.points, block.conditions,
+                                              {.tolerance = 1e-11, .max_iterations = 1});
+    EXPECT_EQ(result.status, core::SolutionStatus::not_converged);
+    EXPECT_NE(result.message.find("after 1 Newton steps"), std::string::npos) << result.message;
+}
+
+} // namespace
+} // namespace livermark
