@@ -1,0 +1,134 @@
+#include "load_cases/load_case_reader.hpp"
+
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+
+#include "core/input_error.hpp"
+#include "core/toml_input.hpp"
+#include "load_cases/selectors.hpp"
+
+namespace livermark::load_cases {
+
+namespace {
+
+constexpr double free_component = std::numeric_limits<double>::quiet_NaN();
+
+/// What a condition puts on a facet.
+struct Effect {
+    core::FacetCondition condition;
+    core::Vector3 value;   ///< of a displacement or traction
+    double pressure = 0.0; ///< where the value depends on the facet's normal
+};
+
+Effect read_effect(const toml::table &table) {
+    const int num_effects =
+        int{table.contains("displacement")} + int{table.contains("traction")} + int{table.contains("pressure")};
+    if (num_effects != 1)
+        throw core::InputError(
+            fmt::format("{}: a condition is either a 'displacement', a 'traction' or a 'pressure'; give one of them",
+                        core::place_of(table)));
+    if (table.contains("displacement")) {
+        const auto value = core::required_vector(table, "displacement", true);
+        if (value.array().isNaN().all())
+            throw core::InputError(
+                fmt::format("{}: a displacement that is free in every direction holds nothing; give a number",
+                            core::place_of(table)));
+        return {core::FacetCondition::prescribed_displacement, value};
+    }
+    if (table.contains("traction"))
+        return {core::FacetCondition::traction, core::required_vector(table, "traction")};
+    return {core::FacetCondition::traction, core::Vector3::Zero(), core::required_number(table, "pressure")};
+}
+
+void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core::LoadCase &load_case) {
+    core::refuse_unknown_keys(table, {"patch", "disc", "displacement", "traction", "pressure"});
+    const auto selection = select_facets(table, mesh);
+    const auto effect = read_effect(table);
+    int constraint = -1;
+    if (effect.condition == core::FacetCondition::prescribed_displacement) {
+        constraint = static_cast<int>(load_case.constraint_names.size());
+        load_case.constraint_names.push_back(selection.name);
+    }
+    for (const int f : selection.facets) {
+        if (load_case.condition[f] != core::FacetCondition::free)
+            throw core::InputError(fmt::format("{}: some facets of '{}' have a condition already; let the places of "
+                                               "conditions not overlap",
+                                               core::place_of(table), selection.name));
+        load_case.condition[f] = effect.condition;
+        load_case.value[f] = effect.value - effect.pressure * area_vector(mesh, f).normalized();
+        load_case.constraint[f] = constraint;
+    }
+}
+
+/// Two constraints that meet may not ask different displacements of the nodes that they share.
+void refuse_contradictions(const core::TetraMesh &mesh, const core::LoadCase &load_case, const std::string &file) {
+    std::vector<core::Vector3> prescribed(mesh.points.size(), core::Vector3::Constant(free_component));
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+        if (load_case.condition[f] != core::FacetCondition::prescribed_displacement)
+            continue;
+        for (const int node : mesh.boundary_triangles[f])
+            for (int c = 0; c < 3; ++c) {
+                const double wanted = load_case.value[f][c];
+                double &so_far = prescribed[node][c];
+                if (std::isnan(so_far))
+                    so_far = wanted;
+                else if (!std::isnan(wanted) && wanted != so_far)
+                    throw core::InputError(fmt::format("{}: '{}' prescribes a displacement of {} m at a node where "
+                                                       "another place prescribes {} m; keep them apart",
+                                                       file, load_case.constraint_names[load_case.constraint[f]],
+                                                       wanted, so_far));
+            }
+    }
+}
+
+toml::table read_table(const std::string &text, const std::filesystem::path &file) {
+    auto table = core::parse_toml(text, file);
+    core::refuse_unknown_keys(table, {"title", "target_peak_displacement", "acceleration", "condition"});
+    return table;
+}
+
+const toml::array &required_conditions(const toml::table &table) {
+    const auto *node = table.get("condition");
+    if (!node || !node->is_array_of_tables())
+        throw core::InputError(
+            fmt::format("{}: there is no [[condition]]; add one that holds the body", core::place_of(table)));
+    return *node->as_array();
+}
+
+} // namespace
+
+std::string load_case_title(const std::filesystem::path &toml_file) {
+    return core::required_string(read_table(core::read_text(toml_file), toml_file), "title");
+}
+
+core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core::TetraMesh &mesh) {
+    return parse_load_case(core::read_text(toml_file), toml_file, mesh);
+}
+
+core::LoadCase parse_load_case(const std::string &text, const std::filesystem::path &file,
+                               const core::TetraMesh &mesh) {
+    const auto table = read_table(text, file);
+    core::LoadCase load_case;
+    load_case.name = file.stem().string();
+    load_case.title = core::required_string(table, "title");
+    load_case.definition = text;
+    load_case.target_peak_displacement = core::required_number(table, "target_peak_displacement");
+    if (!(load_case.target_peak_displacement > 0.0))
+        throw core::InputError(fmt::format("{}: 'target_peak_displacement' has to be positive",
+                                           core::place_of(*table.get("target_peak_displacement"))));
+    if (table.contains("acceleration"))
+        load_case.acceleration = core::required_vector(table, "acceleration");
+    load_case.condition.assign(mesh.boundary_triangles.size(), core::FacetCondition::free);
+    load_case.value.assign(mesh.boundary_triangles.size(), core::Vector3::Constant(free_component));
+    load_case.constraint.assign(mesh.boundary_triangles.size(), -1);
+    for (const auto &condition : required_conditions(table))
+        apply_condition(*condition.as_table(), mesh, load_case);
+    if (load_case.constraint_names.empty())
+        throw core::InputError(
+            fmt::format("{}: nothing holds the body; add a [[condition]] with a displacement", file.string()));
+    refuse_contradictions(mesh, load_case, file.string());
+    return load_case;
+}
+
+} // namespace livermark::load_cases

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/tetra_mesh.hpp"
+#include "core/toml_input.hpp"
+
+namespace livermark::load_cases {
+
+/// Boundary triangles that a condition applies to.
+struct Selection {
+    std::string name;        ///< of the place, for reactions
+    std::vector<int> facets; ///< indices into mesh.boundary_triangles, ascending
+};
+
+/// Finds the place that a [[condition]] names.
+/// @throws core::InputError if it names none or several, or if no facet is there
+Selection select_facets(const toml::table &condition, const core::TetraMesh &mesh);
+
+} // namespace livermark::load_cases

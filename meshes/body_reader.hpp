@@ -1,0 +1,26 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "core/problem.hpp"
+
+namespace livermark::meshes {
+
+/// The one-line title of a body.
+/// @throws core::InputError
+std::string body_title(const std::filesystem::path &toml_file);
+
+/// Elastic constants to use for every region instead of the body's own.
+struct MaterialOverride {
+    std::optional<double> young_modulus; ///< [Pa]; regions keep their ratio to the first one
+    std::optional<double> poisson_ratio;
+};
+
+/// Reads a body: its .toml, and the mesh that it names, relative to itself.
+/// @throws core::InputError for a fault of either, a region without material or a material without region, a density
+///         or Young's modulus that is not positive, a Poisson's ratio outside (-1, 0.5)
+core::Body read_body(const std::filesystem::path &toml_file, const MaterialOverride &override_with = {});
+
+} // namespace livermark::meshes
