@@ -1,5 +1,6 @@
 #include "core/tetra_mesh.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
 

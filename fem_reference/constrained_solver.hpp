@@ -1,0 +1,47 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "fem_reference/elastic_system.hpp"
+
+namespace livermark::fem_reference {
+
+/// What a solve gives; n is the number of rows of the matrix.
+struct ConstrainedSolution {
+    bool unique = false;              ///< whether the conditions fix the answer; if not, the vectors are empty
+    std::vector<double> displacement; ///< (n) u
+    std::vector<double> residual;     ///< (n) K u - f: the reactions, and rounding at the free unknowns
+    double energy = 0.0;              ///< 1/2 u^T K u
+};
+
+/// K u = f with some unknowns prescribed. The factor (sparse Cholesky, CHOLMOD) of the rows that are free is kept and
+/// used again as long as the same unknowns are prescribed, whatever their values.
+class ConstrainedSolver {
+  public:
+    /// @param stiffness  symmetric positive semidefinite; the caller keeps it alive and unchanged
+    explicit ConstrainedSolver(const SymmetricMatrix &stiffness);
+    ~ConstrainedSolver();
+    ConstrainedSolver(ConstrainedSolver &&) noexcept;
+    ConstrainedSolver &operator=(ConstrainedSolver &&) noexcept;
+
+    /// Factors, unless the same unknowns were prescribed last time.
+    /// @param prescribed  shape (n), NaN where an unknown is free
+    /// @throws std::runtime_error if CHOLMOD runs out of memory
+    void factorise(std::span<const double> prescribed);
+
+    /// Factorises if need be, and solves.
+    /// @param prescribed  shape (n), NaN where an unknown is free
+    /// @param load        shape (n), loads on prescribed unknowns count in the residual
+    ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load);
+
+    /// Seconds that the factor in use took, also when it was made for an earlier solve.
+    double factor_seconds() const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace livermark::fem_reference

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <vector>
+
+#include "core/problem.hpp"
+
+namespace livermark::fem_reference {
+
+/// A symmetric sparse matrix in compressed rows (or columns, it is the same): both triangles, columns ascending.
+struct SymmetricMatrix {
+    std::vector<int> row_start; ///< (n + 1) index into column and value
+    std::vector<int> column;    ///< (nonzeros)
+    std::vector<double> value;  ///< (nonzeros)
+
+    int num_rows() const { return static_cast<int>(row_start.size()) - 1; }
+};
+
+/// Linear elasticity of one body, discretised on its tetrahedra with Lagrange elements and before any condition is put
+/// on it. Everything is plain data, so that only the assembly has to see deal.II.
+///
+/// The first N nodes are those of the mesh, in its numbering; with quadratic elements the edge midpoints follow.
+/// The unknown of node a and component i is 3 a + i.
+struct ElasticSystem {
+    int nodes_per_cell = 0;             ///< 4 or 10
+    int nodes_per_facet = 0;            ///< 3 or 6
+    std::vector<core::Vector3> points;  ///< (n) [m]
+    std::vector<int> cell_nodes;        ///< (M, nodes_per_cell) four corners, then midpoints of 01 12 20 03 13 23
+    std::vector<int> facet_nodes;       ///< (T, nodes_per_facet) nodes of each boundary triangle of the mesh
+    std::vector<double> facet_integral; ///< (T, nodes_per_facet) integral of the node's shape function [m^2]
+    std::vector<double> mass_integral;  ///< (n) integral of density times shape function [kg]; negative at P2 corners
+    SymmetricMatrix stiffness;          ///< (3 n, 3 n) [N/m]
+
+    int num_nodes() const { return static_cast<int>(points.size()); }
+};
+
+/// Assembles a body.
+/// K_(ai)(bj) = sum over t of the integral of lambda g_ai g_bj + mu g_aj g_bi + mu delta_ij g_a . g_b, with g_a the
+/// gradient of shape function a (the weak form of isotropic linear elasticity in the Lame parameters).
+/// @param body    tetrahedra of positive volume, every node used
+/// @param degree  1 or 2
+/// @throws std::invalid_argument for another degree, or if a boundary triangle is not an outer face of the tetrahedra
+ElasticSystem assemble(const core::Body &body, int degree);
+
+} // namespace livermark::fem_reference

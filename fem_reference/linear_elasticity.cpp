@@ -1,0 +1,132 @@
+#include "fem_reference/linear_elasticity.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "fem_reference/constrained_solver.hpp"
+#include "fem_reference/elastic_system.hpp"
+
+namespace livermark::fem_reference {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// A load case as the unknowns see it.
+struct DofConditions {
+    std::vector<double> prescribed; ///< (3 n) [m], NaN where free
+    std::vector<int> constraint;    ///< (3 n) index into LoadCase::constraint_names, -1 where free
+    std::vector<double> load;       ///< (3 n) [N]
+};
+
+void check_sizes(const core::LoadCase &load_case, const core::TetraMesh &mesh) {
+    if (load_case.condition.size() != mesh.boundary_triangles.size() ||
+        load_case.value.size() != mesh.boundary_triangles.size() ||
+        load_case.constraint.size() != mesh.boundary_triangles.size())
+        throw std::invalid_argument("load case " + load_case.name +
+                                    " was put on another mesh: its number of facets is not " +
+                                    std::to_string(mesh.boundary_triangles.size()));
+    for (std::size_t f = 0; f < load_case.condition.size(); ++f)
+        if (load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
+            (load_case.constraint[f] < 0 ||
+             load_case.constraint[f] >= static_cast<int>(load_case.constraint_names.size())))
+            throw std::invalid_argument("load case " + load_case.name + " prescribes the displacement of facet " +
+                                        std::to_string(f) + " without naming its constraint");
+}
+
+DofConditions dof_conditions(const core::LoadCase &load_case, const ElasticSystem &system) {
+    DofConditions dofs;
+    dofs.prescribed.assign(3 * system.points.size(), nan);
+    dofs.constraint.assign(3 * system.points.size(), -1);
+    dofs.load.reserve(3 * system.points.size());
+    for (const double mass : system.mass_integral)
+        for (int i = 0; i < 3; ++i)
+            dofs.load.push_back(mass * load_case.acceleration[i]);
+
+    for (std::size_t f = 0; f < load_case.condition.size(); ++f) {
+        for (std::size_t k = f * system.nodes_per_facet; k < (f + 1) * system.nodes_per_facet; ++k) {
+            for (int i = 0; i < 3; ++i) {
+                const double value = load_case.value[f][i];
+                const int dof = 3 * system.facet_nodes[k] + i;
+                if (std::isnan(value))
+                    continue;
+                if (load_case.condition[f] == core::FacetCondition::traction)
+                    dofs.load[dof] += value * system.facet_integral[k];
+                int &owner = dofs.constraint[dof];
+                if (load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
+                    (owner < 0 || load_case.constraint[f] < owner)) {
+                    owner = load_case.constraint[f];
+                    dofs.prescribed[dof] = value;
+                }
+            }
+        }
+    }
+    return dofs;
+}
+
+} // namespace
+
+struct StaticSolver::Impl {
+    Impl(std::shared_ptr<const core::Body> of, int degree)
+        : body(std::move(of)), start(Clock::now()), system(assemble(*body, degree)), solver(system.stiffness),
+          assembly_seconds(seconds_since(start)) {}
+
+    std::shared_ptr<const core::Body> body;
+    Clock::time_point start;
+    ElasticSystem system;
+    ConstrainedSolver solver;
+    double assembly_seconds;
+};
+
+StaticSolver::StaticSolver(std::shared_ptr<const core::Body> body, int degree)
+    : impl_(std::make_unique<Impl>(std::move(body), degree)) {}
+StaticSolver::~StaticSolver() = default;
+StaticSolver::StaticSolver(StaticSolver &&) noexcept = default;
+StaticSolver &StaticSolver::operator=(StaticSolver &&) noexcept = default;
+
+core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
+    const auto &mesh = impl_->body->mesh;
+    check_sizes(load_case, mesh);
+    const auto conditions_start = Clock::now();
+    const auto conditions = dof_conditions(load_case, impl_->system);
+    const double conditions_seconds = seconds_since(conditions_start);
+    impl_->solver.factorise(conditions.prescribed);
+    const auto solve_start = Clock::now();
+    const auto found = impl_->solver.solve(conditions.prescribed, conditions.load);
+
+    core::Solution solution;
+    solution.degrees_of_freedom = static_cast<std::int64_t>(conditions.load.size());
+    solution.displacement.assign(mesh.points.size(), core::Vector3::Constant(nan));
+    if (found.unique) {
+        for (int node = 0; node < mesh.num_nodes(); ++node)
+            for (int i = 0; i < 3; ++i)
+                solution.displacement[node][i] = found.displacement[3 * node + i];
+        solution.reaction.assign(load_case.constraint_names.size(), core::Vector3::Zero());
+        for (std::size_t dof = 0; dof < conditions.constraint.size(); ++dof)
+            if (const int owner = conditions.constraint[dof]; owner >= 0)
+                solution.reaction[owner][dof % 3] += found.residual[dof];
+        solution.strain_energy = found.energy;
+    } else {
+        solution.status = core::SolutionStatus::not_converged;
+        solution.message = "the stiffness matrix is singular: the prescribed displacements leave the body, or a part "
+                           "of it, free to move as a rigid body; hold it in all six ways";
+        solution.reaction.assign(load_case.constraint_names.size(), core::Vector3::Constant(nan));
+        solution.strain_energy = nan;
+    }
+    solution.setup_seconds = impl_->assembly_seconds + impl_->solver.factor_seconds();
+    solution.solve_seconds = conditions_seconds + seconds_since(solve_start);
+    return solution;
+}
+
+core::Solution solve_static(const core::Problem &problem, int degree) {
+    return StaticSolver(problem.body, degree).solve(problem.load_case);
+}
+
+} // namespace livermark::fem_reference

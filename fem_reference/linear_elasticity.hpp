@@ -1,0 +1,45 @@
+#pragma once
+
+#include <memory>
+
+#include "core/problem.hpp"
+#include "core/solution.hpp"
+
+namespace livermark::fem_reference {
+
+/// Static linear elasticity of one body on its own tetrahedra, with linear or quadratic Lagrange elements:
+/// div sigma + rho a = 0, sigma = lambda tr(eps) I + 2 mu eps, eps = (grad u + grad u^T) / 2.
+///
+/// A facet's prescribed displacement holds at all its nodes, edge midpoints included; its traction and the body's
+/// acceleration are integrated with the shape functions. Where several constraints meet at a node, each component
+/// takes value and reaction from the constraint of lowest index that prescribes it (and of the first such facet).
+///
+/// The body is assembled once. The factor is kept and used again for the next load case that prescribes the same
+/// components at the same nodes; the values may differ.
+class StaticSolver {
+  public:
+    /// @param body    tetrahedra of positive volume, every node used
+    /// @param degree  1 or 2
+    /// @throws std::invalid_argument for another degree, or if a boundary triangle is not an outer face
+    StaticSolver(std::shared_ptr<const core::Body> body, int degree);
+    ~StaticSolver();
+    StaticSolver(StaticSolver &&) noexcept;
+    StaticSolver &operator=(StaticSolver &&) noexcept;
+
+    /// @return displacement of the mesh nodes; reaction of each constraint, K u - f summed over its unknowns;
+    ///   strain_energy 1/2 u^T K u; degrees_of_freedom 3 per node, edge midpoints and constrained ones included;
+    ///   setup_seconds for assembly and factorisation, as measured when they were done even if this call reused them.
+    ///   If the load case leaves the body free to move, the status is not_converged and all fields are NaN.
+    /// @throws std::invalid_argument if the load case does not have the sizes of the body's mesh
+    /// @throws std::runtime_error if the memory does not hold the factor
+    core::Solution solve(const core::LoadCase &load_case);
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+/// Solves one problem from scratch, see StaticSolver.
+core::Solution solve_static(const core::Problem &problem, int degree);
+
+} // namespace livermark::fem_reference
