@@ -13,8 +13,10 @@ find_package(HDF5 REQUIRED COMPONENTS C HL)
 if(NOT HDF5_IS_PARALLEL)
   message(FATAL_ERROR "found serial HDF5, which clashes with the one deal.II links; install libhdf5-openmpi-dev")
 endif()
+# Its headers include mpi.h, though nothing here calls MPI.
+find_package(MPI REQUIRED COMPONENTS C)
 add_library(livermark_hdf5 INTERFACE)
-target_include_directories(livermark_hdf5 SYSTEM INTERFACE ${HDF5_INCLUDE_DIRS})
+target_include_directories(livermark_hdf5 SYSTEM INTERFACE ${HDF5_INCLUDE_DIRS} ${MPI_C_INCLUDE_DIRS})
 target_link_libraries(livermark_hdf5 INTERFACE ${HDF5_LIBRARIES} ${HDF5_HL_LIBRARIES})
 
 find_library(GMSH_LIBRARY gmsh REQUIRED)

@@ -1,0 +1,200 @@
+#include <array>
+#include <climits>
+#include <fmt/format.h>
+
+#include "core/input_error.hpp"
+#include "results/hdf5_io.hpp"
+
+namespace livermark::results::hdf5 {
+
+namespace {
+
+Handle open_file(const std::filesystem::path &path) {
+    const std::string name = path.string();
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(path, ignored))
+        throw core::InputError(
+            fmt::format("{}: there is no such file; check the path, or make it with `livermark run`", name));
+    Handle file(H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    if (file.valid())
+        return file;
+    if (H5Fis_hdf5(name.c_str()) > 0)
+        throw core::InputError(
+            fmt::format("{}: the file is truncated or damaged; make it again with `livermark run`", name));
+    throw core::InputError(
+        fmt::format("{}: this is not an HDF5 file that can be read; give a file that `livermark run` wrote", name));
+}
+
+std::string shape_text(std::span<const hsize_t> shape) {
+    return shape.size() == 1 ? fmt::format("({})", shape[0]) : fmt::format("({})", fmt::join(shape, ","));
+}
+
+std::string type_text(H5T_class_t type_class, std::size_t bytes) {
+    switch (type_class) {
+    case H5T_INTEGER:
+        return fmt::format("{}-bit integers", 8 * bytes);
+    case H5T_FLOAT:
+        return fmt::format("{}-bit floating point numbers", 8 * bytes);
+    case H5T_STRING:
+        return "text";
+    default:
+        return "values of another type";
+    }
+}
+
+} // namespace
+
+InputFile::InputFile(const std::filesystem::path &path) : name_(path.string()), file_(open_file(path)) {}
+
+void InputFile::refuse(const std::string &path, const std::string &fault) const {
+    throw core::InputError(
+        fmt::format("{}: {} {}; make the file again with `livermark run` (results/schema.md says what it holds)", name_,
+                    path, fault));
+}
+
+bool InputFile::has(const std::string &path) const {
+    // H5Lexists fails if a group on the way is missing, so the way is walked.
+    for (std::size_t end = path.find('/', 1);; end = path.find('/', end + 1)) {
+        if (H5Lexists(file_.get(), path.substr(0, end).c_str(), H5P_DEFAULT) <= 0)
+            return false;
+        if (end == std::string::npos)
+            return true;
+    }
+}
+
+bool InputFile::has_attribute(const std::string &path, const std::string &name) const {
+    return H5Aexists_by_name(file_.get(), path.c_str(), name.c_str(), H5P_DEFAULT) > 0;
+}
+
+std::vector<std::string> InputFile::children(const std::string &path) const {
+    const Handle group(H5Gopen2(file_.get(), path.c_str(), H5P_DEFAULT), H5Gclose);
+    if (!group.valid())
+        refuse(path, "is not there as a group");
+    const Handle properties(H5Gget_create_plist(group.get()), H5Pclose);
+    unsigned order = 0;
+    H5Pget_link_creation_order(properties.get(), &order);
+    const H5_index_t index = (order & H5P_CRT_ORDER_TRACKED) != 0 ? H5_INDEX_CRT_ORDER : H5_INDEX_NAME;
+    H5G_info_t info{};
+    if (H5Gget_info(group.get(), &info) < 0)
+        refuse(path, "cannot be read");
+    std::vector<std::string> names;
+    for (hsize_t i = 0; i < info.nlinks; ++i) {
+        const auto name_by_index = [&](char *name, std::size_t size) {
+            return H5Lget_name_by_idx(group.get(), ".", index, H5_ITER_INC, i, name, size, H5P_DEFAULT);
+        };
+        const ssize_t length = name_by_index(nullptr, 0);
+        if (length < 0)
+            refuse(path, "cannot be read");
+        std::string name(static_cast<std::size_t>(length), '\0');
+        name_by_index(name.data(), name.size() + 1);
+        names.push_back(std::move(name));
+    }
+    return names;
+}
+
+Handle InputFile::open_dataset(const std::string &path, const RowType &type,
+                               const std::optional<std::size_t> &num_rows) const {
+    if (!has(path))
+        refuse(path, "is missing");
+    Handle dataset(H5Dopen2(file_.get(), path.c_str(), H5P_DEFAULT), H5Dclose);
+    if (!dataset.valid())
+        refuse(path, "is not a dataset");
+    const Handle found(H5Dget_type(dataset.get()), H5Tclose);
+    const H5T_class_t wanted_class = H5Tget_class(type.file);
+    if (H5Tget_class(found.get()) != wanted_class || H5Tget_size(found.get()) != H5Tget_size(type.file))
+        refuse(path,
+               fmt::format("holds {} instead of {}", type_text(H5Tget_class(found.get()), H5Tget_size(found.get())),
+                           type_text(wanted_class, H5Tget_size(type.file))));
+    const Handle space(H5Dget_space(dataset.get()), H5Sclose);
+    const int wanted_rank = type.columns == 1 ? 1 : 2;
+    const int rank = H5Sget_simple_extent_ndims(space.get());
+    if (rank != wanted_rank)
+        refuse(path, fmt::format("has rank {} instead of {}", rank, wanted_rank));
+    std::array<hsize_t, 2> shape{0, type.columns};
+    H5Sget_simple_extent_dims(space.get(), shape.data(), nullptr);
+    if (shape[0] > INT_MAX)
+        refuse(path, fmt::format("has {} rows, more than can be numbered", shape[0]));
+    if (shape[1] != type.columns || (num_rows && shape[0] != *num_rows)) {
+        const std::array<hsize_t, 2> wanted{num_rows ? *num_rows : shape[0], type.columns};
+        const auto size = static_cast<std::size_t>(rank);
+        refuse(path, fmt::format("has shape {} instead of {}", shape_text(std::span(shape).first(size)),
+                                 shape_text(std::span(wanted).first(size))));
+    }
+    return dataset;
+}
+
+std::size_t InputFile::count_rows(const Handle &dataset) {
+    const Handle space(H5Dget_space(dataset.get()), H5Sclose);
+    std::array<hsize_t, 2> shape{};
+    H5Sget_simple_extent_dims(space.get(), shape.data(), nullptr);
+    return shape[0];
+}
+
+void InputFile::read(const Handle &dataset, const std::string &path, const RowType &type, void *rows) const {
+    if (count_rows(dataset) > 0 && H5Dread(dataset.get(), type.memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, rows) < 0)
+        refuse(path, "is damaged");
+}
+
+Handle InputFile::open_attribute(const std::string &path, const std::string &name) const {
+    if (path != "/" && !has(path))
+        refuse(path, "is missing");
+    Handle attribute(H5Aopen_by_name(file_.get(), path.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    if (!attribute.valid())
+        refuse(path, fmt::format("has no attribute {}", name));
+    return attribute;
+}
+
+std::vector<std::string> InputFile::read_texts(const Handle &attribute, const std::string &where) const {
+    const Handle type(H5Aget_type(attribute.get()), H5Tclose);
+    if (H5Tis_variable_str(type.get()) <= 0)
+        refuse(where, "is not text of variable length");
+    const Handle space(H5Aget_space(attribute.get()), H5Sclose);
+    std::vector<char *> characters(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space.get())), nullptr);
+    if (characters.empty())
+        return {};
+    if (H5Aread(attribute.get(), type.get(), characters.data()) < 0)
+        refuse(where, "is damaged");
+    std::vector<std::string> values;
+    for (const char *value : characters)
+        values.emplace_back(value == nullptr ? "" : value);
+    H5Dvlen_reclaim(type.get(), space.get(), H5P_DEFAULT, characters.data());
+    return values;
+}
+
+std::string InputFile::text(const std::string &path, const std::string &name) const {
+    const std::string where = fmt::format("{} attribute {}", path, name);
+    const auto values = read_texts(open_attribute(path, name), where);
+    if (values.size() != 1)
+        refuse(where, fmt::format("holds {} texts instead of one", values.size()));
+    return values.front();
+}
+
+std::vector<std::string> InputFile::texts(const std::string &path, const std::string &name) const {
+    return read_texts(open_attribute(path, name), fmt::format("{} attribute {}", path, name));
+}
+
+void InputFile::read_number(const std::string &path, const std::string &name, H5T_class_t type_class, hid_t memory_type,
+                            void *value) const {
+    const std::string where = fmt::format("{} attribute {}", path, name);
+    const Handle attribute = open_attribute(path, name);
+    const Handle type(H5Aget_type(attribute.get()), H5Tclose);
+    const Handle space(H5Aget_space(attribute.get()), H5Sclose);
+    if (H5Tget_class(type.get()) != type_class || H5Sget_simple_extent_npoints(space.get()) != 1)
+        refuse(where, fmt::format("is not one {} number", type_class == H5T_INTEGER ? "integer" : "floating point"));
+    if (H5Aread(attribute.get(), memory_type, value) < 0)
+        refuse(where, "is damaged");
+}
+
+double InputFile::number(const std::string &path, const std::string &name) const {
+    double value = 0.0;
+    read_number(path, name, H5T_FLOAT, H5T_NATIVE_DOUBLE, &value);
+    return value;
+}
+
+std::int64_t InputFile::integer(const std::string &path, const std::string &name) const {
+    std::int64_t value = 0;
+    read_number(path, name, H5T_INTEGER, H5T_NATIVE_INT64, &value);
+    return value;
+}
+
+} // namespace livermark::results::hdf5

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+
+#include "results/result.hpp"
+
+namespace livermark::results {
+
+/// What this program is, on which machine it runs and what time it is.
+/// The commit is that of the tree when the program was built: "-dirty" behind it if anything was modified or untracked,
+/// "unknown" if it was not built from a git repository.
+/// @param command  command line, as the user would type it again
+Provenance current_provenance(std::string command);
+
+} // namespace livermark::results

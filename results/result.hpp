@@ -1,0 +1,67 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/error_norms.hpp"
+#include "core/problem.hpp"
+#include "core/solution.hpp"
+
+namespace livermark::results {
+
+/// Where a result comes from.
+struct Provenance {
+    std::string software_version;
+    std::string git_commit; ///< of the tree that was built, "-dirty" behind it if that was modified, or "unknown"
+    std::string created;    ///< ISO 8601, UTC
+    std::string command;    ///< command line
+    std::string cpu;
+    std::string compiler;
+    std::string build_type;
+    int threads = 1; ///< hardware threads that the program could use
+
+    bool operator==(const Provenance &) const = default;
+};
+
+/// What the relative_l2 of a model on a problem is known to be. Being better than the band is a miss as well: an
+/// improvement that nobody can explain is as suspicious as a regression.
+struct ErrorBand {
+    double expected = 0.0; ///< relative_l2
+    double margin = 0.0;   ///< half the width of the band, same unit
+    std::string origin;    ///< where the expected value comes from
+
+    /// True in [expected - margin, expected + margin]; false for NaN.
+    bool contains(double relative_l2) const {
+        return relative_l2 >= expected - margin && relative_l2 <= expected + margin;
+    }
+    bool operator==(const ErrorBand &) const = default;
+};
+
+/// What one model answered, and how it did.
+struct ModelResult {
+    std::string name; ///< name of the model; no '/' and no '.'
+    std::string summary;
+    std::string source;
+    core::Solution solution;
+    std::optional<core::Comparison> comparison; ///< none for the reference, and if the reference failed
+    std::optional<ErrorBand> band;
+};
+
+/// All that is known about one body under one load case: the content of one result file.
+struct Result {
+    Provenance provenance;
+    core::Problem problem;
+    std::vector<ModelResult> models;
+};
+
+/// Whether a model did what it was expected to. A solution that is not ok or was not compared misses its band.
+/// @return nothing if the model has no band
+inline std::optional<bool> meets_band(const ModelResult &model) {
+    if (!model.band)
+        return std::nullopt;
+    return model.solution.status == core::SolutionStatus::ok && model.comparison &&
+           model.band->contains(model.comparison->relative_l2);
+}
+
+} // namespace livermark::results

@@ -1,0 +1,214 @@
+#include <algorithm>
+#include <fmt/format.h>
+#include <limits>
+#include <memory>
+#include <span>
+
+#include "results/hdf5_io.hpp"
+#include "results/result_file.hpp"
+#include "results/schema.hpp"
+
+namespace livermark::results {
+
+namespace {
+
+using hdf5::InputFile;
+
+void check_schema(const InputFile &file) {
+    if (!file.has_attribute("/", "schema_version"))
+        file.refuse("/", "has no attribute schema_version, so this is no result file");
+    const auto found = file.integer("/", "schema_version");
+    if (found != schema_version)
+        file.refuse("/", fmt::format("attribute schema_version is {}, and this program reads version {}", found,
+                                     schema_version));
+}
+
+/// Every index of every row in [first, end).
+void check_indices(const InputFile &file, const std::string &path, std::span<const int> indices, int columns, int first,
+                   std::size_t end) {
+    const auto bad = std::ranges::find_if(
+        indices, [&](int index) { return index < first || index >= static_cast<std::int64_t>(end); });
+    if (bad != indices.end())
+        file.refuse(path, fmt::format("row {} holds {}, which is not in [{}, {})", (bad - indices.begin()) / columns,
+                                      *bad, first, end));
+}
+
+template <std::size_t columns>
+std::vector<std::array<int, columns>> node_numbers(const InputFile &file, const std::string &path,
+                                                   std::size_t num_nodes) {
+    auto rows = file.dataset<std::array<int, columns>>(path);
+    // std::array lies in memory like its entries, one row behind the other.
+    check_indices(file, path, {rows.empty() ? nullptr : rows.front().data(), columns * rows.size()},
+                  static_cast<int>(columns), 0, num_nodes);
+    return rows;
+}
+
+std::vector<int> indices(const InputFile &file, const std::string &path, std::size_t num_rows, int first,
+                         std::size_t end) {
+    auto values = file.dataset<int>(path, num_rows);
+    check_indices(file, path, values, 1, first, end);
+    return values;
+}
+
+void check_finite(const InputFile &file, const std::string &path, std::span<const core::Vector3> vectors) {
+    const auto bad = std::ranges::find_if(vectors, [](const core::Vector3 &vector) { return !vector.allFinite(); });
+    if (bad != vectors.end())
+        file.refuse(path, fmt::format("row {} is not finite", bad - vectors.begin()));
+}
+
+core::TetraMesh read_mesh(const InputFile &file) {
+    core::TetraMesh mesh;
+    mesh.points = file.dataset<core::Vector3>("/mesh/points");
+    check_finite(file, "/mesh/points", mesh.points);
+    mesh.tetrahedra = node_numbers<4>(file, "/mesh/tetrahedra", mesh.points.size());
+    const auto volumes = core::tetrahedron_volumes(mesh);
+    const auto bad = std::ranges::find_if(volumes, [](double volume) { return !(volume > 0.0); });
+    if (bad != volumes.end())
+        file.refuse("/mesh/tetrahedra", fmt::format("row {} has no positive volume", bad - volumes.begin()));
+    mesh.region_names = file.texts("/mesh/region", "names");
+    mesh.region = indices(file, "/mesh/region", mesh.tetrahedra.size(), 0, mesh.region_names.size());
+    mesh.boundary_triangles = node_numbers<3>(file, "/mesh/boundary_triangles", mesh.points.size());
+    mesh.patch_names = file.texts("/mesh/boundary_patch", "names");
+    mesh.boundary_patch =
+        indices(file, "/mesh/boundary_patch", mesh.boundary_triangles.size(), 0, mesh.patch_names.size());
+    return mesh;
+}
+
+std::vector<core::Material> read_materials(const InputFile &file, std::size_t num_regions) {
+    const auto values = [&](const std::string &path, double above, double below) {
+        auto rows = file.dataset<double>(path, num_regions);
+        for (std::size_t r = 0; r < rows.size(); ++r)
+            if (!(rows[r] > above && rows[r] < below))
+                file.refuse(path, fmt::format("row {} is {}, which is not in ({}, {})", r, rows[r], above, below));
+        return rows;
+    };
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    const auto density = values("/materials/density", 0.0, infinity);
+    const auto young_modulus = values("/materials/young_modulus", 0.0, infinity);
+    const auto poisson_ratio = values("/materials/poisson_ratio", -1.0, 0.5);
+    std::vector<core::Material> materials;
+    for (std::size_t r = 0; r < num_regions; ++r)
+        materials.push_back({density[r], young_modulus[r], poisson_ratio[r]});
+    return materials;
+}
+
+core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles) {
+    core::LoadCase load_case;
+    load_case.name = file.text("/load_case", "name");
+    load_case.title = file.text("/load_case", "title");
+    load_case.definition = file.text("/load_case", "definition");
+    load_case.target_peak_displacement = file.number("/load_case", "target_peak_displacement");
+    for (const std::uint8_t code : file.dataset<std::uint8_t>("/load_case/condition", num_triangles)) {
+        if (code > static_cast<std::uint8_t>(core::FacetCondition::traction))
+            file.refuse("/load_case/condition",
+                        fmt::format("row {} holds {}, which is no condition", load_case.condition.size(), code));
+        load_case.condition.push_back(static_cast<core::FacetCondition>(code));
+    }
+    load_case.value = file.dataset<core::Vector3>("/load_case/value", num_triangles);
+    const auto acceleration = file.dataset<double>("/load_case/acceleration", 3);
+    load_case.acceleration = core::Vector3(acceleration[0], acceleration[1], acceleration[2]);
+    check_finite(file, "/load_case/acceleration", {&load_case.acceleration, 1});
+    load_case.constraint_names = file.texts("/load_case/constraint", "names");
+    load_case.constraint = indices(file, "/load_case/constraint", num_triangles, -1, load_case.constraint_names.size());
+    for (std::size_t f = 0; f < num_triangles; ++f)
+        if ((load_case.condition[f] == core::FacetCondition::prescribed_displacement) != (load_case.constraint[f] >= 0))
+            file.refuse("/load_case/constraint", fmt::format("row {} contradicts /load_case/condition", f));
+    return load_case;
+}
+
+core::SolutionStatus read_status(const InputFile &file, const std::string &group) {
+    const std::string word = file.text(group, "status");
+    using enum core::SolutionStatus;
+    for (const auto status : {ok, diverged, not_converged})
+        if (word == core::to_string(status))
+            return status;
+    file.refuse(group, fmt::format("attribute status is '{}', which is none of ok, diverged, not_converged", word));
+}
+
+core::Solution read_solution(const InputFile &file, const std::string &group, const core::Problem &problem) {
+    const std::size_t num_nodes = problem.body->mesh.points.size();
+    core::Solution solution;
+    solution.status = read_status(file, group);
+    solution.message = file.text(group, "message");
+    solution.degrees_of_freedom = file.integer(group, "degrees_of_freedom");
+    solution.setup_seconds = file.number(group, "setup_seconds");
+    solution.solve_seconds = file.number(group, "solve_seconds");
+    solution.strain_energy = file.number(group, "strain_energy");
+    solution.nonlinearity = file.number(group, "nonlinearity");
+    solution.displacement = file.dataset<core::Vector3>(group + "/displacement", num_nodes);
+    solution.reaction = file.dataset<core::Vector3>(group + "/reaction", problem.load_case.constraint_names.size());
+    if (file.texts(group + "/reaction", "patches") != problem.load_case.constraint_names)
+        file.refuse(group + "/reaction", "attribute patches differs from the names of /load_case/constraint");
+    if (file.has(group + "/edges")) {
+        core::SpringNetwork &springs = solution.springs.emplace();
+        springs.node_mass = file.dataset<double>(group + "/node_mass", num_nodes);
+        springs.edges = node_numbers<2>(file, group + "/edges", num_nodes);
+        springs.stiffness = file.dataset<double>(group + "/stiffness", springs.edges.size());
+        springs.rest_length = file.dataset<double>(group + "/rest_length", springs.edges.size());
+    }
+    return solution;
+}
+
+core::Comparison read_comparison(const InputFile &file, const std::string &group, std::size_t num_nodes) {
+    core::Comparison comparison;
+    comparison.reference = file.text(group, "reference");
+    comparison.relative_l2 = file.number(group, "relative_l2");
+    comparison.max_error = file.number(group, "max_error");
+    comparison.max_error_relative = file.number(group, "max_error_relative");
+    comparison.energy_error = file.number(group, "energy_error");
+    comparison.reaction_error = file.number(group, "reaction_error");
+    comparison.error = file.dataset<core::Vector3>(group + "/error", num_nodes);
+    return comparison;
+}
+
+ModelResult read_model(const InputFile &file, const std::string &name, const core::Problem &problem) {
+    ModelResult model;
+    model.name = name;
+    const std::string solution = solution_group(name);
+    model.summary = file.text(solution, "summary");
+    model.source = file.text(solution, "source");
+    model.solution = read_solution(file, solution, problem);
+    const std::string comparison = comparison_group(name);
+    if (!file.has(comparison))
+        return model;
+    // A model that could not be compared may have a band all the same: the one that it missed.
+    if (file.has_attribute(comparison, "reference") || !file.has_attribute(comparison, "band_expected"))
+        model.comparison = read_comparison(file, comparison, problem.body->mesh.points.size());
+    if (file.has_attribute(comparison, "band_expected"))
+        model.band = {file.number(comparison, "band_expected"), file.number(comparison, "band_margin"),
+                      file.text(comparison, "band_origin")};
+    return model;
+}
+
+Provenance read_provenance(const InputFile &file) {
+    Provenance provenance;
+    provenance.software_version = file.text("/", "software_version");
+    provenance.git_commit = file.text("/", "git_commit");
+    provenance.created = file.text("/", "created");
+    provenance.command = file.text("/", "command");
+    provenance.cpu = file.text("/", "cpu");
+    provenance.compiler = file.text("/", "compiler");
+    provenance.build_type = file.text("/", "build_type");
+    provenance.threads = static_cast<int>(file.integer("/", "threads"));
+    return provenance;
+}
+
+} // namespace
+
+Result read_result(const std::filesystem::path &path) {
+    const InputFile file(path);
+    check_schema(file);
+    Result result;
+    result.provenance = read_provenance(file);
+    auto body = std::make_shared<core::Body>();
+    body->name = file.text("/", "body");
+    body->mesh = read_mesh(file);
+    body->materials = read_materials(file, body->mesh.region_names.size());
+    result.problem.load_case = read_load_case(file, body->mesh.boundary_triangles.size());
+    result.problem.body = std::move(body);
+    for (const std::string &name : file.children("/solutions"))
+        result.models.push_back(read_model(file, name, result.problem));
+    return result;
+}
+
+} // namespace livermark::results

@@ -1,0 +1,209 @@
+#include <fmt/format.h>
+#include <fstream>
+#include <set>
+#include <stdexcept>
+#include <unistd.h>
+
+#include "core/input_error.hpp"
+#include "results/hdf5_io.hpp"
+#include "results/result_file.hpp"
+#include "results/schema.hpp"
+#include "results/vtkhdf.hpp"
+
+namespace livermark::results {
+
+namespace {
+
+void require_size(std::size_t size, std::size_t wanted, const std::string &what) {
+    if (size != wanted)
+        throw std::invalid_argument(fmt::format("{} has {} entries instead of {}", what, size, wanted));
+}
+
+void check_model(const ModelResult &model, const core::Problem &problem) {
+    const std::size_t num_nodes = problem.body->mesh.points.size();
+    if (model.name.empty() || model.name.find_first_of("/.") != std::string::npos)
+        throw std::invalid_argument(
+            fmt::format("'{}' cannot name a model in a result file; leave out '/' and '.'", model.name));
+    require_size(model.solution.displacement.size(), num_nodes, "the displacement of " + model.name);
+    require_size(model.solution.reaction.size(), problem.load_case.constraint_names.size(),
+                 "the reaction of " + model.name);
+    if (const auto &springs = model.solution.springs) {
+        require_size(springs->node_mass.size(), num_nodes, "the node mass of " + model.name);
+        require_size(springs->stiffness.size(), springs->edges.size(), "the stiffness of " + model.name);
+        require_size(springs->rest_length.size(), springs->edges.size(), "the rest length of " + model.name);
+    }
+    if (model.comparison)
+        require_size(model.comparison->error.size(), num_nodes, "the error of " + model.name);
+}
+
+/// The reader refuses all of this too, but a file that nobody can read should not come to be.
+void check_shapes(const Result &result) {
+    if (!result.problem.body)
+        throw std::invalid_argument("a result needs a body");
+    const core::TetraMesh &mesh = result.problem.body->mesh;
+    const core::LoadCase &load_case = result.problem.load_case;
+    require_size(mesh.region.size(), mesh.tetrahedra.size(), "the region of the mesh");
+    require_size(mesh.boundary_patch.size(), mesh.boundary_triangles.size(), "the boundary patch of the mesh");
+    require_size(result.problem.body->materials.size(), mesh.region_names.size(), "the list of materials");
+    require_size(load_case.condition.size(), mesh.boundary_triangles.size(), "the condition of the load case");
+    require_size(load_case.value.size(), mesh.boundary_triangles.size(), "the value of the load case");
+    require_size(load_case.constraint.size(), mesh.boundary_triangles.size(), "the constraint of the load case");
+    std::set<std::string> names;
+    for (const ModelResult &model : result.models) {
+        check_model(model, result.problem);
+        if (!names.insert(model.name).second)
+            throw std::invalid_argument(fmt::format("model {} is in the result twice", model.name));
+    }
+}
+
+void write_provenance(hdf5::OutputFile &file, const Provenance &provenance) {
+    file.integer("/", "schema_version", schema_version);
+    file.text("/", "software_version", provenance.software_version);
+    file.text("/", "git_commit", provenance.git_commit);
+    file.text("/", "created", provenance.created);
+    file.text("/", "command", provenance.command);
+    file.text("/", "cpu", provenance.cpu);
+    file.text("/", "compiler", provenance.compiler);
+    file.text("/", "build_type", provenance.build_type);
+    file.integer("/", "threads", provenance.threads);
+}
+
+void write_body(hdf5::OutputFile &file, const core::Body &body) {
+    file.text("/", "body", body.name);
+    file.group("/mesh");
+    file.dataset("/mesh/points", body.mesh.points, "m");
+    file.dataset("/mesh/tetrahedra", body.mesh.tetrahedra, "");
+    file.dataset("/mesh/region", body.mesh.region, "");
+    file.texts("/mesh/region", "names", body.mesh.region_names);
+    file.dataset("/mesh/boundary_triangles", body.mesh.boundary_triangles, "");
+    file.dataset("/mesh/boundary_patch", body.mesh.boundary_patch, "");
+    file.texts("/mesh/boundary_patch", "names", body.mesh.patch_names);
+
+    std::vector<double> density;
+    std::vector<double> young_modulus;
+    std::vector<double> poisson_ratio;
+    for (const core::Material &material : body.materials) {
+        density.push_back(material.density);
+        young_modulus.push_back(material.young_modulus);
+        poisson_ratio.push_back(material.poisson_ratio);
+    }
+    file.group("/materials");
+    file.dataset("/materials/density", density, "kg/m^3");
+    file.dataset("/materials/young_modulus", young_modulus, "Pa");
+    file.dataset("/materials/poisson_ratio", poisson_ratio, "");
+}
+
+void write_load_case(hdf5::OutputFile &file, const core::LoadCase &load_case) {
+    file.group("/load_case");
+    file.text("/load_case", "name", load_case.name);
+    file.text("/load_case", "title", load_case.title);
+    file.text("/load_case", "definition", load_case.definition);
+    file.number("/load_case", "target_peak_displacement", load_case.target_peak_displacement);
+    std::vector<std::uint8_t> condition;
+    for (const core::FacetCondition facet : load_case.condition)
+        condition.push_back(static_cast<std::uint8_t>(facet));
+    file.dataset("/load_case/condition", condition, "");
+    file.dataset("/load_case/value", load_case.value, "m or Pa");
+    const core::Vector3 &a = load_case.acceleration;
+    file.dataset("/load_case/acceleration", std::vector{a.x(), a.y(), a.z()}, "m/s^2");
+    file.dataset("/load_case/constraint", load_case.constraint, "");
+    file.texts("/load_case/constraint", "names", load_case.constraint_names);
+}
+
+void write_solution(hdf5::OutputFile &file, const ModelResult &model, const core::LoadCase &load_case) {
+    const core::Solution &solution = model.solution;
+    const std::string group = solution_group(model.name);
+    file.group(group);
+    file.text(group, "status", core::to_string(solution.status));
+    file.text(group, "message", solution.message);
+    file.text(group, "summary", model.summary);
+    file.text(group, "source", model.source);
+    file.integer(group, "degrees_of_freedom", solution.degrees_of_freedom);
+    file.number(group, "setup_seconds", solution.setup_seconds);
+    file.number(group, "solve_seconds", solution.solve_seconds);
+    file.number(group, "strain_energy", solution.strain_energy);
+    file.number(group, "nonlinearity", solution.nonlinearity);
+    file.dataset(group + "/displacement", solution.displacement, "m");
+    file.dataset(group + "/reaction", solution.reaction, "N");
+    file.texts(group + "/reaction", "patches", load_case.constraint_names);
+    if (const auto &springs = solution.springs) {
+        file.dataset(group + "/node_mass", springs->node_mass, "kg");
+        file.dataset(group + "/edges", springs->edges, "");
+        file.dataset(group + "/stiffness", springs->stiffness, "N/m");
+        file.dataset(group + "/rest_length", springs->rest_length, "m");
+    }
+}
+
+void write_comparison(hdf5::OutputFile &file, const ModelResult &model) {
+    const std::string group = comparison_group(model.name);
+    file.group(group);
+    if (const auto &comparison = model.comparison) {
+        file.text(group, "reference", comparison->reference);
+        file.number(group, "relative_l2", comparison->relative_l2);
+        file.number(group, "max_error", comparison->max_error);
+        file.number(group, "max_error_relative", comparison->max_error_relative);
+        file.number(group, "energy_error", comparison->energy_error);
+        file.number(group, "reaction_error", comparison->reaction_error);
+        file.dataset(group + "/error", comparison->error, "m");
+    }
+    if (model.band) {
+        file.number(group, "band_expected", model.band->expected);
+        file.number(group, "band_margin", model.band->margin);
+        file.text(group, "band_origin", model.band->origin);
+        file.integer(group, "in_band", meets_band(model).value() ? 1 : 0);
+    }
+}
+
+std::vector<char> file_image(const Result &result) {
+    hdf5::OutputFile file;
+    write_provenance(file, result.provenance);
+    write_body(file, *result.problem.body);
+    write_load_case(file, result.problem.load_case);
+    file.group("/solutions", true);
+    file.group("/comparisons");
+    for (const ModelResult &model : result.models) {
+        write_solution(file, model, result.problem.load_case);
+        if (model.comparison || model.band)
+            write_comparison(file, model);
+    }
+    write_vtkhdf(file, result);
+    return file.image();
+}
+
+void write_bytes(const std::filesystem::path &path, const std::vector<char> &bytes) {
+    std::ofstream stream(path, std::ios::binary | std::ios::trunc);
+    if (!stream)
+        throw core::InputError(fmt::format(
+            "{}: cannot make a file in this directory; check that the directory exists and can be written to",
+            path.parent_path().string()));
+    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    stream.close();
+    if (!stream)
+        throw core::InputError(fmt::format("{}: cannot write {} bytes; make room on the disk or choose another place",
+                                           path.parent_path().string(), bytes.size()));
+}
+
+} // namespace
+
+void write_result(const std::filesystem::path &path, const Result &result) {
+    check_shapes(result);
+    const auto bytes = file_image(result);
+    const auto target = std::filesystem::absolute(path);
+    // The process number keeps two runs that write the same file from writing into each other's.
+    auto temporary = target;
+    temporary += fmt::format(".{}.partial", getpid());
+    try {
+        write_bytes(temporary, bytes);
+        std::error_code error;
+        std::filesystem::rename(temporary, target, error);
+        if (error)
+            throw core::InputError(fmt::format("{}: cannot put the result file there: {}; choose another place",
+                                               target.string(), error.message()));
+    } catch (...) {
+        std::error_code ignored;
+        std::filesystem::remove(temporary, ignored);
+        throw;
+    }
+}
+
+} // namespace livermark::results

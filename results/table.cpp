@@ -1,0 +1,176 @@
+#include "results/table.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <vector>
+
+namespace livermark::results {
+
+namespace {
+
+struct Column {
+    const char *title;
+    bool is_number;
+};
+
+constexpr std::array<Column, 13> columns{{{"body", false},
+                                          {"load case", false},
+                                          {"model", false},
+                                          {"peak [mm]", true},
+                                          {"L2 [%]", true},
+                                          {"max [mm]", true},
+                                          {"max [%]", true},
+                                          {"reaction [%]", true},
+                                          {"energy [%]", true},
+                                          {"set-up [s]", true},
+                                          {"solve [s]", true},
+                                          {"status", false},
+                                          {"band", false}}};
+
+using Row = std::array<std::string, columns.size()>;
+
+constexpr double percent = 100.0;
+constexpr double millimetres = 1000.0;
+/// From here on a diverged solution would blow up the width of its column.
+constexpr double largest_fixed = 1e5;
+
+std::string fixed(double value, int decimals) {
+    return std::abs(value) < largest_fixed || !std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals)
+                                                                    : fmt::format("{:.1e}", value);
+}
+
+/// [m]; NaN if one displacement is NaN
+double peak_displacement(const core::Solution &solution) {
+    double peak = 0.0;
+    for (const core::Vector3 &displacement : solution.displacement) {
+        const double length = displacement.norm();
+        if (std::isnan(length))
+            return length;
+        peak = std::max(peak, length);
+    }
+    return peak;
+}
+
+bool is_reference(const ModelResult &model, const Result &result) {
+    return std::ranges::any_of(result.models, [&](const ModelResult &other) {
+        return other.comparison && other.comparison->reference == model.name;
+    });
+}
+
+std::string verdict(const ModelResult &model) {
+    const auto met = meets_band(model);
+    if (!met)
+        return "no band";
+    return *met ? "in band"
+                : fmt::format("missed {:.2f} +- {:.2f}", percent * model.band->expected, percent * model.band->margin);
+}
+
+Row row_of(const ModelResult &model, const Result &result) {
+    const core::Solution &solution = model.solution;
+    const bool reference = is_reference(model, result);
+    Row row{result.problem.body->name,
+            result.problem.load_case.name,
+            reference ? model.name + " (reference)" : model.name,
+            fixed(millimetres * peak_displacement(solution), 3),
+            "-",
+            "-",
+            "-",
+            "-",
+            "-",
+            fmt::format("{:.3g}", solution.setup_seconds),
+            fmt::format("{:.3g}", solution.solve_seconds),
+            core::to_string(solution.status),
+            reference && !model.band ? "-" : verdict(model)};
+    if (const auto &comparison = model.comparison) {
+        row[4] = fixed(percent * comparison->relative_l2, 2);
+        row[5] = fixed(millimetres * comparison->max_error, 3);
+        row[6] = fixed(percent * comparison->max_error_relative, 2);
+        row[7] = fixed(percent * comparison->reaction_error, 2);
+        row[8] = fmt::format("{}{}", comparison->energy_error > 0.0 ? "+" : "",
+                             fixed(percent * comparison->energy_error, 2));
+    }
+    return row;
+}
+
+Row titles() {
+    Row row;
+    std::ranges::transform(columns, row.begin(), [](const Column &column) { return column.title; });
+    return row;
+}
+
+/// The titles, then a row per model.
+std::vector<Row> rows_of(std::span<const Result> results) {
+    std::vector<Row> rows{titles()};
+    for (const Result &result : results)
+        for (const ModelResult &model : result.models)
+            rows.push_back(row_of(model, result));
+    return rows;
+}
+
+std::string failures(std::span<const Result> results, const std::string &bullet) {
+    std::string lines;
+    for (const Result &result : results)
+        for (const ModelResult &model : result.models)
+            if (model.solution.status != core::SolutionStatus::ok)
+                lines += fmt::format("{}{}, {}, {}: {}: {}\n", bullet, result.problem.body->name,
+                                     result.problem.load_case.name, model.name, core::to_string(model.solution.status),
+                                     model.solution.message);
+    return lines.empty() ? lines : fmt::format("\n{}", lines);
+}
+
+std::string escape_markdown(const std::string &cell) {
+    std::string escaped;
+    for (const char c : cell) {
+        if (c == '|')
+            escaped += '\\';
+        escaped += c;
+    }
+    return escaped;
+}
+
+} // namespace
+
+std::string text_table(std::span<const Result> results) {
+    const auto rows = rows_of(results);
+    std::array<std::size_t, columns.size()> width{};
+    for (const Row &row : rows)
+        for (std::size_t c = 0; c < row.size(); ++c)
+            width[c] = std::max(width[c], row[c].size());
+
+    std::string table;
+    for (const Row &row : rows) {
+        for (std::size_t c = 0; c < row.size(); ++c) {
+            table += c == 0 ? "" : "  ";
+            table += columns[c].is_number ? fmt::format("{:>{}}", row[c], width[c])
+                                          : fmt::format("{:<{}}", row[c], width[c]);
+        }
+        table += '\n';
+        if (&row == &rows.front()) {
+            for (std::size_t c = 0; c < row.size(); ++c)
+                table += fmt::format("{}{:-<{}}", c == 0 ? "" : "  ", "", width[c]);
+            table += '\n';
+        }
+    }
+    return table + failures(results, "");
+}
+
+std::string markdown_table(std::span<const Result> results) {
+    const auto rows = rows_of(results);
+    std::string table;
+    for (const Row &row : rows) {
+        for (const std::string &cell : row)
+            table += fmt::format("| {} ", escape_markdown(cell));
+        table += "|\n";
+        if (&row == &rows.front()) {
+            for (const Column &column : columns)
+                table += column.is_number ? "| ---: " : "| --- ";
+            table += "|\n";
+        }
+    }
+    return table + failures(results, "- ");
+}
+
+} // namespace livermark::results

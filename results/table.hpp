@@ -1,0 +1,20 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "results/result.hpp"
+
+namespace livermark::results {
+
+/// One row per body, load case and model, in the order of the results: peak displacement [mm]; relative L2 error [%],
+/// greatest error [mm] and [% of the reference's peak], reaction and (signed) energy error [%], all against the
+/// reference; set-up and solve time [s]; status; and whether the model is in its error band. The reference is marked.
+/// What has no value is "-". The reason of every failure stands below the table.
+/// @return lines of equal width for a terminal
+std::string text_table(std::span<const Result> results);
+
+/// The same table in GitHub's Markdown.
+std::string markdown_table(std::span<const Result> results);
+
+} // namespace livermark::results

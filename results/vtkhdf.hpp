@@ -1,0 +1,13 @@
+#pragma once
+
+#include "results/hdf5_io.hpp"
+#include "results/result.hpp"
+
+namespace livermark::results {
+
+/// Adds the group /VTKHDF, in which ParaView and VTK (>= 9.1) see the file as an unstructured grid with the
+/// displacement and the error of every model. Points and fields are hard links to the datasets that are in the file
+/// already. Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/index.html, version 1.0
+void write_vtkhdf(hdf5::OutputFile &file, const Result &result);
+
+} // namespace livermark::results

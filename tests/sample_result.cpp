@@ -1,0 +1,97 @@
+#include "tests/sample_result.hpp"
+
+#include <limits>
+#include <memory>
+
+#include "tests/test_meshes.hpp"
+
+namespace livermark::tests {
+
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+core::Problem sample_problem(int num_bricks) {
+    auto body = std::make_shared<core::Body>();
+    body->name = "box";
+    body->mesh = box_mesh({0.2, 0.1, 0.1}, {num_bricks, 1, 1});
+    body->mesh.region_names = {"parenchyma", "tumour"};
+    body->mesh.region.back() = 1;
+    body->materials = {{1060.0, 4000.0, 0.45}, {1100.0, 20000.0, 0.48}};
+
+    core::LoadCase load_case = empty_load_case(body->mesh);
+    load_case.name = "pull_and_hang";
+    load_case.title = "Held at one side, pulled at the other, µ-gravity";
+    load_case.definition = "title = \"Held\"\n# [constraint]\n";
+    load_case.target_peak_displacement = 2e-3;
+    prescribe(load_case, body->mesh, "x_min", {0.0, 0.0, 0.0});
+    prescribe(load_case, body->mesh, "z_max", {nan, nan, 1e-3});
+    pull(load_case, body->mesh, "x_max", {120.0, 0.0, -3.0});
+    load_case.acceleration = {0.0, 0.0, -9.81};
+    return {std::move(body), std::move(load_case)};
+}
+
+/// u = scale * x, of which no two nodes have the same.
+core::Solution stretched(const core::Problem &problem, double scale) {
+    core::Solution solution;
+    for (const core::Vector3 &point : problem.body->mesh.points)
+        solution.displacement.emplace_back(scale * (point + core::Vector3(0.01, 0.02, 0.03)));
+    solution.reaction = {{scale, -1.0 / 3.0, 0.1}, {0.0, 0.0, 7.0 * scale}};
+    solution.strain_energy = 0.5 * scale * scale;
+    solution.degrees_of_freedom = 3 * static_cast<std::int64_t>(solution.displacement.size());
+    solution.setup_seconds = 0.25;
+    solution.solve_seconds = 1.0 / 3.0;
+    return solution;
+}
+
+core::SpringNetwork springs_of(const core::TetraMesh &mesh) {
+    core::SpringNetwork springs;
+    springs.node_mass = core::nodal_volumes(mesh);
+    springs.edges = core::edge_table(mesh.tetrahedra).edges;
+    for (const auto &[i, j] : springs.edges) {
+        springs.rest_length.push_back((mesh.points[i] - mesh.points[j]).norm());
+        springs.stiffness.push_back(100.0 + i + 0.1 * j);
+    }
+    return springs;
+}
+
+} // namespace
+
+results::Result sample_result(int num_bricks) {
+    results::Result result;
+    result.provenance = {"0.1.0",
+                         "0123abc-dirty",
+                         "2026-11-21T08:00:00Z",
+                         "livermark run --body box",
+                         "A processor",
+                         "GNU 12.2.0",
+                         "Release",
+                         4};
+    result.problem = sample_problem(num_bricks);
+    const core::TetraMesh &mesh = result.problem.body->mesh;
+    const core::Solution reference = stretched(result.problem, 0.01);
+    result.models.push_back({"fem_p2", "Quadratic tetrahedra", "Hughes 1987", reference, std::nullopt, std::nullopt});
+
+    core::Solution springs = stretched(result.problem, 0.012);
+    springs.nonlinearity = 0.03;
+    springs.springs = springs_of(mesh);
+    const auto comparison = core::compare(mesh, springs, reference, "fem_p2");
+    result.models.push_back(
+        {"springs", "Springs", "Lloyd 2007", springs, comparison, results::ErrorBand{0.2, 0.01, "by construction"}});
+
+    core::Solution blown_up = stretched(result.problem, 1e30);
+    blown_up.status = core::SolutionStatus::diverged;
+    blown_up.message = "a node left the room";
+    blown_up.displacement.front() = {nan, std::numeric_limits<double>::infinity(), -1.0};
+    result.models.push_back({"blown_up", "Explodes", "", blown_up, core::compare(mesh, blown_up, reference, "fem_p2"),
+                             results::ErrorBand{0.1, 0.1, "hope"}});
+
+    core::Solution unfinished = stretched(result.problem, 0.005);
+    unfinished.status = core::SolutionStatus::not_converged;
+    unfinished.message = "100 iterations were not enough";
+    result.models.push_back(
+        {"unfinished", "Slow", "", unfinished, std::nullopt, results::ErrorBand{0.5, 0.1, "by construction"}});
+    return result;
+}
+
+} // namespace livermark::tests
