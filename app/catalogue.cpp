@@ -1,0 +1,42 @@
+#include "app/catalogue.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fmt/format.h>
+
+#include "core/input_error.hpp"
+#include "core/toml_input.hpp"
+
+namespace livermark::app {
+
+std::filesystem::path root_folder() {
+    const char *root = std::getenv("LIVERMARK_ROOT");
+    return root ? root : LIVERMARK_SOURCE_DIR;
+}
+
+std::string unknown_name(const char *word, const std::string &name, const std::vector<std::string> &known) {
+    const auto nearest = core::nearest_word(name, known);
+    return fmt::format("there is no {} '{}'; {}", word, name,
+                       nearest.empty() ? fmt::format("known are: {}", fmt::join(known, ", "))
+                                       : fmt::format("did you mean '{}'?", nearest));
+}
+
+std::vector<std::filesystem::path> find_toml_files(const std::vector<std::string> &wanted, const char *folder,
+                                                   const char *word) {
+    const auto path = root_folder() / folder;
+    const auto known = core::list_toml(path);
+    std::vector<std::filesystem::path> files;
+    for (const auto &name : wanted.empty() ? known : wanted) {
+        std::filesystem::path file = name;
+        if (std::ranges::find(known, name) != known.end())
+            file = path / (name + ".toml");
+        else if (file.extension() != ".toml")
+            throw core::InputError(unknown_name(word, name, known));
+        if (std::ranges::find(files, file) != files.end())
+            throw core::InputError(fmt::format("{} '{}' is asked for twice; name it once", word, name));
+        files.push_back(file);
+    }
+    return files;
+}
+
+} // namespace livermark::app

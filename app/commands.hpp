@@ -1,0 +1,18 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+
+namespace livermark::app {
+
+/// A subcommand adds itself, with its options, to the command line and returns what to do when it was asked for.
+/// That returns the exit status: 0 all done, 1 a run failed or missed its band. Bad input is a core::InputError.
+using Command = std::function<int()>;
+
+Command add_list(CLI::App &parent);
+Command add_mesh(CLI::App &parent);
+/// @param command_line  kept in the result files
+Command add_run(CLI::App &parent, const std::string &command_line);
+
+} // namespace livermark::app

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/model.hpp"
+#include "results/error_bands.hpp"
+#include "results/result.hpp"
+
+namespace livermark::app {
+
+/// The models asked for by name, with the reference and the baseline beside them, in the order of the table; all if
+/// none was asked for.
+/// @throws core::InputError for a name that there is not, with the nearest one that there is
+std::vector<core::Model> choose_models(const std::vector<std::string> &wanted);
+
+/// Lets every model solve a problem and compares it with the reference. A model that finds no solution is part of the
+/// result; where the reference finds none, nothing is compared.
+/// @param starting  called with the name of each model before it starts
+results::Result hold_contest(const core::Problem &problem, const std::vector<core::Model> &models,
+                             const results::ErrorBands &bands, results::Provenance provenance,
+                             const std::function<void(const std::string &)> &starting);
+
+} // namespace livermark::app

@@ -1,0 +1,60 @@
+#include <fmt/format.h>
+#include <memory>
+
+#include "app/catalogue.hpp"
+#include "app/commands.hpp"
+#include "load_cases/load_case_reader.hpp"
+#include "meshes/body_reader.hpp"
+#include "models/model_table.hpp"
+#include "msm/spring_law.hpp"
+
+namespace livermark::app {
+
+namespace {
+
+void print_entry(const std::string &name, const std::string &text) {
+    fmt::print("{:<16} {}\n", name, text);
+}
+
+void list_bodies() {
+    for (const auto &file : find_toml_files({}, bodies_folder, "body"))
+        print_entry(file.stem().string(), meshes::body_title(file));
+}
+
+void list_load_cases() {
+    for (const auto &file : find_toml_files({}, load_cases_folder, "load case"))
+        print_entry(file.stem().string(), load_cases::load_case_title(file));
+}
+
+void list_models() {
+    for (const auto &model : models::all_models())
+        print_entry(model.name, fmt::format("{} [{}]", model.summary, model.source));
+}
+
+void list_spring_laws() {
+    for (const auto &law : msm::all_spring_laws())
+        print_entry(law.name, fmt::format("{} [{}]", law.summary, law.source));
+}
+
+} // namespace
+
+Command add_list(CLI::App &parent) {
+    auto *command = parent.add_subcommand("list", "List what there is to run");
+    auto what = std::make_shared<std::string>();
+    command->add_option("what", *what, "bodies, load-cases, models or spring-laws")
+        ->required()
+        ->check(CLI::IsMember({"bodies", "load-cases", "models", "spring-laws"}));
+    return [what] {
+        if (*what == "bodies")
+            list_bodies();
+        else if (*what == "load-cases")
+            list_load_cases();
+        else if (*what == "models")
+            list_models();
+        else
+            list_spring_laws();
+        return 0;
+    };
+}
+
+} // namespace livermark::app

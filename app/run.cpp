@@ -1,0 +1,119 @@
+#include <algorithm>
+#include <fmt/format.h>
+#include <memory>
+#include <optional>
+
+#include "app/catalogue.hpp"
+#include "app/commands.hpp"
+#include "app/contest.hpp"
+#include "app/progress.hpp"
+#include "core/input_error.hpp"
+#include "load_cases/load_case_reader.hpp"
+#include "meshes/body_reader.hpp"
+#include "results/error_bands.hpp"
+#include "results/provenance.hpp"
+#include "results/result_file.hpp"
+#include "results/table.hpp"
+
+namespace livermark::app {
+
+namespace {
+
+struct RunOptions {
+    std::vector<std::string> bodies;
+    std::vector<std::string> load_cases;
+    std::vector<std::string> models;
+    meshes::MaterialOverride material;
+    std::string output;
+    bool markdown = false;
+};
+
+/// Reads every body once and puts every load case on it, so that a fault shows before the first hour of work.
+std::vector<core::Problem> read_problems(const RunOptions &options) {
+    std::vector<core::Problem> problems;
+    const auto load_case_files = find_toml_files(options.load_cases, load_cases_folder, "load case");
+    for (const auto &body_file : find_toml_files(options.bodies, bodies_folder, "body")) {
+        const auto body = std::make_shared<const core::Body>(meshes::read_body(body_file, options.material));
+        for (const auto &load_case_file : load_case_files)
+            problems.push_back({body, load_cases::read_load_case(load_case_file, body->mesh)});
+    }
+    return problems;
+}
+
+/// Error bands hold for the bodies as they ship, not for other materials.
+results::ErrorBands read_bands(const RunOptions &options) {
+    if (options.material.young_modulus || options.material.poisson_ratio)
+        return {};
+    return results::read_error_bands(root_folder() / "results" / "error_bands.toml");
+}
+
+std::filesystem::path make_output_folder(const std::filesystem::path &output, const core::Problem &problem) {
+    const auto folder = output / problem.body->name;
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error)
+        throw core::InputError(
+            fmt::format("{}: cannot be made ({}); choose another --output", folder.string(), error.message()));
+    return folder;
+}
+
+bool all_is_well(const results::Result &result) {
+    return std::ranges::all_of(result.models, [](const results::ModelResult &model) {
+        return model.solution.status == core::SolutionStatus::ok && results::meets_band(model).value_or(true);
+    });
+}
+
+int run(const RunOptions &options, const std::string &command_line) {
+    const auto models = choose_models(options.models);
+    const auto problems = read_problems(options);
+    const auto bands = read_bands(options);
+    for (const auto &problem : problems)
+        make_output_folder(options.output, problem);
+
+    std::vector<results::Result> done;
+    std::vector<std::string> failures;
+    {
+        Progress progress(static_cast<int>(problems.size() * models.size()));
+        for (const auto &problem : problems) {
+            const auto name = fmt::format("{} / {}", problem.body->name, problem.load_case.name);
+            try {
+                const auto result =
+                    hold_contest(problem, models, bands, results::current_provenance(command_line),
+                                 [&](const std::string &model) { progress.next(fmt::format("{} / {}", name, model)); });
+                const auto file = make_output_folder(options.output, problem) / (problem.load_case.name + ".h5");
+                results::write_result(file, result);
+                done.push_back(result);
+            } catch (const std::exception &error) {
+                failures.push_back(fmt::format("{}: {}", name, error.what()));
+            }
+        }
+    }
+    fmt::print("{}", options.markdown ? results::markdown_table(done) : results::text_table(done));
+    for (const auto &failure : failures)
+        fmt::print(stderr, "livermark: failed: {}\n", failure);
+    fmt::print(stderr, "Result files are in {}\n", options.output);
+    return failures.empty() && std::ranges::all_of(done, all_is_well) ? 0 : 1;
+}
+
+} // namespace
+
+Command add_run(CLI::App &parent, const std::string &command_line) {
+    auto *command = parent.add_subcommand(
+        "run", "Run models on load cases and compare them with the finite element reference; everything that ships "
+               "unless told otherwise");
+    auto options = std::make_shared<RunOptions>();
+    options->output = (root_folder() / "results" / "runs").string();
+    command->add_option("--body", options->bodies, "Names as in 'livermark list bodies', or paths of body .toml files");
+    command->add_option("--load-case", options->load_cases,
+                        "Names as in 'livermark list load-cases', or paths of load case .toml files");
+    command->add_option("--model", options->models,
+                        "Names as in 'livermark list models'; the reference and the baseline always run beside them");
+    command->add_option("--young", options->material.young_modulus,
+                        "Young's modulus of the first region [Pa]; the others keep their ratio to it");
+    command->add_option("--poisson", options->material.poisson_ratio, "Poisson's ratio of every region");
+    command->add_option("--output", options->output, "Folder for <body>/<load case>.h5")->capture_default_str();
+    command->add_flag("--markdown", options->markdown, "Print the table in Markdown");
+    return [options, command_line] { return run(*options, command_line); };
+}
+
+} // namespace livermark::app
