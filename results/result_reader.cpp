@@ -152,6 +152,9 @@ core::Solution read_solution(const InputFile &file, const std::string &group, co
 core::Comparison read_comparison(const InputFile &file, const std::string &group, std::size_t num_nodes) {
     core::Comparison comparison;
     comparison.reference = file.text(group, "reference");
+    if (!file.has(solution_group(comparison.reference)))
+        file.refuse(group,
+                    fmt::format("attribute reference is '{}', which is not in /solutions", comparison.reference));
     comparison.relative_l2 = file.number(group, "relative_l2");
     comparison.max_error = file.number(group, "max_error");
     comparison.max_error_relative = file.number(group, "max_error_relative");
@@ -174,9 +177,12 @@ ModelResult read_model(const InputFile &file, const std::string &name, const cor
     // A model that could not be compared may have a band all the same: the one that it missed.
     if (file.has_attribute(comparison, "reference") || !file.has_attribute(comparison, "band_expected"))
         model.comparison = read_comparison(file, comparison, problem.body->mesh.points.size());
-    if (file.has_attribute(comparison, "band_expected"))
+    if (file.has_attribute(comparison, "band_expected")) {
         model.band = {file.number(comparison, "band_expected"), file.number(comparison, "band_margin"),
                       file.text(comparison, "band_origin")};
+        if (!(model.band->expected >= 0.0 && model.band->margin > 0.0))
+            file.refuse(comparison, "attributes band_expected and band_margin are no band");
+    }
     return model;
 }
 
@@ -189,7 +195,10 @@ Provenance read_provenance(const InputFile &file) {
     provenance.cpu = file.text("/", "cpu");
     provenance.compiler = file.text("/", "compiler");
     provenance.build_type = file.text("/", "build_type");
-    provenance.threads = static_cast<int>(file.integer("/", "threads"));
+    const auto threads = file.integer("/", "threads");
+    if (threads < 1 || threads > std::numeric_limits<int>::max())
+        file.refuse("/", fmt::format("attribute threads is {}", threads));
+    provenance.threads = static_cast<int>(threads);
     return provenance;
 }
 

@@ -54,6 +54,10 @@ void check_shapes(const Result &result) {
         if (!names.insert(model.name).second)
             throw std::invalid_argument(fmt::format("model {} is in the result twice", model.name));
     }
+    for (const ModelResult &model : result.models)
+        if (model.comparison && !names.contains(model.comparison->reference))
+            throw std::invalid_argument(fmt::format("model {} is compared with {}, which is not in the result",
+                                                    model.name, model.comparison->reference));
 }
 
 void write_provenance(hdf5::OutputFile &file, const Provenance &provenance) {

@@ -65,7 +65,7 @@ TEST(ErrorBands, RefuseWithLineAndRemedy) {
     expect(table + "relative_l2 = nan\n", ":2: relative_l2 in [b.l.m] is not a finite number; write");
     expect(table + "relative_l2 = -0.1\n", ":2: relative_l2 in [b.l.m] is negative; give");
     expect(table + "relative_l2 = 0.1\nmargin = 0\n", ":3: margin in [b.l.m] is not positive; give");
-    expect("[b.l]\n" + good, ":2: b.l.");
+    expect("[b.l]\n" + good, ":3: b.l.margin is not a table; write"); // the first in the alphabet
     expect("margin = 0.1\n", ":1: margin is not a table; write");
 }
 

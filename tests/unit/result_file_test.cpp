@@ -265,6 +265,7 @@ TEST_F(ResultFile, LeavesTheEarlierFileWhenTheResultIsInconsistent) {
     spoiled([](Result &r) { r.models[1].name = "fem/p2"; });
     spoiled([](Result &r) { r.models[1].name = "fem.p2"; });
     spoiled([](Result &r) { r.models[1].name = ""; });
+    spoiled([](Result &r) { r.models[1].comparison->reference = "nobody"; });
     spoiled([](Result &r) { r.models[1].solution.displacement.pop_back(); });
     spoiled([](Result &r) { r.models[1].solution.reaction.clear(); });
     spoiled([](Result &r) { r.models[1].solution.springs->stiffness.pop_back(); });
@@ -365,6 +366,10 @@ TEST_F(ResultFile, NamesThePlaceOfEveryFault) {
          [](hid_t file) { poke(file, "/load_case/condition", H5T_NATIVE_INT, 2, 3); }},
         {"/load_case/constraint", "row 0 holds 2",
          [](hid_t file) { poke(file, "/load_case/constraint", H5T_NATIVE_INT, 0, 2); }},
+        {"/", "attribute threads is 0", [](hid_t file) { set_attribute(file, "/", "threads", H5T_NATIVE_INT, 0); }},
+        {"/comparisons/springs", "attribute reference is 'fem_p2'", remove("/solutions/fem_p2")},
+        {"/comparisons/springs", "are no band",
+         [&](hid_t file) { set_attribute(file, "/comparisons/springs", "band_margin", H5T_NATIVE_DOUBLE, nan); }},
         {"/solutions/springs/edges", "row 0 holds 12",
          [&](hid_t file) { poke(file, "/solutions/springs/edges", H5T_NATIVE_INT, 1, num_nodes); }},
     };
