@@ -53,20 +53,20 @@ TEST(ErrorBands, RefuseWithLineAndRemedy) {
         const std::string message = refusal(text);
         EXPECT_EQ(message.rfind(says, 0), 0u) << message << "\ninstead of\n" << says;
     };
-    expect(table + good + "oops\n", ":5: not valid TOML");
-    expect(table + good + table + good, ":5: not valid TOML");
-    expect(table + good + "tolerance = 1\n", ":5: [b.l.m] has an unknown key tolerance; use relative_l2");
-    expect(table + "margin = 0.1\norigin = \"x\"\n", ":1: [b.l.m] has no relative_l2; add");
-    expect(table + "relative_l2 = 0.3\norigin = \"x\"\n", ":1: [b.l.m] has no margin; add");
-    expect(table + "relative_l2 = 0.3\nmargin = 0.1\n", ":1: [b.l.m] has no text for origin; say");
-    expect(table + "relative_l2 = 0.3\nmargin = 0.1\norigin = 3\n", ":4: [b.l.m] has no text for origin; say");
-    expect(table + "relative_l2 = \"0.3\"\n", ":2: relative_l2 in [b.l.m] is not a finite number; write");
-    expect(table + "relative_l2 = true\n", ":2: relative_l2 in [b.l.m] is not a finite number; write");
-    expect(table + "relative_l2 = nan\n", ":2: relative_l2 in [b.l.m] is not a finite number; write");
-    expect(table + "relative_l2 = -0.1\n", ":2: relative_l2 in [b.l.m] is negative; give");
-    expect(table + "relative_l2 = 0.1\nmargin = 0\n", ":3: margin in [b.l.m] is not positive; give");
-    expect("[b.l]\n" + good, ":3: b.l.margin is not a table; write"); // the first in the alphabet
-    expect("margin = 0.1\n", ":1: margin is not a table; write");
+    expect(table + good + "oops\n", ":5: this is not TOML");
+    expect(table + good + table + good, ":5: this is not TOML");
+    expect(table + good + "margn = 1\n", ":5: unknown key 'margn'; did you mean 'margin'?");
+    expect(table + "margin = 0.1\norigin = \"x\"\n", ":1: 'relative_l2' is missing");
+    expect(table + "relative_l2 = 0.3\norigin = \"x\"\n", ":1: 'margin' is missing");
+    expect(table + "relative_l2 = 0.3\nmargin = 0.1\n", ":1: 'origin' is missing");
+    expect(table + "relative_l2 = 0.3\nmargin = 0.1\norigin = 3\n", ":4: 'origin' has to be a string");
+    expect(table + "relative_l2 = 0.3\nmargin = 0.1\norigin = \"\"\n", ":4: 'origin' is empty");
+    expect(table + "relative_l2 = \"0.3\"\n", ":2: 'relative_l2' has to be a finite number");
+    expect(table + "relative_l2 = true\n", ":2: 'relative_l2' has to be a finite number");
+    expect(table + "relative_l2 = nan\n", ":2: 'relative_l2' has to be a finite number");
+    expect(table + "relative_l2 = -0.1\nmargin = 0.1\norigin = \"x\"\n", ":2: 'relative_l2' is negative; give");
+    expect(table + "relative_l2 = 0.1\nmargin = 0\norigin = \"x\"\n", ":3: 'margin' is not positive; give");
+    expect("margin = 0.1\n", ":1: bands stand in tables; write");
 }
 
 TEST(ErrorBands, RefuseAFileThatIsMissing) {
