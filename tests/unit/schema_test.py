@@ -1,0 +1,95 @@
+"""schema_test.py <schema.md> <result.h5>: the tables of schema.md and a file that holds everything say the same."""
+
+import re
+import sys
+
+import h5py
+
+TYPES = {"float64": "<f8", "int64": "<i8", "int32": "<i4", "uint8": "|u1"}
+
+
+def read_tables(path):
+    """{path: (shape, type, unit)} of all lines of all tables."""
+    lines = {}
+    for line in open(path, encoding="utf-8"):
+        cells = [cell.strip() for cell in line.strip().strip("|").split(" |")]
+        if match := re.fullmatch(r"`(/.*)`", cells[0]):
+            assert len(cells) == 5, line
+            assert match[1] not in lines, f"{match[1]} stands twice in {path}"
+            lines[match[1]] = tuple(cells[1:4])
+    return lines
+
+
+def general(path, models):
+    """The path with <model> for the name of a model."""
+    for model in models:
+        path = re.sub(rf"(/solutions/|/comparisons/|displacement_|error_){model}(?=[/@]|$)", r"\1<model>", path)
+    return path
+
+
+def entries(file):
+    """(path, shape, dtype, units) of every dataset and attribute, under each of its names."""
+
+    def walk(group, prefix):
+        yield from attributes(group, prefix or "/")
+        for name, item in group.items():
+            if isinstance(item, h5py.Group):
+                yield from walk(item, f"{prefix}/{name}")
+            else:
+                yield f"{prefix}/{name}", item.shape, item.dtype, item.attrs.get("units", "")
+                yield from attributes(item, f"{prefix}/{name}")
+
+    def attributes(item, path):
+        for name in item.attrs:
+            if name != "units":
+                attribute = item.attrs.get_id(name)
+                yield f"{path}@{name}", attribute.shape, attribute.dtype, ""
+
+    yield from walk(file, "")
+
+
+def check_type(path, dtype, said):
+    text = h5py.check_string_dtype(dtype)
+    if said == "text":
+        assert text and text.length is None and text.encoding == "utf-8", f"{path} is {dtype}"
+    elif said == "ASCII":
+        assert text and text.length is not None and text.encoding == "ascii", f"{path} is {dtype}"
+    else:
+        assert not text and dtype.str == TYPES[said], f"{path} is {dtype} and not {said}"
+
+
+def sizes_of(file):
+    return {"N": file["/mesh/points"].shape[0], "M": file["/mesh/tetrahedra"].shape[0],
+            "T": file["/mesh/boundary_triangles"].shape[0], "R": file["/materials/density"].shape[0],
+            "B": len(file["/mesh/boundary_patch"].attrs["names"]),
+            "P": len(file["/load_case/constraint"].attrs["names"]),
+            "S": file["/solutions/springs/edges"].shape[0]}
+
+
+def size(text, sizes):
+    """Of 3, N, 4M or M+1."""
+    factor, symbol, addend = re.fullmatch(r"(\d*)([A-Z]?)(?:\+(\d+))?", text).groups()
+    return int(factor or 1) * (sizes[symbol] if symbol else 1) + int(addend or 0)
+
+
+def main(schema, result):
+    tables = read_tables(schema)
+    found = set()
+    with h5py.File(result) as file:
+        sizes = sizes_of(file)
+        assert len(set(sizes.values())) == len(sizes) - 1, f"{sizes}: only R and P may be equal"
+        for path, shape, dtype, units in entries(file):
+            line = general(path, file["/solutions"])
+            assert line in tables, f"{path} is in the file, and {line} not in {schema}"
+            found.add(line)
+            said_shape, said_type, said_unit = tables[line]
+            wanted = tuple(size(text, sizes) for text in said_shape.strip("()").split(",") if text)
+            assert shape == wanted, f"{path} has shape {shape} and not {said_shape} = {wanted}"
+            check_type(path, dtype, said_type)
+            assert units == said_unit, f"{path} has units '{units}' and not '{said_unit}'"
+    missing = set(tables) - found
+    assert not missing, f"in {schema} and not in the file: {sorted(missing)}"
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
