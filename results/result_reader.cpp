@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 #include <limits>
 #include <memory>
+#include <new>
 #include <span>
+#include <stdexcept>
 
 #include "results/hdf5_io.hpp"
 #include "results/result_file.hpp"
@@ -202,10 +204,7 @@ Provenance read_provenance(const InputFile &file) {
     return provenance;
 }
 
-} // namespace
-
-Result read_result(const std::filesystem::path &path) {
-    const InputFile file(path);
+Result read_file(const InputFile &file) {
     check_schema(file);
     Result result;
     result.provenance = read_provenance(file);
@@ -218,6 +217,20 @@ Result read_result(const std::filesystem::path &path) {
     for (const std::string &name : file.children("/solutions"))
         result.models.push_back(read_model(file, name, result.problem));
     return result;
+}
+
+} // namespace
+
+Result read_result(const std::filesystem::path &path) {
+    const InputFile file(path);
+    try {
+        return read_file(file);
+    } catch (const std::bad_alloc &) {
+        // A damaged file may claim any size.
+        file.refuse("/", "claims more data than fit into memory");
+    } catch (const std::length_error &) {
+        file.refuse("/", "claims more data than fit into memory");
+    }
 }
 
 } // namespace livermark::results

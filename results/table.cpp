@@ -64,8 +64,9 @@ std::string verdict(const ModelResult &model) {
     const auto met = meets_band(model);
     if (!met)
         return "no band";
-    return *met ? "in band"
-                : fmt::format("missed {:.2f} +- {:.2f}", percent * model.band->expected, percent * model.band->margin);
+    return *met
+               ? "in band"
+               : fmt::format("missed {:.2f} +- {:.2f} %", percent * model.band->expected, percent * model.band->margin);
 }
 
 Row row_of(const ModelResult &model, const Result &result) {
