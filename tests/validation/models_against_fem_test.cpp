@@ -117,8 +117,9 @@ TEST_P(ModelsAgainstFem, LoadIsInTheLinearRange) {
     EXPECT_LT(peak, 1.3 * target);
     EXPECT_GT(peak, target / 1.3);
     for (const auto &model : result.models) {
-        if (model.solution.springs)
+        if (model.solution.springs) {
             EXPECT_LT(model.solution.nonlinearity, 0.05) << model.name;
+        }
     }
 }
 
