@@ -113,9 +113,13 @@ core::Vector3 liver_gradient(const core::Vector3 &point) {
 }
 
 core::Vector3 project_to_liver(core::Vector3 point) {
-    for (int iteration = 0; iteration < 6; ++iteration) {
+    constexpr double close_enough = 1e-10;
+    constexpr int max_iterations = 10;
+    double level = liver_level(point);
+    for (int iteration = 0; iteration < max_iterations && std::abs(level) > close_enough; ++iteration) {
         const Vector3 gradient = liver_gradient(point);
-        point -= liver_level(point) / gradient.squaredNorm() * gradient;
+        point -= level / gradient.squaredNorm() * gradient;
+        level = liver_level(point);
     }
     return point;
 }
