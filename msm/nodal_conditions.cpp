@@ -1,6 +1,5 @@
 #include "msm/nodal_conditions.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -8,11 +7,15 @@ namespace livermark::msm {
 
 namespace {
 
-/// Prescribes the components that the facet prescribes, and keeps what an earlier facet said of the others.
-void prescribe(core::Vector3 &node, const core::Vector3 &facet) {
-    for (int component = 0; component < 3; ++component)
-        if (!std::isnan(facet[component]))
-            node[component] = facet[component];
+/// Prescribes the components that a facet prescribes, unless a constraint of lower index has done so.
+void prescribe(NodalConditions &nodes, int node, const core::Vector3 &value, int constraint) {
+    for (int c = 0; c < 3; ++c) {
+        int &owner = nodes.constraint[node][static_cast<std::size_t>(c)];
+        if (!std::isnan(value[c]) && (owner < 0 || constraint < owner)) {
+            owner = constraint;
+            nodes.displacement[node][c] = value[c];
+        }
+    }
 }
 
 } // namespace
@@ -22,7 +25,7 @@ NodalConditions nodal_conditions(const core::Problem &problem, const std::vector
     const auto &load_case = problem.load_case;
     NodalConditions nodes;
     nodes.displacement.assign(mesh.points.size(), core::Vector3::Constant(std::numeric_limits<double>::quiet_NaN()));
-    nodes.constraint.assign(mesh.points.size(), -1);
+    nodes.constraint.assign(mesh.points.size(), {-1, -1, -1});
     nodes.force.reserve(mesh.points.size());
     for (const double mass : node_mass)
         nodes.force.push_back(mass * load_case.acceleration);
@@ -31,11 +34,8 @@ NodalConditions nodal_conditions(const core::Problem &problem, const std::vector
         for (const int node : mesh.boundary_triangles[f]) {
             if (load_case.condition[f] == core::FacetCondition::traction)
                 nodes.force[node] += area_vector(mesh, f).norm() / 3.0 * load_case.value[f];
-            if (load_case.condition[f] == core::FacetCondition::prescribed_displacement) {
-                prescribe(nodes.displacement[node], load_case.value[f]);
-                int &owner = nodes.constraint[node];
-                owner = owner < 0 ? load_case.constraint[f] : std::min(owner, load_case.constraint[f]);
-            }
+            if (load_case.condition[f] == core::FacetCondition::prescribed_displacement)
+                prescribe(nodes, node, load_case.value[f], load_case.constraint[f]);
         }
     }
     return nodes;
@@ -45,8 +45,9 @@ std::vector<core::Vector3> constraint_forces(const core::Problem &problem, const
                                              const std::vector<core::Vector3> &force) {
     std::vector<core::Vector3> total(problem.load_case.constraint_names.size(), core::Vector3::Zero());
     for (std::size_t i = 0; i < force.size(); ++i)
-        if (conditions.constraint[i] >= 0)
-            total[conditions.constraint[i]] += force[i];
+        for (std::size_t c = 0; c < 3; ++c)
+            if (const int owner = conditions.constraint[i][c]; owner >= 0)
+                total[owner][static_cast<Eigen::Index>(c)] += force[i][static_cast<Eigen::Index>(c)];
     return total;
 }
 

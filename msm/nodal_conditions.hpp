@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "core/problem.hpp"
@@ -8,13 +9,14 @@ namespace livermark::msm {
 
 /// A load case as a model with point masses sees it.
 struct NodalConditions {
-    std::vector<core::Vector3> displacement; ///< (N) prescribed displacement [m], NaN where a component is free
-    std::vector<int> constraint;             ///< (N) index into LoadCase::constraint_names, -1 for a free node
-    std::vector<core::Vector3> force;        ///< (N) load [N]
+    std::vector<core::Vector3> displacement;    ///< (N) prescribed displacement [m], NaN where a component is free
+    std::vector<std::array<int, 3>> constraint; ///< (N,3) index into LoadCase::constraint_names, -1 where free
+    std::vector<core::Vector3> force;           ///< (N) load [N]
 };
 
 /// Takes the conditions of a load case from its facets to the nodes: a third of each facet's traction to its corners,
-/// the acceleration by node mass. A node of several constraints belongs to the first.
+/// the acceleration by node mass. Where several constraints meet at a node, each component takes value and reaction
+/// from the constraint of lowest index that prescribes it.
 /// @param node_mass  shape (N) [kg]
 NodalConditions nodal_conditions(const core::Problem &problem, const std::vector<double> &node_mass);
 

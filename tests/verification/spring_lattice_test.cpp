@@ -64,13 +64,13 @@ TEST(SpringLattice, With18NeighboursIsIsotropicElasticityWithPoissonOneQuarter) 
     const double stress = 3.0;
     msm::NodalConditions conditions;
     conditions.displacement.assign(lattice.points.size(), Vector3::Constant(nan));
-    conditions.constraint.assign(lattice.points.size(), -1);
+    conditions.constraint.assign(lattice.points.size(), {-1, -1, -1});
     conditions.force.assign(lattice.points.size(), Vector3::Zero());
     for (std::size_t n = 0; n < lattice.points.size(); ++n)
         for (int c = 0; c < 3; ++c)
             if (lattice.points[n][c] == 0.0) {
                 conditions.displacement[n][c] = 0.0;
-                conditions.constraint[n] = 0;
+                conditions.constraint[n][static_cast<std::size_t>(c)] = 0;
             }
     for (int j = 0; j < cells; ++j)
         for (int k = 0; k < cells; ++k)

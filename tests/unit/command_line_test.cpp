@@ -1,0 +1,141 @@
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+namespace livermark {
+namespace {
+
+struct Outcome {
+    int status;
+    std::string output; ///< standard output and error
+};
+
+/// Runs livermark as a user would.
+Outcome livermark(const std::string &arguments) {
+    FILE *pipe = popen((LIVERMARK_BINARY " " + arguments + " 2>&1").c_str(), "r");
+    if (!pipe)
+        return {-1, "cannot be started"};
+    std::string output;
+    std::array<char, 4096> buffer{};
+    while (const auto size = std::fread(buffer.data(), 1, buffer.size(), pipe))
+        output.append(buffer.data(), size);
+    const int status = pclose(pipe);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, output};
+}
+
+std::filesystem::path scratch_folder() {
+    const auto *test = testing::UnitTest::GetInstance()->current_test_info();
+    auto folder = std::filesystem::path(testing::TempDir()) / "livermark_command_line" / test->name();
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder);
+    return folder;
+}
+
+std::string written(const std::filesystem::path &file, const std::string &text) {
+    std::ofstream(file) << text;
+    return file.string();
+}
+
+TEST(CommandLine, HelpAndVersionAreNoErrors) {
+    for (const char *arguments : {"--help", "run --help", "list --help", "mesh --help", "mesh liver --help",
+                                  "mesh check --help", "--version"}) {
+        const auto outcome = livermark(arguments);
+        EXPECT_EQ(outcome.status, 0) << arguments << "\n" << outcome.output;
+        EXPECT_FALSE(outcome.output.empty());
+    }
+}
+
+TEST(CommandLine, ListsWhatShips) {
+    EXPECT_NE(livermark("list bodies").output.find("liver_healthy"), std::string::npos);
+    EXPECT_NE(livermark("list load-cases").output.find("palpation"), std::string::npos);
+    EXPECT_NE(livermark("list models").output.find("fem_p2"), std::string::npos);
+    EXPECT_NE(livermark("list spring-laws").output.find("lloyd"), std::string::npos);
+}
+
+struct BadArguments {
+    const char *arguments;
+    const char *message;
+};
+
+/// Status 2, and a message that names the remedy.
+TEST(CommandLine, RefusesBadArgumentsWithStatusTwo) {
+    const auto folder = scratch_folder();
+    const auto output = " --output " + (folder / "runs").string();
+    for (const auto &[arguments, message] : {
+             BadArguments{"", "subcommand is required"},
+             {"rnu", "not expected"},
+             {"list", "what is required"},
+             {"list model", "not in {"},
+             {"run --body liver_healty", "did you mean 'liver_healthy'?"},
+             {"run --load-case palpatoin", "did you mean 'palpation'?"},
+             {"run --model loyd", "did you mean 'lloyd'?"},
+             {"run --model xyzzyxyzzy", "known are: fem_p1, fem_p2"},
+             {"run --body liver_healthy --body liver_healthy", "asked for twice"},
+             {"run --body /nowhere/body.toml", "/nowhere/body.toml"},
+             {"run --young soft", "--young"},
+             {"run --young -5", "Young's modulus is -5 Pa; it has to be positive"},
+             {"run --young nan", "has to be positive"},
+             {"run --poisson 0.5", "has to lie between -1 and 0.5"},
+             {"run --poisson nan", "has to lie between -1 and 0.5"},
+         }) {
+        const auto outcome = livermark(arguments + (std::string(arguments).starts_with("run ") ? output : ""));
+        EXPECT_EQ(outcome.status, 2) << arguments << "\n" << outcome.output;
+        EXPECT_NE(outcome.output.find(message), std::string::npos) << arguments << "\n" << outcome.output;
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder / "runs")) << "bad input left something behind";
+}
+
+TEST(CommandLine, RefusesAnOutputFolderThatCannotBe) {
+    const auto file = written(scratch_folder() / "a_file", "in the way");
+    const auto outcome = livermark("run --output " + file);
+    EXPECT_EQ(outcome.status, 2) << outcome.output;
+    EXPECT_NE(outcome.output.find("choose another --output"), std::string::npos) << outcome.output;
+}
+
+TEST(CommandLine, RefusesABodyWithFaultsAndLeavesEarlierResultsAlone) {
+    const auto folder = scratch_folder();
+    const auto results = folder / "runs";
+    std::filesystem::create_directories(results / "body");
+    const auto earlier = written(results / "body" / "palpation.h5", "earlier result");
+    const auto with_body = [&](const std::string &toml, const std::string &msh) {
+        written(folder / "body.msh", msh);
+        return livermark("run --body " + written(folder / "body.toml", toml) + " --output " + results.string());
+    };
+    const std::string toml = "title = \"t\"\nmesh = \"body.msh\"\n[regions.a]\ndensity = 1000\nyoung_modulus = 5000\n"
+                             "poisson_ratio = 0.45\nsource = \"s\"\n";
+    const std::string msh = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 1 \"a\"\n$EndPhysicalNames\n"
+                            "$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n"
+                            "$Elements\n1\n1 4 2 1 1 1 2 3 4\n$EndElements\n";
+    const auto replaced = [](std::string text, const std::string &from, const std::string &to) {
+        return text.replace(text.find(from), from.size(), to);
+    };
+    const std::array<std::array<std::string, 3>, 11> cases{{
+        {toml, msh, "has no patch 'posterior'"},
+        {toml, replaced(msh, "1 2 3 4", "2 1 3 4"), "tetrahedron 1 is inverted"},
+        {toml, replaced(msh, "1 0 0\n3", "1 nan 0\n3"), "not finite"},
+        {toml, msh.substr(0, 110), "ends too early"},
+        {replaced(toml, "[regions.a]", "[regions.b]"), msh, "no region 'b'"},
+        {replaced(toml, "0.45", "0.5"), msh, "Poisson's ratio is 0.5"},
+        {replaced(toml, "1000", "-1"), msh, "the density is -1 kg/m^3"},
+        {replaced(toml, "5000", "0"), msh, "Young's modulus is 0 Pa"},
+        {replaced(toml, "density", "densty"), msh, "did you mean 'density'?"},
+        {replaced(toml, "body.msh", "other.msh"), msh, "other.msh: cannot be read"},
+        {"regions = 3\n", msh, "'title' is missing"},
+    }};
+    for (const auto &[bad_toml, bad_msh, message] : cases) {
+        const auto outcome = with_body(bad_toml, bad_msh);
+        EXPECT_EQ(outcome.status, 2) << message << "\n" << outcome.output;
+        EXPECT_NE(outcome.output.find(message), std::string::npos) << message << "\n" << outcome.output;
+        EXPECT_EQ(std::ranges::count(outcome.output, '\n'), 1) << "more than one sentence: " << outcome.output;
+    }
+    std::ifstream stream(earlier);
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(stream), {}), "earlier result");
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(results / "body"), {}), 1);
+}
+
+} // namespace
+} // namespace livermark

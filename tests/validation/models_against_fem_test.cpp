@@ -1,0 +1,130 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <gtest/gtest.h>
+#include <ostream>
+
+#include "core/error_norms.hpp"
+#include "core/toml_input.hpp"
+#include "models/model_table.hpp"
+#include "results/error_bands.hpp"
+#include "results/result_file.hpp"
+
+namespace livermark {
+namespace {
+
+using core::Vector3;
+
+/// A body and a load case that ship; `livermark run` has made their result file before these tests.
+struct Contest {
+    std::string body;
+    std::string load_case;
+};
+
+void PrintTo(const Contest &contest, std::ostream *out) {
+    *out << contest.body << "_" << contest.load_case;
+}
+
+std::vector<Contest> all_contests() {
+    std::vector<Contest> contests;
+    for (const auto &body : core::list_toml(LIVERMARK_SOURCE_DIR "/meshes"))
+        for (const auto &load_case : core::list_toml(LIVERMARK_SOURCE_DIR "/load_cases"))
+            contests.push_back({body, load_case});
+    return contests;
+}
+
+class ModelsAgainstFem : public testing::TestWithParam<Contest> {
+  protected:
+    results::Result result = results::read_result(std::filesystem::path(LIVERMARK_VALIDATION_RUNS) / GetParam().body /
+                                                  (GetParam().load_case + ".h5"));
+
+    const results::ModelResult *find(std::string_view name) const {
+        const auto found = std::ranges::find(result.models, name, &results::ModelResult::name);
+        return found == result.models.end() ? nullptr : &*found;
+    }
+};
+
+TEST_P(ModelsAgainstFem, HasEveryModelOfTheTableUnderItsName) {
+    for (const auto &model : models::all_models())
+        EXPECT_NE(find(model.name), nullptr) << model.name;
+    EXPECT_NE(find(models::reference_model), nullptr);
+    EXPECT_NE(find(models::baseline_model), nullptr);
+}
+
+TEST_P(ModelsAgainstFem, EverySolutionIsFoundAndComparedWithTheReference) {
+    const auto *reference = find(models::reference_model);
+    ASSERT_NE(reference, nullptr);
+    for (const auto &model : result.models) {
+        EXPECT_EQ(model.solution.status, core::SolutionStatus::ok) << model.name << ": " << model.solution.message;
+        if (&model == reference)
+            continue;
+        ASSERT_TRUE(model.comparison) << model.name;
+        EXPECT_EQ(model.comparison->reference, models::reference_model) << model.name;
+        const auto again = core::compare(result.problem.body->mesh, model.solution, reference->solution, "again");
+        EXPECT_NEAR(model.comparison->relative_l2, again.relative_l2, 1e-14) << model.name;
+    }
+}
+
+TEST_P(ModelsAgainstFem, EveryErrorIsInItsBand) {
+    const auto bands = results::read_error_bands(LIVERMARK_SOURCE_DIR "/results/error_bands.toml");
+    for (const auto &model : result.models) {
+        if (model.name == models::reference_model)
+            continue;
+        const auto band = bands.find(GetParam().body, GetParam().load_case, model.name);
+        ASSERT_TRUE(band) << "results/error_bands.toml has no band for " << model.name;
+        ASSERT_TRUE(model.comparison) << model.name;
+        EXPECT_TRUE(band->contains(model.comparison->relative_l2))
+            << model.name << " is at " << model.comparison->relative_l2 << ", its band is " << band->expected << " +- "
+            << band->margin;
+    }
+}
+
+/// Sum of all loads of the problem [N].
+Vector3 total_load(const core::Problem &problem) {
+    const auto &mesh = problem.body->mesh;
+    const auto volumes = core::tetrahedron_volumes(mesh);
+    Vector3 load = Vector3::Zero();
+    for (std::size_t t = 0; t < volumes.size(); ++t)
+        load += volumes[t] * problem.body->materials[mesh.region[t]].density * problem.load_case.acceleration;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (problem.load_case.condition[f] == core::FacetCondition::traction)
+            load += core::area_vector(mesh, f).norm() * problem.load_case.value[f];
+    return load;
+}
+
+TEST_P(ModelsAgainstFem, ReactionsBalanceTheLoads) {
+    const Vector3 load = total_load(result.problem);
+    for (const auto &model : result.models) {
+        Vector3 unbalanced = load;
+        double scale = load.norm();
+        for (const auto &reaction : model.solution.reaction) {
+            unbalanced += reaction;
+            scale += reaction.norm();
+        }
+        EXPECT_LT(unbalanced.norm(), 1e-9 * scale) << model.name;
+    }
+}
+
+/// Within a factor of 1.3 of what the load case promises; and the springs, which are geometrically non-linear, are
+/// still close to their own linear answer, so that linear elasticity is a fair reference.
+TEST_P(ModelsAgainstFem, LoadIsInTheLinearRange) {
+    const auto *reference = find(models::reference_model);
+    ASSERT_NE(reference, nullptr);
+    double peak = 0.0;
+    for (const auto &displacement : reference->solution.displacement)
+        peak = std::max(peak, displacement.norm());
+    const double target = result.problem.load_case.target_peak_displacement;
+    EXPECT_LT(peak, 1.3 * target);
+    EXPECT_GT(peak, target / 1.3);
+    for (const auto &model : result.models) {
+        if (model.solution.springs) {
+            EXPECT_LT(model.solution.nonlinearity, 0.05) << model.name;
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Runs, ModelsAgainstFem, testing::ValuesIn(all_contests()),
+                         [](const auto &info) { return info.param.body + "_" + info.param.load_case; });
+
+} // namespace
+} // namespace livermark
