@@ -158,12 +158,12 @@ void add_body_force(const fem_reference::ElasticSystem &system, const std::funct
     }
 }
 
-void add_traction(const fem_reference::ElasticSystem &system, const core::TetraMesh &mesh, int patch,
+void add_traction(const fem_reference::ElasticSystem &system, const core::TetraMesh &mesh, const std::string &patch,
                   const std::function<Vector3(const Vector3 &)> &traction, std::vector<double> &load) {
     const auto midpoint = midpoint_nodes(system);
     const auto quadrature = triangle_quadrature();
     for (int facet = 0; facet < mesh.num_boundary_triangles(); ++facet) {
-        if (mesh.boundary_patch[facet] != patch)
+        if (mesh.patch_names[mesh.boundary_patch[facet]] != patch)
             continue;
         // The facet is a face of a cell whose fourth corner, and the edges to it, carry nothing.
         const auto &corners = mesh.boundary_triangles[facet];

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <functional>
-#include <utility>
+#include <string>
 #include <vector>
 
 #include "core/material.hpp"
@@ -50,7 +51,7 @@ void add_body_force(const fem_reference::ElasticSystem &system,
 /// Adds the integral of traction times shape function over the facets of one patch.
 /// @param load      shape (3 n) [N]
 /// @param traction  [Pa]
-void add_traction(const fem_reference::ElasticSystem &system, const core::TetraMesh &mesh, int patch,
+void add_traction(const fem_reference::ElasticSystem &system, const core::TetraMesh &mesh, const std::string &patch,
                   const std::function<core::Vector3(const core::Vector3 &)> &traction, std::vector<double> &load);
 
 /// Norms of the difference of a discrete and an exact field, over those of the exact field.
