@@ -20,6 +20,7 @@ int run(int argc, char **argv) {
     const std::vector<livermark::app::Command> commands{
         livermark::app::add_list(app),
         livermark::app::add_run(app, fmt::format("{}", fmt::join(argv, argv + argc, " "))),
+        livermark::app::add_mesh(app),
     };
     try {
         app.parse(argc, argv);
