@@ -68,7 +68,7 @@ core::TetraMesh mesh_with_edge(double edge, const std::vector<SurfaceMesh> &lesi
 /// few attempts that a fixed-point iteration scatters around the target.
 core::TetraMesh search_for_count(int target, bool tumours) {
     constexpr int max_attempts = 16;
-    constexpr double good_enough = 0.001;
+    constexpr double good_enough = 0.003;
     constexpr double healthy_edge = 0.0087; // [m], gives about healthy_liver_tetrahedra
     double edge = healthy_edge * cube_root(static_cast<double>(healthy_liver_tetrahedra) / target);
     // The lesions stay as they are during the search: their subdivision changes in steps that it could not step over.

@@ -113,9 +113,13 @@ core::Vector3 liver_gradient(const core::Vector3 &point) {
 }
 
 core::Vector3 project_to_liver(core::Vector3 point) {
-    for (int iteration = 0; iteration < 6; ++iteration) {
+    constexpr double close_enough = 1e-10;
+    constexpr int max_iterations = 10;
+    double level = liver_level(point);
+    for (int iteration = 0; iteration < max_iterations && std::abs(level) > close_enough; ++iteration) {
         const Vector3 gradient = liver_gradient(point);
-        point -= liver_level(point) / gradient.squaredNorm() * gradient;
+        point -= level / gradient.squaredNorm() * gradient;
+        level = liver_level(point);
     }
     return point;
 }
@@ -125,13 +129,14 @@ std::array<core::Vector3, 2> liver_bounding_box() {
 }
 
 std::vector<Lesion> liver_lesions() {
+    // On the right, Couinaud's segment.
     return {
-        make_lesion({-0.028, 0.008, 0.024}, {24.5, 21.5, 18.5}, {1.0, 0.3, 0.4}, {0.0, 1.0, 0.2}), // segments VII, VIII
-        make_lesion({-0.050, 0.006, -0.034}, {18.0, 15.0, 13.5}, {0.2, -0.3, 1.0}, {1.0, 0.2, 0.0}), // segment VI
-        make_lesion({0.030, -0.016, 0.004}, {13.5, 11.5, 10.0}, {0.3, 1.0, -0.2}, {1.0, 0.0, 0.3}),  // segment IV
-        make_lesion({0.080, -0.019, 0.019}, {10.5, 9.0, 8.0}, {1.0, -0.4, 0.2}, {0.0, 0.3, 1.0}),    // segment III
-        make_lesion({-0.015, -0.032, -0.036}, {8.2, 7.4, 6.5}, {-0.2, 0.5, 1.0}, {1.0, 0.3, 0.0}),   // segment V
-        make_lesion({0.115, -0.016, 0.027}, {5.9, 5.4, 5.0}, {0.5, 1.0, 0.3}, {0.0, 0.4, 1.0}),      // segment II
+        make_lesion({-0.028, 0.008, 0.024}, {24.5, 21.5, 18.5}, {1.0, 0.3, 0.4}, {0.0, 1.0, 0.2}),   // VII, VIII
+        make_lesion({-0.050, 0.006, -0.034}, {18.0, 15.0, 13.5}, {0.2, -0.3, 1.0}, {1.0, 0.2, 0.0}), // V, VI
+        make_lesion({0.030, -0.016, 0.004}, {13.5, 11.5, 10.0}, {0.3, 1.0, -0.2}, {1.0, 0.0, 0.3}),  // IV
+        make_lesion({0.080, -0.019, 0.019}, {10.5, 9.0, 8.0}, {1.0, -0.4, 0.2}, {0.0, 0.3, 1.0}),    // III
+        make_lesion({-0.015, -0.032, -0.036}, {8.2, 7.4, 6.5}, {-0.2, 0.5, 1.0}, {1.0, 0.3, 0.0}),   // V
+        make_lesion({0.115, -0.016, 0.027}, {5.9, 5.4, 5.0}, {0.5, 1.0, 0.3}, {0.0, 0.4, 1.0}),      // II
     };
 }
 

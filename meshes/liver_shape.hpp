@@ -37,7 +37,7 @@ struct Lesion {
     std::array<core::Vector3, 3> axes; ///< orthonormal, right-handed
 };
 
-/// The six lesions of the body with tumours, largest first: 50 to 10 mm across, in both lobes.
+/// The six lesions of the body with tumours, largest first: 49 to 12 mm across, in both lobes.
 std::vector<Lesion> liver_lesions();
 
 } // namespace livermark::meshes
