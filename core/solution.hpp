@@ -36,6 +36,7 @@ struct Solution {
     std::int64_t degrees_of_freedom = 0;  ///< unknowns, constrained ones included
     double setup_seconds = 0.0;           ///< all that needs no loads: parameters, assembly, first factorisation
     double solve_seconds = 0.0;           ///< the rest
+    std::string solver;                   ///< how its linear systems were solved; empty where nobody says
     std::optional<SpringNetwork> springs; ///< what the springs were, for mass-spring models
 };
 

@@ -2,6 +2,7 @@
 
 #include <cholmod.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
@@ -144,8 +145,23 @@ ConstrainedSolver::~ConstrainedSolver() = default;
 ConstrainedSolver::ConstrainedSolver(ConstrainedSolver &&) noexcept = default;
 ConstrainedSolver &ConstrainedSolver::operator=(ConstrainedSolver &&) noexcept = default;
 
-void ConstrainedSolver::factorise(std::span<const double> prescribed) {
+bool ConstrainedSolver::factorise(std::span<const double> prescribed) {
     impl_->factorise(prescribed);
+    return impl_->unique;
+}
+
+void ConstrainedSolver::solve_held(std::span<const double> load, std::span<double> u) {
+    const auto &free_dofs = impl_->free_dofs;
+    std::ranges::fill(u, 0.0);
+    if (free_dofs.empty())
+        return;
+    std::vector<double> right_hand_side;
+    right_hand_side.reserve(free_dofs.size());
+    for (const int dof : free_dofs)
+        right_hand_side.push_back(load[dof]);
+    const auto answer = impl_->solve_free(std::move(right_hand_side));
+    for (std::size_t i = 0; i < free_dofs.size(); ++i)
+        u[free_dofs[i]] = answer[i];
 }
 
 ConstrainedSolution ConstrainedSolver::solve(std::span<const double> prescribed, std::span<const double> load) {

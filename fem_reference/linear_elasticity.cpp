@@ -2,10 +2,11 @@
 
 #include <chrono>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
 #include <stdexcept>
 
-#include "fem_reference/constrained_solver.hpp"
+#include "fem_reference/chosen_solver.hpp"
 #include "fem_reference/elastic_system.hpp"
 
 namespace livermark::fem_reference {
@@ -74,19 +75,24 @@ DofConditions dof_conditions(const core::LoadCase &load_case, const ElasticSyste
 } // namespace
 
 struct StaticSolver::Impl {
-    Impl(std::shared_ptr<const core::Body> of, int degree)
-        : body(std::move(of)), start(Clock::now()), system(assemble(*body, degree)), solver(system.stiffness),
+    Impl(std::shared_ptr<const core::Body> of, int degree, SolverChoice choice)
+        : body(std::move(of)), start(Clock::now()), system(assemble(*body, degree)), solver(system, choice),
           assembly_seconds(seconds_since(start)) {}
+    Impl(std::shared_ptr<const core::Body> refined, Impl &coarse)
+        : body(std::move(refined)), start(Clock::now()), system(assemble(*body, 2)),
+          solver(system, coarse.system, coarse.solver), assembly_seconds(seconds_since(start)) {}
 
     std::shared_ptr<const core::Body> body;
     Clock::time_point start;
     ElasticSystem system;
-    ConstrainedSolver solver;
+    ChosenSolver solver;
     double assembly_seconds;
 };
 
-StaticSolver::StaticSolver(std::shared_ptr<const core::Body> body, int degree)
-    : impl_(std::make_unique<Impl>(std::move(body), degree)) {}
+StaticSolver::StaticSolver(std::shared_ptr<const core::Body> body, int degree, SolverChoice choice)
+    : impl_(std::make_unique<Impl>(std::move(body), degree, choice)) {}
+StaticSolver::StaticSolver(std::shared_ptr<const core::Body> refined_body, StaticSolver &coarse)
+    : impl_(std::make_unique<Impl>(std::move(refined_body), *coarse.impl_)) {}
 StaticSolver::~StaticSolver() = default;
 StaticSolver::StaticSolver(StaticSolver &&) noexcept = default;
 StaticSolver &StaticSolver::operator=(StaticSolver &&) noexcept = default;
@@ -97,7 +103,7 @@ core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
     const auto conditions_start = Clock::now();
     const auto conditions = dof_conditions(load_case, impl_->system);
     const double conditions_seconds = seconds_since(conditions_start);
-    impl_->solver.factorise(conditions.prescribed);
+    impl_->solver.set_up(conditions.prescribed);
     const auto solve_start = Clock::now();
     const auto found = impl_->solver.solve(conditions.prescribed, conditions.load);
 
@@ -113,6 +119,12 @@ core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
             if (const int owner = conditions.constraint[dof]; owner >= 0)
                 solution.reaction[owner][dof % 3] += found.residual[dof];
         solution.strain_energy = found.energy;
+        if (!found.converged) {
+            solution.status = core::SolutionStatus::not_converged;
+            solution.message = fmt::format("conjugate gradients stopped after {} iterations at a relative residual of "
+                                           "{:.1e}; use the direct solver",
+                                           found.iterations, found.relative_residual);
+        }
     } else {
         solution.status = core::SolutionStatus::not_converged;
         solution.message = "the stiffness matrix is singular: the prescribed displacements leave the body, or a part "
@@ -120,13 +132,14 @@ core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
         solution.reaction.assign(load_case.constraint_names.size(), core::Vector3::Constant(nan));
         solution.strain_energy = nan;
     }
-    solution.setup_seconds = impl_->assembly_seconds + impl_->solver.factor_seconds();
+    solution.solver = impl_->solver.description(found);
+    solution.setup_seconds = impl_->assembly_seconds + impl_->solver.setup_seconds();
     solution.solve_seconds = conditions_seconds + seconds_since(solve_start);
     return solution;
 }
 
-core::Solution solve_static(const core::Problem &problem, int degree) {
-    return StaticSolver(problem.body, degree).solve(problem.load_case);
+core::Solution solve_static(const core::Problem &problem, int degree, SolverChoice choice) {
+    return StaticSolver(problem.body, degree, choice).solve(problem.load_case);
 }
 
 } // namespace livermark::fem_reference

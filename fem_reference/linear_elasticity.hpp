@@ -4,6 +4,7 @@
 
 #include "core/problem.hpp"
 #include "core/solution.hpp"
+#include "fem_reference/solver_choice.hpp"
 
 namespace livermark::fem_reference {
 
@@ -20,8 +21,16 @@ class StaticSolver {
   public:
     /// @param body    tetrahedra of positive volume, every node used
     /// @param degree  1 or 2
+    /// @param choice  how the linear systems are solved
     /// @throws std::invalid_argument for another degree, or if a boundary triangle is not an outer face
-    StaticSolver(std::shared_ptr<const core::Body> body, int degree);
+    StaticSolver(std::shared_ptr<const core::Body> body, int degree, SolverChoice choice = SolverChoice::automatic);
+
+    /// Quadratic elements on a refined body, by conjugate gradients that correct themselves with the solver of the body
+    /// before refinement.
+    /// @param refined_body  core::refine(body of the coarse solver)
+    /// @param coarse        of degree 2; kept alive by the caller, and used by this solver
+    /// @throws std::invalid_argument if the body is not that, or if a boundary triangle is not an outer face
+    StaticSolver(std::shared_ptr<const core::Body> refined_body, StaticSolver &coarse);
     ~StaticSolver();
     StaticSolver(StaticSolver &&) noexcept;
     StaticSolver &operator=(StaticSolver &&) noexcept;
@@ -29,7 +38,8 @@ class StaticSolver {
     /// @return displacement of the mesh nodes; reaction of each constraint, K u - f summed over its unknowns;
     ///   strain_energy 1/2 u^T K u; degrees_of_freedom 3 per node, edge midpoints and constrained ones included;
     ///   setup_seconds for assembly and factorisation, as measured when they were done even if this call reused them.
-    ///   If the load case leaves the body free to move, the status is not_converged and all fields are NaN.
+    ///   If the load case leaves the body free to move, the status is not_converged and all fields are NaN. If an
+    ///   iterative solver does not come to its tolerance, the status is not_converged and the fields are where it was.
     /// @throws std::invalid_argument if the load case does not have the sizes of the body's mesh
     /// @throws std::runtime_error if the memory does not hold the factor
     core::Solution solve(const core::LoadCase &load_case);
@@ -40,6 +50,6 @@ class StaticSolver {
 };
 
 /// Solves one problem from scratch, see StaticSolver.
-core::Solution solve_static(const core::Problem &problem, int degree);
+core::Solution solve_static(const core::Problem &problem, int degree, SolverChoice choice = SolverChoice::automatic);
 
 } // namespace livermark::fem_reference

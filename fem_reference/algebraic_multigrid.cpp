@@ -1,0 +1,197 @@
+#include "fem_reference/algebraic_multigrid.hpp"
+
+#include <Epetra_CrsMatrix.h>
+#include <Epetra_Map.h>
+#include <Epetra_MpiComm.h>
+#include <Epetra_Vector.h>
+#include <Teuchos_ParameterList.hpp>
+#include <ml_MultiLevelPreconditioner.h>
+#include <mpi.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <stdexcept>
+
+namespace livermark::fem_reference {
+
+namespace {
+
+constexpr int num_rigid_modes = 6;
+
+/// ML runs on an MPI communicator only, even where that has one rank.
+void require_mpi() {
+    int running = 0;
+    MPI_Initialized(&running);
+    if (running)
+        return;
+    struct Session {
+        Session() { MPI_Init(nullptr, nullptr); }
+        ~Session() {
+            int ended = 0;
+            MPI_Finalized(&ended);
+            if (!ended)
+                MPI_Finalize();
+        }
+    };
+    static const Session session;
+}
+
+/// Translations and rotations about the middle of the body, over its size.
+/// @return shape (6, 3 n)
+std::vector<double> rigid_modes(const std::vector<core::Vector3> &points) {
+    core::Vector3 low = points.front(), high = points.front();
+    for (const auto &point : points) {
+        low = low.cwiseMin(point);
+        high = high.cwiseMax(point);
+    }
+    const std::size_t size = 3 * points.size();
+    std::vector<double> modes(num_rigid_modes * size, 0.0);
+    for (std::size_t node = 0; node < points.size(); ++node) {
+        const core::Vector3 arm = (points[node] - 0.5 * (low + high)) / (high - low).norm();
+        for (int i = 0; i < 3; ++i) {
+            modes[i * size + 3 * node + i] = 1.0;
+            const core::Vector3 turn = core::Vector3::Unit(i).cross(arm);
+            for (int j = 0; j < 3; ++j)
+                modes[(3 + i) * size + 3 * node + j] = turn[j];
+        }
+    }
+    return modes;
+}
+
+/// Numbers the parts of a body that hang together, by the pattern of its matrix.
+/// @return shape (n) part of each node
+std::vector<int> connected_parts(const SymmetricMatrix &matrix, int &num_parts) {
+    std::vector<int> part(matrix.num_rows() / 3, -1);
+    std::vector<int> todo;
+    num_parts = 0;
+    for (std::size_t seed = 0; seed < part.size(); ++seed) {
+        if (part[seed] >= 0)
+            continue;
+        part[seed] = num_parts;
+        todo.push_back(static_cast<int>(seed));
+        while (!todo.empty()) {
+            const int node = todo.back();
+            todo.pop_back();
+            for (int k = matrix.row_start[3 * node]; k < matrix.row_start[3 * node + 1]; k += 3)
+                if (int &other = part[matrix.column[k] / 3]; other < 0) {
+                    other = num_parts;
+                    todo.push_back(matrix.column[k] / 3);
+                }
+        }
+        ++num_parts;
+    }
+    return part;
+}
+
+/// Whether no part of the body can move as a rigid body: no combination of the modes is zero at all that is held.
+bool is_held(const ElasticSystem &system, const std::vector<double> &modes, const std::vector<bool> &is_free) {
+    constexpr double least_hold = 1e-12;
+    int num_parts = 0;
+    const auto part = connected_parts(system.stiffness, num_parts);
+    using Gram = Eigen::Matrix<double, num_rigid_modes, num_rigid_modes>;
+    std::vector<Gram> held(num_parts, Gram::Zero());
+    const std::size_t size = is_free.size();
+    for (std::size_t dof = 0; dof < size; ++dof) {
+        if (is_free[dof])
+            continue;
+        Eigen::Matrix<double, num_rigid_modes, 1> row;
+        for (int m = 0; m < num_rigid_modes; ++m)
+            row[m] = modes[m * size + dof];
+        held[part[dof / 3]] += row * row.transpose();
+    }
+    return std::ranges::all_of(held, [](const Gram &gram) {
+        const auto eigenvalues = Eigen::SelfAdjointEigenSolver<Gram>(gram, Eigen::EigenvaluesOnly).eigenvalues();
+        return eigenvalues[0] > least_hold * eigenvalues[num_rigid_modes - 1];
+    });
+}
+
+class AlgebraicMultigrid : public Preconditioner {
+  public:
+    explicit AlgebraicMultigrid(const ElasticSystem &system) : system_(system) {}
+
+    bool set_up(const std::vector<bool> &is_free) override {
+        if (is_free == is_free_)
+            return levels_ != nullptr;
+        is_free_ = is_free; // what follows may throw, and then there are no levels
+        levels_.reset();
+        matrix_.reset();
+        modes_ = rigid_modes(system_.points);
+        if (!is_held(system_, modes_, is_free))
+            return false;
+        require_mpi();
+        const auto size = is_free.size();
+        for (std::size_t k = 0; k < modes_.size(); ++k)
+            if (!is_free[k % size])
+                modes_[k] = 0.0;
+        copy_matrix();
+
+        Teuchos::ParameterList list;
+        ML_Epetra::SetDefaults("SA", list);
+        list.set("ML output", 0);
+        list.set("PDE equations", 3);
+        list.set("null space: type", "pre-computed");
+        list.set("null space: dimension", num_rigid_modes);
+        list.set("null space: vectors", modes_.data());
+        list.set("aggregation: type", "Uncoupled");
+        list.set("aggregation: threshold", 1e-4);
+        list.set("smoother: type", "symmetric Gauss-Seidel");
+        list.set("smoother: sweeps", 1);
+        list.set("smoother: pre or post", "both");
+        list.set("coarse: type", "Amesos-KLU");
+        list.set("coarse: max size", 2000);
+        auto levels = std::make_unique<ML_Epetra::MultiLevelPreconditioner>(*matrix_, list, true);
+        if (!levels->IsPreconditionerComputed())
+            throw std::runtime_error("Trilinos ML failed to make its levels");
+        levels_ = std::move(levels);
+        return true;
+    }
+
+    void apply(std::span<const double> residual, std::span<double> correction) override {
+        const auto &map = matrix_->OperatorDomainMap();
+        const Epetra_Vector from(View, map, const_cast<double *>(residual.data()));
+        Epetra_Vector to(View, map, correction.data());
+        if (levels_->ApplyInverse(from, to) != 0)
+            throw std::runtime_error("Trilinos ML failed to apply its preconditioner");
+    }
+
+    std::string name() const override { return "ML, rigid body modes"; }
+
+  private:
+    void copy_matrix() {
+        const auto &stiffness = system_.stiffness;
+        const int size = stiffness.num_rows();
+        const Epetra_Map map(size, 0, Epetra_MpiComm(MPI_COMM_SELF));
+        std::vector<int> length(size);
+        for (int row = 0; row < size; ++row)
+            length[row] = stiffness.row_start[row + 1] - stiffness.row_start[row];
+        matrix_ = std::make_unique<Epetra_CrsMatrix>(Copy, map, map, length.data(), true);
+        std::vector<double> values;
+        for (int row = 0; row < size; ++row) {
+            const int begin = stiffness.row_start[row];
+            values.assign(stiffness.value.begin() + begin, stiffness.value.begin() + begin + length[row]);
+            for (int k = 0; k < length[row]; ++k) {
+                const int column = stiffness.column[begin + k];
+                if (column != row && (!is_free_[row] || !is_free_[column]))
+                    values[k] = 0.0;
+            }
+            if (matrix_->InsertMyValues(row, length[row], values.data(), stiffness.column.data() + begin) < 0)
+                throw std::runtime_error("Trilinos refuses a row of the stiffness matrix");
+        }
+        matrix_->FillComplete();
+        matrix_->OptimizeStorage();
+    }
+
+    const ElasticSystem &system_;
+    std::vector<bool> is_free_;
+    std::vector<double> modes_;
+    std::unique_ptr<Epetra_CrsMatrix> matrix_;
+    std::unique_ptr<ML_Epetra::MultiLevelPreconditioner> levels_;
+};
+
+} // namespace
+
+std::unique_ptr<Preconditioner> algebraic_multigrid(const ElasticSystem &system) {
+    return std::make_unique<AlgebraicMultigrid>(system);
+}
+
+} // namespace livermark::fem_reference

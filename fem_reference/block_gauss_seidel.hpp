@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "fem_reference/elastic_system.hpp"
+
+namespace livermark::fem_reference {
+
+/// Gauss-Seidel sweeps over the nodes of a system, three components at a time. Kept in single precision: a smoother
+/// lives from the memory that it does not move.
+class BlockGaussSeidel {
+  public:
+    /// @param matrix   of 3 x 3 blocks, as ElasticSystem has it
+    /// @param is_free  shape (3 n); the rows and columns of the others are those of the unit matrix
+    BlockGaussSeidel(const SymmetricMatrix &matrix, const std::vector<bool> &is_free);
+
+    /// One sweep from the first node to the last, from zero.
+    /// @param right_hand_side  shape (3 n), zero where not free
+    /// @param u                shape (3 n), what it was does not matter
+    void sweep_forward_from_zero(std::span<const double> right_hand_side, std::span<double> u) const;
+
+    /// right_hand_side - K u after sweep_forward_from_zero: of the rows only what lies behind the diagonal is left.
+    void residual_after_forward(std::span<const double> u, std::span<double> residual) const;
+
+    /// One sweep from the last node to the first: the adjoint of the forward one.
+    /// @param u  shape (3 n), improved
+    void sweep_backward(std::span<const double> right_hand_side, std::span<double> u) const;
+
+  private:
+    std::vector<int> row_start_;                    ///< (n + 1)
+    std::vector<int> diagonal_;                     ///< (n) place of the diagonal block in column_
+    std::vector<int> column_;                       ///< (blocks) node
+    std::vector<Eigen::Matrix3f> block_;            ///< (blocks)
+    std::vector<Eigen::Matrix3f> inverse_diagonal_; ///< (n)
+};
+
+} // namespace livermark::fem_reference

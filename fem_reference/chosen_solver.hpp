@@ -1,0 +1,45 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "fem_reference/constrained_solver.hpp"
+#include "fem_reference/iterative_solver.hpp"
+#include "fem_reference/solver_choice.hpp"
+
+namespace livermark::fem_reference {
+
+/// K u = f with some unknowns prescribed, by the solver that was chosen.
+class ChosenSolver {
+  public:
+    /// @param system  kept alive and unchanged by the caller
+    ChosenSolver(const ElasticSystem &system, SolverChoice choice);
+
+    /// Conjugate gradients on two levels, see two_level().
+    /// @param fine, coarse, coarse_solver  kept alive by the caller, the systems unchanged
+    ChosenSolver(const ElasticSystem &fine, const ElasticSystem &coarse, ChosenSolver &coarse_solver);
+
+    /// Factors or prepares, unless the same unknowns were prescribed last time.
+    /// @param prescribed  shape (n), NaN where an unknown is free
+    void set_up(std::span<const double> prescribed);
+
+    /// Sets up if need be, and solves.
+    ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load);
+
+    /// Seconds that the set-up in use took, also when it was made for an earlier solve.
+    double setup_seconds() const;
+
+    /// An approximate inverse of the matrix: the factor, or the preconditioner of the iterative solver.
+    Preconditioner &inverse();
+
+    /// For the result file.
+    std::string description(const ConstrainedSolution &solution) const;
+
+  private:
+    std::optional<ConstrainedSolver> direct_;
+    std::unique_ptr<Preconditioner> factor_; ///< a view of direct_
+    std::optional<IterativeSolver> iterative_;
+};
+
+} // namespace livermark::fem_reference

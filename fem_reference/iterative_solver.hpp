@@ -1,0 +1,45 @@
+#pragma once
+
+#include <memory>
+
+#include "fem_reference/constrained_solver.hpp"
+#include "fem_reference/preconditioner.hpp"
+
+namespace livermark::fem_reference {
+
+/// K u = f with some unknowns prescribed, by preconditioned conjugate gradients.
+class IterativeSolver {
+  public:
+    /// Norm of the residual over that of the right-hand side of the free rows at which the iteration stops.
+    static constexpr double tolerance = 1e-11;
+
+    /// @param stiffness       symmetric positive semidefinite; the caller keeps it alive and unchanged
+    /// @param preconditioner  of this matrix
+    /// @param max_iterations  after how many steps it gives up
+    IterativeSolver(const SymmetricMatrix &stiffness, std::unique_ptr<Preconditioner> preconditioner,
+                    int max_iterations = 2000);
+
+    /// Prepares the preconditioner, unless the same unknowns were prescribed last time.
+    /// @param prescribed  shape (n), NaN where an unknown is free
+    /// @return whether the conditions fix the answer
+    bool set_up(std::span<const double> prescribed);
+
+    /// Sets up if need be, and solves. A solution that has not converged says so and is the last iterate.
+    /// @param prescribed  shape (n), NaN where an unknown is free
+    /// @param load        shape (n), loads on prescribed unknowns count in the residual
+    ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load);
+
+    Preconditioner &preconditioner() const { return *preconditioner_; }
+
+    /// Seconds that the preconditioner in use took, also when it was made for an earlier solve.
+    double setup_seconds() const { return setup_seconds_; }
+
+  private:
+    const SymmetricMatrix *stiffness_;
+    std::unique_ptr<Preconditioner> preconditioner_;
+    int max_iterations_;
+    std::vector<bool> is_free_;
+    double setup_seconds_ = 0.0;
+};
+
+} // namespace livermark::fem_reference

@@ -1,0 +1,103 @@
+#include "fem_reference/prolongation.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+namespace livermark::fem_reference {
+
+namespace {
+
+constexpr int num_children = 8;
+constexpr int nodes_per_cell = 10;
+
+/// Quadratic shape functions in the order of ElasticSystem::cell_nodes.
+std::array<double, nodes_per_cell> shape_functions(const Eigen::Vector4d &bary) {
+    std::array<double, nodes_per_cell> shape{};
+    for (int v = 0; v < 4; ++v)
+        shape[v] = bary[v] * (2.0 * bary[v] - 1.0);
+    constexpr std::array<std::array<int, 2>, 6> edges{{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
+    for (std::size_t e = 0; e < edges.size(); ++e)
+        shape[4 + e] = 4.0 * bary[edges[e][0]] * bary[edges[e][1]];
+    return shape;
+}
+
+/// Nodes of the refined mesh lie at quarters of the edges: rounding makes the coordinates exact.
+/// @param inverse  of the matrix of the edge vectors from the first corner
+Eigen::Vector4d barycentric(const Eigen::Matrix3d &inverse, const core::Vector3 &from_first_corner) {
+    constexpr double parts = 4.0;
+    constexpr double largest_rounding = 1e-6;
+    const core::Vector3 exact = parts * (inverse * from_first_corner);
+    const core::Vector3 rounded = exact.array().round();
+    if (!((exact - rounded).cwiseAbs().maxCoeff() < largest_rounding) || rounded.minCoeff() < 0.0 ||
+        rounded.sum() > parts)
+        throw std::invalid_argument("the fine system is not that of the refined body");
+    const core::Vector3 others = rounded / parts;
+    return {1.0 - others.sum(), others[0], others[1], others[2]};
+}
+
+} // namespace
+
+Prolongation prolongation(const ElasticSystem &coarse, const ElasticSystem &fine) {
+    const auto num_coarse_cells = coarse.cell_nodes.size() / nodes_per_cell;
+    if (coarse.nodes_per_cell != nodes_per_cell || fine.nodes_per_cell != nodes_per_cell ||
+        fine.cell_nodes.size() != num_children * coarse.cell_nodes.size())
+        throw std::invalid_argument("the fine system is not that of the refined body");
+    std::vector<std::array<double, nodes_per_cell>> shape(fine.points.size());
+    std::vector<int> cell(fine.points.size(), -1);
+    for (std::size_t t = 0; t < num_coarse_cells; ++t) {
+        const int *const corners = coarse.cell_nodes.data() + t * nodes_per_cell;
+        const auto &origin = coarse.points[corners[0]];
+        Eigen::Matrix3d edges;
+        for (int d = 0; d < 3; ++d)
+            edges.col(d) = coarse.points[corners[d + 1]] - origin;
+        const Eigen::Matrix3d inverse = edges.inverse();
+        constexpr int nodes_of_children = num_children * nodes_per_cell;
+        for (int k = 0; k < nodes_of_children; ++k) {
+            const int node = fine.cell_nodes[t * nodes_of_children + k];
+            if (cell[node] >= 0)
+                continue;
+            cell[node] = static_cast<int>(t);
+            shape[node] = shape_functions(barycentric(inverse, fine.points[node] - origin));
+        }
+    }
+
+    Prolongation result;
+    result.fine_node.assign(coarse.points.size(), -1);
+    result.row_start.push_back(0);
+    for (std::size_t node = 0; node < shape.size(); ++node) {
+        for (int a = 0; a < nodes_per_cell; ++a) {
+            const double weight = shape[node][a];
+            if (weight == 0.0)
+                continue;
+            const int coarse_node = coarse.cell_nodes[cell[node] * nodes_per_cell + a];
+            result.coarse_node.push_back(coarse_node);
+            result.weight.push_back(weight);
+            if (weight == 1.0)
+                result.fine_node[coarse_node] = static_cast<int>(node);
+        }
+        result.row_start.push_back(static_cast<int>(result.weight.size()));
+    }
+    if (std::ranges::count(result.fine_node, -1) > 0)
+        throw std::invalid_argument("the fine system is not that of the refined body");
+    return result;
+}
+
+void Prolongation::add_prolonged(std::span<const double> coarse, std::span<double> fine) const {
+    for (std::size_t node = 0; node + 1 < row_start.size(); ++node)
+        for (int k = row_start[node]; k < row_start[node + 1]; ++k)
+            for (int i = 0; i < 3; ++i)
+                fine[3 * node + i] += weight[k] * coarse[3 * coarse_node[k] + i];
+}
+
+void Prolongation::restrict_to(std::span<const double> fine, std::span<double> coarse) const {
+    std::ranges::fill(coarse, 0.0);
+    for (std::size_t node = 0; node + 1 < row_start.size(); ++node)
+        for (int k = row_start[node]; k < row_start[node + 1]; ++k)
+            for (int i = 0; i < 3; ++i)
+                coarse[3 * coarse_node[k] + i] += weight[k] * fine[3 * node + i];
+}
+
+} // namespace livermark::fem_reference

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "fem_reference/elastic_system.hpp"
+
+namespace livermark::fem_reference {
+
+/// The functions of a coarse space as functions of a finer one that contains it: the value at fine node i is the sum
+/// of weight times the value at a coarse node, the same for each component.
+struct Prolongation {
+    std::vector<int> row_start;   ///< (n_fine + 1) index into coarse_node and weight
+    std::vector<int> coarse_node; ///< (nonzeros)
+    std::vector<double> weight;   ///< (nonzeros)
+    std::vector<int> fine_node;   ///< (n_coarse) the fine node at the same place as each coarse node
+
+    /// fine += P coarse
+    /// @param coarse  shape (3 n_coarse)
+    /// @param fine    shape (3 n_fine)
+    void add_prolonged(std::span<const double> coarse, std::span<double> fine) const;
+
+    /// coarse = P^T fine
+    void restrict_to(std::span<const double> fine, std::span<double> coarse) const;
+};
+
+/// The prolongation from a body's system to the system of core::refine(body), both of degree 2.
+/// @throws std::invalid_argument if the fine system is not that of the refined body
+Prolongation prolongation(const ElasticSystem &coarse, const ElasticSystem &fine);
+
+} // namespace livermark::fem_reference
