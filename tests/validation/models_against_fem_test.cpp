@@ -86,8 +86,10 @@ TEST_P(ModelsAgainstFem, TheReferenceHasAnErrorBarOfItsOwn) {
                                       find(models::refined_reference_model)->solution, "fem_p2_refined");
     EXPECT_EQ(uncertainty, again);
     EXPECT_GT(uncertainty.relative_l2, 0.0);
+    // Between quadratic tetrahedra on a liver mesh of this size and on the refined one a prototype found 1.4 to 3.1 %.
+    // Nothing is known of the energy from elsewhere.
     EXPECT_LT(uncertainty.relative_l2, 0.04);
-    EXPECT_LT(uncertainty.energy_error, 0.04);
+    EXPECT_TRUE(std::isfinite(uncertainty.energy_error));
     for (const auto name : {models::baseline_model, models::reference_model})
         EXPECT_EQ(find(name)->solution.solver, "CHOLMOD") << name;
     EXPECT_TRUE(find(models::refined_reference_model)->solution.solver.ends_with("two levels over CHOLMOD"));
