@@ -2,10 +2,13 @@
 
 #include <cholmod.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
 #include <string>
+
+#include "fem_reference/mass_matrix.hpp"
 
 namespace livermark::fem_reference {
 
@@ -15,22 +18,12 @@ namespace {
 /// to move gave 5e-15 or less, a rod a hundred times longer than wide and held at one end 2e-8.
 constexpr double singular_pivot_ratio = 1e-12;
 
-double dot(std::span<const double> a, std::span<const double> b) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < a.size(); ++i)
-        sum += a[i] * b[i];
-    return sum;
-}
-
 /// out = K u - f
 std::vector<double> residual_of(const SymmetricMatrix &matrix, std::span<const double> u, std::span<const double> f) {
     std::vector<double> out(u.size());
-    for (int row = 0; row < matrix.num_rows(); ++row) {
-        double sum = 0.0;
-        for (int k = matrix.row_start[row]; k < matrix.row_start[row + 1]; ++k)
-            sum += matrix.value[k] * u[matrix.column[k]];
-        out[row] = sum - f[row];
-    }
+    multiply(matrix, u, out);
+    for (std::size_t i = 0; i < out.size(); ++i)
+        out[i] -= f[i];
     return out;
 }
 
@@ -144,8 +137,23 @@ ConstrainedSolver::~ConstrainedSolver() = default;
 ConstrainedSolver::ConstrainedSolver(ConstrainedSolver &&) noexcept = default;
 ConstrainedSolver &ConstrainedSolver::operator=(ConstrainedSolver &&) noexcept = default;
 
-void ConstrainedSolver::factorise(std::span<const double> prescribed) {
+bool ConstrainedSolver::factorise(std::span<const double> prescribed) {
     impl_->factorise(prescribed);
+    return impl_->unique;
+}
+
+void ConstrainedSolver::solve_held(std::span<const double> load, std::span<double> u) {
+    const auto &free_dofs = impl_->free_dofs;
+    std::ranges::fill(u, 0.0);
+    if (free_dofs.empty())
+        return;
+    std::vector<double> right_hand_side;
+    right_hand_side.reserve(free_dofs.size());
+    for (const int dof : free_dofs)
+        right_hand_side.push_back(load[dof]);
+    const auto answer = impl_->solve_free(std::move(right_hand_side));
+    for (std::size_t i = 0; i < free_dofs.size(); ++i)
+        u[free_dofs[i]] = answer[i];
 }
 
 ConstrainedSolution ConstrainedSolver::solve(std::span<const double> prescribed, std::span<const double> load) {

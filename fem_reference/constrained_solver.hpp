@@ -28,13 +28,20 @@ class ConstrainedSolver {
 
     /// Factors, unless the same unknowns were prescribed last time.
     /// @param prescribed  shape (n), NaN where an unknown is free
+    /// @return whether the conditions fix the answer
     /// @throws std::runtime_error if CHOLMOD runs out of memory
-    void factorise(std::span<const double> prescribed);
+    bool factorise(std::span<const double> prescribed);
 
     /// Factorises if need be, and solves.
     /// @param prescribed  shape (n), NaN where an unknown is free
     /// @param load        shape (n), loads on prescribed unknowns count in the residual
     ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load);
+
+    /// Solves with the factor in use and the prescribed unknowns at zero, and looks at no residual: the inner step of
+    /// iterations. Only after a factorise() that returned true.
+    /// @param load  shape (n), those on prescribed unknowns do not count
+    /// @param u     shape (n)
+    void solve_held(std::span<const double> load, std::span<double> u);
 
     /// Seconds that the factor in use took, also when it was made for an earlier solve.
     double factor_seconds() const;

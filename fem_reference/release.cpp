@@ -1,0 +1,48 @@
+#include "fem_reference/release.hpp"
+
+#include <chrono>
+
+#include "fem_reference/dof_conditions.hpp"
+#include "fem_reference/mass_matrix.hpp"
+#include "fem_reference/newmark.hpp"
+
+namespace livermark::fem_reference {
+
+namespace {
+
+core::LoadCase without_tractions(core::LoadCase load_case) {
+    for (auto &condition : load_case.condition)
+        if (condition == core::FacetCondition::traction)
+            condition = core::FacetCondition::free;
+    return load_case;
+}
+
+} // namespace
+
+core::History release(const core::Body &body, const ElasticSystem &system, const core::LoadCase &load_case,
+                      std::vector<double> displacement) {
+    using Clock = std::chrono::steady_clock;
+    const auto start = Clock::now();
+    const auto &plan = load_case.release.value();
+    const auto conditions = dof_conditions(without_tractions(load_case), system);
+    const auto mass = consistent_mass(body, system);
+    Newmark newmark(system.stiffness, mass, plan.damping, plan.output_interval, conditions.prescribed);
+    Motion motion{std::move(displacement), std::vector<double>(conditions.load.size(), 0.0)};
+    const auto ready = Clock::now();
+
+    core::History history;
+    for (int step = 0; step <= plan.num_steps; ++step) {
+        if (step > 0)
+            newmark.advance(motion, conditions.load);
+        history.time.push_back(step * plan.output_interval);
+        for (const auto &probe : plan.probes)
+            history.displacement.emplace_back(core::Vector3::Map(&motion.displacement[3 * probe.node]));
+        history.kinetic_energy.push_back(kinetic_energy(mass, motion.velocity));
+        history.strain_energy.push_back(strain_energy(system.stiffness, motion.displacement));
+    }
+    history.setup_seconds = std::chrono::duration<double>(ready - start).count();
+    history.solve_seconds = std::chrono::duration<double>(Clock::now() - ready).count();
+    return history;
+}
+
+} // namespace livermark::fem_reference
