@@ -1,12 +1,24 @@
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <fmt/format.h>
+#include <string>
 #include <vector>
 
+#include "app/catalogue.hpp"
 #include "app/commands.hpp"
 #include "core/input_error.hpp"
 
 namespace {
+
+/// CLI11 would only say that a subcommand is missing.
+void refuse_unknown_subcommand(const CLI::App &app, const std::string &word) {
+    std::vector<std::string> known;
+    for (const auto *subcommand : app.get_subcommands({}))
+        known.push_back(subcommand->get_name());
+    if (!word.starts_with('-') && std::ranges::find(known, word) == known.end())
+        throw livermark::core::InputError(livermark::app::unknown_name("subcommand", word, known));
+}
 
 constexpr int failed = 1;
 constexpr int bad_input = 2;
@@ -20,7 +32,10 @@ int run(int argc, char **argv) {
     const std::vector<livermark::app::Command> commands{
         livermark::app::add_list(app),
         livermark::app::add_run(app, fmt::format("{}", fmt::join(argv, argv + argc, " "))),
+        livermark::app::add_mesh(app),
     };
+    if (argc > 1)
+        refuse_unknown_subcommand(app, argv[1]);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError &error) {

@@ -16,15 +16,16 @@ struct Column {
     bool is_number;
 };
 
-constexpr std::array<Column, 13> columns{{{"body", false},
+constexpr std::array<Column, 14> columns{{{"body", false},
                                           {"load case", false},
                                           {"model", false},
                                           {"peak [mm]", true},
                                           {"L2 [%]", true},
                                           {"max [mm]", true},
                                           {"max [%]", true},
-                                          {"reaction [%]", true},
+                                          {"react. [%]", true},
                                           {"energy [%]", true},
+                                          {"nonlin. [%]", true},
                                           {"set-up [s]", true},
                                           {"solve [s]", true},
                                           {"status", false},
@@ -81,6 +82,7 @@ Row row_of(const ModelResult &model, const Result &result) {
             "-",
             "-",
             "-",
+            std::isnan(solution.nonlinearity) ? "-" : fixed(percent * solution.nonlinearity, 2),
             fmt::format("{:.3g}", solution.setup_seconds),
             fmt::format("{:.3g}", solution.solve_seconds),
             core::to_string(solution.status),

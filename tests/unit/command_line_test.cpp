@@ -67,7 +67,7 @@ TEST(CommandLine, RefusesBadArgumentsWithStatusTwo) {
     const auto output = " --output " + (folder / "runs").string();
     for (const auto &[arguments, message] : {
              BadArguments{"", "subcommand is required"},
-             {"rnu", "not expected"},
+             {"rnu", "did you mean 'run'?"},
              {"list", "what is required"},
              {"list model", "not in {"},
              {"run --body liver_healty", "did you mean 'liver_healthy'?"},

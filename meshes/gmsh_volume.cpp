@@ -1,0 +1,111 @@
+#include "meshes/gmsh_volume.hpp"
+
+#include <fmt/format.h>
+#include <gmsh.h>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+#include <unordered_map>
+
+namespace livermark::meshes {
+
+namespace {
+
+constexpr int gmsh_triangle = 2;
+constexpr int gmsh_tetrahedron = 4;
+
+/// gmsh from start to end of a scope: after a meshing exception it yields empty meshes until it is finalised.
+struct GmshSession {
+    GmshSession() {
+        gmsh::initialize();
+        gmsh::option::setNumber("General.Terminal", 0);
+        gmsh::option::setNumber("General.NumThreads", 1); // more threads: another mesh at every run
+        gmsh::option::setNumber("Mesh.Algorithm3D", 1);
+        gmsh::option::setNumber("Mesh.OptimizeThreshold", 0.4);
+        gmsh::model::add("body");
+    }
+    ~GmshSession() { gmsh::finalize(); }
+    GmshSession(const GmshSession &) = delete;
+    GmshSession &operator=(const GmshSession &) = delete;
+};
+
+/// @param num_nodes  nodes that gmsh has already; theirs are the tags 1 ... num_nodes
+void add_surface(int tag, const SurfaceMesh &surface, std::size_t num_nodes) {
+    std::vector<std::size_t> node_tags(surface.points.size());
+    std::iota(node_tags.begin(), node_tags.end(), num_nodes + 1);
+    std::vector<double> coordinates;
+    for (const auto &point : surface.points)
+        coordinates.insert(coordinates.end(), point.begin(), point.end());
+    std::vector<std::size_t> corners;
+    for (const auto &triangle : surface.triangles)
+        for (const int node : triangle)
+            corners.push_back(num_nodes + 1 + static_cast<std::size_t>(node));
+    gmsh::model::addDiscreteEntity(2, tag);
+    gmsh::model::mesh::addNodes(2, tag, node_tags, coordinates);
+    gmsh::model::mesh::addElementsByType(tag, gmsh_triangle, {}, corners);
+}
+
+core::TetraMesh collect(int num_volumes) {
+    core::TetraMesh mesh;
+    std::unordered_map<std::size_t, int> number;
+    const auto add_nodes = [&](int dimension, int entity) {
+        std::vector<std::size_t> tags;
+        std::vector<double> coordinates;
+        std::vector<double> parameters;
+        gmsh::model::mesh::getNodes(tags, coordinates, parameters, dimension, entity);
+        for (std::size_t i = 0; i < tags.size(); ++i) {
+            number.emplace(tags[i], mesh.num_nodes());
+            mesh.points.emplace_back(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]);
+        }
+    };
+    for (const int dimension : {2, 3})
+        for (int entity = 1; entity <= num_volumes; ++entity)
+            add_nodes(dimension, entity);
+    for (int entity = 1; entity <= num_volumes; ++entity) {
+        std::vector<std::size_t> tags;
+        std::vector<std::size_t> corners;
+        gmsh::model::mesh::getElementsByType(gmsh_tetrahedron, tags, corners, entity);
+        for (std::size_t i = 0; i + 3 < corners.size(); i += 4) {
+            std::array<int, 4> nodes;
+            for (std::size_t c = 0; c < 4; ++c)
+                nodes[c] = number.at(corners[i + c]);
+            if (core::signed_volume(mesh.points[nodes[0]], mesh.points[nodes[1]], mesh.points[nodes[2]],
+                                    mesh.points[nodes[3]]) < 0.0)
+                std::swap(nodes[2], nodes[3]);
+            mesh.tetrahedra.push_back(nodes);
+            mesh.region.push_back(entity - 1);
+        }
+    }
+    return mesh;
+}
+
+} // namespace
+
+core::TetraMesh fill_with_tetrahedra(const SurfaceMesh &outer, const std::vector<SurfaceMesh> &inclusions,
+                                     double largest_size) {
+    const GmshSession session;
+    try {
+        std::size_t num_nodes = 0;
+        std::vector<int> loops;
+        const auto add = [&](const SurfaceMesh &surface) {
+            const int tag = static_cast<int>(loops.size()) + 1;
+            add_surface(tag, surface, num_nodes);
+            num_nodes += surface.points.size();
+            loops.push_back(gmsh::model::geo::addSurfaceLoop({tag}));
+        };
+        add(outer);
+        for (const auto &inclusion : inclusions)
+            add(inclusion);
+        gmsh::model::geo::addVolume(loops, 1);
+        for (std::size_t i = 1; i < loops.size(); ++i)
+            gmsh::model::geo::addVolume({loops[i]}, static_cast<int>(i) + 1);
+        gmsh::model::geo::synchronize();
+        gmsh::option::setNumber("Mesh.CharacteristicLengthMax", largest_size);
+        gmsh::model::mesh::generate(3);
+        return collect(static_cast<int>(loops.size()));
+    } catch (const std::string &error) { // what Debian's gmsh throws
+        throw std::runtime_error(fmt::format("gmsh cannot fill the body with tetrahedra: {}", error));
+    }
+}
+
+} // namespace livermark::meshes

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "core/tetra_mesh.hpp"
+
+namespace livermark::meshes {
+
+/// Finds the boundary of a liver in the axes of liver_level and divides it into connected patches, by where a facet
+/// lies and looks:
+///   posterior        bare area, groove of the vena cava and caudate lobe: where the liver is held
+///   anterior         under the ribs, both lobes
+///   inferior         visceral side, gallbladder fossa and porta hepatis
+///   superior         left lobe and middle, under the diaphragm and the heart
+///   right_lobe_dome  top of the right lobe, under the diaphragm
+///   right_lateral    right side, along the ribs
+///   left_lobe_tip    all around the end of the left lobe
+/// Replaces boundary_triangles, boundary_patch and patch_names. Borders are smoothed by the majority of neighbours, and
+/// islands go to the patch around them, so each patch is in one piece.
+void assign_liver_patches(core::TetraMesh &mesh);
+
+} // namespace livermark::meshes
