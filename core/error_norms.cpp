@@ -39,6 +39,18 @@ double relative_reaction_error(const Solution &solution, const Solution &referen
     return std::sqrt(difference / total);
 }
 
+double relative_history_error(const History &history, const History &reference) {
+    if (history.time != reference.time || history.displacement.size() != reference.displacement.size())
+        throw std::invalid_argument("cannot compare histories that were recorded at other times or probes");
+    double difference = 0.0;
+    double total = 0.0;
+    for (std::size_t k = 0; k < reference.displacement.size(); ++k) {
+        difference += (history.displacement[k] - reference.displacement[k]).squaredNorm();
+        total += reference.displacement[k].squaredNorm();
+    }
+    return std::sqrt(difference / total);
+}
+
 } // namespace
 
 const char *to_string(SolutionStatus status) {
@@ -78,6 +90,8 @@ Comparison compare(const TetraMesh &mesh, const Solution &solution, const Soluti
     result.max_error_relative = result.max_error / peak;
     result.energy_error = (solution.strain_energy - reference.strain_energy) / reference.strain_energy;
     result.reaction_error = relative_reaction_error(solution, reference);
+    if (solution.history && reference.history)
+        result.history_relative_l2 = relative_history_error(*solution.history, *reference.history);
     return result;
 }
 

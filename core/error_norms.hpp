@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,10 @@ struct Comparison {
     double max_error_relative = 0.0; ///< max_error / max_i |r_i|
     double energy_error = 0.0;       ///< (U - U_r) / U_r of the strain energies, signed
     double reaction_error = 0.0;     ///< sqrt(sum_p |R_p - R_rp|^2 / sum_p |R_rp|^2) over the constraints
-    std::vector<Vector3> error;      ///< (N) u - r [m]
+    /// sqrt(sum |u_kq - r_kq|^2 / sum |r_kq|^2) over all records k and probes q of the two histories; only if both are
+    /// there
+    std::optional<double> history_relative_l2;
+    std::vector<Vector3> error; ///< (N) u - r [m]
 };
 
 /// Compares a solution with the reference.

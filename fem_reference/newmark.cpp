@@ -13,7 +13,8 @@ struct Newmark::Impl {
           solver(effective), force(3 * static_cast<std::size_t>(mass.num_rows())), momentum(force.size()),
           mean_velocity(force.size()) {}
 
-    void advance(Motion &motion, std::span<const double> load);
+    Energy multiply_by_matrices(const Motion &motion);
+    Energy advance(Motion &motion, std::span<const double> load);
 
     const SymmetricMatrix &stiffness;
     const SymmetricMatrix &mass;
@@ -23,9 +24,15 @@ struct Newmark::Impl {
     std::vector<double> force, momentum, mean_velocity;
 };
 
-void Newmark::Impl::advance(Motion &motion, std::span<const double> load) {
+/// force = K u, momentum = M v
+Energy Newmark::Impl::multiply_by_matrices(const Motion &motion) {
     multiply(stiffness, motion.displacement, force);
     multiply_mass(mass, motion.velocity, momentum);
+    return {.kinetic = 0.5 * dot(motion.velocity, momentum), .strain = 0.5 * dot(motion.displacement, force)};
+}
+
+Energy Newmark::Impl::advance(Motion &motion, std::span<const double> load) {
+    const auto before = multiply_by_matrices(motion);
     for (std::size_t i = 0; i < force.size(); ++i)
         force[i] = 2.0 / time_step * momentum[i] + load[i] - force[i];
     solver.solve_held(force, mean_velocity);
@@ -33,6 +40,7 @@ void Newmark::Impl::advance(Motion &motion, std::span<const double> load) {
         motion.displacement[i] += time_step * mean_velocity[i];
         motion.velocity[i] = 2.0 * mean_velocity[i] - motion.velocity[i];
     }
+    return before;
 }
 
 Newmark::Newmark(const SymmetricMatrix &stiffness, const SymmetricMatrix &mass, const core::RayleighDamping &damping,
@@ -44,20 +52,12 @@ Newmark::~Newmark() = default;
 Newmark::Newmark(Newmark &&) noexcept = default;
 Newmark &Newmark::operator=(Newmark &&) noexcept = default;
 
-void Newmark::advance(Motion &motion, std::span<const double> load) {
-    impl_->advance(motion, load);
+Energy Newmark::advance(Motion &motion, std::span<const double> load) {
+    return impl_->advance(motion, load);
 }
 
-double kinetic_energy(const SymmetricMatrix &mass, std::span<const double> velocity) {
-    std::vector<double> momentum(velocity.size());
-    multiply_mass(mass, velocity, momentum);
-    return 0.5 * dot(velocity, momentum);
-}
-
-double strain_energy(const SymmetricMatrix &stiffness, std::span<const double> displacement) {
-    std::vector<double> force(displacement.size());
-    multiply(stiffness, displacement, force);
-    return 0.5 * dot(displacement, force);
+Energy Newmark::energy(const Motion &motion) const {
+    return impl_->multiply_by_matrices(motion);
 }
 
 } // namespace livermark::fem_reference

@@ -14,6 +14,12 @@ struct Motion {
     std::vector<double> velocity;     ///< (3 n) v [m/s]
 };
 
+/// Energies of a motion.
+struct Energy {
+    double kinetic = 0.0; ///< 1/2 v^T M v [J]
+    double strain = 0.0;  ///< 1/2 u^T K u [J]
+};
+
 /// Newmark's average acceleration (gamma = 1/2, beta = 1/4) for M u'' + D u' + K u = f with Rayleigh damping,
 /// consistent mass and loads that do not change. With v_m the mean of the velocities before and after a step of length
 /// h, it is
@@ -40,17 +46,14 @@ class Newmark {
     /// Moves on by one step.
     /// @param motion  velocity zero where prescribed
     /// @param load    f, shape (3 n) [N]
-    void advance(Motion &motion, std::span<const double> load);
+    /// @return the energies before the step, which are a by-product of it
+    Energy advance(Motion &motion, std::span<const double> load);
+
+    Energy energy(const Motion &motion) const;
 
   private:
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };
-
-/// 1/2 v^T M v [J]
-double kinetic_energy(const SymmetricMatrix &mass, std::span<const double> velocity);
-
-/// 1/2 u^T K u [J]
-double strain_energy(const SymmetricMatrix &stiffness, std::span<const double> displacement);
 
 } // namespace livermark::fem_reference

@@ -31,15 +31,21 @@ core::History release(const core::Body &body, const ElasticSystem &system, const
     const auto ready = Clock::now();
 
     core::History history;
-    for (int step = 0; step <= plan.num_steps; ++step) {
-        if (step > 0)
-            newmark.advance(motion, conditions.load);
+    const auto record = [&](int step) {
         history.time.push_back(step * plan.output_interval);
         for (const auto &probe : plan.probes)
             history.displacement.emplace_back(core::Vector3::Map(&motion.displacement[3 * probe.node]));
-        history.kinetic_energy.push_back(kinetic_energy(mass, motion.velocity));
-        history.strain_energy.push_back(strain_energy(system.stiffness, motion.displacement));
+    };
+    const auto record_energy = [&](const Energy &energy) {
+        history.kinetic_energy.push_back(energy.kinetic);
+        history.strain_energy.push_back(energy.strain);
+    };
+    record(0);
+    for (int step = 1; step <= plan.num_steps; ++step) {
+        record_energy(newmark.advance(motion, conditions.load));
+        record(step);
     }
+    record_energy(newmark.energy(motion));
     history.setup_seconds = std::chrono::duration<double>(ready - start).count();
     history.solve_seconds = std::chrono::duration<double>(Clock::now() - ready).count();
     return history;

@@ -24,10 +24,10 @@ std::string load_case_title(const std::filesystem::path &toml_file);
 /// go:
 ///
 ///     [release]
-///     duration = 1.0                          # [s], a whole number of
-///     output_interval = 0.0025                # [s]
-///     damping_ratio = 0.05                    # of motion at this frequency, all of it proportional to the mass;
-///     damping_frequency = 2.5                 # [Hz]; or instead alpha [1/s] and beta [s] of D = alpha M + beta K
+///     duration = 1.2                          # [s], a whole number of
+///     output_interval = 0.004                 # [s]
+///     damping_ratio = 0.05                    # at these two frequencies [Hz], less between them and more outside;
+///     damping_frequencies = [1.7, 10.0]       # or instead alpha [1/s] and beta [s] of D = alpha M + beta K
 ///     [[probe]]                               # one or more
 ///     name = "tip"
 ///     patch = "left_lobe_tip"                 # the node in the middle of it

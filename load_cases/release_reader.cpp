@@ -1,6 +1,7 @@
 #include "load_cases/release_reader.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <numbers>
@@ -25,18 +26,36 @@ double number_above(const toml::table &table, std::string_view key, double least
     return value;
 }
 
+/// Angular frequencies of two positive frequencies in hertz.
+std::array<double, 2> read_frequencies(const toml::table &table) {
+    const auto *array = table.get("damping_frequencies")->as_array();
+    if (!array || array->size() != 2)
+        throw core::InputError(fmt::format("{}: 'damping_frequencies' has to be two numbers in brackets",
+                                           core::place_of(*table.get("damping_frequencies"))));
+    std::array<double, 2> omega{};
+    for (std::size_t i = 0; i < 2; ++i) {
+        const auto frequency = array->get(i)->value<double>().value_or(0.0);
+        if (!(frequency > 0.0) || !std::isfinite(frequency))
+            throw core::InputError(fmt::format("{}: 'damping_frequencies' have to be positive and finite numbers",
+                                               core::place_of(*array)));
+        omega[i] = 2.0 * std::numbers::pi * frequency;
+    }
+    return omega;
+}
+
 core::RayleighDamping read_damping(const toml::table &table) {
-    const bool by_ratio = table.contains("damping_ratio") || table.contains("damping_frequency");
-    const bool by_coefficients = table.contains("alpha") || table.contains("beta");
-    if (by_ratio == by_coefficients)
-        throw core::InputError(fmt::format("{}: damping is given either by 'damping_ratio' and 'damping_frequency' or "
-                                           "by 'alpha' and 'beta'; give one of the two pairs",
+    const bool by_ratio = table.contains("damping_ratio") && table.contains("damping_frequencies");
+    const bool by_coefficients = table.contains("alpha") && table.contains("beta");
+    if (by_ratio == by_coefficients || table.contains("damping_ratio") == table.contains("alpha") ||
+        table.contains("damping_frequencies") == table.contains("beta"))
+        throw core::InputError(fmt::format("{}: damping is given either by 'damping_ratio' and 'damping_frequencies' "
+                                           "or by 'alpha' and 'beta'; give one of the two pairs",
                                            core::place_of(table)));
     if (by_coefficients)
         return {number_above(table, "alpha", 0.0, true), number_above(table, "beta", 0.0, true)};
     const double ratio = number_above(table, "damping_ratio", 0.0, true);
-    const double frequency = number_above(table, "damping_frequency", 0.0, false);
-    return {.alpha = 2.0 * ratio * 2.0 * std::numbers::pi * frequency, .beta = 0.0};
+    const auto [first, second] = read_frequencies(table);
+    return {.alpha = 2.0 * ratio * first * second / (first + second), .beta = 2.0 * ratio / (first + second)};
 }
 
 bool is_held(int node, const core::TetraMesh &mesh, const core::LoadCase &load_case) {
@@ -75,7 +94,7 @@ std::vector<core::Probe> read_probes(const toml::table &table, const core::Tetra
 core::Release read_release(const toml::table &table, const core::TetraMesh &mesh, const core::LoadCase &load_case) {
     const auto &release = core::required_table(table, "release");
     core::refuse_unknown_keys(release,
-                              {"duration", "output_interval", "damping_ratio", "damping_frequency", "alpha", "beta"});
+                              {"duration", "output_interval", "damping_ratio", "damping_frequencies", "alpha", "beta"});
     if (std::ranges::find(load_case.condition, core::FacetCondition::traction) == load_case.condition.end())
         throw core::InputError(
             fmt::format("{}: there is nothing to let go; add a [[condition]] with a traction or a pressure",

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "fem_reference/linear_elasticity.hpp"
+#include "fem_reference/modes.hpp"
 #include "models/model_table.hpp"
 
 namespace livermark::models::families {
@@ -33,9 +34,10 @@ core::Model finite_elements(int degree, std::string summary) {
     return {.name = fmt::format("fem_p{}", degree),
             .summary = std::move(summary),
             .source = "Arndt et al. 2022, The deal.II library, version 9.4, J. Numer. Math. 30(3)",
-            .solve = [solver = std::make_shared<KeptSolver>(degree)](const core::Problem &problem) {
-                return solver->solve(problem);
-            }};
+            .solve = [solver = std::make_shared<KeptSolver>(degree)](
+                         const core::Problem &problem) { return solver->solve(problem); },
+            .modes = [degree](const core::Problem &problem,
+                              int count) { return fem_reference::lowest_modes(problem, degree, count); }};
 }
 
 } // namespace

@@ -52,6 +52,26 @@ TEST(Comparison, WeighsNodesByTheirVolume) {
     EXPECT_NEAR(comparison.relative_l2, std::sqrt(volumes[0] / (0.1 * 0.2 * 0.1)), 1e-14);
 }
 
+TEST(Comparison, TakesHistoriesTogetherIfBothAreThere) {
+    auto reference = constant_solution(mesh, {1.0, 0.0, 0.0});
+    auto solution = reference;
+    reference.history =
+        core::History{.time = {0.0, 0.1},
+                      .displacement = {{1.0, 0.0, 0.0}, {0.0, 2.0, 0.0}, {0.0, 0.0, 0.0}, {2.0, 0.0, 0.0}},
+                      .kinetic_energy = {},
+                      .strain_energy = {}};
+    EXPECT_FALSE(core::compare(mesh, solution, reference, "reference").history_relative_l2);
+    solution.history = reference.history;
+    EXPECT_EQ(core::compare(mesh, solution, reference, "reference").history_relative_l2, 0.0);
+    solution.history->displacement[2] = {0.0, 0.3, -0.6};
+    EXPECT_NEAR(*core::compare(mesh, solution, reference, "reference").history_relative_l2, std::sqrt(0.45 / 9.0),
+                1e-15);
+    solution.history->displacement[2].x() = std::nan("");
+    EXPECT_TRUE(std::isnan(*core::compare(mesh, solution, reference, "reference").history_relative_l2));
+    solution.history->time[1] = 0.2;
+    EXPECT_THROW(core::compare(mesh, solution, reference, "reference"), std::invalid_argument);
+}
+
 TEST(Comparison, LetsADivergedSolutionShow) {
     const auto reference = constant_solution(mesh, {1.0, 0.0, 0.0});
     auto solution = reference;

@@ -3,15 +3,20 @@
 #include <Eigen/Dense>
 #include <Eigen/SparseCholesky>
 #include <cmath>
+#include <filesystem>
+#include <fmt/format.h>
 #include <limits>
 #include <numbers>
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "core/input_error.hpp"
+#include "core/toml_input.hpp"
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/eigenpairs.hpp"
 #include "fem_reference/mass_matrix.hpp"
 #include "fem_reference/modes.hpp"
+#include "load_cases/load_case_reader.hpp"
+#include "meshes/body_reader.hpp"
 #include "tests/verification/arpack.hpp"
 #include "tests/verification/fem_test_bodies.hpp"
 
@@ -134,8 +139,12 @@ void expect_agreement_with_arpack(const Held &held, int count) {
     const auto pairs = fem_reference::lowest_eigenpairs(held.system.stiffness, held.mass, held.prescribed, count);
     const auto other = tests::arpack_frequencies(held.system.stiffness, held.mass, held.prescribed, count);
     ASSERT_EQ(pairs.angular_frequency.size(), other.size());
-    for (int mode = 0; mode < count; ++mode)
+    double largest = 0.0;
+    for (int mode = 0; mode < count; ++mode) {
         EXPECT_NEAR(pairs.angular_frequency[mode], other[mode], 1e-8 * other[mode]) << "mode " << mode;
+        largest = std::max(largest, std::abs(pairs.angular_frequency[mode] / other[mode] - 1.0));
+    }
+    testing::Test::RecordProperty("largest_difference", fmt::format("{:.1e}", largest));
 }
 
 } // namespace
@@ -313,6 +322,21 @@ TEST_P(FemModes, RefuseABodyFreeToMoveAndTooManyModes) {
     EXPECT_NO_THROW(fem_reference::lowest_modes(problem, GetParam(), 3));
     EXPECT_THROW(fem_reference::lowest_modes(problem, GetParam(), 0), core::InputError);
     EXPECT_THROW(fem_reference::lowest_modes(problem, GetParam(), 1000), core::InputError);
+}
+
+/// The bodies that ship, held as in the load case release; quadratic elements with optimisation only, for the time.
+TEST_P(FemModes, OfTheLiversAgreeWithArpack) {
+#ifndef NDEBUG
+    if (GetParam() == 2)
+        GTEST_SKIP() << "takes minutes without optimisation";
+#endif
+    for (const auto &name : core::list_toml(LIVERMARK_SOURCE_DIR "/meshes")) {
+        SCOPED_TRACE(name);
+        const auto body = std::make_shared<const core::Body>(
+            meshes::read_body(std::filesystem::path(LIVERMARK_SOURCE_DIR "/meshes") / (name + ".toml"), {}));
+        const auto load_case = load_cases::read_load_case(LIVERMARK_SOURCE_DIR "/load_cases/release.toml", body->mesh);
+        expect_agreement_with_arpack(Held(body, load_case, GetParam()), 20);
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(Degree, FemModes, testing::Values(1, 2));
