@@ -26,8 +26,8 @@ std::vector<std::filesystem::path> find_toml_files(const std::vector<std::string
     const auto path = root_folder() / folder;
     const auto known = core::list_toml(path);
     if (known.empty() && wanted.empty())
-        throw core::InputError(fmt::format("{}: there is no {} here; set LIVERMARK_ROOT to a Livermark source tree",
-                                           path.string(), word));
+        throw core::InputError(
+            fmt::format("{}: there is no {} here; set LIVERMARK_ROOT to a Livermark source tree", path.string(), word));
     std::vector<std::filesystem::path> files;
     for (const auto &name : wanted.empty() ? known : wanted) {
         std::filesystem::path file = name;

@@ -48,7 +48,7 @@ results::ErrorBands read_bands(const RunOptions &options) {
 }
 
 std::filesystem::path make_output_folder(const std::filesystem::path &output, const core::Problem &problem) {
-    const auto folder = output / problem.body->name;
+    auto folder = output / problem.body->name;
     std::error_code error;
     std::filesystem::create_directories(folder, error);
     if (error)

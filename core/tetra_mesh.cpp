@@ -57,8 +57,7 @@ EdgeTable edge_table(std::span<const std::array<int, 4>> tetrahedra) {
         for (const auto &local : tetrahedron_edges)
             table.edges.push_back(edge_of(nodes, local));
     std::ranges::sort(table.edges);
-    const auto repeated = std::ranges::unique(table.edges);
-    table.edges.erase(repeated.begin(), repeated.end());
+    table.edges.erase(std::unique(table.edges.begin(), table.edges.end()), table.edges.end());
 
     table.tetrahedron_edge.reserve(tetrahedra.size());
     for (const auto &nodes : tetrahedra) {

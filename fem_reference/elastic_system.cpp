@@ -55,8 +55,7 @@ SymmetricMatrix block_pattern(const ElasticSystem &system) {
     matrix.row_start.push_back(0);
     for (auto &list : neighbours) {
         std::ranges::sort(list);
-        const auto repeated = std::ranges::unique(list);
-        list.erase(repeated.begin(), repeated.end());
+        list.erase(std::unique(list.begin(), list.end()), list.end());
         for (int i = 0; i < 3; ++i) {
             for (const int node : list)
                 matrix.column.insert(matrix.column.end(), {3 * node, 3 * node + 1, 3 * node + 2});

@@ -56,7 +56,10 @@ void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core
                                                "conditions not overlap",
                                                core::place_of(table), selection.name));
         load_case.condition[f] = effect.condition;
-        load_case.value[f] = effect.value - effect.pressure * area_vector(mesh, f).normalized();
+        load_case.value[f] =
+            effect.condition == core::FacetCondition::traction
+                ? selection.area_ratio * (effect.value - effect.pressure * area_vector(mesh, f).normalized())
+                : effect.value;
         load_case.constraint[f] = constraint;
     }
 }

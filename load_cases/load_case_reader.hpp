@@ -21,7 +21,8 @@ std::string load_case_title(const std::filesystem::path &toml_file);
 ///     displacement = [0.0, 0.0, 0.0]          #       traction = [x, y, z] or pressure = p (pushes inwards), [Pa]
 ///
 /// A disc lies around the middle of its patch: the facets whose centroid is within the radius of the facet nearest to
-/// the area centroid of the patch, and that face the same way.
+/// the area centroid of the patch, and that face the same way. Their area is not that of the disc, so tractions are
+/// multiplied by the ratio of the two: the resultant is the same on every mesh.
 /// @throws core::InputError with file, line and remedy: not TOML, unknown keys, a place that no facet is in, two
 ///         conditions on one facet, prescribed displacements that contradict each other at a node, nothing held
 core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core::TetraMesh &mesh);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <limits>
+#include <numbers>
 
 #include "core/input_error.hpp"
 
@@ -42,6 +43,13 @@ int middle_facet(const std::vector<int> &facets, const core::TetraMesh &mesh) {
     return *std::ranges::min_element(facets, {}, [&](int f) { return (centroid(mesh, f) - middle).squaredNorm(); });
 }
 
+double area_of(const std::vector<int> &facets, const core::TetraMesh &mesh) {
+    double area = 0.0;
+    for (const int f : facets)
+        area += area_vector(mesh, f).norm();
+    return area;
+}
+
 std::vector<int> facets_of_disc(const toml::table &disc, const core::TetraMesh &mesh) {
     core::refuse_unknown_keys(disc, {"patch", "radius"});
     auto facets = facets_of_patch(disc, mesh);
@@ -73,6 +81,8 @@ Selection select_facets(const toml::table &condition, const core::TetraMesh &mes
         const auto &disc = core::required_table(condition, "disc");
         selection.facets = facets_of_disc(disc, mesh);
         selection.name = fmt::format("disc on {}", core::required_string(disc, "patch"));
+        const double radius = core::required_number(disc, "radius");
+        selection.area_ratio = std::numbers::pi * radius * radius / area_of(selection.facets, mesh);
     }
     if (selection.facets.empty())
         throw core::InputError(fmt::format("{}: no facet of the body is in '{}'; choose another place or a larger one",

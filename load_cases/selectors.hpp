@@ -12,6 +12,9 @@ namespace livermark::load_cases {
 struct Selection {
     std::string name;        ///< of the place, for reactions
     std::vector<int> facets; ///< indices into mesh.boundary_triangles, ascending
+    /// Area of the place that was meant over the area of the facets: a mesh has no facets that make a circle, and a
+    /// load that is multiplied by this has the same resultant on every mesh.
+    double area_ratio = 1.0;
 };
 
 /// Finds the place that a [[condition]] names.

@@ -10,9 +10,9 @@ namespace {
 
 using core::Vector3;
 
-/// The anatomy below is written in millimetres about a point under the right dome. This scale makes the body 1.50 L,
-/// and this shift brings its centroid to the origin.
-constexpr double metres_per_unit = 1.0202e-3;
+/// The anatomy below is written in millimetres about a point under the right dome. This scale, a little flatter from
+/// front to back than drawn, makes the body 1.50 L, and this shift brings its centroid to the origin.
+const Vector3 metres_per_unit(1.0496e-3, 0.9640e-3, 1.0496e-3);
 const Vector3 centroid(-30.5, -7.5, 9.8);
 
 /// Smaller of two levels with the corner between them rounded over a width k: the union of two bodies.
@@ -84,6 +84,10 @@ double level_in_millimetres(const Vector3 &p) {
     return level;
 }
 
+Vector3 to_drawing(const Vector3 &point) {
+    return point.cwiseQuotient(metres_per_unit) + centroid;
+}
+
 /// @param semi_axes  [mm]
 /// @param first, second  the first axis points along `first`, the second lies in the plane of both
 Lesion make_lesion(const Vector3 &center, const Vector3 &semi_axes, const Vector3 &first, const Vector3 &second) {
@@ -95,11 +99,11 @@ Lesion make_lesion(const Vector3 &center, const Vector3 &semi_axes, const Vector
 } // namespace
 
 double liver_level(const core::Vector3 &point) {
-    return level_in_millimetres(point / metres_per_unit + centroid) * metres_per_unit;
+    return level_in_millimetres(to_drawing(point)) * metres_per_unit.minCoeff();
 }
 
 double diaphragmatic_depth(const core::Vector3 &point) {
-    return -diaphragmatic_body(point / metres_per_unit + centroid) * metres_per_unit;
+    return -diaphragmatic_body(to_drawing(point)) * metres_per_unit.minCoeff();
 }
 
 core::Vector3 liver_gradient(const core::Vector3 &point) {

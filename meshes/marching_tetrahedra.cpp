@@ -40,7 +40,9 @@ class Marcher {
     int number(int i, int j, int k) const { return (k * count_[1] + j) * count_[0] + i; }
 
     core::Vector3 position(int n) const {
-        return low_ + spacing_ * core::Vector3(n % count_[0], n / count_[0] % count_[1], n / count_[0] / count_[1]);
+        const int row = n / count_[0];
+        const int layer = row / count_[1];
+        return low_ + spacing_ * core::Vector3(n % count_[0], row % count_[1], layer);
     }
 
     /// The node where the surface crosses a grid edge, made at its first use.

@@ -102,7 +102,7 @@ class Remesher {
                 if (other != node)
                     found.push_back(other);
         std::ranges::sort(found);
-        found.erase(std::ranges::unique(found).begin(), found.end());
+        found.erase(std::unique(found.begin(), found.end()), found.end());
         return found;
     }
 

@@ -18,12 +18,12 @@ const toml::table &table_of(const toml::node &node) {
 
 ErrorBand read_band(const toml::table &table) {
     core::refuse_unknown_keys(table, {"relative_l2", "margin", "origin"});
-    const ErrorBand band{.expected = core::required_number(table, "relative_l2"),
-                         .margin = core::required_number(table, "margin"),
-                         .origin = core::required_string(table, "origin")};
+    ErrorBand band{.expected = core::required_number(table, "relative_l2"),
+                   .margin = core::required_number(table, "margin"),
+                   .origin = core::required_string(table, "origin")};
     if (band.expected < 0.0)
-        throw core::InputError(
-            fmt::format("{}: 'relative_l2' is negative; give a number >= 0", core::place_of(*table.get("relative_l2"))));
+        throw core::InputError(fmt::format("{}: 'relative_l2' is negative; give a number >= 0",
+                                           core::place_of(*table.get("relative_l2"))));
     if (band.margin <= 0.0)
         throw core::InputError(
             fmt::format("{}: 'margin' is not positive; give a number > 0", core::place_of(*table.get("margin"))));
