@@ -8,10 +8,36 @@
 
 namespace livermark::app {
 
-std::vector<core::Model> choose_models(const std::vector<std::string> &wanted) {
-    auto models = models::all_models();
-    if (wanted.empty())
-        return models;
+namespace {
+
+/// @return nullptr if the model is not there or found no solution
+const results::ModelResult *find_solved(const results::Result &result, std::string_view name) {
+    const auto found = std::ranges::find(result.models, name, &results::ModelResult::name);
+    return found != result.models.end() && found->solution.status == core::SolutionStatus::ok ? &*found : nullptr;
+}
+
+void compare_with_reference(results::Result &result) {
+    const auto &mesh = result.problem.body->mesh;
+    const auto *reference = find_solved(result, models::reference_model);
+    const auto *refined = find_solved(result, models::refined_reference_model);
+    if (reference && refined) {
+        result.reference_uncertainty =
+            results::estimate_uncertainty(mesh, reference->solution, reference->name, refined->solution, refined->name);
+        if (result.reference_uncertainty->reference == refined->name)
+            reference = refined;
+    }
+    if (!reference)
+        return;
+    for (auto &model : result.models)
+        if (&model != reference)
+            model.comparison = core::compare(mesh, model.solution, reference->solution, reference->name);
+}
+
+} // namespace
+
+std::vector<core::Model> choose_models(const std::vector<std::string> &wanted, const models::ModelOptions &options,
+                                       bool with_uncertainty) {
+    auto models = models::all_models(options);
     std::vector<std::string> known;
     for (const auto &model : models)
         known.push_back(model.name);
@@ -19,8 +45,11 @@ std::vector<core::Model> choose_models(const std::vector<std::string> &wanted) {
         if (std::ranges::find(known, name) == known.end())
             throw core::InputError(unknown_name("model", name, known));
     std::erase_if(models, [&](const core::Model &model) {
-        return model.name != models::reference_model && model.name != models::baseline_model &&
-               std::ranges::find(wanted, model.name) == wanted.end();
+        if (std::ranges::find(wanted, model.name) != wanted.end())
+            return false;
+        if (model.name == models::refined_reference_model)
+            return !with_uncertainty;
+        return !wanted.empty() && model.name != models::reference_model && model.name != models::baseline_model;
     });
     return models;
 }
@@ -28,7 +57,8 @@ std::vector<core::Model> choose_models(const std::vector<std::string> &wanted) {
 results::Result hold_contest(const core::Problem &problem, const std::vector<core::Model> &models,
                              const results::ErrorBands &bands, results::Provenance provenance,
                              const std::function<void(const std::string &)> &starting) {
-    results::Result result{.provenance = std::move(provenance), .problem = problem, .models = {}};
+    results::Result result{
+        .provenance = std::move(provenance), .problem = problem, .models = {}, .reference_uncertainty = {}};
     for (const auto &model : models) {
         starting(model.name);
         result.models.push_back({.name = model.name,
@@ -38,12 +68,7 @@ results::Result hold_contest(const core::Problem &problem, const std::vector<cor
                                  .comparison = {},
                                  .band = bands.find(problem.body->name, problem.load_case.name, model.name)});
     }
-    const auto reference = std::ranges::find(result.models, models::reference_model, &results::ModelResult::name);
-    if (reference != result.models.end() && reference->solution.status == core::SolutionStatus::ok)
-        for (auto &model : result.models)
-            if (model.name != models::reference_model)
-                model.comparison =
-                    core::compare(problem.body->mesh, model.solution, reference->solution, reference->name);
+    compare_with_reference(result);
     return result;
 }
 

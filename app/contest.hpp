@@ -5,18 +5,22 @@
 #include <vector>
 
 #include "core/model.hpp"
+#include "models/model_table.hpp"
 #include "results/error_bands.hpp"
 #include "results/result.hpp"
 
 namespace livermark::app {
 
-/// The models asked for by name, with the reference and the baseline beside them, in the order of the table; all if
-/// none was asked for.
+/// The models asked for by name, with the reference, the refined reference and the baseline beside them, in the order
+/// of the table; all if none was asked for.
+/// @param with_uncertainty  if not, the refined reference runs only if it was asked for by name
 /// @throws core::InputError for a name that there is not, with the nearest one that there is
-std::vector<core::Model> choose_models(const std::vector<std::string> &wanted);
+std::vector<core::Model> choose_models(const std::vector<std::string> &wanted, const models::ModelOptions &options,
+                                       bool with_uncertainty);
 
-/// Lets every model solve a problem and compares it with the reference. A model that finds no solution is part of the
-/// result; where the reference finds none, nothing is compared.
+/// Lets every model solve a problem and compares it with the reference: with the refined one if that was solved and the
+/// other is not good enough, see results::estimate_uncertainty(). A model that finds no solution is part of the result;
+/// where the reference finds none, nothing is compared.
 /// @param starting  called with the name of each model before it starts
 results::Result hold_contest(const core::Problem &problem, const std::vector<core::Model> &models,
                              const results::ErrorBands &bands, results::Provenance provenance,

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <fmt/format.h>
+#include <map>
 #include <memory>
 #include <optional>
 
@@ -26,6 +27,8 @@ struct RunOptions {
     meshes::MaterialOverride material;
     std::string output;
     bool markdown = false;
+    bool no_uncertainty = false;
+    models::ModelOptions model_options;
 };
 
 /// Reads every body once and puts every load case on it, so that a fault shows before the first hour of work.
@@ -40,9 +43,10 @@ std::vector<core::Problem> read_problems(const RunOptions &options) {
     return problems;
 }
 
-/// Error bands hold for the bodies as they ship, not for other materials.
+/// Error bands hold for the bodies as they ship, not for other materials, and against the reference that is chosen
+/// when its uncertainty is known.
 results::ErrorBands read_bands(const RunOptions &options) {
-    if (options.material.young_modulus || options.material.poisson_ratio)
+    if (options.material.young_modulus || options.material.poisson_ratio || options.no_uncertainty)
         return {};
     return results::read_error_bands(root_folder() / "results" / "error_bands.toml");
 }
@@ -64,7 +68,7 @@ bool all_is_well(const results::Result &result) {
 }
 
 int run(const RunOptions &options, const std::string &command_line) {
-    const auto models = choose_models(options.models);
+    const auto models = choose_models(options.models, options.model_options, !options.no_uncertainty);
     const auto problems = read_problems(options);
     const auto bands = read_bands(options);
     for (const auto &problem : problems)
@@ -112,6 +116,18 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
                         "Young's modulus of the first region [Pa]; the others keep their ratio to it");
     command->add_option("--poisson", options->material.poisson_ratio, "Poisson's ratio of every region");
     command->add_option("--output", options->output, "Folder for <body>/<load case>.h5")->capture_default_str();
+    command->add_flag("--no-uncertainty", options->no_uncertainty,
+                      "Do not solve the reference on the refined mesh: quicker, but nobody knows how good it is");
+    using enum fem_reference::SolverChoice;
+    command
+        ->add_option("--fem-solver", options->model_options.fem_solver,
+                     "How the finite elements are solved: auto (by size), direct (sparse Cholesky) or iterative "
+                     "(conjugate gradients with algebraic multigrid)")
+        ->transform(CLI::CheckedTransformer(
+            std::map<std::string, fem_reference::SolverChoice>{
+                {"auto", automatic}, {"direct", direct}, {"iterative", iterative}},
+            CLI::ignore_case))
+        ->default_str("auto");
     command->add_flag("--markdown", options->markdown, "Print the table in Markdown");
     return [options, command_line] { return run(*options, command_line); };
 }

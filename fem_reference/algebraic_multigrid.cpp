@@ -3,7 +3,7 @@
 // deal.II's build of Trilinos; its headers are noisy.
 #include <Epetra_CrsMatrix.h>
 #include <Epetra_Map.h>
-#include <Epetra_SerialComm.h>
+#include <Epetra_MpiComm.h>
 #include <Epetra_Vector.h>
 #include <Teuchos_ParameterList.hpp>
 #include <ml_MultiLevelPreconditioner.h>
@@ -21,7 +21,7 @@ namespace {
 
 constexpr int num_rigid_modes = 6;
 
-/// ML asks MPI for the number of ranks even where there is one.
+/// ML runs on an MPI communicator only, even where that has one rank.
 void require_mpi() {
     int running = 0;
     MPI_Initialized(&running);
@@ -152,6 +152,8 @@ class AlgebraicMultigrid : public Preconditioner {
         list.set("coarse: type", "Amesos-KLU");
         list.set("coarse: max size", 2000);
         levels_ = std::make_unique<ML_Epetra::MultiLevelPreconditioner>(*matrix_, list, true);
+        if (!levels_->IsPreconditionerComputed())
+            throw std::runtime_error("Trilinos ML failed to make its levels");
         return true;
     }
 
@@ -169,7 +171,7 @@ class AlgebraicMultigrid : public Preconditioner {
     void copy_matrix() {
         const auto &stiffness = system_.stiffness;
         const int size = stiffness.num_rows();
-        const Epetra_Map map(size, 0, Epetra_SerialComm());
+        const Epetra_Map map(size, 0, Epetra_MpiComm(MPI_COMM_SELF));
         std::vector<int> length(size);
         for (int row = 0; row < size; ++row)
             length[row] = stiffness.row_start[row + 1] - stiffness.row_start[row];

@@ -29,10 +29,10 @@ class BlockGaussSeidel {
     void sweep_backward(std::span<const double> right_hand_side, std::span<double> u) const;
 
   private:
-    std::vector<int> row_start_;                   ///< (n + 1)
-    std::vector<int> diagonal_;                    ///< (n) place of the diagonal block in column_
-    std::vector<int> column_;                      ///< (blocks) node
-    std::vector<Eigen::Matrix3f> block_;           ///< (blocks)
+    std::vector<int> row_start_;                    ///< (n + 1)
+    std::vector<int> diagonal_;                     ///< (n) place of the diagonal block in column_
+    std::vector<int> column_;                       ///< (blocks) node
+    std::vector<Eigen::Matrix3f> block_;            ///< (blocks)
     std::vector<Eigen::Matrix3f> inverse_diagonal_; ///< (n)
 };
 

@@ -41,7 +41,8 @@ struct Ending {
 /// @param residual  shape (n), the right-hand side, zero where not free; used up
 /// @param u         shape (n), the solution is added to its free entries
 Ending conjugate_gradients(const SymmetricMatrix &matrix, const std::vector<bool> &is_free,
-                           Preconditioner &preconditioner, std::vector<double> residual, std::vector<double> &u) {
+                           Preconditioner &preconditioner, int max_iterations, std::vector<double> residual,
+                           std::vector<double> &u) {
     const std::size_t size = u.size();
     const double start = std::sqrt(dot(residual, residual));
     Ending ending;
@@ -50,7 +51,7 @@ Ending conjugate_gradients(const SymmetricMatrix &matrix, const std::vector<bool
     std::vector<double> direction(size, 0.0), image(size, 0.0), correction(size, 0.0);
     double curvature = 1.0; // p^T K p
     ending.relative_residual = 1.0;
-    while (ending.relative_residual > IterativeSolver::tolerance && ending.iterations < IterativeSolver::max_iterations) {
+    while (ending.relative_residual > IterativeSolver::tolerance && ending.iterations < max_iterations) {
         preconditioner.apply(residual, correction);
         // The image still holds K times the last direction, to which the new one has to be conjugate.
         const double beta = -dot(image, correction) / curvature;
@@ -74,21 +75,23 @@ Ending conjugate_gradients(const SymmetricMatrix &matrix, const std::vector<bool
 
 } // namespace
 
-IterativeSolver::IterativeSolver(const SymmetricMatrix &stiffness, std::unique_ptr<Preconditioner> preconditioner)
-    : stiffness_(&stiffness), preconditioner_(std::move(preconditioner)) {}
+IterativeSolver::IterativeSolver(const SymmetricMatrix &stiffness, std::unique_ptr<Preconditioner> preconditioner,
+                                 int max_iterations)
+    : stiffness_(&stiffness), preconditioner_(std::move(preconditioner)), max_iterations_(max_iterations) {}
 
 bool IterativeSolver::set_up(std::span<const double> prescribed) {
     const auto start = std::chrono::steady_clock::now();
     std::vector<bool> wanted(prescribed.size());
     for (std::size_t i = 0; i < prescribed.size(); ++i)
         wanted[i] = std::isnan(prescribed[i]);
-    if (wanted == is_free_)
-        return unique_;
+    const bool is_new = wanted != is_free_;
     is_free_.clear(); // what follows may throw
-    unique_ = preconditioner_->set_up(wanted);
+    // The preconditioner knows best whether it is still what it was: it may share parts with another one.
+    const bool unique = preconditioner_->set_up(wanted);
     is_free_ = std::move(wanted);
-    setup_seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    return unique_;
+    if (is_new)
+        setup_seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return unique;
 }
 
 ConstrainedSolution IterativeSolver::solve(std::span<const double> prescribed, std::span<const double> load) {
@@ -109,7 +112,8 @@ ConstrainedSolution IterativeSolver::solve(std::span<const double> prescribed, s
     };
     auto right_hand_side = imbalance();
     keep_free(is_free_, right_hand_side);
-    const auto ending = conjugate_gradients(*stiffness_, is_free_, *preconditioner_, std::move(right_hand_side), u);
+    const auto ending =
+        conjugate_gradients(*stiffness_, is_free_, *preconditioner_, max_iterations_, std::move(right_hand_side), u);
     solution.iterations = ending.iterations;
     solution.relative_residual = ending.relative_residual;
     solution.converged = ending.relative_residual <= tolerance;

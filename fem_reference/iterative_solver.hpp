@@ -10,14 +10,14 @@ namespace livermark::fem_reference {
 /// K u = f with some unknowns prescribed, by preconditioned conjugate gradients.
 class IterativeSolver {
   public:
-    /// Norm of the residual over that of the right-hand side of the free rows at which the iteration stops, and after
-    /// how many steps it gives up.
+    /// Norm of the residual over that of the right-hand side of the free rows at which the iteration stops.
     static constexpr double tolerance = 1e-11;
-    static constexpr int max_iterations = 2000;
 
     /// @param stiffness       symmetric positive semidefinite; the caller keeps it alive and unchanged
     /// @param preconditioner  of this matrix
-    IterativeSolver(const SymmetricMatrix &stiffness, std::unique_ptr<Preconditioner> preconditioner);
+    /// @param max_iterations  after how many steps it gives up
+    IterativeSolver(const SymmetricMatrix &stiffness, std::unique_ptr<Preconditioner> preconditioner,
+                    int max_iterations = 2000);
 
     /// Prepares the preconditioner, unless the same unknowns were prescribed last time.
     /// @param prescribed  shape (n), NaN where an unknown is free
@@ -37,8 +37,8 @@ class IterativeSolver {
   private:
     const SymmetricMatrix *stiffness_;
     std::unique_ptr<Preconditioner> preconditioner_;
+    int max_iterations_;
     std::vector<bool> is_free_;
-    bool unique_ = false;
     double setup_seconds_ = 0.0;
 };
 

@@ -5,10 +5,10 @@
 
 namespace livermark::models {
 
-std::vector<core::Model> all_models() {
+std::vector<core::Model> all_models(const ModelOptions &options) {
     std::vector<core::Model> models;
     for (const auto &family : all_families())
-        std::ranges::move(family.models(), std::back_inserter(models));
+        std::ranges::move(family.models(options), std::back_inserter(models));
     return models;
 }
 

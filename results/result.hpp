@@ -7,6 +7,7 @@
 #include "core/error_norms.hpp"
 #include "core/problem.hpp"
 #include "core/solution.hpp"
+#include "results/reference_uncertainty.hpp"
 
 namespace livermark::results {
 
@@ -53,6 +54,7 @@ struct Result {
     Provenance provenance;
     core::Problem problem;
     std::vector<ModelResult> models;
+    std::optional<ReferenceUncertainty> reference_uncertainty; ///< none if the refined reference was not solved
 };
 
 /// Whether a model did what it was expected to. A solution that is not ok or was not compared misses its band.
@@ -62,6 +64,13 @@ inline std::optional<bool> meets_band(const ModelResult &model) {
         return std::nullopt;
     return model.solution.status == core::SolutionStatus::ok && model.comparison &&
            model.band->contains(model.comparison->relative_l2);
+}
+
+/// Whether a model is closer to the reference than the reference is known to be to the exact solution: it can then not
+/// be told from another such model, and is not to be ranked above one.
+inline bool is_within_uncertainty(const ModelResult &model, const Result &result) {
+    return model.solution.status == core::SolutionStatus::ok && model.comparison && result.reference_uncertainty &&
+           model.comparison->relative_l2 < result.reference_uncertainty->relative_l2;
 }
 
 } // namespace livermark::results

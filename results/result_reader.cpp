@@ -132,6 +132,8 @@ core::Solution read_solution(const InputFile &file, const std::string &group, co
     core::Solution solution;
     solution.status = read_status(file, group);
     solution.message = file.text(group, "message");
+    if (file.has_attribute(group, "solver")) // files of earlier versions have none
+        solution.solver = file.text(group, "solver");
     solution.degrees_of_freedom = file.integer(group, "degrees_of_freedom");
     solution.setup_seconds = file.number(group, "setup_seconds");
     solution.solve_seconds = file.number(group, "solve_seconds");
@@ -188,6 +190,21 @@ ModelResult read_model(const InputFile &file, const std::string &name, const cor
     return model;
 }
 
+ReferenceUncertainty read_uncertainty(const InputFile &file) {
+    ReferenceUncertainty uncertainty;
+    uncertainty.reference = file.text(reference_group, "model");
+    uncertainty.refined = file.text(reference_group, "refined_model");
+    for (const std::string &name : {uncertainty.reference, uncertainty.refined})
+        if (!file.has(solution_group(name)))
+            file.refuse(reference_group, fmt::format("names the model '{}', which is not in /solutions", name));
+    uncertainty.relative_l2 = file.number(reference_group, "reference_uncertainty");
+    uncertainty.refinement_difference = file.number(reference_group, "refinement_difference");
+    uncertainty.order = file.number(reference_group, "order");
+    uncertainty.energy_error = file.number(reference_group, "energy_uncertainty");
+    uncertainty.reaction_error = file.number(reference_group, "reaction_uncertainty");
+    return uncertainty;
+}
+
 Provenance read_provenance(const InputFile &file) {
     Provenance provenance;
     provenance.software_version = file.text("/", "software_version");
@@ -216,6 +233,8 @@ Result read_file(const InputFile &file) {
     result.problem.body = std::move(body);
     for (const std::string &name : file.children("/solutions"))
         result.models.push_back(read_model(file, name, result.problem));
+    if (file.has(reference_group))
+        result.reference_uncertainty = read_uncertainty(file);
     return result;
 }
 

@@ -58,6 +58,11 @@ void check_shapes(const Result &result) {
         if (model.comparison && !names.contains(model.comparison->reference))
             throw std::invalid_argument(fmt::format("model {} is compared with {}, which is not in the result",
                                                     model.name, model.comparison->reference));
+    if (const auto &uncertainty = result.reference_uncertainty)
+        for (const std::string &name : {uncertainty->reference, uncertainty->refined})
+            if (!names.contains(name))
+                throw std::invalid_argument(
+                    fmt::format("the uncertainty of the reference needs {}, which is not in the result", name));
 }
 
 void write_provenance(hdf5::OutputFile &file, const Provenance &provenance) {
@@ -122,6 +127,7 @@ void write_solution(hdf5::OutputFile &file, const ModelResult &model, const core
     file.text(group, "message", solution.message);
     file.text(group, "summary", model.summary);
     file.text(group, "source", model.source);
+    file.text(group, "solver", solution.solver);
     file.integer(group, "degrees_of_freedom", solution.degrees_of_freedom);
     file.number(group, "setup_seconds", solution.setup_seconds);
     file.number(group, "solve_seconds", solution.solve_seconds);
@@ -138,7 +144,18 @@ void write_solution(hdf5::OutputFile &file, const ModelResult &model, const core
     }
 }
 
-void write_comparison(hdf5::OutputFile &file, const ModelResult &model) {
+void write_uncertainty(hdf5::OutputFile &file, const ReferenceUncertainty &uncertainty) {
+    file.group(reference_group);
+    file.text(reference_group, "model", uncertainty.reference);
+    file.text(reference_group, "refined_model", uncertainty.refined);
+    file.number(reference_group, "reference_uncertainty", uncertainty.relative_l2);
+    file.number(reference_group, "refinement_difference", uncertainty.refinement_difference);
+    file.number(reference_group, "order", uncertainty.order);
+    file.number(reference_group, "energy_uncertainty", uncertainty.energy_error);
+    file.number(reference_group, "reaction_uncertainty", uncertainty.reaction_error);
+}
+
+void write_comparison(hdf5::OutputFile &file, const ModelResult &model, const Result &result) {
     const std::string group = comparison_group(model.name);
     file.group(group);
     if (const auto &comparison = model.comparison) {
@@ -148,6 +165,8 @@ void write_comparison(hdf5::OutputFile &file, const ModelResult &model) {
         file.number(group, "max_error_relative", comparison->max_error_relative);
         file.number(group, "energy_error", comparison->energy_error);
         file.number(group, "reaction_error", comparison->reaction_error);
+        if (result.reference_uncertainty)
+            file.integer(group, "within_uncertainty", is_within_uncertainty(model, result) ? 1 : 0);
         file.dataset(group + "/error", comparison->error, "m");
     }
     if (model.band) {
@@ -168,8 +187,10 @@ std::vector<char> file_image(const Result &result) {
     for (const ModelResult &model : result.models) {
         write_solution(file, model, result.problem.load_case);
         if (model.comparison || model.band)
-            write_comparison(file, model);
+            write_comparison(file, model, result);
     }
+    if (result.reference_uncertainty)
+        write_uncertainty(file, *result.reference_uncertainty);
     write_vtkhdf(file, result);
     return file.image();
 }

@@ -8,6 +8,7 @@ namespace livermark::results {
 
 inline constexpr std::int64_t schema_version = 1;
 
+inline const std::string reference_group = "/reference";
 inline std::string solution_group(const std::string &model) {
     return "/solutions/" + model;
 }

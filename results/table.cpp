@@ -16,11 +16,12 @@ struct Column {
     bool is_number;
 };
 
-constexpr std::array<Column, 14> columns{{{"body", false},
+constexpr std::array<Column, 15> columns{{{"body", false},
                                           {"load case", false},
                                           {"model", false},
                                           {"peak [mm]", true},
                                           {"L2 [%]", true},
+                                          {"+- [%]", true},
                                           {"max [mm]", true},
                                           {"max [%]", true},
                                           {"react. [%]", true},
@@ -61,6 +62,14 @@ bool is_reference(const ModelResult &model, const Result &result) {
     });
 }
 
+/// For the reference its own uncertainty, for the others whether they are within it.
+std::string uncertainty(const ModelResult &model, const Result &result) {
+    const auto &known = result.reference_uncertainty;
+    if (known && model.name == known->reference)
+        return fixed(percent * known->relative_l2, 2);
+    return is_within_uncertainty(model, result) ? "within" : "-";
+}
+
 std::string verdict(const ModelResult &model) {
     const auto met = meets_band(model);
     if (!met)
@@ -78,6 +87,7 @@ Row row_of(const ModelResult &model, const Result &result) {
             reference ? model.name + " (reference)" : model.name,
             fixed(millimetres * peak_displacement(solution), 3),
             "-",
+            uncertainty(model, result),
             "-",
             "-",
             "-",
@@ -89,10 +99,10 @@ Row row_of(const ModelResult &model, const Result &result) {
             reference && !model.band ? "-" : verdict(model)};
     if (const auto &comparison = model.comparison) {
         row[4] = fixed(percent * comparison->relative_l2, 2);
-        row[5] = fixed(millimetres * comparison->max_error, 3);
-        row[6] = fixed(percent * comparison->max_error_relative, 2);
-        row[7] = fixed(percent * comparison->reaction_error, 2);
-        row[8] = fmt::format("{}{}", comparison->energy_error > 0.0 ? "+" : "",
+        row[6] = fixed(millimetres * comparison->max_error, 3);
+        row[7] = fixed(percent * comparison->max_error_relative, 2);
+        row[8] = fixed(percent * comparison->reaction_error, 2);
+        row[9] = fmt::format("{}{}", comparison->energy_error > 0.0 ? "+" : "",
                              fixed(percent * comparison->energy_error, 2));
     }
     return row;
@@ -111,6 +121,15 @@ std::vector<Row> rows_of(std::span<const Result> results) {
         for (const ModelResult &model : result.models)
             rows.push_back(row_of(model, result));
     return rows;
+}
+
+std::string legend(std::span<const Result> results) {
+    for (const Result &result : results)
+        for (const ModelResult &model : result.models)
+            if (is_within_uncertainty(model, result))
+                return "\nwithin: closer to the reference than the reference's own uncertainty; not to be ranked above "
+                       "another such model\n";
+    return "";
 }
 
 std::string failures(std::span<const Result> results, const std::string &bullet) {
@@ -157,7 +176,7 @@ std::string text_table(std::span<const Result> results) {
             table += '\n';
         }
     }
-    return table + failures(results, "");
+    return table + legend(results) + failures(results, "");
 }
 
 std::string markdown_table(std::span<const Result> results) {
@@ -173,7 +192,7 @@ std::string markdown_table(std::span<const Result> results) {
             table += "|\n";
         }
     }
-    return table + failures(results, "- ");
+    return table + legend(results) + failures(results, "- ");
 }
 
 } // namespace livermark::results

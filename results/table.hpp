@@ -9,9 +9,9 @@ namespace livermark::results {
 
 /// One row per body, load case and model, in the order of the results: peak displacement [mm]; relative L2 error [%],
 /// greatest error [mm] and [% of the reference's peak], reaction and (signed) energy error [%], all against the
-/// reference; how far the model is from its own linearised answer [%]; set-up and solve time [s]; status; and whether
-/// the model is in its error band. The reference is marked. What has no value is "-". The reason of every failure
-/// stands below the table.
+/// reference; the reference's own uncertainty [%] and which models are within it; how far the model is from its own
+/// linearised answer [%]; set-up and solve time [s]; status; and whether the model is in its error band. The reference
+/// is marked. What has no value is "-". The reason of every failure stands below the table.
 /// @return lines of equal width for a terminal
 std::string text_table(std::span<const Result> results);
 

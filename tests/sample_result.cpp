@@ -71,6 +71,7 @@ results::Result sample_result(int num_bricks) {
     const core::TetraMesh &mesh = result.problem.body->mesh;
     const core::Solution reference = stretched(result.problem, 0.01);
     result.models.push_back({"fem_p2", "Quadratic tetrahedra", "Hughes 1987", reference, std::nullopt, std::nullopt});
+    result.models.back().solution.solver = "CHOLMOD";
 
     core::Solution springs = stretched(result.problem, 0.012);
     springs.nonlinearity = 0.03;
@@ -91,6 +92,13 @@ results::Result sample_result(int num_bricks) {
     unfinished.message = "100 iterations were not enough";
     result.models.push_back(
         {"unfinished", "Slow", "", unfinished, std::nullopt, results::ErrorBand{0.5, 0.1, "by construction"}});
+    result.reference_uncertainty = {.reference = "fem_p2",
+                                    .refined = "springs",
+                                    .refinement_difference = 1.0 / 3.0,
+                                    .order = 1.0,
+                                    .relative_l2 = 0.19,
+                                    .energy_error = 0.02,
+                                    .reaction_error = 0.01};
     return result;
 }
 

@@ -1,7 +1,7 @@
-#include <fmt/format.h>
 #include <memory>
 #include <optional>
 
+#include "core/refinement.hpp"
 #include "fem_reference/linear_elasticity.hpp"
 #include "models/model_table.hpp"
 
@@ -12,42 +12,81 @@ namespace {
 /// Keeps the solver of the last body, and with it the factor of its stiffness.
 class KeptSolver {
   public:
-    explicit KeptSolver(int degree) : degree_(degree) {}
+    KeptSolver(int degree, fem_reference::SolverChoice choice) : degree_(degree), choice_(choice) {}
 
-    core::Solution solve(const core::Problem &problem) {
-        if (body_ != problem.body) {
+    fem_reference::StaticSolver &on(const std::shared_ptr<const core::Body> &body) {
+        if (body_ != body) {
             solver_.reset(); // the old factor goes before the new one needs the memory
-            solver_.emplace(problem.body, degree_);
-            body_ = problem.body;
+            solver_.emplace(body, degree_, choice_);
+            body_ = body;
         }
-        return solver_->solve(problem.load_case);
+        return *solver_;
     }
 
   private:
     int degree_;
+    fem_reference::SolverChoice choice_;
     std::shared_ptr<const core::Body> body_;
     std::optional<fem_reference::StaticSolver> solver_;
 };
 
-core::Model finite_elements(int degree, std::string summary) {
-    return {.name = fmt::format("fem_p{}", degree),
+/// The same on the refined mesh, where the solver on the mesh is the second level.
+class KeptRefinedSolver {
+  public:
+    KeptRefinedSolver(std::shared_ptr<KeptSolver> coarse, fem_reference::SolverChoice choice)
+        : coarse_(std::move(coarse)), choice_(choice) {}
+
+    core::Solution solve(const core::Problem &problem) {
+        if (body_ != problem.body) {
+            solver_.reset();
+            const auto refined = std::make_shared<const core::Body>(core::refine(*problem.body));
+            if (choice_ == fem_reference::SolverChoice::automatic)
+                solver_.emplace(refined, coarse_->on(problem.body));
+            else
+                solver_.emplace(refined, 2, choice_);
+            body_ = problem.body;
+        }
+        auto solution = solver_->solve(core::refine(problem.load_case));
+        solution.displacement.resize(problem.body->mesh.points.size()); // the nodes of the mesh come first
+        return solution;
+    }
+
+  private:
+    std::shared_ptr<KeptSolver> coarse_;
+    fem_reference::SolverChoice choice_;
+    std::shared_ptr<const core::Body> body_;
+    std::optional<fem_reference::StaticSolver> solver_;
+};
+
+template <class Solve> core::Model finite_elements(std::string_view name, std::string summary, Solve solve) {
+    return {.name = std::string(name),
             .summary = std::move(summary),
             .source = "Arndt et al. 2022, The deal.II library, version 9.4, J. Numer. Math. 30(3)",
-            .solve = [solver = std::make_shared<KeptSolver>(degree)](const core::Problem &problem) {
-                return solver->solve(problem);
-            }};
+            .solve = std::move(solve)};
+}
+
+std::vector<core::Model> fem_models(const ModelOptions &options) {
+    const auto linear = std::make_shared<KeptSolver>(1, options.fem_solver);
+    const auto quadratic = std::make_shared<KeptSolver>(2, options.fem_solver);
+    const auto refined = std::make_shared<KeptRefinedSolver>(quadratic, options.fem_solver);
+    const auto on_mesh = [](auto solver) {
+        return [solver](const core::Problem &problem) { return solver->on(problem.body).solve(problem.load_case); };
+    };
+    return {
+        finite_elements(baseline_model, "linear elasticity, linear tetrahedra (the baseline)", on_mesh(linear)),
+        finite_elements(reference_model, "linear elasticity, quadratic tetrahedra (the reference)", on_mesh(quadratic)),
+        finite_elements(refined_reference_model,
+                        "linear elasticity, quadratic tetrahedra on the mesh refined once (the reference where fem_p2 "
+                        "is not good enough)",
+                        [refined](const core::Problem &problem) { return refined->solve(problem); }),
+    };
 }
 
 } // namespace
 
-/// Linear-elastic finite elements on the same tetrahedra.
+/// Linear-elastic finite elements on the same tetrahedra, and on the same cut into eight.
 ModelFamily fem() {
-    return {.name = {}, .models = [] {
-                return std::vector{
-                    finite_elements(1, "linear elasticity, linear tetrahedra (the baseline)"),
-                    finite_elements(2, "linear elasticity, quadratic tetrahedra (the reference)"),
-                };
-            }};
+    return {.name = {}, .models = fem_models};
 }
 
 } // namespace livermark::models::families

@@ -56,7 +56,7 @@ core::Solution solve(const core::Problem &problem, const msm::SpringLaw &law) {
 
 /// A mass-spring model per spring law, under the law's name: barycentric masses, springs on the edges of the mesh.
 ModelFamily msm() {
-    return {.name = {}, .models = [] {
+    return {.name = {}, .models = [](const ModelOptions &) {
                 std::vector<core::Model> models;
                 for (const auto &law : livermark::msm::all_spring_laws())
                     models.push_back({.name = law.name,

@@ -81,6 +81,7 @@ TEST(CommandLine, RefusesBadArgumentsWithStatusTwo) {
              {"run --young nan", "has to be positive"},
              {"run --poisson 0.5", "has to lie between -1 and 0.5"},
              {"run --poisson nan", "has to lie between -1 and 0.5"},
+             {"run --fem-solver magic", "--fem-solver"},
          }) {
         const auto outcome = livermark(arguments + (std::string(arguments).starts_with("run ") ? output : ""));
         EXPECT_EQ(outcome.status, 2) << arguments << "\n" << outcome.output;

@@ -80,6 +80,7 @@ void expect_equal(const core::LoadCase &a, const core::LoadCase &b) {
 void expect_equal(const core::Solution &a, const core::Solution &b) {
     EXPECT_EQ(a.status, b.status);
     EXPECT_EQ(a.message, b.message);
+    EXPECT_EQ(a.solver, b.solver);
     EXPECT_TRUE(same_bits(a.displacement, b.displacement));
     EXPECT_TRUE(same_bits(a.reaction, b.reaction));
     EXPECT_TRUE(same_bits(a.strain_energy, b.strain_energy));
@@ -112,6 +113,7 @@ void expect_equal(const Result &a, const Result &b) {
     expect_equal(a.problem.body->mesh, b.problem.body->mesh);
     EXPECT_TRUE(same_bits(a.problem.body->materials, b.problem.body->materials));
     expect_equal(a.problem.load_case, b.problem.load_case);
+    EXPECT_EQ(a.reference_uncertainty, b.reference_uncertainty);
     ASSERT_EQ(a.models.size(), b.models.size());
     for (std::size_t m = 0; m < a.models.size(); ++m) {
         SCOPED_TRACE(a.models[m].name);
@@ -184,6 +186,19 @@ TEST_F(ResultFile, GivesBackWhatWasWritten) {
     EXPECT_EQ(files(), std::vector<std::string>{"result.h5"});
 }
 
+TEST_F(ResultFile, ReadsFilesFromBeforeTheReferenceHadAnUncertainty) {
+    write_result(path_, tests::sample_result());
+    tamper(path_, [](hid_t file) {
+        EXPECT_GE(H5Ldelete(file, "/reference", H5P_DEFAULT), 0);
+        EXPECT_GE(H5Adelete_by_name(file, "/comparisons/springs", "within_uncertainty", H5P_DEFAULT), 0);
+        EXPECT_GE(H5Adelete_by_name(file, "/solutions/fem_p2", "solver", H5P_DEFAULT), 0);
+    });
+    const Result read = read_result(path_);
+    EXPECT_FALSE(read.reference_uncertainty);
+    EXPECT_EQ(read.models[0].solution.solver, "");
+    EXPECT_TRUE(read.models[1].comparison);
+}
+
 TEST_F(ResultFile, GivesBackWhatWasWrittenWhenCompressed) {
     const Result written = tests::sample_result(1000);
     write_result(path_, written);
@@ -206,6 +221,7 @@ TEST_F(ResultFile, KeepsNonFiniteDisplacementsOfADivergedSolution) {
 TEST_F(ResultFile, HoldsAProblemWithoutConstraintsAndModels) {
     Result written = tests::sample_result();
     written.models.clear();
+    written.reference_uncertainty.reset();
     written.problem.load_case.constraint_names.clear();
     std::ranges::fill(written.problem.load_case.constraint, -1);
     std::ranges::fill(written.problem.load_case.condition, core::FacetCondition::free);
@@ -266,6 +282,7 @@ TEST_F(ResultFile, LeavesTheEarlierFileWhenTheResultIsInconsistent) {
     spoiled([](Result &r) { r.models[1].name = "fem.p2"; });
     spoiled([](Result &r) { r.models[1].name = ""; });
     spoiled([](Result &r) { r.models[1].comparison->reference = "nobody"; });
+    spoiled([](Result &r) { r.reference_uncertainty->reference = "nobody"; });
     spoiled([](Result &r) { r.models[1].solution.displacement.pop_back(); });
     spoiled([](Result &r) { r.models[1].solution.reaction.clear(); });
     spoiled([](Result &r) { r.models[1].solution.springs->stiffness.pop_back(); });
@@ -316,6 +333,8 @@ TEST_F(ResultFile, NamesThePlaceOfEveryFault) {
         {"/solutions", "is not there", remove("/solutions")},
         {"/solutions/springs/rest_length", "is missing", remove("/solutions/springs/rest_length")},
         {"/comparisons/springs/error", "is missing", remove("/comparisons/springs/error")},
+        {"/reference", "has no attribute reference_uncertainty",
+         [](hid_t file) { H5Adelete_by_name(file, "/reference", "reference_uncertainty", H5P_DEFAULT); }},
         {"/mesh/boundary_patch", "has no attribute names",
          [](hid_t file) { H5Adelete_by_name(file, "/mesh/boundary_patch", "names", H5P_DEFAULT); }},
         {"/solutions/springs", "has no attribute status",

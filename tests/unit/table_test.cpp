@@ -56,19 +56,53 @@ TEST(Table, ConvertsUnits) {
     result.models[1].solution.nonlinearity = 0.0123;
     result.models[1].solution.displacement.assign(12, core::Vector3(0.003, 0.0, 0.004));
     const auto cells = cells_of(lines_of(markdown_table({&result, 1}))[3]);
-    const std::vector<std::string> expected{"box",   "pull_and_hang", "springs", "5.000",  "12.35",
+    const std::vector<std::string> expected{"box",   "pull_and_hang", "springs", "5.000",  "12.35", "within",
                                             "1.234", "50.00",         "7.00",    "+44.00", "1.23"};
-    EXPECT_EQ((std::vector<std::string>(cells.begin(), cells.begin() + 10)), expected);
+    EXPECT_EQ((std::vector<std::string>(cells.begin(), cells.begin() + 11)), expected);
 }
 
 TEST(Table, ShowsThePeakOfTheReferenceAndNoErrors) {
     const Result result = tests::sample_result();
     const auto cells = cells_of(lines_of(markdown_table({&result, 1}))[2]);
     // 0.01 |(0.21, 0.12, 0.13)| = 0.01 sqrt(0.0754) m
-    const std::vector<std::string> expected{
-        "box", "pull_and_hang", "fem_p2 (reference)", "2.746", "-", "-", "-", "-", "-", "-", "0.25", "0.333", "ok",
-        "-"};
+    const std::vector<std::string> expected{"box",
+                                            "pull_and_hang",
+                                            "fem_p2 (reference)",
+                                            "2.746",
+                                            "-",
+                                            "19.00",
+                                            "-",
+                                            "-",
+                                            "-",
+                                            "-",
+                                            "-",
+                                            "0.25",
+                                            "0.333",
+                                            "ok",
+                                            "-"};
     EXPECT_EQ(cells, expected);
+}
+
+/// A model that is closer to the reference than the reference to the truth is not to be ranked.
+TEST(Table, TellsWhoIsWithinTheUncertaintyOfTheReference) {
+    Result result = tests::sample_result();
+    const auto column = [&] {
+        std::vector<std::string> cells;
+        const auto lines = lines_of(markdown_table({&result, 1}));
+        for (std::size_t m = 0; m < result.models.size(); ++m)
+            cells.push_back(cells_of(lines[m + 2])[5]);
+        return cells;
+    };
+    EXPECT_EQ(column(), (std::vector<std::string>{"19.00", "-", "-", "-"})); // 20 % is not within 19 %
+    EXPECT_EQ(text_table({&result, 1}).find("\nwithin: "), std::string::npos);
+    result.reference_uncertainty->relative_l2 = 0.21;
+    EXPECT_EQ(column(), (std::vector<std::string>{"21.00", "within", "-", "-"}));
+    EXPECT_NE(text_table({&result, 1}).find("\nwithin: "), std::string::npos);
+    result.models[1].solution.status = core::SolutionStatus::not_converged;
+    EXPECT_EQ(column(), (std::vector<std::string>{"21.00", "-", "-", "-"}));
+    result.models[1].solution.status = core::SolutionStatus::ok;
+    result.reference_uncertainty.reset();
+    EXPECT_EQ(column(), (std::vector<std::string>{"-", "-", "-", "-"}));
 }
 
 TEST(Table, TellsWhatMissedItsBand) {
@@ -77,7 +111,7 @@ TEST(Table, TellsWhatMissedItsBand) {
         std::vector<std::string> cells;
         const auto lines = lines_of(markdown_table({&result, 1}));
         for (std::size_t m = 1; m < result.models.size(); ++m)
-            cells.push_back(cells_of(lines[m + 2])[13]);
+            cells.push_back(cells_of(lines[m + 2])[14]);
         return cells;
     };
     EXPECT_EQ(verdicts(), (std::vector<std::string>{"in band", "missed 10.00 +- 10.00 %", "missed 50.00 +- 10.00 %"}));
@@ -97,14 +131,14 @@ TEST(Table, ShowsFailuresWithTheirReason) {
     const auto cells = cells_of(lines_of(markdown_table({&result, 1}))[4]);
     EXPECT_EQ(cells[3], "nan");
     EXPECT_EQ(cells[4], "nan");
-    EXPECT_EQ(cells[12], "diverged");
+    EXPECT_EQ(cells[13], "diverged");
 }
 
 TEST(Table, HasLinesOfEqualWidthForATerminal) {
     const auto results = two_results();
     const auto lines = lines_of(text_table(results));
     const std::size_t width = lines[0].size();
-    EXPECT_LE(width, 180u); // though a diverged solution moves by 1e30 m
+    EXPECT_LE(width, 190u); // though a diverged solution moves by 1e30 m
     for (std::size_t l = 0; l < 8; ++l)
         EXPECT_EQ(lines[l].size(), width) << lines[l];
     EXPECT_EQ(lines[8], "");

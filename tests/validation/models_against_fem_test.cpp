@@ -15,6 +15,8 @@ namespace {
 
 using core::Vector3;
 
+constexpr bool ran_with_uncertainty = LIVERMARK_VALIDATION_WITH_UNCERTAINTY;
+
 /// A body and a load case that ship; `livermark run` has made their result file before these tests.
 struct Contest {
     std::string body;
@@ -38,6 +40,12 @@ class ModelsAgainstFem : public testing::TestWithParam<Contest> {
     results::Result result = results::read_result(std::filesystem::path(LIVERMARK_VALIDATION_RUNS) / GetParam().body /
                                                   (GetParam().load_case + ".h5"));
 
+    /// The reference of this result: the refined one where the run solved it and needed it.
+    std::string reference_name() const {
+        return result.reference_uncertainty ? result.reference_uncertainty->reference
+                                            : std::string(models::reference_model);
+    }
+
     const results::ModelResult *find(std::string_view name) const {
         const auto found = std::ranges::find(result.models, name, &results::ModelResult::name);
         return found == result.models.end() ? nullptr : &*found;
@@ -46,29 +54,51 @@ class ModelsAgainstFem : public testing::TestWithParam<Contest> {
 
 TEST_P(ModelsAgainstFem, HasEveryModelOfTheTableUnderItsName) {
     for (const auto &model : models::all_models())
-        EXPECT_NE(find(model.name), nullptr) << model.name;
+        if (model.name != models::refined_reference_model || ran_with_uncertainty) {
+            EXPECT_NE(find(model.name), nullptr) << model.name;
+        }
     EXPECT_NE(find(models::reference_model), nullptr);
     EXPECT_NE(find(models::baseline_model), nullptr);
 }
 
 TEST_P(ModelsAgainstFem, EverySolutionIsFoundAndComparedWithTheReference) {
-    const auto *reference = find(models::reference_model);
+    const auto *reference = find(reference_name());
     ASSERT_NE(reference, nullptr);
     for (const auto &model : result.models) {
         EXPECT_EQ(model.solution.status, core::SolutionStatus::ok) << model.name << ": " << model.solution.message;
         if (&model == reference)
             continue;
         ASSERT_TRUE(model.comparison) << model.name;
-        EXPECT_EQ(model.comparison->reference, models::reference_model) << model.name;
+        EXPECT_EQ(model.comparison->reference, reference_name()) << model.name;
         const auto again = core::compare(result.problem.body->mesh, model.solution, reference->solution, "again");
         EXPECT_NEAR(model.comparison->relative_l2, again.relative_l2, 1e-14) << model.name;
     }
 }
 
+/// The finite elements say how good they are, in every norm of the comparison, and how they were solved.
+TEST_P(ModelsAgainstFem, TheReferenceHasAnErrorBarOfItsOwn) {
+    if (!ran_with_uncertainty)
+        GTEST_SKIP() << "the refined reference takes too long in a debug build";
+    ASSERT_TRUE(result.reference_uncertainty);
+    const auto &uncertainty = *result.reference_uncertainty;
+    const auto again =
+        results::estimate_uncertainty(result.problem.body->mesh, find(models::reference_model)->solution, "fem_p2",
+                                      find(models::refined_reference_model)->solution, "fem_p2_refined");
+    EXPECT_EQ(uncertainty, again);
+    EXPECT_GT(uncertainty.relative_l2, 0.0);
+    EXPECT_LT(uncertainty.relative_l2, 0.04);
+    EXPECT_LT(uncertainty.energy_error, 0.04);
+    for (const auto name : {models::baseline_model, models::reference_model})
+        EXPECT_EQ(find(name)->solution.solver, "CHOLMOD") << name;
+    EXPECT_TRUE(find(models::refined_reference_model)->solution.solver.ends_with("two levels over CHOLMOD"));
+}
+
 TEST_P(ModelsAgainstFem, EveryErrorIsInItsBand) {
+    if (!ran_with_uncertainty)
+        GTEST_SKIP() << "bands hold against the reference that is chosen when its uncertainty is known";
     const auto bands = results::read_error_bands(LIVERMARK_SOURCE_DIR "/results/error_bands.toml");
     for (const auto &model : result.models) {
-        if (model.name == models::reference_model)
+        if (model.name == reference_name())
             continue;
         const auto band = bands.find(GetParam().body, GetParam().load_case, model.name);
         ASSERT_TRUE(band) << "results/error_bands.toml has no band for " << model.name;
@@ -108,7 +138,7 @@ TEST_P(ModelsAgainstFem, ReactionsBalanceTheLoads) {
 /// Within a factor of 1.3 of what the load case promises; and the springs, which are geometrically non-linear, are
 /// still close to their own linear answer, so that linear elasticity is a fair reference.
 TEST_P(ModelsAgainstFem, LoadIsInTheLinearRange) {
-    const auto *reference = find(models::reference_model);
+    const auto *reference = find(reference_name());
     ASSERT_NE(reference, nullptr);
     double peak = 0.0;
     for (const auto &displacement : reference->solution.displacement)

@@ -1,0 +1,223 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "core/refinement.hpp"
+#include "fem_reference/elastic_system.hpp"
+#include "fem_reference/iterative_solver.hpp"
+#include "fem_reference/linear_elasticity.hpp"
+#include "fem_reference/prolongation.hpp"
+#include "tests/verification/fem_test_bodies.hpp"
+
+namespace livermark {
+namespace {
+
+using core::Vector3;
+using fem_reference::SolverChoice;
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// A rod of two materials, held at one end, with a side that may slide and a third that is moved: pulled and hanging.
+core::Problem rod(double poisson_ratio, const std::array<int, 3> &bricks = {4, 3, 3}) {
+    auto mesh = tests::shaken_box_mesh({0.1, 0.08, 0.06}, bricks);
+    mesh.region_names = {"soft", "stiff"};
+    for (int t = 0; t < mesh.num_tetrahedra(); ++t)
+        mesh.region[t] = t % 5 == 0;
+    auto body = std::make_shared<core::Body>();
+    body->name = "rod";
+    body->mesh = std::move(mesh);
+    body->materials = {{1060.0, 5000.0, poisson_ratio}, {1060.0, 50000.0, poisson_ratio}};
+    auto load_case = tests::empty_load_case(body->mesh);
+    tests::prescribe(load_case, body->mesh, "x_min", Vector3::Zero());
+    tests::prescribe(load_case, body->mesh, "y_min", {nan, 0.001, nan});
+    tests::pull(load_case, body->mesh, "x_max", {20.0, -10.0, 5.0});
+    load_case.acceleration = {0.1, 0.2, -0.5};
+    return {body, load_case};
+}
+
+void expect_agreement(const core::Solution &a, const core::Solution &b) {
+    ASSERT_EQ(a.status, core::SolutionStatus::ok) << a.message;
+    ASSERT_EQ(b.status, core::SolutionStatus::ok) << b.message;
+    EXPECT_LT(tests::relative_difference(a.displacement, b.displacement), 1e-8);
+    EXPECT_LT(tests::relative_difference(a.reaction, b.reaction), 1e-8);
+    EXPECT_NEAR(a.strain_energy, b.strain_energy, 1e-8 * b.strain_energy);
+}
+
+std::vector<double> quadratic_field(const std::vector<Vector3> &points) {
+    std::vector<double> field;
+    for (const auto &p : points)
+        field.insert(field.end(), {p.x() * p.y(), p.z() * p.z() - p.x(), 1.0 + p.y() * p.z()});
+    return field;
+}
+
+std::vector<double> times(const fem_reference::SymmetricMatrix &matrix, const std::vector<double> &u) {
+    std::vector<double> out(u.size(), 0.0);
+    for (int row = 0; row < matrix.num_rows(); ++row)
+        for (int k = matrix.row_start[row]; k < matrix.row_start[row + 1]; ++k)
+            out[row] += matrix.value[k] * u[matrix.column[k]];
+    return out;
+}
+
+struct NestedSystems {
+    core::Problem problem = rod(0.45);
+    fem_reference::ElasticSystem coarse = fem_reference::assemble(*problem.body, 2);
+    fem_reference::ElasticSystem fine = fem_reference::assemble(core::refine(*problem.body), 2);
+    fem_reference::Prolongation prolongation = fem_reference::prolongation(coarse, fine);
+};
+
+} // namespace
+
+TEST(Prolongation, KeepsQuadraticFields) {
+    const NestedSystems systems;
+    std::vector<double> fine(3 * systems.fine.points.size(), 0.0);
+    systems.prolongation.add_prolonged(quadratic_field(systems.coarse.points), fine);
+    const auto exact = quadratic_field(systems.fine.points);
+    for (std::size_t dof = 0; dof < fine.size(); ++dof)
+        EXPECT_NEAR(fine[dof], exact[dof], 1e-14);
+}
+
+/// The coarse functions are fine ones: P^T K P is the coarse stiffness matrix.
+TEST(Prolongation, GivesTheCoarseStiffnessFromTheFineOne) {
+    const NestedSystems systems;
+    std::vector<double> u(3 * systems.coarse.points.size());
+    for (std::size_t dof = 0; dof < u.size(); ++dof)
+        u[dof] = std::sin(1.7 * static_cast<double>(dof));
+    std::vector<double> prolonged(3 * systems.fine.points.size(), 0.0);
+    systems.prolongation.add_prolonged(u, prolonged);
+    std::vector<double> restricted(u.size());
+    systems.prolongation.restrict_to(times(systems.fine.stiffness, prolonged), restricted);
+    const auto expected = times(systems.coarse.stiffness, u);
+    const double scale = *std::ranges::max_element(expected);
+    for (std::size_t dof = 0; dof < u.size(); ++dof)
+        EXPECT_NEAR(restricted[dof], expected[dof], 1e-11 * scale);
+}
+
+TEST(Prolongation, RefusesASystemThatIsNotTheRefinedOne) {
+    const NestedSystems systems;
+    auto other = systems.fine;
+    other.points.back() += Vector3(1e-3, 0.0, 0.0);
+    EXPECT_THROW(fem_reference::prolongation(systems.coarse, systems.coarse), std::invalid_argument);
+    EXPECT_THROW(fem_reference::prolongation(systems.coarse, other), std::invalid_argument);
+}
+
+/// Parameter: Poisson's ratio.
+class FemSolvers : public testing::TestWithParam<double> {};
+
+TEST_P(FemSolvers, TwoLevelsAgreeWithTheDirectSolver) {
+    const auto problem = rod(GetParam(), {3, 2, 2});
+    const auto fine = core::refine(problem);
+    fem_reference::StaticSolver coarse(problem.body, 2);
+    fem_reference::StaticSolver two_levels(fine.body, coarse);
+    const auto found = two_levels.solve(fine.load_case);
+    expect_agreement(found, fem_reference::solve_static(fine, 2, SolverChoice::direct));
+    EXPECT_NE(found.solver.find("two levels over CHOLMOD"), std::string::npos) << found.solver;
+
+    // Other constraints on the coarse body in between must not disturb the fine one, nor the other way round.
+    auto other = tests::empty_load_case(problem.body->mesh);
+    tests::prescribe(other, problem.body->mesh, "z_min", Vector3::Zero());
+    other.acceleration = {0.0, 1.0, 0.0};
+    coarse.solve(other);
+    expect_agreement(two_levels.solve(fine.load_case), found);
+    expect_agreement(two_levels.solve(core::refine(other)),
+                     fem_reference::solve_static({fine.body, core::refine(other)}, 2, SolverChoice::direct));
+}
+
+TEST_P(FemSolvers, AlgebraicMultigridAgreesWithTheDirectSolver) {
+    const auto problem = rod(GetParam());
+    for (const int degree : {1, 2}) {
+        const auto found = fem_reference::solve_static(problem, degree, SolverChoice::iterative);
+        expect_agreement(found, fem_reference::solve_static(problem, degree, SolverChoice::direct));
+        EXPECT_NE(found.solver.find("ML"), std::string::npos) << found.solver;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Poisson, FemSolvers, testing::Values(0.25, 0.45, 0.49));
+
+/// Three levels: the preconditioner of the middle one corrects the finest.
+TEST(FemSolver, ThreeLevelsAgreeWithTheDirectSolver) {
+    const auto problem = rod(0.45, {1, 1, 1});
+    const auto middle = core::refine(problem);
+    const auto fine = core::refine(middle);
+    fem_reference::StaticSolver first(problem.body, 2);
+    fem_reference::StaticSolver second(middle.body, first);
+    fem_reference::StaticSolver third(fine.body, second);
+    expect_agreement(third.solve(fine.load_case), fem_reference::solve_static(fine, 2, SolverChoice::direct));
+}
+
+TEST(FemSolver, IsDirectAtThisSizeUnlessForced) {
+    const auto problem = rod(0.3, {2, 1, 1});
+    EXPECT_EQ(fem_reference::solve_static(problem, 2).solver, "CHOLMOD");
+    EXPECT_EQ(fem_reference::solve_static(problem, 2, SolverChoice::direct).solver, "CHOLMOD");
+    EXPECT_TRUE(fem_reference::solve_static(problem, 2, SolverChoice::iterative).solver.starts_with("CG, "));
+}
+
+TEST(FemSolver, SaysWhenABodyIsFreeToMove) {
+    auto problem = rod(0.3, {2, 1, 1});
+    problem.load_case = tests::empty_load_case(problem.body->mesh);
+    tests::prescribe(problem.load_case, problem.body->mesh, "x_min", {0.0, 0.0, nan}); // may slide along z
+    problem.load_case.acceleration = {0.0, 0.0, 1.0};
+    const auto found = fem_reference::solve_static(problem, 2, SolverChoice::iterative);
+    EXPECT_EQ(found.status, core::SolutionStatus::not_converged);
+    EXPECT_NE(found.message.find("free to move"), std::string::npos);
+    EXPECT_TRUE(std::isnan(found.strain_energy));
+
+    const auto fine = core::refine(problem);
+    fem_reference::StaticSolver coarse(problem.body, 2);
+    fem_reference::StaticSolver two_levels(fine.body, coarse);
+    EXPECT_EQ(two_levels.solve(fine.load_case).status, core::SolutionStatus::not_converged);
+}
+
+/// Of two parts that do not hang together one is held and the other not.
+TEST(FemSolver, SaysWhenAPartIsFreeToMove) {
+    auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {1, 1, 1});
+    const auto single = mesh;
+    for (const auto &point : single.points)
+        mesh.points.push_back(point + Vector3(1.0, 0.0, 0.0));
+    const int shift = single.num_nodes();
+    for (auto nodes : single.tetrahedra) {
+        for (int &node : nodes)
+            node += shift;
+        mesh.tetrahedra.push_back(nodes);
+    }
+    mesh.region.resize(mesh.tetrahedra.size(), 0);
+    const auto body = tests::make_body(mesh, {1000.0, 5000.0, 0.3});
+    auto load_case = tests::empty_load_case(mesh);
+    tests::prescribe(load_case, mesh, "x_min", Vector3::Zero());
+    load_case.acceleration = {0.0, 0.0, 1.0};
+    const auto found = fem_reference::solve_static({body, load_case}, 1, SolverChoice::iterative);
+    EXPECT_EQ(found.status, core::SolutionStatus::not_converged);
+    EXPECT_NE(found.message.find("free to move"), std::string::npos);
+}
+
+/// Conjugate gradients that stop early say so and give the last iterate.
+TEST(FemSolver, SaysWhenConjugateGradientsStopEarly) {
+    struct Nothing : fem_reference::Preconditioner {
+        bool set_up(const std::vector<bool> &) override { return true; }
+        void apply(std::span<const double> residual, std::span<double> correction) override {
+            std::ranges::copy(residual, correction.begin());
+        }
+        std::string name() const override { return "none"; }
+    };
+    const auto problem = rod(0.45, {2, 1, 1});
+    const auto system = fem_reference::assemble(*problem.body, 2);
+    std::vector<double> prescribed(3 * system.points.size(), nan);
+    std::fill_n(prescribed.begin(), 30, 0.0);
+    const std::vector<double> load(prescribed.size(), 1e-4);
+    const auto solve = [&](int max_iterations) {
+        return fem_reference::IterativeSolver(system.stiffness, std::make_unique<Nothing>(), max_iterations)
+            .solve(prescribed, load);
+    };
+    const auto early = solve(3);
+    EXPECT_TRUE(early.unique);
+    EXPECT_FALSE(early.converged);
+    EXPECT_EQ(early.iterations, 3);
+    EXPECT_GT(early.relative_residual, fem_reference::IterativeSolver::tolerance);
+    EXPECT_GT(early.energy, 0.0);
+    const auto late = solve(100000);
+    EXPECT_TRUE(late.converged);
+    EXPECT_LE(late.relative_residual, fem_reference::IterativeSolver::tolerance);
+}
+
+} // namespace livermark
