@@ -14,6 +14,7 @@ struct Model {
     std::string summary;                            ///< one line
     std::string source;                             ///< literature reference
     std::function<Solution(const Problem &)> solve; ///< static answer; throws only for what is not the load's fault
+    bool is_collective = false; ///< of several MPI ranks all have to call solve, and all get the answer
 };
 
 } // namespace livermark::core

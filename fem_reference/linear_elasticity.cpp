@@ -7,6 +7,7 @@
 
 #include "fem_reference/chosen_solver.hpp"
 #include "fem_reference/elastic_system.hpp"
+#include "fem_reference/facet_conditions.hpp"
 
 namespace livermark::fem_reference {
 
@@ -25,21 +26,6 @@ struct DofConditions {
     std::vector<int> constraint;    ///< (3 n) index into LoadCase::constraint_names, -1 where free
     std::vector<double> load;       ///< (3 n) [N]
 };
-
-void check_sizes(const core::LoadCase &load_case, const core::TetraMesh &mesh) {
-    if (load_case.condition.size() != mesh.boundary_triangles.size() ||
-        load_case.value.size() != mesh.boundary_triangles.size() ||
-        load_case.constraint.size() != mesh.boundary_triangles.size())
-        throw std::invalid_argument("load case " + load_case.name +
-                                    " was put on another mesh: its number of facets is not " +
-                                    std::to_string(mesh.boundary_triangles.size()));
-    for (std::size_t f = 0; f < load_case.condition.size(); ++f)
-        if (load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
-            (load_case.constraint[f] < 0 ||
-             load_case.constraint[f] >= static_cast<int>(load_case.constraint_names.size())))
-            throw std::invalid_argument("load case " + load_case.name + " prescribes the displacement of facet " +
-                                        std::to_string(f) + " without naming its constraint");
-}
 
 DofConditions dof_conditions(const core::LoadCase &load_case, const ElasticSystem &system) {
     DofConditions dofs;
@@ -98,7 +84,7 @@ StaticSolver &StaticSolver::operator=(StaticSolver &&) noexcept = default;
 
 core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
     const auto &mesh = impl_->body->mesh;
-    check_sizes(load_case, mesh);
+    check_facets(load_case, mesh);
     const auto conditions_start = Clock::now();
     const auto conditions = dof_conditions(load_case, impl_->system);
     const double conditions_seconds = seconds_since(conditions_start);

@@ -2,7 +2,9 @@
 #include <optional>
 
 #include "core/refinement.hpp"
+#include "fem_reference/distributed_solver.hpp"
 #include "fem_reference/linear_elasticity.hpp"
+#include "fem_reference/mpi_session.hpp"
 #include "models/model_table.hpp"
 
 namespace livermark::models::families {
@@ -62,31 +64,53 @@ template <class Solve> core::Model finite_elements(std::string_view name, std::s
     return {.name = std::string(name),
             .summary = std::move(summary),
             .source = "Arndt et al. 2022, The deal.II library, version 9.4, J. Numer. Math. 30(3)",
-            .solve = std::move(solve)};
+            .solve = std::move(solve),
+            .is_collective = fem_reference::mpi_num_ranks() > 1};
 }
 
-std::vector<core::Model> fem_models(const ModelOptions &options) {
+template <class Linear, class Quadratic, class Refined>
+std::vector<core::Model> fem_models(Linear linear, Quadratic quadratic, Refined refined) {
+    return {
+        finite_elements(baseline_model, "linear elasticity, linear tetrahedra (the baseline)", std::move(linear)),
+        finite_elements(reference_model, "linear elasticity, quadratic tetrahedra (the reference)",
+                        std::move(quadratic)),
+        finite_elements(refined_reference_model,
+                        "linear elasticity, quadratic tetrahedra on the mesh refined once (the reference where fem_p2 "
+                        "is not good enough)",
+                        std::move(refined)),
+    };
+}
+
+/// Several MPI ranks solve together, whatever the size.
+std::vector<core::Model> distributed_models() {
+    const auto on_mesh = [](int degree) {
+        return [degree](const core::Problem &problem) { return fem_reference::solve_distributed(problem, degree); };
+    };
+    return fem_models(on_mesh(1), on_mesh(2), [](const core::Problem &problem) {
+        auto solution = fem_reference::solve_distributed(core::refine(problem), 2);
+        solution.displacement.resize(problem.body->mesh.points.size()); // the nodes of the mesh come first
+        return solution;
+    });
+}
+
+std::vector<core::Model> models(const ModelOptions &options) {
+    if (fem_reference::mpi_num_ranks() > 1)
+        return distributed_models();
     const auto linear = std::make_shared<KeptSolver>(1, options.fem_solver);
     const auto quadratic = std::make_shared<KeptSolver>(2, options.fem_solver);
     const auto refined = std::make_shared<KeptRefinedSolver>(quadratic, options.fem_solver);
     const auto on_mesh = [](auto solver) {
         return [solver](const core::Problem &problem) { return solver->on(problem.body).solve(problem.load_case); };
     };
-    return {
-        finite_elements(baseline_model, "linear elasticity, linear tetrahedra (the baseline)", on_mesh(linear)),
-        finite_elements(reference_model, "linear elasticity, quadratic tetrahedra (the reference)", on_mesh(quadratic)),
-        finite_elements(refined_reference_model,
-                        "linear elasticity, quadratic tetrahedra on the mesh refined once (the reference where fem_p2 "
-                        "is not good enough)",
-                        [refined](const core::Problem &problem) { return refined->solve(problem); }),
-    };
+    return fem_models(on_mesh(linear), on_mesh(quadratic),
+                      [refined](const core::Problem &problem) { return refined->solve(problem); });
 }
 
 } // namespace
 
 /// Linear-elastic finite elements on the same tetrahedra, and on the same cut into eight.
 ModelFamily fem() {
-    return {.name = {}, .models = fem_models};
+    return {.name = {}, .models = models};
 }
 
 } // namespace livermark::models::families
