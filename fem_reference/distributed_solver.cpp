@@ -124,9 +124,7 @@ core::Solution solve_distributed(const core::Problem &problem, int degree) {
     } catch (const std::exception &error) {
         if (mpi_num_ranks() == 1)
             throw;
-        std::fprintf(stderr, "livermark: failed on rank %d of %d: %s\n", mpi_rank(), mpi_num_ranks(), error.what());
-        MPI_Abort(MPI_COMM_WORLD, 1);
-        throw;
+        abort_all_ranks(error.what());
     }
 }
 

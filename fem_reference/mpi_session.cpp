@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <cstdlib>
 
 namespace livermark::fem_reference {
@@ -47,10 +48,23 @@ int mpi_num_ranks() {
 std::string first_text_of_ranks(const std::string &mine) {
     if (mpi_num_ranks() == 1)
         return mine;
-    for (const auto &text : dealii::Utilities::MPI::all_gather(MPI_COMM_WORLD, mine))
-        if (!text.empty())
-            return text;
-    return {};
+    const int num_ranks = mpi_num_ranks();
+    const int speaker = dealii::Utilities::MPI::min(mine.empty() ? num_ranks : mpi_rank(), MPI_COMM_WORLD);
+    if (speaker == num_ranks)
+        return {};
+    int size = static_cast<int>(mine.size());
+    MPI_Bcast(&size, 1, MPI_INT, speaker, MPI_COMM_WORLD);
+    std::string text = mine;
+    text.resize(size);
+    MPI_Bcast(text.data(), size, MPI_CHAR, speaker, MPI_COMM_WORLD);
+    return text;
+}
+
+void abort_all_ranks(const std::string &why) {
+    std::fprintf(stderr, "livermark: failed on rank %d of %d: %s\n", mpi_rank(), mpi_num_ranks(), why.c_str());
+    std::fflush(stderr);
+    MPI_Abort(MPI_COMM_WORLD, 1);
+    std::abort(); // MPI_Abort does not come back
 }
 
 } // namespace livermark::fem_reference

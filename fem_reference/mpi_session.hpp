@@ -32,4 +32,7 @@ int mpi_num_ranks();
 /// @return empty if every rank's is empty
 std::string first_text_of_ranks(const std::string &mine);
 
+/// Says why and ends all ranks at once, for a fault that the others cannot know of: they would wait for ever.
+[[noreturn]] void abort_all_ranks(const std::string &why);
+
 } // namespace livermark::fem_reference
