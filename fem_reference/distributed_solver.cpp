@@ -5,7 +5,7 @@
 
 #include <Teuchos_ParameterList.hpp>
 #include <chrono>
-#include <cstdio>
+#include <fmt/format.h>
 #include <limits>
 #include <ml_MultiLevelPreconditioner.h>
 #include <stdexcept>
@@ -21,7 +21,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double tolerance = 1e-12;
-constexpr int max_iterations = 2000;
 
 double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
@@ -44,55 +43,46 @@ void set_up_levels(dealii::TrilinosWrappers::PreconditionAMG &levels,
                    const dealii::TrilinosWrappers::SparseMatrix &matrix, std::vector<double> &modes) {
     Teuchos::ParameterList list;
     ML_Epetra::SetDefaults("SA", list);
-    list.set("ML output", getenv("ML_OUT") ? 10 : 0);
+    list.set("ML output", 0);
     list.set("PDE equations", 3);
-    if (!getenv("CONSTANT")) {
-        list.set("null space: type", "pre-computed");
-        list.set("null space: dimension", 6);
-        list.set("null space: vectors", modes.data());
-    }
+    list.set("null space: type", "pre-computed");
+    list.set("null space: dimension", 6);
+    list.set("null space: vectors", modes.data());
     list.set("aggregation: type", "Uncoupled");
-    list.set("aggregation: threshold", getenv("THRESHOLD") ? atof(getenv("THRESHOLD")) : 1e-4);
-    if (getenv("CHEB")) {
-        list.set("smoother: type", "Chebyshev");
-        list.set("smoother: sweeps", atoi(getenv("CHEB")));
-    } else {
-        list.set("smoother: type", "symmetric Gauss-Seidel");
-        list.set("smoother: sweeps", 1);
-    }
+    list.set("aggregation: threshold", 1e-4);
+    list.set("smoother: type", "symmetric Gauss-Seidel");
+    list.set("smoother: sweeps", 1);
     list.set("smoother: pre or post", "both");
     list.set("coarse: type", "Amesos-KLU");
     list.set("coarse: max size", 2000);
     levels.initialize(matrix, list);
 }
 
-core::Solution solve(const core::Problem &problem, int degree) {
+core::Solution solve(const core::Problem &problem, int degree, int max_iterations) {
     const auto start = Clock::now();
     const DistributedSystem system(problem, degree);
     const auto matrix = system.stiffness();
     auto modes = system.rigid_modes();
-    const double assembly_seconds = seconds_since(start);
     dealii::TrilinosWrappers::PreconditionAMG levels;
     set_up_levels(levels, matrix, modes);
 
     core::Solution solution;
     solution.degrees_of_freedom = system.num_unknowns();
     solution.setup_seconds = seconds_since(start);
-    if (getenv("VERBOSE") && mpi_rank() == 0)
-        std::fprintf(stderr, "assembly %g set-up %g\n", assembly_seconds, solution.setup_seconds);
     const auto solve_start = Clock::now();
     const auto right_hand_side = system.right_hand_side();
     const double size = right_hand_side.l2_norm();
     DistributedSystem::Vector u;
     u.reinit(right_hand_side);
-    dealii::SolverControl control(max_iterations, tolerance * size, getenv("VERBOSE") != nullptr, false);
+    dealii::SolverControl control(max_iterations, tolerance * size);
     try {
         dealii::SolverCG<DistributedSystem::Vector>(control).solve(matrix, u, right_hand_side, levels);
     } catch (const dealii::SolverControl::NoConvergence &ending) {
         solution.status = core::SolutionStatus::not_converged;
-        solution.message = "conjugate gradients stopped after " + std::to_string(ending.last_step) +
-                           " iterations at a relative residual of " + std::to_string(ending.last_residual / size) +
-                           "; run without mpirun, where a direct or a two-level solver can be had";
+        solution.message =
+            fmt::format("conjugate gradients stopped after {} iterations at a relative residual of {:.1e}; "
+                        "run without mpirun, where there are other solvers",
+                        ending.last_step, ending.last_residual / size);
     }
     system.impose(u);
     const auto residual = system.residual(u);
@@ -102,15 +92,15 @@ core::Solution solve(const core::Problem &problem, int degree) {
         for (double &component : reaction)
             component = dealii::Utilities::MPI::sum(component, MPI_COMM_WORLD);
     solution.strain_energy = dealii::Utilities::MPI::sum(residual.energy, MPI_COMM_WORLD);
-    solution.solver = "CG + ML on " + std::to_string(mpi_num_ranks()) + " ranks, " +
-                      std::to_string(control.last_step()) + " iterations, rigid body modes";
+    solution.solver =
+        fmt::format("CG + ML on {} ranks, {} iterations, rigid body modes", mpi_num_ranks(), control.last_step());
     solution.solve_seconds = seconds_since(solve_start);
     return solution;
 }
 
 } // namespace
 
-core::Solution solve_distributed(const core::Problem &problem, int degree) {
+core::Solution solve_distributed(const core::Problem &problem, int degree, int max_iterations) {
     // What is wrong with the problem is wrong on every rank, and can be thrown without leaving one behind.
     if (degree != 1 && degree != 2)
         throw std::invalid_argument("finite elements of degree " + std::to_string(degree) +
@@ -120,7 +110,7 @@ core::Solution solve_distributed(const core::Problem &problem, int degree) {
     if (!holds_every_part(problem.load_case, problem.body->mesh))
         return free_to_move(problem);
     try {
-        return solve(problem, degree);
+        return solve(problem, degree, max_iterations);
     } catch (const std::exception &error) {
         if (mpi_num_ranks() == 1)
             throw;

@@ -124,6 +124,11 @@ void expect_refusals(Report &report) {
     body.mesh.boundary_triangles[1] = body.mesh.boundary_triangles[0];
     refuses({std::make_shared<const core::Body>(body), good.load_case}, 1, "a boundary triangle given twice");
 
+    const auto early = fem_reference::solve_distributed(good, 2, 3);
+    report.expect(early.status == core::SolutionStatus::not_converged, "three iterations were enough");
+    report.expect(early.message.find("after 3 iterations") != std::string::npos, early.message);
+    report.expect(early.strain_energy > 0.0, "the last iterate is not given");
+
     auto loose = good;
     loose.load_case = tests::empty_load_case(good.body->mesh);
     tests::prescribe(loose.load_case, good.body->mesh, "x_min", {0.0, 0.0, nan}); // may slide along z
