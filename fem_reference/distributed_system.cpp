@@ -217,8 +217,7 @@ DistributedSystem::Vector DistributedSystem::right_hand_side() const {
 }
 
 DistributedResidual DistributedSystem::residual(const Vector &displacement) const {
-    const Vector known(owned_, relevant_, MPI_COMM_WORLD);
-    Vector ghosted(known);
+    Vector ghosted(owned_, relevant_, MPI_COMM_WORLD);
     ghosted = displacement;
     const auto &acceleration = problem_.load_case.acceleration;
     DistributedResidual out{std::vector<double>(owned_.n_elements()), 0.0};
