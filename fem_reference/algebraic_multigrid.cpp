@@ -1,6 +1,5 @@
 #include "fem_reference/algebraic_multigrid.hpp"
 
-// deal.II's build of Trilinos; its headers are noisy.
 #include <Epetra_CrsMatrix.h>
 #include <Epetra_Map.h>
 #include <Epetra_MpiComm.h>
@@ -10,9 +9,7 @@
 #include <mpi.h>
 
 #include <Eigen/Eigenvalues>
-#include <array>
-#include <numeric>
-#include <optional>
+#include <algorithm>
 #include <stdexcept>
 
 namespace livermark::fem_reference {
@@ -115,7 +112,7 @@ class AlgebraicMultigrid : public Preconditioner {
     bool set_up(const std::vector<bool> &is_free) override {
         if (is_free == is_free_)
             return levels_ != nullptr;
-        is_free_ = is_free;
+        is_free_ = is_free; // what follows may throw, and then there are no levels
         levels_.reset();
         matrix_.reset();
         modes_ = rigid_modes(system_.points);
@@ -137,23 +134,15 @@ class AlgebraicMultigrid : public Preconditioner {
         list.set("null space: vectors", modes_.data());
         list.set("aggregation: type", "Uncoupled");
         list.set("aggregation: threshold", 1e-4);
-        const char *sm = getenv("SMOOTHER");
-        if (sm && std::string(sm) == "cheb") {
-            list.set("smoother: type", "Chebyshev");
-            list.set("smoother: sweeps", 3);
-        } else if (sm && std::string(sm) == "bgs") {
-            list.set("smoother: type", "block Gauss-Seidel");
-            list.set("smoother: sweeps", 1);
-        } else {
-            list.set("smoother: type", "symmetric Gauss-Seidel");
-            list.set("smoother: sweeps", 1);
-        }
+        list.set("smoother: type", "symmetric Gauss-Seidel");
+        list.set("smoother: sweeps", 1);
         list.set("smoother: pre or post", "both");
         list.set("coarse: type", "Amesos-KLU");
         list.set("coarse: max size", 2000);
-        levels_ = std::make_unique<ML_Epetra::MultiLevelPreconditioner>(*matrix_, list, true);
-        if (!levels_->IsPreconditionerComputed())
+        auto levels = std::make_unique<ML_Epetra::MultiLevelPreconditioner>(*matrix_, list, true);
+        if (!levels->IsPreconditionerComputed())
             throw std::runtime_error("Trilinos ML failed to make its levels");
+        levels_ = std::move(levels);
         return true;
     }
 

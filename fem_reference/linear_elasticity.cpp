@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
 #include <stdexcept>
 
@@ -106,9 +107,9 @@ core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
         solution.strain_energy = found.energy;
         if (!found.converged) {
             solution.status = core::SolutionStatus::not_converged;
-            solution.message = "conjugate gradients stopped after " + std::to_string(found.iterations) +
-                               " iterations at a relative residual of " + std::to_string(found.relative_residual) +
-                               "; use the direct solver";
+            solution.message = fmt::format("conjugate gradients stopped after {} iterations at a relative residual of "
+                                           "{:.1e}; use the direct solver",
+                                           found.iterations, found.relative_residual);
         }
     } else {
         solution.status = core::SolutionStatus::not_converged;

@@ -1,11 +1,12 @@
 #include "meshes/gmsh_volume.hpp"
 
 #include <fmt/format.h>
-#include <gmsh.h>
 #include <numeric>
 #include <stdexcept>
 #include <string>
 #include <unordered_map>
+
+#include "meshes/gmsh_session.hpp"
 
 namespace livermark::meshes {
 
@@ -13,21 +14,6 @@ namespace {
 
 constexpr int gmsh_triangle = 2;
 constexpr int gmsh_tetrahedron = 4;
-
-/// gmsh from start to end of a scope: after a meshing exception it yields empty meshes until it is finalised.
-struct GmshSession {
-    GmshSession() {
-        gmsh::initialize();
-        gmsh::option::setNumber("General.Terminal", 0);
-        gmsh::option::setNumber("General.NumThreads", 1); // more threads: another mesh at every run
-        gmsh::option::setNumber("Mesh.Algorithm3D", 1);
-        gmsh::option::setNumber("Mesh.OptimizeThreshold", 0.4);
-        gmsh::model::add("body");
-    }
-    ~GmshSession() { gmsh::finalize(); }
-    GmshSession(const GmshSession &) = delete;
-    GmshSession &operator=(const GmshSession &) = delete;
-};
 
 /// @param num_nodes  nodes that gmsh has already; theirs are the tags 1 ... num_nodes
 void add_surface(int tag, const SurfaceMesh &surface, std::size_t num_nodes) {
@@ -85,6 +71,7 @@ core::TetraMesh fill_with_tetrahedra(const SurfaceMesh &outer, const std::vector
                                      double largest_size) {
     const GmshSession session;
     try {
+        gmsh::option::setNumber("Mesh.OptimizeThreshold", 0.4);
         std::size_t num_nodes = 0;
         std::vector<int> loops;
         const auto add = [&](const SurfaceMesh &surface) {

@@ -11,8 +11,7 @@ namespace {
 
 std::filesystem::path written(const std::string &text) {
     const auto *test = testing::UnitTest::GetInstance()->current_test_info();
-    const auto path =
-        std::filesystem::path(testing::TempDir()) / (std::string("error_bands_") + test->name() + ".toml");
+    auto path = std::filesystem::path(testing::TempDir()) / (std::string("error_bands_") + test->name() + ".toml");
     std::ofstream(path) << text;
     return path;
 }

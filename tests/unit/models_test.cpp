@@ -18,7 +18,7 @@ TEST(ModelTable, HasEveryFileOfItsFolderUnderItsName) {
     std::set<std::string> names;
     for (const auto &family : models::all_families()) {
         names.insert(family.name);
-        EXPECT_FALSE(family.models().empty()) << family.name;
+        EXPECT_FALSE(family.models({}).empty()) << family.name;
     }
     EXPECT_EQ(names, files);
 }
@@ -37,6 +37,7 @@ TEST(ModelTable, HasTheReferenceTheBaselineAndEverySpringLaw) {
     for (const auto &model : models::all_models())
         names.insert(model.name);
     EXPECT_TRUE(names.contains(std::string(models::reference_model)));
+    EXPECT_TRUE(names.contains(std::string(models::refined_reference_model)));
     EXPECT_TRUE(names.contains(std::string(models::baseline_model)));
     for (const auto &law : msm::all_spring_laws())
         EXPECT_TRUE(names.contains(law.name)) << law.name;

@@ -1,8 +1,10 @@
 #include "results/result_file.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <csignal>
+#include <cstdint>
 #include <cstring>
 #include <fstream>
 #include <functional>
@@ -52,7 +54,7 @@ template <class T> bool same_bits(const std::vector<T> &a, const std::vector<T> 
     return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
 }
 bool same_bits(double a, double b) {
-    return std::memcmp(&a, &b, sizeof a) == 0;
+    return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
 
 void expect_equal(const core::TetraMesh &a, const core::TetraMesh &b) {

@@ -1,107 +1,148 @@
 #include <gtest/gtest.h>
 
-#include <Eigen/Core>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
 
 #include "fem_reference/constrained_solver.hpp"
-#include "fem_reference/elastic_system.hpp"
-#include "tests/verification/fem_test_bodies.hpp"
+#include "meshes/box_generator.hpp"
+#include "tests/lagrange_elements.hpp"
+#include "tests/test_meshes.hpp"
 
 namespace livermark {
 
 namespace {
 
 using core::Vector3;
-const core::Material material{1000.0, 5000.0, 0.3};
 
-/// An exact solution of Navier's equation without body force, by Papkovich and Neuber:
-/// u = 4 (1 - nu) B - grad(x . B) with B = (psi, 0, 0) and psi = e^(a x) cos(b y) cos(c z) harmonic, a^2 = b^2 + c^2.
-Vector3 exact_displacement(const Vector3 &point) {
-    const double a = 2.5, b = 1.5, c = 2.0;
-    const double e = std::exp(a * point.x());
-    const double psi = e * std::cos(b * point.y()) * std::cos(c * point.z());
-    const Vector3 gradient(a * psi, -b * e * std::sin(b * point.y()) * std::cos(c * point.z()),
-                           -c * e * std::cos(b * point.y()) * std::sin(c * point.z()));
-    return Vector3((3.0 - 4.0 * material.poisson_ratio) * psi, 0.0, 0.0) - point.x() * gradient;
+/// An exact solution of Navier's equation, the sum of two parts whose stresses stay finite as nu goes to 1/2:
+/// Papkovich and Neuber's u = 4 (1 - nu) B - grad(x . B) with B = (psi, 0, 0) and psi = e^(a x) cos(b y) cos(c z)
+/// harmonic, a^2 = b^2 + c^2, which needs no body force and is compressed: div u = (2 - 4 nu) d psi / dx;
+/// and (sin(k y), sin(k z), sin(k x)), which keeps every volume and needs the body force mu k^2 u.
+tests::ElasticField manufactured_field(const core::Material &material) {
+    constexpr double a = 1.25, b = 0.75, c = 1.0, k = 1.5;
+    const double nu = material.poisson_ratio;
+    const auto waves = [](const Vector3 &x) {
+        return Vector3(std::sin(k * x.y()), std::sin(k * x.z()), std::sin(k * x.x()));
+    };
+    tests::ElasticField field;
+    field.displacement = [=](const Vector3 &x) -> Vector3 {
+        const double e = std::exp(a * x.x());
+        const double psi = e * std::cos(b * x.y()) * std::cos(c * x.z());
+        const Vector3 slope(a * psi, -b * e * std::sin(b * x.y()) * std::cos(c * x.z()),
+                            -c * e * std::cos(b * x.y()) * std::sin(c * x.z()));
+        return Vector3((3.0 - 4.0 * nu) * psi, 0.0, 0.0) - x.x() * slope + waves(x);
+    };
+    field.gradient = [=](const Vector3 &x) {
+        const double e = std::exp(a * x.x());
+        const double cy = std::cos(b * x.y()), sy = std::sin(b * x.y());
+        const double cz = std::cos(c * x.z()), sz = std::sin(c * x.z());
+        const Vector3 slope = e * Vector3(a * cy * cz, -b * sy * cz, -c * cy * sz);
+        Eigen::Matrix3d curvature;
+        curvature << a * a * cy * cz, -a * b * sy * cz, -a * c * cy * sz, //
+            -a * b * sy * cz, -b * b * cy * cz, b * c * sy * sz,          //
+            -a * c * cy * sz, b * c * sy * sz, -c * c * cy * cz;
+        Eigen::Matrix3d gradient = -x.x() * e * curvature;
+        gradient.row(0) += (3.0 - 4.0 * nu) * slope.transpose();
+        gradient.col(0) -= slope;
+        gradient(0, 1) += k * std::cos(k * x.y());
+        gradient(1, 2) += k * std::cos(k * x.z());
+        gradient(2, 0) += k * std::cos(k * x.x());
+        return gradient;
+    };
+    field.body_force = [=](const Vector3 &x) -> Vector3 { return material.shear_modulus() * k * k * waves(x); };
+    return field;
 }
 
-/// Shape functions of the four or ten nodes at barycentric coordinates.
-std::vector<double> shape_functions(int nodes_per_cell, const Eigen::Vector4d &bary) {
-    std::vector<double> shape;
-    for (int v = 0; v < 4; ++v)
-        shape.push_back(nodes_per_cell == 4 ? bary[v] : bary[v] * (2.0 * bary[v] - 1.0));
-    if (nodes_per_cell == 10)
-        for (const auto &[a, b] : {std::pair{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}})
-            shape.push_back(4.0 * bary[a] * bary[b]);
-    return shape;
+/// The size h of a mesh that the error estimate err^2 <= C sum over t of h_t^(2 p) |u|_(p + 1, t)^2 speaks of: the mean
+/// over the volume of the longest edges h_t to the power 2 p.
+double mesh_size(const core::TetraMesh &mesh, int degree) {
+    const auto volumes = core::tetrahedron_volumes(mesh);
+    double sum = 0.0, volume = 0.0;
+    for (std::size_t t = 0; t < volumes.size(); ++t) {
+        double longest = 0.0;
+        for (const auto &[a, b] : core::tetrahedron_edges)
+            longest =
+                std::max(longest, (mesh.points[mesh.tetrahedra[t][a]] - mesh.points[mesh.tetrahedra[t][b]]).norm());
+        sum += volumes[t] * std::pow(longest, 2.0 * degree);
+        volume += volumes[t];
+    }
+    return std::pow(sum / volume, 0.5 / degree);
 }
 
-/// Points and weights (of sum 1) on a tetrahedron, exact far beyond degree 4: Gauss points of a cube, collapsed.
-std::vector<std::pair<Eigen::Vector4d, double>> fine_quadrature() {
-    constexpr std::array<double, 4> node{0.069431844202973714, 0.330009478207571868, 0.669990521792428132,
-                                         0.930568155797026286};
-    constexpr std::array<double, 4> weight{0.173927422568726929, 0.326072577431273071, 0.326072577431273071,
-                                           0.173927422568726929};
-    std::vector<std::pair<Eigen::Vector4d, double>> points;
-    for (int i = 0; i < 4; ++i)
-        for (int j = 0; j < 4; ++j)
-            for (int k = 0; k < 4; ++k) {
-                const double x = node[i], y = node[j] * (1.0 - x), z = node[k] * (1.0 - x - y);
-                points.emplace_back(Eigen::Vector4d(1.0 - x - y - z, x, y, z),
-                                    6.0 * weight[i] * weight[j] * weight[k] * (1.0 - x) * (1.0 - x - y));
-            }
-    return points;
-}
+struct Outcome {
+    double size = 0.0; ///< of the mesh, see mesh_size
+    tests::RelativeError error;
+};
 
-/// L2 norm of the error relative to that of the exact solution, on a unit cube of n^3 bricks.
-double error_on_bricks(int degree, int n) {
-    const auto body = tests::make_body(tests::shaken_box_mesh({1.0, 1.0, 1.0}, {n, n, n}), material);
-    const auto system = fem_reference::assemble(*body, degree);
+/// A unit cube that is held at x = 0 as the exact field is and pulled at the five other sides by its tractions.
+Outcome solve_on(const core::TetraMesh &mesh, int degree, const core::Material &material) {
+    const auto field = manufactured_field(material);
+    const auto system = fem_reference::assemble(*tests::make_body(mesh, material), degree);
     std::vector<double> prescribed(3 * system.points.size(), std::numeric_limits<double>::quiet_NaN());
-    for (const int node : system.facet_nodes) {
-        const Vector3 exact = exact_displacement(system.points[node]);
-        std::copy_n(exact.data(), 3, prescribed.begin() + 3 * node);
-    }
-    fem_reference::ConstrainedSolver solver(system.stiffness);
-    const auto found = solver.solve(prescribed, std::vector<double>(prescribed.size(), 0.0));
-    EXPECT_TRUE(found.unique);
-
-    const auto volumes = core::tetrahedron_volumes(body->mesh);
-    double error = 0.0, size = 0.0;
-    for (const auto &[bary, weight] : fine_quadrature()) {
-        const auto shape = shape_functions(system.nodes_per_cell, bary);
-        for (std::size_t t = 0; t < volumes.size(); ++t) {
-            const int *const nodes = system.cell_nodes.data() + t * system.nodes_per_cell;
-            Vector3 point = Vector3::Zero(), displacement = Vector3::Zero();
-            for (int v = 0; v < 4; ++v)
-                point += bary[v] * system.points[nodes[v]];
-            for (int a = 0; a < system.nodes_per_cell; ++a)
-                displacement += shape[a] * Vector3::Map(&found.displacement[3 * nodes[a]]);
-            const Vector3 exact = exact_displacement(point);
-            error += volumes[t] * weight * (displacement - exact).squaredNorm();
-            size += volumes[t] * weight * exact.squaredNorm();
+    for (std::size_t n = 0; n < system.facet_nodes.size(); ++n)
+        if (mesh.patch_names[mesh.boundary_patch[n / system.nodes_per_facet]] == "x_min") {
+            const int node = system.facet_nodes[n];
+            Vector3::Map(&prescribed[3 * node]) = field.displacement(system.points[node]);
         }
-    }
-    return std::sqrt(error / size);
+    std::vector<double> load(prescribed.size(), 0.0);
+    tests::add_body_force(system, field.body_force, load);
+    for (int axis = 0; axis < 3; ++axis)
+        for (const double side : {-1.0, 1.0})
+            if (axis > 0 || side > 0.0)
+                tests::add_traction(
+                    system, mesh, fmt::format("{}_{}", "xyz"[axis], side < 0.0 ? "min" : "max"),
+                    [&](const Vector3 &x) -> Vector3 {
+                        return side * tests::stress(material, field.gradient(x)).col(axis);
+                    },
+                    load);
+    fem_reference::ConstrainedSolver solver(system.stiffness);
+    const auto found = solver.solve(prescribed, load);
+    EXPECT_TRUE(found.unique);
+    return {mesh_size(mesh, degree), tests::relative_error(system, found.displacement, field)};
 }
+
+struct Case {
+    int degree;
+    double poisson_ratio;
+    std::array<double, 3> edges; ///< of three meshes that have nothing in common [m]
+};
+
+/// Linear elements lock at 0.49 and come to their order of L2 only on fine meshes: 1.3 where 0.45 has 1.7 already.
+const std::array<Case, 6> cases{{{1, 0.25, {0.1, 0.06, 0.036}},
+                                 {1, 0.45, {0.1, 0.06, 0.036}},
+                                 {1, 0.49, {0.05, 0.036, 0.028}},
+                                 {2, 0.25, {0.2, 0.12, 0.075}},
+                                 {2, 0.45, {0.2, 0.12, 0.075}},
+                                 {2, 0.49, {0.16, 0.1, 0.065}}}};
+
+class FemConvergence : public testing::TestWithParam<Case> {};
 
 } // namespace
 
-/// Parameter: degree p of the elements; the error falls with h^(p + 1).
-class FemConvergence : public testing::TestWithParam<int> {};
-
-TEST_P(FemConvergence, HasTheOrderOfItsElements) {
-    const int degree = GetParam();
-    const int bricks = degree == 1 ? 8 : 4; // linear elements come later to their asymptotic order
-    const double coarse = error_on_bricks(degree, bricks);
-    const double fine = error_on_bricks(degree, 2 * bricks);
-    const double order = std::log2(coarse / fine);
-    RecordProperty("order", std::to_string(order));
-    EXPECT_NEAR(order, degree + 1.0, 0.1) << "errors " << coarse << ", " << fine;
-    EXPECT_LT(fine, 0.01);
+TEST_P(FemConvergence, HasTheOrderOfItsElementsOnUnstructuredMeshes) {
+    const auto &[degree, poisson_ratio, edges] = GetParam();
+    const core::Material material{1000.0, 5000.0, poisson_ratio};
+    Outcome coarse;
+    for (const double edge : edges) {
+        const auto fine = solve_on(meshes::generate_box({1.0, 1.0, 1.0}, edge), degree, material);
+        if (coarse.size > 0.0) {
+            const double refinement = std::log(coarse.size / fine.size);
+            const double l2 = std::log(coarse.error.l2 / fine.error.l2) / refinement;
+            const double h1 = std::log(coarse.error.h1 / fine.error.h1) / refinement;
+            RecordProperty(fmt::format("orders_at_{}", edge), fmt::format("{:.3f} {:.3f}", l2, h1));
+            EXPECT_NEAR(l2, degree + 1.0, 0.2) << "L2 errors " << coarse.error.l2 << ", " << fine.error.l2;
+            EXPECT_NEAR(h1, degree, 0.15) << "H1 errors " << coarse.error.h1 << ", " << fine.error.h1;
+        }
+        RecordProperty(fmt::format("errors_at_{}", edge),
+                       fmt::format("{:.4f} {:.3e} {:.3e}", fine.size, fine.error.l2, fine.error.h1));
+        coarse = fine;
+    }
+    EXPECT_LT(coarse.error.l2, 0.003);
 }
 
-INSTANTIATE_TEST_SUITE_P(Degree, FemConvergence, testing::Values(1, 2));
+INSTANTIATE_TEST_SUITE_P(Fem, FemConvergence, testing::ValuesIn(cases), [](const auto &info) {
+    return fmt::format("p{}_nu_0{:.0f}", info.param.degree, 100.0 * info.param.poisson_ratio);
+});
 
 } // namespace livermark

@@ -1,0 +1,15 @@
+#pragma once
+
+#include "core/tetra_mesh.hpp"
+
+namespace livermark::meshes {
+
+/// A box [0, a] x [0, b] x [0, c] in unstructured tetrahedra (gmsh Delaunay, one thread): one region "solid", a patch
+/// for each side, "x_min", "x_max", "y_min", "y_max", "z_min", "z_max". The same arguments give the same mesh.
+/// @param size         a, b, c [m], > 0
+/// @param edge_length  wanted edge length [m], > 0; the mean edge comes out within about 10 % of it
+/// @throws core::InputError   if a length is not positive and finite
+/// @throws std::runtime_error if gmsh fails
+core::TetraMesh generate_box(const core::Vector3 &size, double edge_length);
+
+} // namespace livermark::meshes
