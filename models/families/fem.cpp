@@ -58,9 +58,9 @@ class KeptRefinedSolver {
     std::optional<fem_reference::StaticSolver> solver_;
 };
 
-template <class Solve> core::Model finite_elements(std::string_view name, std::string summary, Solve solve) {
+template <class Solve> core::Model finite_elements(std::string_view name, const char *summary, Solve solve) {
     return {.name = std::string(name),
-            .summary = std::move(summary),
+            .summary = summary,
             .source = "Arndt et al. 2022, The deal.II library, version 9.4, J. Numer. Math. 30(3)",
             .solve = std::move(solve)};
 }
