@@ -152,7 +152,7 @@ std::filesystem::path find_ccx() {
     const char *const path = std::getenv("PATH");
     std::istringstream folders(path != nullptr ? path : "");
     for (std::string folder; std::getline(folders, folder, ':');)
-        if (const auto ccx = std::filesystem::path(folder) / "ccx"; std::filesystem::exists(ccx))
+        if (auto ccx = std::filesystem::path(folder) / "ccx"; std::filesystem::exists(ccx))
             return ccx;
     return {};
 }
