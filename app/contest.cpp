@@ -28,9 +28,17 @@ void compare_with_reference(results::Result &result) {
     }
     if (!reference)
         return;
-    for (auto &model : result.models)
+    // The refined reference stands still; the motion of the other one is then what motions are compared with.
+    const auto *moving = find_solved(result, models::reference_model);
+    for (auto &model : result.models) {
         if (&model != reference)
             model.comparison = core::compare(mesh, model.solution, reference->solution, reference->name);
+        if (model.comparison && moving && &model != moving && model.solution.history && moving->solution.history) {
+            model.comparison->history_relative_l2 =
+                core::relative_history_error(*model.solution.history, *moving->solution.history);
+            model.comparison->history_reference = moving->name;
+        }
+    }
 }
 
 } // namespace

@@ -29,9 +29,11 @@ int run(int argc, char **argv) {
     app.name("livermark");
     app.set_version_flag("--version", "livermark " LIVERMARK_VERSION);
     app.require_subcommand(1);
+    const auto command_line = fmt::format("{}", fmt::join(argv, argv + argc, " "));
     const std::vector<livermark::app::Command> commands{
         livermark::app::add_list(app),
-        livermark::app::add_run(app, fmt::format("{}", fmt::join(argv, argv + argc, " "))),
+        livermark::app::add_modes(app, command_line),
+        livermark::app::add_run(app, command_line),
         livermark::app::add_mesh(app),
     };
     if (argc > 1)

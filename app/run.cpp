@@ -7,6 +7,7 @@
 #include "app/catalogue.hpp"
 #include "app/commands.hpp"
 #include "app/contest.hpp"
+#include "app/output.hpp"
 #include "app/progress.hpp"
 #include "core/input_error.hpp"
 #include "load_cases/load_case_reader.hpp"
@@ -49,16 +50,6 @@ results::ErrorBands read_bands(const RunOptions &options) {
     if (options.material.young_modulus || options.material.poisson_ratio || options.no_uncertainty)
         return {};
     return results::read_error_bands(root_folder() / "results" / "error_bands.toml");
-}
-
-std::filesystem::path make_output_folder(const std::filesystem::path &output, const core::Problem &problem) {
-    auto folder = output / problem.body->name;
-    std::error_code error;
-    std::filesystem::create_directories(folder, error);
-    if (error)
-        throw core::InputError(
-            fmt::format("{}: cannot be made ({}); choose another --output", folder.string(), error.message()));
-    return folder;
 }
 
 bool all_is_well(const results::Result &result) {

@@ -5,6 +5,7 @@ find_package(CLI11 REQUIRED)
 find_package(tomlplusplus REQUIRED)
 find_package(GTest REQUIRED)
 find_package(benchmark REQUIRED)
+find_package(Spectra 1.0 REQUIRED)
 find_package(Threads REQUIRED)
 
 # The openmpi flavour of HDF5 is the one that deal.II and gmsh link; the serial one beside it breaks both.
@@ -30,6 +31,13 @@ find_path(CHOLMOD_INCLUDE_DIR cholmod.h PATH_SUFFIXES suitesparse REQUIRED)
 add_library(livermark_cholmod INTERFACE)
 target_include_directories(livermark_cholmod SYSTEM INTERFACE ${CHOLMOD_INCLUDE_DIR})
 target_link_libraries(livermark_cholmod INTERFACE ${CHOLMOD_LIBRARY})
+
+# The eigensolver that the tests hold Spectra against.
+find_library(ARPACK_LIBRARY arpack REQUIRED)
+find_path(ARPACK_INCLUDE_DIR arpack/arpack.hpp REQUIRED)
+add_library(livermark_arpack INTERFACE)
+target_include_directories(livermark_arpack SYSTEM INTERFACE ${ARPACK_INCLUDE_DIR})
+target_link_libraries(livermark_arpack INTERFACE ${ARPACK_LIBRARY})
 
 # deal.II's own target set-up would put its flags behind ours and make its warnings public, so only its include
 # directories, definitions and library are taken.

@@ -81,4 +81,16 @@ Comparison compare(const TetraMesh &mesh, const Solution &solution, const Soluti
     return result;
 }
 
+double relative_history_error(const History &history, const History &reference) {
+    if (history.time != reference.time || history.displacement.size() != reference.displacement.size())
+        throw std::invalid_argument("cannot compare histories that were recorded at other times or probes");
+    double difference = 0.0;
+    double total = 0.0;
+    for (std::size_t k = 0; k < reference.displacement.size(); ++k) {
+        difference += (history.displacement[k] - reference.displacement[k]).squaredNorm();
+        total += reference.displacement[k].squaredNorm();
+    }
+    return std::sqrt(difference / total);
+}
+
 } // namespace livermark::core

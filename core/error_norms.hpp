@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,10 +14,12 @@ struct Comparison {
     std::string reference;    ///< name of the reference model
     double relative_l2 = 0.0; ///< sqrt(sum_i V_i |u_i - r_i|^2 / sum_i V_i |r_i|^2), V_i barycentric nodal volume
     double max_error = 0.0;   ///< max_i |u_i - r_i| [m]
-    double max_error_relative = 0.0; ///< max_error / max_i |r_i|
-    double energy_error = 0.0;       ///< (U - U_r) / U_r of the strain energies, signed
-    double reaction_error = 0.0;     ///< sqrt(sum_p |R_p - R_rp|^2 / sum_p |R_rp|^2) over the constraints
-    std::vector<Vector3> error;      ///< (N) u - r [m]
+    double max_error_relative = 0.0;           ///< max_error / max_i |r_i|
+    double energy_error = 0.0;                 ///< (U - U_r) / U_r of the strain energies, signed
+    double reaction_error = 0.0;               ///< sqrt(sum_p |R_p - R_rp|^2 / sum_p |R_rp|^2) over the constraints
+    std::optional<double> history_relative_l2; ///< of the motion, see relative_history_error(); not set by compare()
+    std::string history_reference;             ///< name of the model that the motion was compared with
+    std::vector<Vector3> error;                ///< (N) u - r [m]
 };
 
 /// Compares a solution with the reference.
@@ -27,5 +30,9 @@ struct Comparison {
 /// @throws std::invalid_argument if the shapes differ, or if the reference is not a solution to compare with
 Comparison compare(const TetraMesh &mesh, const Solution &solution, const Solution &reference,
                    const std::string &reference_name);
+
+/// sqrt(sum |u_kq - r_kq|^2 / sum |r_kq|^2) over all records k and probes q of two histories.
+/// @throws std::invalid_argument if they were recorded at other times or probes
+double relative_history_error(const History &history, const History &reference);
 
 } // namespace livermark::core

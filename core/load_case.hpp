@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,31 @@ namespace livermark::core {
 
 /// What holds on one boundary triangle. The values are those of the result file.
 enum class FacetCondition : std::uint8_t { free = 0, prescribed_displacement = 1, traction = 2 };
+
+/// Damping forces D v with D = alpha M + beta K (Rayleigh).
+struct RayleighDamping {
+    double alpha = 0.0; ///< of the mass [1/s], >= 0
+    double beta = 0.0;  ///< of the stiffness [s], >= 0
+
+    /// Damping ratio of a mode, zeta = (alpha / omega + beta omega) / 2.
+    /// @param omega  undamped angular frequency of the mode [rad/s], > 0
+    double ratio(double omega) const { return 0.5 * (alpha / omega + beta * omega); }
+};
+
+/// A node whose motion is recorded.
+struct Probe {
+    std::string name;
+    int node = 0; ///< number in the mesh
+};
+
+/// What happens after the static start: at t = 0 all tractions are let go. Prescribed displacements and the body's
+/// acceleration stay as they were.
+struct Release {
+    int num_steps = 0;            ///< how many intervals are recorded, >= 1
+    double output_interval = 0.0; ///< between two records of the probes [s], > 0
+    RayleighDamping damping;      ///< the same for every model
+    std::vector<Probe> probes;    ///< at least one
+};
 
 /// A load case put on a mesh: everything lives on boundary triangles or in the volume, never on single nodes, so that
 /// it means the same for linear and quadratic elements and for springs.
@@ -24,6 +50,7 @@ struct LoadCase {
     Vector3 acceleration = Vector3::Zero();    ///< body force per mass [m/s^2]
     std::vector<std::string> constraint_names; ///< (P) the places where displacement is prescribed
     std::vector<int> constraint;               ///< (T) index into constraint_names, -1 where nothing is prescribed
+    std::optional<Release> release;            ///< only in a time-dependent load case
 };
 
 } // namespace livermark::core

@@ -3,6 +3,7 @@
 #include <functional>
 #include <string>
 
+#include "core/modes.hpp"
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 
@@ -10,10 +11,14 @@ namespace livermark::core {
 
 /// A deformable model in the contest.
 struct Model {
-    std::string name;                               ///< on the command line, in the result file, in the tests
-    std::string summary;                            ///< one line
-    std::string source;                             ///< literature reference
-    std::function<Solution(const Problem &)> solve; ///< static answer; throws only for what is not the load's fault
+    std::string name;    ///< on the command line, in the result file, in the tests
+    std::string summary; ///< one line
+    std::string source;  ///< literature reference
+    /// Static answer, and the history of a time-dependent load case; throws only for what is not the load's fault.
+    std::function<Solution(const Problem &)> solve;
+    /// Its lowest modes, as many as asked for, with the constraints of the load case; empty if it cannot tell. Throws
+    /// InputError if the body is free to move or has too few.
+    std::function<Modes(const Problem &, int)> modes{};
 };
 
 } // namespace livermark::core

@@ -24,7 +24,19 @@ struct SpringNetwork {
     std::vector<double> rest_length;       ///< (S) [m]
 };
 
-/// What a model answers to a static problem, in the numbering of the mesh file.
+/// What a model answers to a time-dependent load case: the motion of its probes. A record is made at t = 0 and after
+/// each output interval, K in all.
+struct History {
+    std::vector<double> time;           ///< (K) [s]
+    std::vector<Vector3> displacement;  ///< (K, Q) of each probe [m], all probes of one time behind each other
+    std::vector<double> kinetic_energy; ///< (K) [J]
+    std::vector<double> strain_energy;  ///< (K) [J]
+    double setup_seconds = 0.0;         ///< all that precedes the first step and is not in those of the Solution
+    double solve_seconds = 0.0;         ///< the steps
+};
+
+/// What a model answers to a problem, in the numbering of the mesh file. To a time-dependent load case that is the
+/// static start, and the history if the model can move in time.
 struct Solution {
     SolutionStatus status = SolutionStatus::ok;
     std::string message;               ///< why the status is not ok
@@ -38,6 +50,7 @@ struct Solution {
     double solve_seconds = 0.0;           ///< the rest
     std::string solver;                   ///< how its linear systems were solved; empty where nobody says
     std::optional<SpringNetwork> springs; ///< what the springs were, for mass-spring models
+    std::optional<History> history;       ///< only for time-dependent load cases
 };
 
 } // namespace livermark::core

@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "fem_reference/mass_matrix.hpp"
+
 namespace livermark::fem_reference {
 
 namespace {
@@ -16,22 +18,12 @@ namespace {
 /// to move gave 5e-15 or less, a rod a hundred times longer than wide and held at one end 2e-8.
 constexpr double singular_pivot_ratio = 1e-12;
 
-double dot(std::span<const double> a, std::span<const double> b) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < a.size(); ++i)
-        sum += a[i] * b[i];
-    return sum;
-}
-
 /// out = K u - f
 std::vector<double> residual_of(const SymmetricMatrix &matrix, std::span<const double> u, std::span<const double> f) {
     std::vector<double> out(u.size());
-    for (int row = 0; row < matrix.num_rows(); ++row) {
-        double sum = 0.0;
-        for (int k = matrix.row_start[row]; k < matrix.row_start[row + 1]; ++k)
-            sum += matrix.value[k] * u[matrix.column[k]];
-        out[row] = sum - f[row];
-    }
+    multiply(matrix, u, out);
+    for (std::size_t i = 0; i < out.size(); ++i)
+        out[i] -= f[i];
     return out;
 }
 

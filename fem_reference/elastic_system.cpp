@@ -81,6 +81,21 @@ void add_block(SymmetricMatrix &matrix, int a, int b, const core::Material &mate
     }
 }
 
+std::vector<double> integrate_mass_share(const dealii::FE_SimplexP<3> &fe) {
+    // Products of quadratic shape functions have degree 4, and this rule is exact to degree 5.
+    const dealii::QGaussSimplex<3> quadrature(3);
+    constexpr double reference_volume = 1.0 / 6.0;
+    const auto num_local = fe.n_dofs_per_cell();
+    std::vector<double> share(num_local * num_local, 0.0);
+    for (unsigned int q = 0; q < quadrature.size(); ++q)
+        for (unsigned int a = 0; a < num_local; ++a)
+            for (unsigned int b = 0; b < num_local; ++b)
+                share[a * num_local + b] += quadrature.weight(q) / reference_volume *
+                                            fe.shape_value(a, quadrature.point(q)) *
+                                            fe.shape_value(b, quadrature.point(q));
+    return share;
+}
+
 void integrate_cells(ElasticSystem &system, const core::Body &body, const dealii::DoFHandler<3> &dof_handler,
                      const dealii::Mapping<3> &mapping, int degree) {
     // Products of gradients and the shape functions themselves have degree 2 for quadratic and at most 1 for linear
@@ -203,6 +218,7 @@ ElasticSystem assemble(const core::Body &body, int degree) {
             system.points[nodes[a]] = point;
         }
     }
+    system.mass_share = integrate_mass_share(fe);
     system.mass_integral.assign(system.points.size(), 0.0);
     system.stiffness = block_pattern(system);
     integrate_cells(system, body, dof_handler, mapping, degree);

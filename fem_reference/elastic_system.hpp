@@ -28,7 +28,10 @@ struct ElasticSystem {
     std::vector<int> facet_nodes;       ///< (T, nodes_per_facet) nodes of each boundary triangle of the mesh
     std::vector<double> facet_integral; ///< (T, nodes_per_facet) integral of the node's shape function [m^2]
     std::vector<double> mass_integral;  ///< (n) integral of density times shape function [kg]; negative at P2 corners
-    SymmetricMatrix stiffness;          ///< (3 n, 3 n) [N/m]
+    /// (nodes_per_cell, nodes_per_cell) integral of the product of two shape functions over a tetrahedron, divided by
+    /// its volume: the same for all, because their sides are straight
+    std::vector<double> mass_share;
+    SymmetricMatrix stiffness; ///< (3 n, 3 n) [N/m]
 
     int num_nodes() const { return static_cast<int>(points.size()); }
 };

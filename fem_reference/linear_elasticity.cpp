@@ -7,7 +7,9 @@
 #include <stdexcept>
 
 #include "fem_reference/chosen_solver.hpp"
+#include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/elastic_system.hpp"
+#include "fem_reference/release.hpp"
 
 namespace livermark::fem_reference {
 
@@ -18,58 +20,6 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-/// A load case as the unknowns see it.
-struct DofConditions {
-    std::vector<double> prescribed; ///< (3 n) [m], NaN where free
-    std::vector<int> constraint;    ///< (3 n) index into LoadCase::constraint_names, -1 where free
-    std::vector<double> load;       ///< (3 n) [N]
-};
-
-void check_sizes(const core::LoadCase &load_case, const core::TetraMesh &mesh) {
-    if (load_case.condition.size() != mesh.boundary_triangles.size() ||
-        load_case.value.size() != mesh.boundary_triangles.size() ||
-        load_case.constraint.size() != mesh.boundary_triangles.size())
-        throw std::invalid_argument("load case " + load_case.name +
-                                    " was put on another mesh: its number of facets is not " +
-                                    std::to_string(mesh.boundary_triangles.size()));
-    for (std::size_t f = 0; f < load_case.condition.size(); ++f)
-        if (load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
-            (load_case.constraint[f] < 0 ||
-             load_case.constraint[f] >= static_cast<int>(load_case.constraint_names.size())))
-            throw std::invalid_argument("load case " + load_case.name + " prescribes the displacement of facet " +
-                                        std::to_string(f) + " without naming its constraint");
-}
-
-DofConditions dof_conditions(const core::LoadCase &load_case, const ElasticSystem &system) {
-    DofConditions dofs;
-    dofs.prescribed.assign(3 * system.points.size(), nan);
-    dofs.constraint.assign(3 * system.points.size(), -1);
-    dofs.load.reserve(3 * system.points.size());
-    for (const double mass : system.mass_integral)
-        for (int i = 0; i < 3; ++i)
-            dofs.load.push_back(mass * load_case.acceleration[i]);
-
-    for (std::size_t f = 0; f < load_case.condition.size(); ++f) {
-        for (std::size_t k = f * system.nodes_per_facet; k < (f + 1) * system.nodes_per_facet; ++k) {
-            for (int i = 0; i < 3; ++i) {
-                const double value = load_case.value[f][i];
-                const int dof = 3 * system.facet_nodes[k] + i;
-                if (std::isnan(value))
-                    continue;
-                if (load_case.condition[f] == core::FacetCondition::traction)
-                    dofs.load[dof] += value * system.facet_integral[k];
-                int &owner = dofs.constraint[dof];
-                if (load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
-                    (owner < 0 || load_case.constraint[f] < owner)) {
-                    owner = load_case.constraint[f];
-                    dofs.prescribed[dof] = value;
-                }
-            }
-        }
-    }
-    return dofs;
 }
 
 } // namespace
@@ -135,6 +85,8 @@ core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
     solution.solver = impl_->solver.description(found);
     solution.setup_seconds = impl_->assembly_seconds + impl_->solver.setup_seconds();
     solution.solve_seconds = conditions_seconds + seconds_since(solve_start);
+    if (load_case.release && found.unique)
+        solution.history = release(*impl_->body, impl_->system, load_case, found.displacement);
     return solution;
 }
 

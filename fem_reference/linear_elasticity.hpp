@@ -37,7 +37,8 @@ class StaticSolver {
 
     /// @return displacement of the mesh nodes; reaction of each constraint, K u - f summed over its unknowns;
     ///   strain_energy 1/2 u^T K u; degrees_of_freedom 3 per node, edge midpoints and constrained ones included;
-    ///   setup_seconds for assembly and factorisation, as measured when they were done even if this call reused them.
+    ///   setup_seconds for assembly and factorisation, as measured when they were done even if this call reused them;
+    ///   of a time-dependent load case the history too, see release().
     ///   If the load case leaves the body free to move, the status is not_converged and all fields are NaN. If an
     ///   iterative solver does not come to its tolerance, the status is not_converged and the fields are where it was.
     /// @throws std::invalid_argument if the load case does not have the sizes of the body's mesh

@@ -6,6 +6,7 @@
 
 #include "core/input_error.hpp"
 #include "core/toml_input.hpp"
+#include "load_cases/release_reader.hpp"
 #include "load_cases/selectors.hpp"
 
 namespace livermark::load_cases {
@@ -87,7 +88,8 @@ void refuse_contradictions(const core::TetraMesh &mesh, const core::LoadCase &lo
 
 toml::table read_table(const std::string &text, const std::filesystem::path &file) {
     auto table = core::parse_toml(text, file);
-    core::refuse_unknown_keys(table, {"title", "target_peak_displacement", "acceleration", "condition"});
+    core::refuse_unknown_keys(table,
+                              {"title", "target_peak_displacement", "acceleration", "condition", "release", "probe"});
     return table;
 }
 
@@ -131,6 +133,12 @@ core::LoadCase parse_load_case(const std::string &text, const std::filesystem::p
         throw core::InputError(
             fmt::format("{}: nothing holds the body; add a [[condition]] with a displacement", file.string()));
     refuse_contradictions(mesh, load_case, file.string());
+    if (table.contains("release"))
+        load_case.release = read_release(table, mesh, load_case);
+    else if (table.contains("probe"))
+        throw core::InputError(fmt::format("{}: a [[probe]] records motion, and nothing moves without a [release]; "
+                                           "add one or remove the probe",
+                                           core::place_of(*table.get("probe"))));
     return load_case;
 }
 

@@ -30,8 +30,8 @@ core::Vector3 centroid(const core::TetraMesh &mesh, int facet) {
     return (mesh.points[a] + mesh.points[b] + mesh.points[c]) / 3.0;
 }
 
-/// The facet in the middle: its centroid is nearest to the area centroid of all.
-int middle_facet(const std::vector<int> &facets, const core::TetraMesh &mesh) {
+/// Area centroid of facets.
+core::Vector3 middle_of(const std::vector<int> &facets, const core::TetraMesh &mesh) {
     core::Vector3 moment = core::Vector3::Zero();
     double area = 0.0;
     for (const int f : facets) {
@@ -39,7 +39,12 @@ int middle_facet(const std::vector<int> &facets, const core::TetraMesh &mesh) {
         moment += facet_area * centroid(mesh, f);
         area += facet_area;
     }
-    const core::Vector3 middle = moment / area;
+    return moment / area;
+}
+
+/// The facet in the middle: its centroid is nearest to the area centroid of all.
+int middle_facet(const std::vector<int> &facets, const core::TetraMesh &mesh) {
+    const core::Vector3 middle = middle_of(facets, mesh);
     return *std::ranges::min_element(facets, {}, [&](int f) { return (centroid(mesh, f) - middle).squaredNorm(); });
 }
 
@@ -67,6 +72,12 @@ std::vector<int> facets_of_disc(const toml::table &disc, const core::TetraMesh &
     return facets;
 }
 
+void refuse_empty(const Selection &selection, const toml::table &place) {
+    if (selection.facets.empty())
+        throw core::InputError(fmt::format("{}: no facet of the body is in '{}'; choose another place or a larger one",
+                                           core::place_of(place), selection.name));
+}
+
 } // namespace
 
 Selection select_facets(const toml::table &condition, const core::TetraMesh &mesh) {
@@ -84,10 +95,20 @@ Selection select_facets(const toml::table &condition, const core::TetraMesh &mes
         const double radius = core::required_number(disc, "radius");
         selection.area_ratio = std::numbers::pi * radius * radius / area_of(selection.facets, mesh);
     }
-    if (selection.facets.empty())
-        throw core::InputError(fmt::format("{}: no facet of the body is in '{}'; choose another place or a larger one",
-                                           core::place_of(condition), selection.name));
+    refuse_empty(selection, condition);
     return selection;
+}
+
+int select_node(const toml::table &probe, const core::TetraMesh &mesh) {
+    const Selection selection{core::required_string(probe, "patch"), facets_of_patch(probe, mesh)};
+    refuse_empty(selection, probe);
+    const core::Vector3 middle = middle_of(selection.facets, mesh);
+    int nearest = mesh.boundary_triangles[selection.facets.front()].front();
+    for (const int f : selection.facets)
+        for (const int node : mesh.boundary_triangles[f])
+            if ((mesh.points[node] - middle).squaredNorm() < (mesh.points[nearest] - middle).squaredNorm())
+                nearest = node;
+    return nearest;
 }
 
 } // namespace livermark::load_cases

@@ -21,4 +21,9 @@ struct Selection {
 /// @throws core::InputError if it names none or several, or if no facet is there
 Selection select_facets(const toml::table &condition, const core::TetraMesh &mesh);
 
+/// Finds the node in the middle of the patch that a [[probe]] names: of the patch's nodes the one nearest to its area
+/// centroid.
+/// @throws core::InputError if there is no such patch, or if it has no facet
+int select_node(const toml::table &probe, const core::TetraMesh &mesh);
+
 } // namespace livermark::load_cases

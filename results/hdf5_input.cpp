@@ -92,8 +92,7 @@ std::vector<std::string> InputFile::children(const std::string &path) const {
     return names;
 }
 
-Handle InputFile::open_dataset(const std::string &path, const RowType &type,
-                               const std::optional<std::size_t> &num_rows) const {
+Handle InputFile::open_dataset(const std::string &path, const RowType &type, const Shape &shape) const {
     if (!has(path))
         refuse(path, "is missing");
     Handle dataset(H5Dopen2(file_.get(), path.c_str(), H5P_DEFAULT), H5Dclose);
@@ -106,32 +105,33 @@ Handle InputFile::open_dataset(const std::string &path, const RowType &type,
                fmt::format("holds {} instead of {}", type_text(H5Tget_class(found.get()), H5Tget_size(found.get())),
                            type_text(wanted_class, H5Tget_size(type.file))));
     const Handle space(H5Dget_space(dataset.get()), H5Sclose);
-    const int wanted_rank = type.columns == 1 ? 1 : 2;
+    const std::size_t wanted_rank = shape.size() + (type.columns == 1 ? 0 : 1);
     const int rank = H5Sget_simple_extent_ndims(space.get());
-    if (rank != wanted_rank)
+    if (rank != static_cast<int>(wanted_rank))
         refuse(path, fmt::format("has rank {} instead of {}", rank, wanted_rank));
-    std::array<hsize_t, 2> shape{0, type.columns};
-    H5Sget_simple_extent_dims(space.get(), shape.data(), nullptr);
-    if (shape[0] > INT_MAX)
-        refuse(path, fmt::format("has {} rows, more than can be numbered", shape[0]));
-    if (shape[1] != type.columns || (num_rows && shape[0] != *num_rows)) {
-        const std::array<hsize_t, 2> wanted{num_rows ? *num_rows : shape[0], type.columns};
-        const auto size = static_cast<std::size_t>(rank);
-        refuse(path, fmt::format("has shape {} instead of {}", shape_text(std::span(shape).first(size)),
-                                 shape_text(std::span(wanted).first(size))));
+    std::vector<hsize_t> extent(wanted_rank);
+    H5Sget_simple_extent_dims(space.get(), extent.data(), nullptr);
+    auto wanted = extent;
+    for (std::size_t d = 0; d < wanted.size(); ++d) {
+        if (extent[d] > INT_MAX)
+            refuse(path, fmt::format("has {} rows, more than can be numbered", extent[d]));
+        if (d == shape.size())
+            wanted[d] = type.columns;
+        else if (shape[d])
+            wanted[d] = *shape[d];
     }
+    if (extent != wanted)
+        refuse(path, fmt::format("has shape {} instead of {}", shape_text(extent), shape_text(wanted)));
     return dataset;
 }
 
-std::size_t InputFile::count_rows(const Handle &dataset) {
+std::size_t InputFile::count_entries(const Handle &dataset) {
     const Handle space(H5Dget_space(dataset.get()), H5Sclose);
-    std::array<hsize_t, 2> shape{};
-    H5Sget_simple_extent_dims(space.get(), shape.data(), nullptr);
-    return shape[0];
+    return static_cast<std::size_t>(H5Sget_simple_extent_npoints(space.get()));
 }
 
 void InputFile::read(const Handle &dataset, const std::string &path, const RowType &type, void *rows) const {
-    if (count_rows(dataset) > 0 && H5Dread(dataset.get(), type.memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, rows) < 0)
+    if (count_entries(dataset) > 0 && H5Dread(dataset.get(), type.memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, rows) < 0)
         refuse(path, "is damaged");
 }
 

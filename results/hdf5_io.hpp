@@ -92,7 +92,15 @@ class OutputFile {
 
     /// @param units  empty for a quantity that has none
     template <class T> void dataset(const std::string &path, const std::vector<T> &rows, const std::string &units) {
-        write(path, RowTypeOf<T>::get(), rows.size(), rows.data(), units);
+        write(path, RowTypeOf<T>::get(), {rows.size()}, rows.data(), units);
+    }
+
+    /// Blocks of equally many rows, one behind the other: a dataset with one more dimension.
+    /// @param rows_per_block  divides the number of rows
+    template <class T>
+    void blocks(const std::string &path, const std::vector<T> &rows, std::size_t rows_per_block,
+                const std::string &units) {
+        write(path, RowTypeOf<T>::get(), {rows.size() / rows_per_block, rows_per_block}, rows.data(), units);
     }
 
     void text(const std::string &path, const std::string &name, const std::string &value);
@@ -110,7 +118,8 @@ class OutputFile {
     std::vector<char> image();
 
   private:
-    void write(const std::string &path, const RowType &type, std::size_t num_rows, const void *data,
+    /// @param shape  without the columns of a row
+    void write(const std::string &path, const RowType &type, std::vector<hsize_t> shape, const void *data,
                const std::string &units);
     void attribute(const std::string &path, const std::string &name, hid_t file_type, hid_t memory_type,
                    const std::optional<hsize_t> &length, const void *data);
@@ -133,11 +142,13 @@ class InputFile {
     /// @param num_rows  expected number, or nothing where the file decides
     template <class T>
     std::vector<T> dataset(const std::string &path, const std::optional<std::size_t> &num_rows = std::nullopt) const {
-        const RowType type = RowTypeOf<T>::get();
-        const Handle opened = open_dataset(path, type, num_rows);
-        std::vector<T> rows(count_rows(opened));
-        read(opened, path, type, rows.data());
-        return rows;
+        return rows<T>(path, {num_rows});
+    }
+
+    /// All rows of the blocks that OutputFile::blocks writes.
+    template <class T>
+    std::vector<T> blocks(const std::string &path, std::size_t num_blocks, std::size_t rows_per_block) const {
+        return rows<T>(path, {num_blocks, rows_per_block});
     }
 
     std::string text(const std::string &path, const std::string &name) const;
@@ -149,8 +160,17 @@ class InputFile {
     [[noreturn]] void refuse(const std::string &path, const std::string &fault) const;
 
   private:
-    Handle open_dataset(const std::string &path, const RowType &type, const std::optional<std::size_t> &num_rows) const;
-    static std::size_t count_rows(const Handle &dataset);
+    /// Shape without the columns of a row; nothing where the file decides.
+    using Shape = std::vector<std::optional<std::size_t>>;
+    template <class T> std::vector<T> rows(const std::string &path, const Shape &shape) const {
+        const RowType type = RowTypeOf<T>::get();
+        const Handle opened = open_dataset(path, type, shape);
+        std::vector<T> rows(count_entries(opened) / type.columns);
+        read(opened, path, type, rows.data());
+        return rows;
+    }
+    Handle open_dataset(const std::string &path, const RowType &type, const Shape &shape) const;
+    static std::size_t count_entries(const Handle &dataset);
     void read(const Handle &dataset, const std::string &path, const RowType &type, void *rows) const;
     Handle open_attribute(const std::string &path, const std::string &name) const;
     std::vector<std::string> read_texts(const Handle &attribute, const std::string &where) const;

@@ -60,15 +60,19 @@ void OutputFile::group(const std::string &path, bool keep_order) {
     made(H5Gcreate2(file_.get(), path.c_str(), H5P_DEFAULT, properties.get(), H5P_DEFAULT), H5Gclose, path);
 }
 
-void OutputFile::write(const std::string &path, const RowType &type, std::size_t num_rows, const void *data,
+void OutputFile::write(const std::string &path, const RowType &type, std::vector<hsize_t> shape, const void *data,
                        const std::string &units) {
-    const std::array<hsize_t, 2> shape{num_rows, type.columns};
-    const int rank = type.columns == 1 ? 1 : 2;
+    if (type.columns > 1)
+        shape.push_back(type.columns);
+    const int rank = static_cast<int>(shape.size());
     const Handle space = made(H5Screate_simple(rank, shape.data(), nullptr), H5Sclose, path);
     const Handle properties = made(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "a property list");
-    const std::size_t row_bytes = H5Tget_size(type.file) * type.columns;
-    if (num_rows * row_bytes >= smallest_compressed_bytes) {
-        const std::array<hsize_t, 2> chunk{std::min<hsize_t>(num_rows, chunk_bytes / row_bytes), type.columns};
+    hsize_t row_bytes = H5Tget_size(type.file);
+    for (std::size_t d = 1; d < shape.size(); ++d)
+        row_bytes *= shape[d];
+    if (shape[0] * row_bytes >= smallest_compressed_bytes) {
+        auto chunk = shape;
+        chunk[0] = std::clamp<hsize_t>(chunk_bytes / row_bytes, 1, shape[0]);
         require(H5Pset_chunk(properties.get(), rank, chunk.data()), path);
         require(H5Pset_shuffle(properties.get()), path);
         require(H5Pset_deflate(properties.get(), deflate_level), path);
@@ -77,7 +81,7 @@ void OutputFile::write(const std::string &path, const RowType &type, std::size_t
         const Handle dataset = made(
             H5Dcreate2(file_.get(), path.c_str(), type.file, space.get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT),
             H5Dclose, path);
-        if (num_rows > 0)
+        if (shape[0] * row_bytes > 0)
             require(H5Dwrite(dataset.get(), type.memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, data), path);
     }
     if (!units.empty())

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/error_norms.hpp"
+#include "core/modes.hpp"
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 #include "results/reference_uncertainty.hpp"
@@ -49,12 +50,19 @@ struct ModelResult {
     std::optional<ErrorBand> band;
 };
 
+/// The modes that one model found.
+struct ModelModes {
+    std::string name; ///< name of the model; no '/' and no '.'
+    core::Modes modes;
+};
+
 /// All that is known about one body under one load case: the content of one result file.
 struct Result {
     Provenance provenance;
     core::Problem problem;
     std::vector<ModelResult> models;
-    std::optional<ReferenceUncertainty> reference_uncertainty; ///< none if the refined reference was not solved
+    std::optional<ReferenceUncertainty> reference_uncertainty{}; ///< none if the refined reference was not solved
+    std::vector<ModelModes> modes{};
 };
 
 /// Whether a model did what it was expected to. A solution that is not ok or was not compared misses its band.

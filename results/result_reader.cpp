@@ -94,7 +94,27 @@ std::vector<core::Material> read_materials(const InputFile &file, std::size_t nu
     return materials;
 }
 
-core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles) {
+core::Release read_release(const InputFile &file, std::size_t num_nodes) {
+    const std::string group = "/load_case/release";
+    core::Release release;
+    const auto num_steps = file.integer(group, "num_steps");
+    if (num_steps < 1 || num_steps >= std::numeric_limits<int>::max())
+        file.refuse(group, fmt::format("attribute num_steps is {}", num_steps));
+    release.num_steps = static_cast<int>(num_steps);
+    release.output_interval = file.number(group, "output_interval");
+    release.damping = {file.number(group, "alpha"), file.number(group, "beta")};
+    if (!(release.output_interval > 0.0 && release.damping.alpha >= 0.0 && release.damping.beta >= 0.0))
+        file.refuse(group, "attributes output_interval, alpha and beta have to be positive, or the last two zero");
+    const auto names = file.texts(group + "/probe", "names");
+    const auto nodes = node_numbers<1>(file, group + "/probe", num_nodes);
+    if (names.empty() || nodes.size() != names.size())
+        file.refuse(group + "/probe", fmt::format("has {} nodes and {} names", nodes.size(), names.size()));
+    for (std::size_t q = 0; q < names.size(); ++q)
+        release.probes.push_back({names[q], nodes[q][0]});
+    return release;
+}
+
+core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles, std::size_t num_nodes) {
     core::LoadCase load_case;
     load_case.name = file.text("/load_case", "name");
     load_case.title = file.text("/load_case", "title");
@@ -115,6 +135,8 @@ core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles) 
     for (std::size_t f = 0; f < num_triangles; ++f)
         if ((load_case.condition[f] == core::FacetCondition::prescribed_displacement) != (load_case.constraint[f] >= 0))
             file.refuse("/load_case/constraint", fmt::format("row {} contradicts /load_case/condition", f));
+    if (file.has("/load_case/release"))
+        load_case.release = read_release(file, num_nodes);
     return load_case;
 }
 
@@ -125,6 +147,30 @@ core::SolutionStatus read_status(const InputFile &file, const std::string &group
         if (word == core::to_string(status))
             return status;
     file.refuse(group, fmt::format("attribute status is '{}', which is none of ok, diverged, not_converged", word));
+}
+
+core::History read_history(const InputFile &file, const std::string &group, const core::LoadCase &load_case) {
+    if (!load_case.release)
+        file.refuse(group, "is there, and /load_case/release is not");
+    core::History history;
+    const std::size_t num_records = static_cast<std::size_t>(load_case.release->num_steps) + 1;
+    history.setup_seconds = file.number(group, "setup_seconds");
+    history.solve_seconds = file.number(group, "solve_seconds");
+    history.time = file.dataset<double>(group + "/time", num_records);
+    history.displacement =
+        file.blocks<core::Vector3>(group + "/displacement", num_records, load_case.release->probes.size());
+    history.kinetic_energy = file.dataset<double>(group + "/kinetic_energy", num_records);
+    history.strain_energy = file.dataset<double>(group + "/strain_energy", num_records);
+    return history;
+}
+
+core::Modes read_modes(const InputFile &file, const std::string &group, std::size_t num_nodes) {
+    core::Modes modes;
+    modes.degrees_of_freedom = file.integer(group, "degrees_of_freedom");
+    modes.seconds = file.number(group, "seconds");
+    modes.angular_frequency = file.dataset<double>(group + "/angular_frequency");
+    modes.shape = file.blocks<core::Vector3>(group + "/shape", modes.angular_frequency.size(), num_nodes);
+    return modes;
 }
 
 core::Solution read_solution(const InputFile &file, const std::string &group, const core::Problem &problem) {
@@ -150,6 +196,8 @@ core::Solution read_solution(const InputFile &file, const std::string &group, co
         springs.stiffness = file.dataset<double>(group + "/stiffness", springs.edges.size());
         springs.rest_length = file.dataset<double>(group + "/rest_length", springs.edges.size());
     }
+    if (file.has(group + "/history"))
+        solution.history = read_history(file, group + "/history", problem.load_case);
     return solution;
 }
 
@@ -164,6 +212,10 @@ core::Comparison read_comparison(const InputFile &file, const std::string &group
     comparison.max_error_relative = file.number(group, "max_error_relative");
     comparison.energy_error = file.number(group, "energy_error");
     comparison.reaction_error = file.number(group, "reaction_error");
+    if (file.has_attribute(group, "history_relative_l2")) {
+        comparison.history_relative_l2 = file.number(group, "history_relative_l2");
+        comparison.history_reference = file.text(group, "history_reference");
+    }
     comparison.error = file.dataset<core::Vector3>(group + "/error", num_nodes);
     return comparison;
 }
@@ -229,12 +281,16 @@ Result read_file(const InputFile &file) {
     body->name = file.text("/", "body");
     body->mesh = read_mesh(file);
     body->materials = read_materials(file, body->mesh.region_names.size());
-    result.problem.load_case = read_load_case(file, body->mesh.boundary_triangles.size());
+    result.problem.load_case = read_load_case(file, body->mesh.boundary_triangles.size(), body->mesh.points.size());
     result.problem.body = std::move(body);
     for (const std::string &name : file.children("/solutions"))
         result.models.push_back(read_model(file, name, result.problem));
     if (file.has(reference_group))
         result.reference_uncertainty = read_uncertainty(file);
+    if (file.has("/modes"))
+        for (const std::string &name : file.children("/modes"))
+            result.modes.push_back(
+                {name, read_modes(file, modes_group(name), result.problem.body->mesh.points.size())});
     return result;
 }
 

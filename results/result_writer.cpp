@@ -19,11 +19,15 @@ void require_size(std::size_t size, std::size_t wanted, const std::string &what)
         throw std::invalid_argument(fmt::format("{} has {} entries instead of {}", what, size, wanted));
 }
 
+void check_name(const std::string &name) {
+    if (name.empty() || name.find_first_of("/.") != std::string::npos)
+        throw std::invalid_argument(
+            fmt::format("'{}' cannot name a model in a result file; leave out '/' and '.'", name));
+}
+
 void check_model(const ModelResult &model, const core::Problem &problem) {
     const std::size_t num_nodes = problem.body->mesh.points.size();
-    if (model.name.empty() || model.name.find_first_of("/.") != std::string::npos)
-        throw std::invalid_argument(
-            fmt::format("'{}' cannot name a model in a result file; leave out '/' and '.'", model.name));
+    check_name(model.name);
     require_size(model.solution.displacement.size(), num_nodes, "the displacement of " + model.name);
     require_size(model.solution.reaction.size(), problem.load_case.constraint_names.size(),
                  "the reaction of " + model.name);
@@ -32,8 +36,26 @@ void check_model(const ModelResult &model, const core::Problem &problem) {
         require_size(springs->stiffness.size(), springs->edges.size(), "the stiffness of " + model.name);
         require_size(springs->rest_length.size(), springs->edges.size(), "the rest length of " + model.name);
     }
+    if (const auto &history = model.solution.history) {
+        if (!problem.load_case.release)
+            throw std::invalid_argument(
+                fmt::format("model {} has a history, and the load case does not depend on time", model.name));
+        const std::size_t num_records = history->time.size();
+        require_size(num_records, static_cast<std::size_t>(problem.load_case.release->num_steps) + 1,
+                     "the history of " + model.name);
+        require_size(history->displacement.size(), num_records * problem.load_case.release->probes.size(),
+                     "the history of the displacement of " + model.name);
+        require_size(history->kinetic_energy.size(), num_records, "the history of the energy of " + model.name);
+        require_size(history->strain_energy.size(), num_records, "the history of the energy of " + model.name);
+    }
     if (model.comparison)
         require_size(model.comparison->error.size(), num_nodes, "the error of " + model.name);
+}
+
+void check_modes(const ModelModes &model, std::size_t num_nodes) {
+    check_name(model.name);
+    require_size(model.modes.shape.size(), model.modes.angular_frequency.size() * num_nodes,
+                 "the shape of the modes of " + model.name);
 }
 
 /// The reader refuses all of this too, but a file that nobody can read should not come to be.
@@ -53,6 +75,12 @@ void check_shapes(const Result &result) {
         check_model(model, result.problem);
         if (!names.insert(model.name).second)
             throw std::invalid_argument(fmt::format("model {} is in the result twice", model.name));
+    }
+    std::set<std::string> names_of_modes;
+    for (const ModelModes &model : result.modes) {
+        check_modes(model, mesh.points.size());
+        if (!names_of_modes.insert(model.name).second)
+            throw std::invalid_argument(fmt::format("the modes of {} are in the result twice", model.name));
     }
     for (const ModelResult &model : result.models)
         if (model.comparison && !names.contains(model.comparison->reference))
@@ -102,6 +130,22 @@ void write_body(hdf5::OutputFile &file, const core::Body &body) {
     file.dataset("/materials/poisson_ratio", poisson_ratio, "");
 }
 
+void write_release(hdf5::OutputFile &file, const core::Release &release) {
+    std::vector<std::array<int, 1>> probe;
+    std::vector<std::string> names;
+    for (const core::Probe &entry : release.probes) {
+        probe.push_back({entry.node});
+        names.push_back(entry.name);
+    }
+    file.group("/load_case/release");
+    file.integer("/load_case/release", "num_steps", release.num_steps);
+    file.number("/load_case/release", "output_interval", release.output_interval);
+    file.number("/load_case/release", "alpha", release.damping.alpha);
+    file.number("/load_case/release", "beta", release.damping.beta);
+    file.dataset("/load_case/release/probe", probe, "");
+    file.texts("/load_case/release/probe", "names", names);
+}
+
 void write_load_case(hdf5::OutputFile &file, const core::LoadCase &load_case) {
     file.group("/load_case");
     file.text("/load_case", "name", load_case.name);
@@ -117,6 +161,28 @@ void write_load_case(hdf5::OutputFile &file, const core::LoadCase &load_case) {
     file.dataset("/load_case/acceleration", std::vector{a.x(), a.y(), a.z()}, "m/s^2");
     file.dataset("/load_case/constraint", load_case.constraint, "");
     file.texts("/load_case/constraint", "names", load_case.constraint_names);
+    if (load_case.release)
+        write_release(file, *load_case.release);
+}
+
+void write_history(hdf5::OutputFile &file, const std::string &group, const core::History &history,
+                   const core::Release &release) {
+    file.group(group);
+    file.number(group, "setup_seconds", history.setup_seconds);
+    file.number(group, "solve_seconds", history.solve_seconds);
+    file.dataset(group + "/time", history.time, "s");
+    file.blocks(group + "/displacement", history.displacement, release.probes.size(), "m");
+    file.dataset(group + "/kinetic_energy", history.kinetic_energy, "J");
+    file.dataset(group + "/strain_energy", history.strain_energy, "J");
+}
+
+void write_modes(hdf5::OutputFile &file, const ModelModes &model, std::size_t num_nodes) {
+    const std::string group = modes_group(model.name);
+    file.group(group);
+    file.integer(group, "degrees_of_freedom", model.modes.degrees_of_freedom);
+    file.number(group, "seconds", model.modes.seconds);
+    file.dataset(group + "/angular_frequency", model.modes.angular_frequency, "rad/s");
+    file.blocks(group + "/shape", model.modes.shape, num_nodes, "kg^-1/2");
 }
 
 void write_solution(hdf5::OutputFile &file, const ModelResult &model, const core::LoadCase &load_case) {
@@ -142,6 +208,8 @@ void write_solution(hdf5::OutputFile &file, const ModelResult &model, const core
         file.dataset(group + "/stiffness", springs->stiffness, "N/m");
         file.dataset(group + "/rest_length", springs->rest_length, "m");
     }
+    if (solution.history)
+        write_history(file, history_group(model.name), *solution.history, load_case.release.value());
 }
 
 void write_uncertainty(hdf5::OutputFile &file, const ReferenceUncertainty &uncertainty) {
@@ -167,6 +235,10 @@ void write_comparison(hdf5::OutputFile &file, const ModelResult &model, const Re
         file.number(group, "reaction_error", comparison->reaction_error);
         if (result.reference_uncertainty)
             file.integer(group, "within_uncertainty", is_within_uncertainty(model, result) ? 1 : 0);
+        if (comparison->history_relative_l2) {
+            file.number(group, "history_relative_l2", *comparison->history_relative_l2);
+            file.text(group, "history_reference", comparison->history_reference);
+        }
         file.dataset(group + "/error", comparison->error, "m");
     }
     if (model.band) {
@@ -191,6 +263,10 @@ std::vector<char> file_image(const Result &result) {
     }
     if (result.reference_uncertainty)
         write_uncertainty(file, *result.reference_uncertainty);
+    if (!result.modes.empty())
+        file.group("/modes", true);
+    for (const ModelModes &model : result.modes)
+        write_modes(file, model, result.problem.body->mesh.points.size());
     write_vtkhdf(file, result);
     return file.image();
 }

@@ -15,5 +15,11 @@ inline std::string solution_group(const std::string &model) {
 inline std::string comparison_group(const std::string &model) {
     return "/comparisons/" + model;
 }
+inline std::string history_group(const std::string &model) {
+    return solution_group(model) + "/history";
+}
+inline std::string modes_group(const std::string &model) {
+    return "/modes/" + model;
+}
 
 } // namespace livermark::results

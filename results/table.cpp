@@ -132,6 +132,27 @@ std::string legend(std::span<const Result> results) {
     return "";
 }
 
+/// A line for each time-dependent load case: what its rows are, and how the histories compare.
+std::string histories(std::span<const Result> results, const std::string &bullet) {
+    std::string lines;
+    for (const Result &result : results) {
+        if (!result.problem.load_case.release)
+            continue;
+        std::vector<std::string> remarks;
+        for (const ModelResult &model : result.models)
+            if (model.comparison && model.comparison->history_relative_l2)
+                remarks.push_back(fmt::format("{} {} % off {}", model.name,
+                                              fixed(percent * *model.comparison->history_relative_l2, 2),
+                                              model.comparison->history_reference));
+            else if (!model.solution.history)
+                remarks.push_back(model.name + " gives no motion");
+        lines +=
+            fmt::format("{}{}, {}: the rows are the static start; motion of the probes, relative L2 in time: {}\n",
+                        bullet, result.problem.body->name, result.problem.load_case.name, fmt::join(remarks, ", "));
+    }
+    return lines.empty() ? lines : fmt::format("\n{}", lines);
+}
+
 std::string failures(std::span<const Result> results, const std::string &bullet) {
     std::string lines;
     for (const Result &result : results)
@@ -176,7 +197,7 @@ std::string text_table(std::span<const Result> results) {
             table += '\n';
         }
     }
-    return table + legend(results) + failures(results, "");
+    return table + legend(results) + histories(results, "") + failures(results, "");
 }
 
 std::string markdown_table(std::span<const Result> results) {
@@ -192,7 +213,7 @@ std::string markdown_table(std::span<const Result> results) {
             table += "|\n";
         }
     }
-    return table + legend(results) + failures(results, "- ");
+    return table + legend(results) + histories(results, "- ") + failures(results, "- ");
 }
 
 } // namespace livermark::results

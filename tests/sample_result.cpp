@@ -28,6 +28,7 @@ core::Problem sample_problem(int num_bricks) {
     prescribe(load_case, body->mesh, "z_max", {nan, nan, 1e-3});
     pull(load_case, body->mesh, "x_max", {120.0, 0.0, -3.0});
     load_case.acceleration = {0.0, 0.0, -9.81};
+    load_case.release = core::Release{4, 0.01, {1.5, 1e-4}, {{"tip", 3}, {"dome", 0}, {"edge", 5}}};
     return {std::move(body), std::move(load_case)};
 }
 
@@ -42,6 +43,29 @@ core::Solution stretched(const core::Problem &problem, double scale) {
     solution.setup_seconds = 0.25;
     solution.solve_seconds = 1.0 / 3.0;
     return solution;
+}
+
+/// Motion of the probes with all entries different.
+core::History swinging(const core::Release &release, double scale) {
+    core::History history;
+    history.setup_seconds = 0.5;
+    history.solve_seconds = 1.0 / 7.0;
+    for (int k = 0; k <= release.num_steps; ++k) {
+        history.time.push_back(k * release.output_interval);
+        history.kinetic_energy.push_back(0.1 * k);
+        history.strain_energy.push_back(1.0 - 0.11 * k);
+        for (std::size_t q = 0; q < release.probes.size(); ++q)
+            history.displacement.emplace_back(scale * core::Vector3(k + 1.0, 0.1 * static_cast<double>(q), k / 3.0));
+    }
+    return history;
+}
+
+core::Modes some_modes(const core::TetraMesh &mesh) {
+    core::Modes modes{{1.0, 4.0 / 3.0, 7.0, 9.5}, {}, 36, 0.75};
+    for (int mode = 0; mode < modes.count(); ++mode)
+        for (const auto &point : mesh.points)
+            modes.shape.emplace_back((mode + 0.1) * (point + core::Vector3(1.0, 2.0, 3.0)));
+    return modes;
 }
 
 core::SpringNetwork springs_of(const core::TetraMesh &mesh) {
@@ -69,14 +93,19 @@ results::Result sample_result(int num_bricks) {
                          4};
     result.problem = sample_problem(num_bricks);
     const core::TetraMesh &mesh = result.problem.body->mesh;
-    const core::Solution reference = stretched(result.problem, 0.01);
+    const core::Release &release = *result.problem.load_case.release;
+    core::Solution reference = stretched(result.problem, 0.01);
+    reference.history = swinging(release, 0.01);
     result.models.push_back({"fem_p2", "Quadratic tetrahedra", "Hughes 1987", reference, std::nullopt, std::nullopt});
     result.models.back().solution.solver = "CHOLMOD";
 
     core::Solution springs = stretched(result.problem, 0.012);
     springs.nonlinearity = 0.03;
     springs.springs = springs_of(mesh);
-    const auto comparison = core::compare(mesh, springs, reference, "fem_p2");
+    springs.history = swinging(release, 0.012);
+    auto comparison = core::compare(mesh, springs, reference, "fem_p2");
+    comparison.history_relative_l2 = core::relative_history_error(*springs.history, *reference.history);
+    comparison.history_reference = "fem_p2";
     result.models.push_back(
         {"springs", "Springs", "Lloyd 2007", springs, comparison, results::ErrorBand{0.2, 0.01, "by construction"}});
 
@@ -99,6 +128,7 @@ results::Result sample_result(int num_bricks) {
                                     .relative_l2 = 0.19,
                                     .energy_error = 0.02,
                                     .reaction_error = 0.01};
+    result.modes.push_back({"fem_p2", some_modes(mesh)});
     return result;
 }
 

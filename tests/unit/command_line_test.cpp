@@ -2,9 +2,13 @@
 #include <array>
 #include <cstdio>
 #include <filesystem>
+#include <fmt/format.h>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <numbers>
 #include <sys/wait.h>
+
+#include "results/result_file.hpp"
 
 namespace livermark {
 namespace {
@@ -42,7 +46,7 @@ std::string written(const std::filesystem::path &file, const std::string &text) 
 
 TEST(CommandLine, HelpAndVersionAreNoErrors) {
     for (const char *arguments : {"--help", "run --help", "list --help", "mesh --help", "mesh liver --help",
-                                  "mesh check --help", "--version"}) {
+                                  "mesh check --help", "modes --help", "--version"}) {
         const auto outcome = livermark(arguments);
         EXPECT_EQ(outcome.status, 0) << arguments << "\n" << outcome.output;
         EXPECT_FALSE(outcome.output.empty());
@@ -80,6 +84,11 @@ TEST(CommandLine, RefusesBadArgumentsWithStatusTwo) {
              {"run --young -5", "Young's modulus is -5 Pa; it has to be positive"},
              {"run --young nan", "has to be positive"},
              {"run --poisson 0.5", "has to lie between -1 and 0.5"},
+             {"modes liver_healty", "did you mean 'liver_healthy'?"},
+             {"modes --model lloyd", "known are: fem_p1, fem_p2"},
+             {"modes --model fem_p1 --model fem_p1", "asked for twice"},
+             {"modes --load-case tracton", "did you mean 'traction'?"},
+             {"modes --count 0", "--count"},
              {"run --poisson nan", "has to lie between -1 and 0.5"},
              {"run --fem-solver magic", "--fem-solver"},
          }) {
@@ -88,6 +97,19 @@ TEST(CommandLine, RefusesBadArgumentsWithStatusTwo) {
         EXPECT_NE(outcome.output.find(message), std::string::npos) << arguments << "\n" << outcome.output;
     }
     EXPECT_FALSE(std::filesystem::exists(folder / "runs")) << "bad input left something behind";
+}
+
+TEST(CommandLine, ModesPrintsFrequenciesAndWritesThem) {
+    const auto folder = scratch_folder();
+    const auto outcome = livermark("modes liver_healthy --model fem_p1 --count 3 --output " + folder.string());
+    EXPECT_EQ(outcome.status, 0) << outcome.output;
+    EXPECT_NE(outcome.output.find("frequencies [Hz]"), std::string::npos) << outcome.output;
+    const auto result = results::read_result(folder / "liver_healthy" / "modes.traction.h5");
+    ASSERT_EQ(result.modes.size(), 1u);
+    EXPECT_EQ(result.modes[0].name, "fem_p1");
+    ASSERT_EQ(result.modes[0].modes.count(), 3);
+    const double first = result.modes[0].modes.angular_frequency[0] / (2.0 * std::numbers::pi);
+    EXPECT_NE(outcome.output.find(fmt::format("{:.5f}", first)), std::string::npos) << outcome.output;
 }
 
 TEST(CommandLine, RefusesAnOutputFolderThatCannotBe) {

@@ -52,6 +52,21 @@ TEST(Comparison, WeighsNodesByTheirVolume) {
     EXPECT_NEAR(comparison.relative_l2, std::sqrt(volumes[0] / (0.1 * 0.2 * 0.1)), 1e-14);
 }
 
+TEST(HistoryError, IsRelativeOverAllRecordsAndProbes) {
+    const core::History reference{.time = {0.0, 0.1},
+                                  .displacement = {{1.0, 0.0, 0.0}, {0.0, 2.0, 0.0}, {0.0, 0.0, 0.0}, {2.0, 0.0, 0.0}},
+                                  .kinetic_energy = {},
+                                  .strain_energy = {}};
+    auto history = reference;
+    EXPECT_EQ(core::relative_history_error(history, reference), 0.0);
+    history.displacement[2] = {0.0, 0.3, -0.6};
+    EXPECT_NEAR(core::relative_history_error(history, reference), std::sqrt(0.45 / 9.0), 1e-15);
+    history.displacement[2].x() = std::nan("");
+    EXPECT_TRUE(std::isnan(core::relative_history_error(history, reference)));
+    history.time[1] = 0.2;
+    EXPECT_THROW(core::relative_history_error(history, reference), std::invalid_argument);
+}
+
 TEST(Comparison, LetsADivergedSolutionShow) {
     const auto reference = constant_solution(mesh, {1.0, 0.0, 0.0});
     auto solution = reference;

@@ -74,6 +74,43 @@ TEST(LoadCaseReader, PressureOnADiscPushesInwardInItsMiddle) {
     EXPECT_NEAR(force.z(), -300.0 * std::numbers::pi * 0.02 * 0.02, 1e-12); // that of the disc, not of its facets
 }
 
+const std::string letting_go = good + R"(
+[release]
+duration = 1
+output_interval = 0.1
+damping_ratio = 0.05
+damping_frequencies = [2, 7.5]
+
+[[probe]]
+name = "middle"
+patch = "z_max"
+
+[[probe]]
+name = "side"
+patch = "x_max"
+)";
+
+TEST(LoadCaseReader, ReadsWhatHappensAfterARelease) {
+    EXPECT_FALSE(parse(good).release);
+    const auto mesh = block();
+    const auto load_case = parse(letting_go);
+    ASSERT_TRUE(load_case.release);
+    const auto &release = *load_case.release;
+    EXPECT_EQ(release.num_steps, 10);
+    EXPECT_EQ(release.output_interval, 0.1);
+    for (const double frequency : {2.0, 7.5})
+        EXPECT_NEAR(release.damping.ratio(2.0 * std::numbers::pi * frequency), 0.05, 1e-15);
+    EXPECT_LT(release.damping.ratio(2.0 * std::numbers::pi * 4.0), 0.05);
+    ASSERT_EQ(release.probes.size(), 2u);
+    EXPECT_EQ(release.probes[0].name, "middle");
+    EXPECT_LT((mesh.points[release.probes[0].node] - core::Vector3(0.05, 0.05, 0.1)).norm(), 1e-12);
+    EXPECT_LT((mesh.points[release.probes[1].node] - core::Vector3(0.1, 0.05, 0.05)).norm(), 1e-12);
+    const auto other =
+        parse(replaced(letting_go, "damping_ratio = 0.05\ndamping_frequencies = [2, 7.5]", "alpha = 3\nbeta = 0.5"));
+    EXPECT_EQ(other.release->damping.alpha, 3.0);
+    EXPECT_EQ(other.release->damping.beta, 0.5);
+}
+
 struct BadLoadCase {
     const char *name;
     std::string text;
@@ -117,6 +154,33 @@ const std::vector<BadLoadCase> bad_load_cases{
     {"Contradiction",
      good + "\n[[condition]]\npatch = \"y_min\"\ndisplacement = [0.0, 0.0, 0.002]\n",
      {"prescribes a displacement of", "keep them apart"}},
+    {"ReleaseOfNothing",
+     replaced(letting_go, "pressure = 300", "displacement = [0.0, 0.0, 0.0]"),
+     {"press.toml:13:", "nothing to let go", "traction"}},
+    {"DurationIsNoMultiple",
+     replaced(letting_go, "duration = 1", "duration = 1.05"),
+     {"press.toml:13:", "not a whole number", "change one"}},
+    {"EndlessRelease", replaced(letting_go, "duration = 1", "duration = 1e9"), {"not a whole number"}},
+    {"NegativeDuration", replaced(letting_go, "duration = 1", "duration = -1"), {"'duration' is -1", "positive"}},
+    {"NoInterval", replaced(letting_go, "output_interval = 0.1\n", ""), {"'output_interval' is missing"}},
+    {"NegativeDamping", replaced(letting_go, "= 0.05", "= -0.05"), {"'damping_ratio' is -0.05", "zero or more"}},
+    {"DampingAtNoFrequency", replaced(letting_go, "[2, 7.5]", "[0, 7.5]"), {"positive and finite"}},
+    {"DampingAtOneFrequency", replaced(letting_go, "[2, 7.5]", "[2]"), {"two numbers"}},
+    {"DampingWithoutFrequency",
+     replaced(letting_go, "damping_frequencies = [2, 7.5]\n", ""),
+     {"press.toml:13:", "give one of the two pairs"}},
+    {"DampingTwice", replaced(letting_go, "[[probe]]", "alpha = 1.0\n[[probe]]"), {"give one of the two pairs"}},
+    {"NoDamping",
+     replaced(letting_go, "damping_ratio = 0.05\ndamping_frequencies = [2, 7.5]\n", ""),
+     {"give one of the two pairs"}},
+    {"MisspeltReleaseKey", replaced(letting_go, "duration", "duraton"), {"did you mean 'duration'"}},
+    {"ProbeWithoutRelease", good + "[[probe]]\nname = \"a\"\npatch = \"z_max\"\n", {"press.toml:12:", "[release]"}},
+    {"ReleaseWithoutProbe", letting_go.substr(0, letting_go.find("[[probe]]")), {"without a [[probe]]"}},
+    {"ProbeOnUnknownPatch", replaced(letting_go, "patch = \"x_max\"", "patch = \"xmax\""), {"no patch 'xmax'"}},
+    {"TwoProbesOfOneName", replaced(letting_go, "\"side\"", "\"middle\""), {"a name of its own"}},
+    {"ProbeThatIsHeld",
+     replaced(replaced(letting_go, "\"free\"", "0.0"), "patch = \"x_max\"", "patch = \"x_min\""),
+     {"at a node that is held"}},
     {"NegativeTarget", replaced(good, "= 0.002", "= -0.002"), {"press.toml:2:", "positive"}},
 };
 

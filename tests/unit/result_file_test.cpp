@@ -67,6 +67,27 @@ void expect_equal(const core::TetraMesh &a, const core::TetraMesh &b) {
     EXPECT_EQ(a.patch_names, b.patch_names);
 }
 
+void expect_equal(const core::Release &a, const core::Release &b) {
+    EXPECT_EQ(a.num_steps, b.num_steps);
+    EXPECT_EQ(a.output_interval, b.output_interval);
+    EXPECT_EQ(a.damping.alpha, b.damping.alpha);
+    EXPECT_EQ(a.damping.beta, b.damping.beta);
+    ASSERT_EQ(a.probes.size(), b.probes.size());
+    for (std::size_t q = 0; q < a.probes.size(); ++q) {
+        EXPECT_EQ(a.probes[q].name, b.probes[q].name);
+        EXPECT_EQ(a.probes[q].node, b.probes[q].node);
+    }
+}
+
+void expect_equal(const core::History &a, const core::History &b) {
+    EXPECT_TRUE(same_bits(a.time, b.time));
+    EXPECT_TRUE(same_bits(a.displacement, b.displacement));
+    EXPECT_TRUE(same_bits(a.kinetic_energy, b.kinetic_energy));
+    EXPECT_TRUE(same_bits(a.strain_energy, b.strain_energy));
+    EXPECT_EQ(a.setup_seconds, b.setup_seconds);
+    EXPECT_EQ(a.solve_seconds, b.solve_seconds);
+}
+
 void expect_equal(const core::LoadCase &a, const core::LoadCase &b) {
     EXPECT_EQ(a.name, b.name);
     EXPECT_EQ(a.title, b.title);
@@ -77,6 +98,9 @@ void expect_equal(const core::LoadCase &a, const core::LoadCase &b) {
     EXPECT_EQ(a.acceleration, b.acceleration);
     EXPECT_EQ(a.constraint_names, b.constraint_names);
     EXPECT_EQ(a.constraint, b.constraint);
+    ASSERT_EQ(a.release.has_value(), b.release.has_value());
+    if (a.release)
+        expect_equal(*a.release, *b.release);
 }
 
 void expect_equal(const core::Solution &a, const core::Solution &b) {
@@ -90,6 +114,9 @@ void expect_equal(const core::Solution &a, const core::Solution &b) {
     EXPECT_EQ(a.degrees_of_freedom, b.degrees_of_freedom);
     EXPECT_EQ(a.setup_seconds, b.setup_seconds);
     EXPECT_EQ(a.solve_seconds, b.solve_seconds);
+    ASSERT_EQ(a.history.has_value(), b.history.has_value());
+    if (a.history)
+        expect_equal(*a.history, *b.history);
     ASSERT_EQ(a.springs.has_value(), b.springs.has_value());
     if (!a.springs)
         return;
@@ -106,6 +133,8 @@ void expect_equal(const core::Comparison &a, const core::Comparison &b) {
     EXPECT_TRUE(same_bits(a.max_error_relative, b.max_error_relative));
     EXPECT_TRUE(same_bits(a.energy_error, b.energy_error));
     EXPECT_TRUE(same_bits(a.reaction_error, b.reaction_error));
+    EXPECT_EQ(a.history_relative_l2, b.history_relative_l2);
+    EXPECT_EQ(a.history_reference, b.history_reference);
     EXPECT_TRUE(same_bits(a.error, b.error));
 }
 
@@ -127,6 +156,14 @@ void expect_equal(const Result &a, const Result &b) {
         ASSERT_EQ(a.models[m].comparison.has_value(), b.models[m].comparison.has_value());
         if (a.models[m].comparison)
             expect_equal(*a.models[m].comparison, *b.models[m].comparison);
+    }
+    ASSERT_EQ(a.modes.size(), b.modes.size());
+    for (std::size_t m = 0; m < a.modes.size(); ++m) {
+        EXPECT_EQ(a.modes[m].name, b.modes[m].name);
+        EXPECT_EQ(a.modes[m].modes.angular_frequency, b.modes[m].modes.angular_frequency);
+        EXPECT_TRUE(same_bits(a.modes[m].modes.shape, b.modes[m].modes.shape));
+        EXPECT_EQ(a.modes[m].modes.degrees_of_freedom, b.modes[m].modes.degrees_of_freedom);
+        EXPECT_EQ(a.modes[m].modes.seconds, b.modes[m].modes.seconds);
     }
 }
 
@@ -206,7 +243,8 @@ TEST_F(ResultFile, GivesBackWhatWasWrittenWhenCompressed) {
     write_result(path_, written);
     expect_equal(read_result(path_), written);
     const std::size_t uncompressed =
-        written.problem.body->mesh.points.size() * 3 * sizeof(double) * (1 + written.models.size()) +
+        written.problem.body->mesh.points.size() * 3 * sizeof(double) *
+            (1 + written.models.size() + static_cast<std::size_t>(written.modes[0].modes.count())) +
         written.problem.body->mesh.tetrahedra.size() * 2 * 4 * sizeof(std::int64_t);
     EXPECT_LT(fs::file_size(path_), uncompressed / 2);
 }
@@ -227,6 +265,21 @@ TEST_F(ResultFile, HoldsAProblemWithoutConstraintsAndModels) {
     written.problem.load_case.constraint_names.clear();
     std::ranges::fill(written.problem.load_case.constraint, -1);
     std::ranges::fill(written.problem.load_case.condition, core::FacetCondition::free);
+    write_result(path_, written);
+    expect_equal(read_result(path_), written);
+}
+
+TEST_F(ResultFile, HoldsAStaticLoadCase) {
+    Result written = tests::sample_result();
+    written.problem.load_case.release.reset();
+    written.modes.clear();
+    for (auto &model : written.models) {
+        model.solution.history.reset();
+        if (model.comparison) {
+            model.comparison->history_relative_l2.reset();
+            model.comparison->history_reference.clear();
+        }
+    }
     write_result(path_, written);
     expect_equal(read_result(path_), written);
 }
@@ -290,6 +343,13 @@ TEST_F(ResultFile, LeavesTheEarlierFileWhenTheResultIsInconsistent) {
     spoiled([](Result &r) { r.models[1].solution.springs->stiffness.pop_back(); });
     spoiled([](Result &r) { r.models[1].comparison->error.pop_back(); });
     spoiled([](Result &r) { r.problem.load_case.value.pop_back(); });
+    spoiled([](Result &r) { r.problem.load_case.release.reset(); });
+    spoiled([](Result &r) { r.problem.load_case.release->num_steps = 3; });
+    spoiled([](Result &r) { r.models[1].solution.history->displacement.pop_back(); });
+    spoiled([](Result &r) { r.models[1].solution.history->strain_energy.pop_back(); });
+    spoiled([](Result &r) { r.modes[0].modes.shape.pop_back(); });
+    spoiled([](Result &r) { r.modes[0].name = "fem/p2"; });
+    spoiled([](Result &r) { r.modes.push_back(r.modes[0]); });
     EXPECT_EQ(content(path_), before);
     EXPECT_EQ(files(), std::vector<std::string>{"result.h5"});
 }
@@ -391,6 +451,26 @@ TEST_F(ResultFile, NamesThePlaceOfEveryFault) {
         {"/comparisons/springs", "attribute reference is 'fem_p2'", remove("/solutions/fem_p2")},
         {"/comparisons/springs", "are no band",
          [&](hid_t file) { set_attribute(file, "/comparisons/springs", "band_margin", H5T_NATIVE_DOUBLE, nan); }},
+        {"/load_case/release", "attribute num_steps is 0",
+         [](hid_t file) { set_attribute(file, "/load_case/release", "num_steps", H5T_NATIVE_INT, 0); }},
+        {"/load_case/release", "have to be positive",
+         [&](hid_t file) { set_attribute(file, "/load_case/release", "output_interval", H5T_NATIVE_DOUBLE, nan); }},
+        {"/load_case/release/probe", "row 1 holds 12",
+         [&](hid_t file) { poke(file, "/load_case/release/probe", H5T_NATIVE_INT, 1, num_nodes); }},
+        {"/solutions/fem_p2/history", "is there", remove("/load_case/release")},
+        {"/solutions/fem_p2/history/time", "has shape (5) instead of (4)",
+         [](hid_t file) { set_attribute(file, "/load_case/release", "num_steps", H5T_NATIVE_INT, 3); }},
+        {"/solutions/fem_p2/history/displacement", "has shape (2,1,3) instead of (5,3,3)",
+         [&](hid_t file) {
+             replace(file, "/solutions/fem_p2/history/displacement", H5T_IEEE_F64LE, {2, 1, 3}, row_of_zeros,
+                     H5T_NATIVE_DOUBLE);
+         }},
+        {"/solutions/fem_p2/history/displacement", "has rank 2 instead of 3",
+         [&](hid_t file) {
+             replace(file, "/solutions/fem_p2/history/displacement", H5T_IEEE_F64LE, {2, 3}, row_of_zeros,
+                     H5T_NATIVE_DOUBLE);
+         }},
+        {"/modes/fem_p2/shape", "is missing", remove("/modes/fem_p2/shape")},
         {"/solutions/springs/edges", "row 0 holds 12",
          [&](hid_t file) { poke(file, "/solutions/springs/edges", H5T_NATIVE_INT, 1, num_nodes); }},
     };

@@ -23,7 +23,7 @@ def read_tables(path):
 def general(path, models):
     """The path with <model> for the name of a model."""
     for model in models:
-        path = re.sub(rf"(/solutions/|/comparisons/|displacement_|error_){model}(?=[/@]|$)", r"\1<model>", path)
+        path = re.sub(rf"(/solutions/|/comparisons/|/modes/|displacement_|error_){model}(?=[/@]|$)", r"\1<model>", path)
     return path
 
 
@@ -63,7 +63,10 @@ def sizes_of(file):
             "T": file["/mesh/boundary_triangles"].shape[0], "R": file["/materials/density"].shape[0],
             "B": len(file["/mesh/boundary_patch"].attrs["names"]),
             "P": len(file["/load_case/constraint"].attrs["names"]),
-            "S": file["/solutions/springs/edges"].shape[0]}
+            "S": file["/solutions/springs/edges"].shape[0],
+            "Q": file["/load_case/release/probe"].shape[0],
+            "K": file["/load_case/release"].attrs["num_steps"] + 1,
+            "C": file["/modes/fem_p2/angular_frequency"].shape[0]}
 
 
 def size(text, sizes):

@@ -150,5 +150,16 @@ TEST(Table, EscapesWhatMarkdownWouldTakeForAColumn) {
     EXPECT_NE(markdown_table({&result, 1}).find("| a\\|b |"), std::string::npos);
 }
 
+TEST(Table, SaysHowHistoriesCompareAndWhoHasNone) {
+    const Result result = tests::sample_result();
+    const auto table = text_table({&result, 1});
+    EXPECT_NE(table.find("box, pull_and_hang: the rows are the static start"), std::string::npos) << table;
+    EXPECT_NE(table.find("springs 20.00 % off fem_p2"), std::string::npos) << table;
+    EXPECT_NE(table.find("unfinished gives no motion"), std::string::npos) << table;
+    Result still = result;
+    still.problem.load_case.release.reset();
+    EXPECT_EQ(text_table({&still, 1}).find("static start"), std::string::npos);
+}
+
 } // namespace
 } // namespace livermark::results

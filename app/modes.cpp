@@ -1,0 +1,123 @@
+#include <algorithm>
+#include <fmt/format.h>
+#include <memory>
+#include <numbers>
+
+#include "app/catalogue.hpp"
+#include "app/commands.hpp"
+#include "app/output.hpp"
+#include "app/progress.hpp"
+#include "core/input_error.hpp"
+#include "load_cases/load_case_reader.hpp"
+#include "meshes/body_reader.hpp"
+#include "models/model_table.hpp"
+#include "results/provenance.hpp"
+#include "results/result_file.hpp"
+
+namespace livermark::app {
+
+namespace {
+
+constexpr int most_modes = 1000;
+
+struct ModesOptions {
+    std::vector<std::string> bodies;
+    std::string load_case = "traction";
+    std::vector<std::string> models{std::string(models::baseline_model), std::string(models::reference_model)};
+    int count = 20;
+    meshes::MaterialOverride material;
+    std::string output;
+};
+
+/// The models that were named, in that order.
+std::vector<core::Model> models_with_modes(const std::vector<std::string> &wanted) {
+    std::vector<std::string> known;
+    std::vector<core::Model> able;
+    for (const auto &model : models::all_models())
+        if (model.modes) {
+            known.push_back(model.name);
+            able.push_back(model);
+        }
+    std::vector<core::Model> chosen;
+    for (const auto &name : wanted) {
+        const auto found = std::ranges::find(able, name, &core::Model::name);
+        if (found == able.end())
+            throw core::InputError(unknown_name("model with modes", name, known));
+        if (std::ranges::find(chosen, name, &core::Model::name) != chosen.end())
+            throw core::InputError(fmt::format("model '{}' is asked for twice; name it once", name));
+        chosen.push_back(*found);
+    }
+    return chosen;
+}
+
+/// Frequencies [Hz], a column for each model.
+void print_frequencies(const results::Result &result) {
+    fmt::print("{}, held as in {}: frequencies [Hz]\n{:>4}", result.problem.body->name, result.problem.load_case.name,
+               "mode");
+    for (const auto &model : result.modes)
+        fmt::print("{:>12}", model.name);
+    fmt::print("\n");
+    for (int mode = 0; mode < result.modes.front().modes.count(); ++mode) {
+        fmt::print("{:>4}", mode + 1);
+        for (const auto &model : result.modes)
+            fmt::print("{:>12.5f}", model.modes.angular_frequency[mode] / (2.0 * std::numbers::pi));
+        fmt::print("\n");
+    }
+    fmt::print("{:>4}", "[s]");
+    for (const auto &model : result.modes)
+        fmt::print("{:>12.2f}", model.modes.seconds);
+    fmt::print("\n");
+}
+
+int find_modes(const ModesOptions &options, const std::string &command_line) {
+    const auto models = models_with_modes(options.models);
+    const auto load_case_file = find_toml_files({options.load_case}, load_cases_folder, "load case").front();
+    std::vector<core::Problem> problems;
+    for (const auto &body_file : find_toml_files(options.bodies, bodies_folder, "body")) {
+        const auto body = std::make_shared<const core::Body>(meshes::read_body(body_file, options.material));
+        problems.push_back({body, load_cases::read_load_case(load_case_file, body->mesh)});
+    }
+    std::vector<results::Result> done;
+    {
+        Progress progress(static_cast<int>(problems.size() * models.size()));
+        for (const auto &problem : problems) {
+            const auto folder = make_output_folder(options.output, problem);
+            results::Result result{
+                .provenance = results::current_provenance(command_line), .problem = problem, .models = {}, .modes = {}};
+            for (const auto &model : models) {
+                progress.next(fmt::format("{} / {}", problem.body->name, model.name));
+                result.modes.push_back({model.name, model.modes(problem, options.count)});
+            }
+            results::write_result(folder / fmt::format("modes.{}.h5", problem.load_case.name), result);
+            done.push_back(std::move(result));
+        }
+    }
+    for (const auto &result : done)
+        print_frequencies(result);
+    fmt::print(stderr, "Result files are in {}\n", options.output);
+    return 0;
+}
+
+} // namespace
+
+Command add_modes(CLI::App &parent, const std::string &command_line) {
+    auto *command = parent.add_subcommand("modes", "Find the lowest frequencies and modes of bodies that are held");
+    auto options = std::make_shared<ModesOptions>();
+    options->output = (root_folder() / "results" / "runs").string();
+    command->add_option("body", options->bodies,
+                        "Names as in 'livermark list bodies', or paths of body .toml files; all that ship if none is "
+                        "named");
+    command->add_option("--load-case", options->load_case, "Where it is held: as this load case says")
+        ->capture_default_str();
+    command->add_option("--model", options->models, "Models that know their modes")->capture_default_str();
+    command->add_option("--count", options->count, "How many modes")
+        ->check(CLI::Range(1, most_modes))
+        ->capture_default_str();
+    command->add_option("--young", options->material.young_modulus,
+                        "Young's modulus of the first region [Pa]; the others keep their ratio to it");
+    command->add_option("--poisson", options->material.poisson_ratio, "Poisson's ratio of every region");
+    command->add_option("--output", options->output, "Folder for <body>/modes.<load case>.h5")->capture_default_str();
+    return [options, command_line] { return find_modes(*options, command_line); };
+}
+
+} // namespace livermark::app

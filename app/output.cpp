@@ -1,0 +1,19 @@
+#include "app/output.hpp"
+
+#include <fmt/format.h>
+
+#include "core/input_error.hpp"
+
+namespace livermark::app {
+
+std::filesystem::path make_output_folder(const std::filesystem::path &output, const core::Problem &problem) {
+    auto folder = output / problem.body->name;
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error)
+        throw core::InputError(
+            fmt::format("{}: cannot be made ({}); choose another --output", folder.string(), error.message()));
+    return folder;
+}
+
+} // namespace livermark::app

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "core/problem.hpp"
+
+namespace livermark::app {
+
+/// Makes the folder for the result files of a body, <output>/<body>.
+/// @throws core::InputError if it cannot be made
+std::filesystem::path make_output_folder(const std::filesystem::path &output, const core::Problem &problem);
+
+} // namespace livermark::app

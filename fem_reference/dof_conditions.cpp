@@ -1,0 +1,61 @@
+#include "fem_reference/dof_conditions.hpp"
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace livermark::fem_reference {
+
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+} // namespace
+
+void check_sizes(const core::LoadCase &load_case, const core::TetraMesh &mesh) {
+    if (load_case.condition.size() != mesh.boundary_triangles.size() ||
+        load_case.value.size() != mesh.boundary_triangles.size() ||
+        load_case.constraint.size() != mesh.boundary_triangles.size())
+        throw std::invalid_argument("load case " + load_case.name +
+                                    " was put on another mesh: its number of facets is not " +
+                                    std::to_string(mesh.boundary_triangles.size()));
+    for (std::size_t f = 0; f < load_case.condition.size(); ++f)
+        if (load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
+            (load_case.constraint[f] < 0 ||
+             load_case.constraint[f] >= static_cast<int>(load_case.constraint_names.size())))
+            throw std::invalid_argument("load case " + load_case.name + " prescribes the displacement of facet " +
+                                        std::to_string(f) + " without naming its constraint");
+}
+
+DofConditions dof_conditions(const core::LoadCase &load_case, const ElasticSystem &system) {
+    DofConditions dofs;
+    dofs.prescribed.assign(3 * system.points.size(), nan);
+    dofs.constraint.assign(3 * system.points.size(), -1);
+    dofs.load.reserve(3 * system.points.size());
+    for (const double mass : system.mass_integral)
+        for (int i = 0; i < 3; ++i)
+            dofs.load.push_back(mass * load_case.acceleration[i]);
+
+    for (std::size_t f = 0; f < load_case.condition.size(); ++f) {
+        for (std::size_t k = f * system.nodes_per_facet; k < (f + 1) * system.nodes_per_facet; ++k) {
+            for (int i = 0; i < 3; ++i) {
+                const double value = load_case.value[f][i];
+                const int dof = 3 * system.facet_nodes[k] + i;
+                if (std::isnan(value))
+                    continue;
+                if (load_case.condition[f] == core::FacetCondition::traction)
+                    dofs.load[dof] += value * system.facet_integral[k];
+                int &owner = dofs.constraint[dof];
+                if (load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
+                    (owner < 0 || load_case.constraint[f] < owner)) {
+                    owner = load_case.constraint[f];
+                    dofs.prescribed[dof] = value;
+                }
+            }
+        }
+    }
+    return dofs;
+}
+
+} // namespace livermark::fem_reference

@@ -1,0 +1,54 @@
+#include "fem_reference/release.hpp"
+
+#include <chrono>
+
+#include "fem_reference/dof_conditions.hpp"
+#include "fem_reference/mass_matrix.hpp"
+#include "fem_reference/newmark.hpp"
+
+namespace livermark::fem_reference {
+
+namespace {
+
+core::LoadCase without_tractions(core::LoadCase load_case) {
+    for (auto &condition : load_case.condition)
+        if (condition == core::FacetCondition::traction)
+            condition = core::FacetCondition::free;
+    return load_case;
+}
+
+} // namespace
+
+core::History release(const core::Body &body, const ElasticSystem &system, const core::LoadCase &load_case,
+                      std::vector<double> displacement) {
+    using Clock = std::chrono::steady_clock;
+    const auto start = Clock::now();
+    const auto &plan = load_case.release.value();
+    const auto conditions = dof_conditions(without_tractions(load_case), system);
+    const auto mass = consistent_mass(body, system);
+    Newmark newmark(system.stiffness, mass, plan.damping, plan.output_interval, conditions.prescribed);
+    Motion motion{std::move(displacement), std::vector<double>(conditions.load.size(), 0.0)};
+    const auto ready = Clock::now();
+
+    core::History history;
+    const auto record = [&](int step) {
+        history.time.push_back(step * plan.output_interval);
+        for (const auto &probe : plan.probes)
+            history.displacement.emplace_back(core::Vector3::Map(&motion.displacement[3 * probe.node]));
+    };
+    const auto record_energy = [&](const Energy &energy) {
+        history.kinetic_energy.push_back(energy.kinetic);
+        history.strain_energy.push_back(energy.strain);
+    };
+    record(0);
+    for (int step = 1; step <= plan.num_steps; ++step) {
+        record_energy(newmark.advance(motion, conditions.load));
+        record(step);
+    }
+    record_energy(newmark.energy(motion));
+    history.setup_seconds = std::chrono::duration<double>(ready - start).count();
+    history.solve_seconds = std::chrono::duration<double>(Clock::now() - ready).count();
+    return history;
+}
+
+} // namespace livermark::fem_reference

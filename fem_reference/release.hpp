@@ -1,0 +1,19 @@
+#pragma once
+
+#include <vector>
+
+#include "core/solution.hpp"
+#include "fem_reference/elastic_system.hpp"
+
+namespace livermark::fem_reference {
+
+/// Lets the tractions of a load case go at t = 0 and follows the body with Newmark's average acceleration and
+/// consistent mass, a step per output interval.
+/// @param body          that the system was assembled from
+/// @param load_case     of that body's mesh, with its release
+/// @param displacement  where it starts from rest, shape (3 n) [m]
+/// @throws std::runtime_error if the memory does not hold the factor
+core::History release(const core::Body &body, const ElasticSystem &system, const core::LoadCase &load_case,
+                      std::vector<double> displacement);
+
+} // namespace livermark::fem_reference
