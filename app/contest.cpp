@@ -4,6 +4,7 @@
 
 #include "app/catalogue.hpp"
 #include "core/input_error.hpp"
+#include "fem_reference/mpi_session.hpp"
 #include "models/model_table.hpp"
 
 namespace livermark::app {
@@ -67,16 +68,22 @@ results::Result hold_contest(const core::Problem &problem, const std::vector<cor
                              const std::function<void(const std::string &)> &starting) {
     results::Result result{
         .provenance = std::move(provenance), .problem = problem, .models = {}, .reference_uncertainty = {}};
-    for (const auto &model : models) {
-        starting(model.name);
+    for (const auto &model : models)
         result.models.push_back({.name = model.name,
                                  .summary = model.summary,
                                  .source = model.source,
-                                 .solution = model.solve(problem),
+                                 .solution = {},
                                  .comparison = {},
                                  .band = bands.find(problem.body->name, problem.load_case.name, model.name)});
-    }
-    compare_with_reference(result);
+    const bool is_first_rank = fem_reference::mpi_rank() == 0;
+    for (const bool is_collective : {true, false})
+        for (std::size_t m = 0; m < models.size(); ++m)
+            if (models[m].is_collective == is_collective && (is_collective || is_first_rank)) {
+                starting(models[m].name);
+                result.models[m].solution = models[m].solve(problem);
+            }
+    if (is_first_rank)
+        compare_with_reference(result);
     return result;
 }
 

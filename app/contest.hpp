@@ -21,6 +21,8 @@ std::vector<core::Model> choose_models(const std::vector<std::string> &wanted, c
 /// Lets every model solve a problem and compares it with the reference: with the refined one if that was solved and the
 /// other is not good enough, see results::estimate_uncertainty(). A model that finds no solution is part of the result;
 /// where the reference finds none, nothing is compared.
+/// Of several MPI ranks all call this; the collective models run on all of them and first, so that no failure of
+/// another model leaves a rank waiting. The others run on rank 0, which alone compares.
 /// @param starting  called with the name of each model before it starts
 results::Result hold_contest(const core::Problem &problem, const std::vector<core::Model> &models,
                              const results::ErrorBands &bands, results::Provenance provenance,

@@ -2,12 +2,16 @@
 #include <cstdio>
 #include <exception>
 #include <fmt/format.h>
+#include <iostream>
+#include <optional>
+#include <ostream>
 #include <string>
 #include <vector>
 
 #include "app/catalogue.hpp"
 #include "app/commands.hpp"
 #include "core/input_error.hpp"
+#include "fem_reference/mpi_session.hpp"
 
 namespace {
 
@@ -41,9 +45,14 @@ int run(int argc, char **argv) {
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError &error) {
-        return app.exit(error) == 0 ? 0 : bad_input; // help and version are no errors
+        std::ostream nowhere(nullptr);
+        const bool speaks = livermark::fem_reference::mpi_rank() == 0;
+        const int status = app.exit(error, speaks ? std::cout : nowhere, speaks ? std::cerr : nowhere);
+        return status == 0 ? 0 : bad_input; // help and version are no errors
     }
     const auto subcommands = app.get_subcommands({});
+    if (livermark::fem_reference::mpi_rank() != 0 && !app.got_subcommand("run"))
+        return 0; // there is nothing to share out
     for (std::size_t c = 0; c < commands.size(); ++c)
         if (subcommands[c]->parsed())
             return commands[c]();
@@ -53,12 +62,20 @@ int run(int argc, char **argv) {
 } // namespace
 
 int main(int argc, char **argv) {
+    using namespace livermark::fem_reference;
+    // Outlives every exception: all ranks have to end MPI together.
+    std::optional<MpiSession> session;
+    if (started_on_many_ranks())
+        session.emplace();
     try {
         return run(argc, argv);
     } catch (const livermark::core::InputError &error) {
-        fmt::print(stderr, "livermark: {}\n", error.what());
+        if (mpi_rank() == 0)
+            fmt::print(stderr, "livermark: {}\n", error.what());
         return bad_input;
     } catch (const std::exception &error) {
+        if (mpi_num_ranks() > 1)
+            abort_all_ranks(error.what());
         fmt::print(stderr, "livermark: failed: {}\n", error.what());
         return failed;
     }

@@ -10,6 +10,7 @@
 #include "app/output.hpp"
 #include "app/progress.hpp"
 #include "core/input_error.hpp"
+#include "fem_reference/mpi_session.hpp"
 #include "load_cases/load_case_reader.hpp"
 #include "meshes/body_reader.hpp"
 #include "results/error_bands.hpp"
@@ -58,12 +59,57 @@ bool all_is_well(const results::Result &result) {
     });
 }
 
+/// All that a user may have got wrong.
+struct Task {
+    std::vector<core::Model> models;
+    std::vector<core::Problem> problems;
+    results::ErrorBands bands;
+};
+
+Task prepare(const RunOptions &options) {
+    if (fem_reference::mpi_num_ranks() > 1 && options.model_options.fem_solver == fem_reference::SolverChoice::direct)
+        throw core::InputError("--fem-solver direct works on one rank only; leave it out or start without mpirun");
+    Task task{choose_models(options.models, options.model_options, !options.no_uncertainty), read_problems(options),
+              read_bands(options)};
+    if (fem_reference::mpi_rank() == 0)
+        for (const auto &problem : task.problems)
+            make_output_folder(options.output, problem);
+    return task;
+}
+
+/// A fault of one rank, say a file that only one machine has, is a fault of all: none may go on alone.
+Task prepare_on_all_ranks(const RunOptions &options) {
+    std::optional<Task> task;
+    std::string fault;
+    try {
+        task = prepare(options);
+    } catch (const core::InputError &error) {
+        fault = error.what();
+    }
+    fault = fem_reference::first_text_of_ranks(fault);
+    if (!fault.empty())
+        throw core::InputError(fault);
+    return std::move(*task);
+}
+
+/// The part of the ranks that neither compare nor write. What fails here fails on rank 0 as well, which says so.
+int help_first_rank(const Task &task, const std::string &command_line) {
+    for (const auto &problem : task.problems) {
+        try {
+            hold_contest(problem, task.models, task.bands, results::current_provenance(command_line),
+                         [](const auto &) {});
+        } catch (const std::exception &) {
+            continue;
+        }
+    }
+    return 0;
+}
+
 int run(const RunOptions &options, const std::string &command_line) {
-    const auto models = choose_models(options.models, options.model_options, !options.no_uncertainty);
-    const auto problems = read_problems(options);
-    const auto bands = read_bands(options);
-    for (const auto &problem : problems)
-        make_output_folder(options.output, problem);
+    const auto task = prepare_on_all_ranks(options);
+    const auto &[models, problems, bands] = task;
+    if (fem_reference::mpi_rank() != 0)
+        return help_first_rank(task, command_line);
 
     std::vector<results::Result> done;
     std::vector<std::string> failures;

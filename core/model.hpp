@@ -19,6 +19,7 @@ struct Model {
     /// Its lowest modes, as many as asked for, with the constraints of the load case; empty if it cannot tell. Throws
     /// InputError if the body is free to move or has too few.
     std::function<Modes(const Problem &, int)> modes{};
+    bool is_collective = false; ///< of several MPI ranks all have to call solve, and all get the answer
 };
 
 } // namespace livermark::core

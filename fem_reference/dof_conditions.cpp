@@ -2,8 +2,6 @@
 
 #include <cmath>
 #include <limits>
-#include <stdexcept>
-#include <string>
 
 namespace livermark::fem_reference {
 
@@ -12,21 +10,6 @@ namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 } // namespace
-
-void check_sizes(const core::LoadCase &load_case, const core::TetraMesh &mesh) {
-    if (load_case.condition.size() != mesh.boundary_triangles.size() ||
-        load_case.value.size() != mesh.boundary_triangles.size() ||
-        load_case.constraint.size() != mesh.boundary_triangles.size())
-        throw std::invalid_argument("load case " + load_case.name +
-                                    " was put on another mesh: its number of facets is not " +
-                                    std::to_string(mesh.boundary_triangles.size()));
-    for (std::size_t f = 0; f < load_case.condition.size(); ++f)
-        if (load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
-            (load_case.constraint[f] < 0 ||
-             load_case.constraint[f] >= static_cast<int>(load_case.constraint_names.size())))
-            throw std::invalid_argument("load case " + load_case.name + " prescribes the displacement of facet " +
-                                        std::to_string(f) + " without naming its constraint");
-}
 
 DofConditions dof_conditions(const core::LoadCase &load_case, const ElasticSystem &system) {
     DofConditions dofs;

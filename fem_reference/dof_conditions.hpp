@@ -13,9 +13,6 @@ struct DofConditions {
     std::vector<double> load;       ///< (3 n) [N]
 };
 
-/// @throws std::invalid_argument if the load case does not have the sizes of the mesh
-void check_sizes(const core::LoadCase &load_case, const core::TetraMesh &mesh);
-
 /// Integrates the loads of a load case and spreads its prescribed displacements over the nodes of the facets. Where
 /// constraints meet at a node, each component takes value and owner from the constraint of lowest index that prescribes
 /// it.

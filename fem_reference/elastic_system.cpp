@@ -5,7 +5,6 @@
 #include <deal.II/fe/fe_simplex_p.h>
 #include <deal.II/fe/fe_values.h>
 #include <deal.II/fe/mapping_fe.h>
-#include <deal.II/grid/tria.h>
 
 #include <algorithm>
 #include <array>
@@ -14,22 +13,13 @@
 #include <stdexcept>
 #include <string>
 
+#include "fem_reference/deal_ii_mesh.hpp"
+
 namespace livermark::fem_reference {
 
 namespace {
 
 using Tensor2 = std::array<std::array<double, 3>, 3>;
-
-void fill(dealii::Triangulation<3> &triangulation, const core::TetraMesh &mesh) {
-    std::vector<dealii::Point<3>> vertices;
-    vertices.reserve(mesh.points.size());
-    for (const auto &point : mesh.points)
-        vertices.emplace_back(point.x(), point.y(), point.z());
-    std::vector<dealii::CellData<3>> cells(mesh.tetrahedra.size(), dealii::CellData<3>(4));
-    for (std::size_t t = 0; t < cells.size(); ++t)
-        std::ranges::copy(mesh.tetrahedra[t], cells[t].vertices.begin());
-    triangulation.create_triangulation(vertices, cells, {});
-}
 
 /// For each unknown of the scalar space its node: mesh nodes first and in the order of the mesh, then the others.
 std::vector<int> number_nodes(const dealii::DoFHandler<3> &dof_handler, int num_mesh_nodes) {

@@ -9,6 +9,7 @@
 #include "fem_reference/chosen_solver.hpp"
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/elastic_system.hpp"
+#include "fem_reference/facet_conditions.hpp"
 #include "fem_reference/release.hpp"
 
 namespace livermark::fem_reference {
@@ -49,7 +50,7 @@ StaticSolver &StaticSolver::operator=(StaticSolver &&) noexcept = default;
 
 core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
     const auto &mesh = impl_->body->mesh;
-    check_sizes(load_case, mesh);
+    check_facets(load_case, mesh);
     const auto conditions_start = Clock::now();
     const auto conditions = dof_conditions(load_case, impl_->system);
     const double conditions_seconds = seconds_since(conditions_start);

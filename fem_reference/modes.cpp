@@ -4,6 +4,7 @@
 
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/eigenpairs.hpp"
+#include "fem_reference/facet_conditions.hpp"
 #include "fem_reference/mass_matrix.hpp"
 
 namespace livermark::fem_reference {
@@ -11,7 +12,7 @@ namespace livermark::fem_reference {
 core::Modes lowest_modes(const core::Problem &problem, int degree, int count) {
     const auto start = std::chrono::steady_clock::now();
     const auto &mesh = problem.body->mesh;
-    check_sizes(problem.load_case, mesh);
+    check_facets(problem.load_case, mesh);
     const auto system = assemble(*problem.body, degree);
     const auto mass = consistent_mass(*problem.body, system);
     const auto conditions = dof_conditions(problem.load_case, system);

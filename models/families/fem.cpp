@@ -3,13 +3,21 @@
 #include <optional>
 
 #include "core/refinement.hpp"
+#include "fem_reference/distributed_solver.hpp"
 #include "fem_reference/linear_elasticity.hpp"
 #include "fem_reference/modes.hpp"
+#include "fem_reference/mpi_session.hpp"
 #include "models/model_table.hpp"
 
 namespace livermark::models::families {
 
 namespace {
+
+constexpr auto linear_summary = "linear elasticity, linear tetrahedra (the baseline)";
+constexpr auto quadratic_summary = "linear elasticity, quadratic tetrahedra (the reference)";
+constexpr auto refined_summary =
+    "linear elasticity, quadratic tetrahedra on the mesh refined once (the reference where "
+    "fem_p2 is not good enough)";
 
 /// Keeps the solver of the last body, and with it the factor of its stiffness.
 class KeptSolver {
@@ -69,10 +77,32 @@ core::Model finite_elements(std::string_view name, const char *summary,
             .summary = summary,
             .source = "Arndt et al. 2022, The deal.II library, version 9.4, J. Numer. Math. 30(3)",
             .solve = std::move(solve),
-            .modes = std::move(modes)};
+            .modes = std::move(modes),
+            .is_collective = fem_reference::mpi_num_ranks() > 1};
 }
 
-std::vector<core::Model> fem_models(const ModelOptions &options) {
+/// Several MPI ranks solve together, whatever the size.
+std::vector<core::Model> distributed_models() {
+    const auto on_mesh = [](int degree) {
+        return [degree](const core::Problem &problem) { return fem_reference::solve_distributed(problem, degree); };
+    };
+    return {
+        finite_elements(baseline_model, linear_summary, on_mesh(1), {}),
+        finite_elements(reference_model, quadratic_summary, on_mesh(2), {}),
+        finite_elements(refined_reference_model, refined_summary,
+                        [](const core::Problem &problem) {
+                            auto solution = fem_reference::solve_distributed(core::refine(problem), 2);
+                            solution.displacement.resize(
+                                problem.body->mesh.points.size()); // the mesh's nodes come first
+                            return solution;
+                        },
+                        {}),
+    };
+}
+
+std::vector<core::Model> models(const ModelOptions &options) {
+    if (fem_reference::mpi_num_ranks() > 1)
+        return distributed_models();
     const auto linear = std::make_shared<KeptSolver>(1, options.fem_solver);
     const auto quadratic = std::make_shared<KeptSolver>(2, options.fem_solver);
     const auto refined = std::make_shared<KeptRefinedSolver>(quadratic, options.fem_solver);
@@ -85,13 +115,9 @@ std::vector<core::Model> fem_models(const ModelOptions &options) {
         };
     };
     return {
-        finite_elements(baseline_model, "linear elasticity, linear tetrahedra (the baseline)", on_mesh(linear),
-                        modes(1)),
-        finite_elements(reference_model, "linear elasticity, quadratic tetrahedra (the reference)", on_mesh(quadratic),
-                        modes(2)),
-        finite_elements(refined_reference_model,
-                        "linear elasticity, quadratic tetrahedra on the mesh refined once (the reference where fem_p2 "
-                        "is not good enough)",
+        finite_elements(baseline_model, linear_summary, on_mesh(linear), modes(1)),
+        finite_elements(reference_model, quadratic_summary, on_mesh(quadratic), modes(2)),
+        finite_elements(refined_reference_model, refined_summary,
                         [refined](const core::Problem &problem) { return refined->solve(problem); }, {}),
     };
 }
@@ -100,7 +126,7 @@ std::vector<core::Model> fem_models(const ModelOptions &options) {
 
 /// Linear-elastic finite elements on the same tetrahedra, and on the same cut into eight.
 ModelFamily fem() {
-    return {.name = {}, .models = fem_models};
+    return {.name = {}, .models = models};
 }
 
 } // namespace livermark::models::families

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <deal.II/grid/tria.h>
+
+#include "core/tetra_mesh.hpp"
+
+namespace livermark::fem_reference {
+
+/// Gives a mesh to deal.II, which keeps its node, tetrahedron and local vertex order.
+/// @param triangulation  empty
+void fill(dealii::Triangulation<3> &triangulation, const core::TetraMesh &mesh);
+
+} // namespace livermark::fem_reference

@@ -1,0 +1,135 @@
+#include "fem_reference/facet_conditions.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace livermark::fem_reference {
+
+namespace {
+
+std::array<int, 3> sorted(std::array<int, 3> corners) {
+    std::ranges::sort(corners);
+    return corners;
+}
+
+/// Numbers the parts of a mesh that share no node.
+/// @return shape (N) a node of the part as its name
+std::vector<int> parts(const core::TetraMesh &mesh) {
+    std::vector<int> parent(mesh.points.size());
+    std::iota(parent.begin(), parent.end(), 0);
+    const auto root = [&](int node) {
+        while (parent[node] != node)
+            node = parent[node] = parent[parent[node]];
+        return node;
+    };
+    for (const auto &nodes : mesh.tetrahedra)
+        for (const int node : nodes)
+            parent[root(node)] = root(nodes[0]);
+    for (int node = 0; node < mesh.num_nodes(); ++node)
+        parent[node] = root(node);
+    return parent;
+}
+
+} // namespace
+
+void check_facets(const core::LoadCase &load_case, const core::TetraMesh &mesh) {
+    if (load_case.condition.size() != mesh.boundary_triangles.size() ||
+        load_case.value.size() != mesh.boundary_triangles.size() ||
+        load_case.constraint.size() != mesh.boundary_triangles.size())
+        throw std::invalid_argument("load case " + load_case.name +
+                                    " was put on another mesh: its number of facets is not " +
+                                    std::to_string(mesh.boundary_triangles.size()));
+    for (std::size_t f = 0; f < load_case.condition.size(); ++f)
+        if (load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
+            (load_case.constraint[f] < 0 ||
+             load_case.constraint[f] >= static_cast<int>(load_case.constraint_names.size())))
+            throw std::invalid_argument("load case " + load_case.name + " prescribes the displacement of facet " +
+                                        std::to_string(f) + " without naming its constraint");
+}
+
+void check_outer_faces(const core::TetraMesh &mesh) {
+    std::set<std::array<int, 3>> outer;
+    for (const auto &face : core::outer_faces(mesh.tetrahedra))
+        outer.insert(sorted(face));
+    for (std::size_t f = 0; f < mesh.boundary_triangles.size(); ++f)
+        if (outer.erase(sorted(mesh.boundary_triangles[f])) == 0)
+            throw std::invalid_argument("boundary triangle " + std::to_string(f) +
+                                        " is not an outer face of the tetrahedra or is given twice");
+}
+
+bool holds_every_part(const core::LoadCase &load_case, const core::TetraMesh &mesh) {
+    constexpr double least_hold = 1e-12;
+    using Vector6 = Eigen::Matrix<double, 6, 1>;
+    using Gram = Eigen::Matrix<double, 6, 6>;
+    core::Vector3 low = mesh.points.front(), high = mesh.points.front();
+    for (const auto &point : mesh.points) {
+        low = low.cwiseMin(point);
+        high = high.cwiseMax(point);
+    }
+    const auto part = parts(mesh);
+    std::map<int, Gram> held; // the middles of edges move as the mean of the corners and add nothing
+    for (const int name : part)
+        held.try_emplace(name, Gram::Zero());
+    for (std::size_t f = 0; f < load_case.condition.size(); ++f) {
+        if (load_case.condition[f] != core::FacetCondition::prescribed_displacement)
+            continue;
+        for (const int node : mesh.boundary_triangles[f])
+            for (int i = 0; i < 3; ++i) {
+                if (std::isnan(load_case.value[f][i]))
+                    continue;
+                const core::Vector3 arm = (mesh.points[node] - 0.5 * (low + high)) / (high - low).norm();
+                Vector6 row; // component i of the translations and of the rotations
+                row << core::Vector3::Unit(i), arm.cross(core::Vector3::Unit(i));
+                held[part[node]] += row * row.transpose();
+            }
+    }
+    return std::ranges::all_of(held, [](const auto &entry) {
+        const auto values = Eigen::SelfAdjointEigenSolver<Gram>(entry.second, Eigen::EigenvaluesOnly).eigenvalues();
+        return values[0] > least_hold * values[5];
+    });
+}
+
+NodeKey node_key(int a, int b) {
+    return {std::min(a, b), std::max(a, b)};
+}
+
+std::map<NodeKey, NodeCondition> node_conditions(const core::LoadCase &load_case, const core::TetraMesh &mesh,
+                                                 int degree) {
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    std::map<NodeKey, NodeCondition> conditions;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+        if (load_case.condition[f] == core::FacetCondition::free)
+            continue;
+        const bool is_traction = load_case.condition[f] == core::FacetCondition::traction;
+        const auto &corner = mesh.boundary_triangles[f];
+        const double share = core::area_vector(mesh, f).norm() / 3.0;
+        for (int k = 0; k < 3 * degree; ++k) {
+            const auto key = k < 3 ? node_key(corner[k], corner[k]) : node_key(corner[k - 3], corner[(k - 2) % 3]);
+            auto &condition =
+                conditions.try_emplace(key, NodeCondition{core::Vector3::Constant(nan), {-1, -1, -1}}).first->second;
+            const bool carries_load = degree == 1 || k >= 3;
+            for (int i = 0; i < 3; ++i) {
+                const double value = load_case.value[f][i];
+                if (std::isnan(value))
+                    continue;
+                int &owner = condition.constraint[i];
+                if (is_traction)
+                    condition.force[i] += carries_load ? share * value : 0.0;
+                else if (owner < 0 || load_case.constraint[f] < owner) {
+                    owner = load_case.constraint[f];
+                    condition.prescribed[i] = value;
+                }
+            }
+        }
+    }
+    return conditions;
+}
+
+} // namespace livermark::fem_reference

@@ -1,0 +1,103 @@
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "meshes/msh_writer.hpp"
+#include "results/result_file.hpp"
+#include "tests/verification/fem_test_bodies.hpp"
+
+namespace livermark {
+namespace {
+
+struct Outcome {
+    int status;
+    std::string output; ///< standard output and error
+};
+
+/// Runs a shell command.
+Outcome run(const std::string &command) {
+    FILE *pipe = popen((command + " 2>&1").c_str(), "r");
+    if (!pipe)
+        return {-1, "cannot be started"};
+    std::string output;
+    std::array<char, 4096> buffer{};
+    while (const auto size = std::fread(buffer.data(), 1, buffer.size(), pipe))
+        output.append(buffer.data(), size);
+    const int status = pclose(pipe);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, output};
+}
+
+int count(const std::string &text, const std::string &part) {
+    int number = 0;
+    for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + part.size()))
+        ++number;
+    return number;
+}
+
+constexpr const char *on_two_ranks = LIVERMARK_MPIRUN " 2 " LIVERMARK_BINARY " ";
+
+} // namespace
+
+/// A whole run on two ranks: the finite elements of both, springs of the first, and one file.
+TEST(ParallelRun, GivesTheResultFileOfASerialRun) {
+    const auto folder = std::filesystem::path(testing::TempDir()) / "livermark_parallel_run";
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder);
+    meshes::write_msh(folder / "box.msh", tests::shaken_box_mesh({0.1, 0.08, 0.06}, {4, 3, 3}));
+    std::ofstream(folder / "box.toml") << "title = \"box\"\nmesh = \"box.msh\"\n[regions.solid]\ndensity = 1060.0\n"
+                                          "young_modulus = 5000.0\npoisson_ratio = 0.45\nsource = \"test\"\n";
+    std::ofstream(folder / "hang.toml")
+        << "title = \"hang\"\ntarget_peak_displacement = 0.001\nacceleration = [0.0, 0.1, -0.2]\n"
+           "[[condition]]\npatch = \"x_min\"\ndisplacement = [0.0, 0.0, 0.0]\n"
+           "[[condition]]\npatch = \"x_max\"\ntraction = [5.0, 0.0, 1.0]\n";
+    const auto arguments = [&](const char *runs) {
+        return "run --body " + (folder / "box.toml").string() + " --load-case " + (folder / "hang.toml").string() +
+               " --model lloyd --output " + (folder / runs).string();
+    };
+    const auto serial_run = run(LIVERMARK_BINARY " " + arguments("serial"));
+    ASSERT_EQ(serial_run.status, 0) << serial_run.output;
+    const auto parallel_run = run(on_two_ranks + arguments("parallel"));
+    ASSERT_EQ(parallel_run.status, 0) << parallel_run.output;
+    EXPECT_EQ(count(parallel_run.output, "Result files are in"), 1) << parallel_run.output;
+
+    const auto serial = results::read_result(folder / "serial" / "box" / "hang.h5");
+    const auto parallel = results::read_result(folder / "parallel" / "box" / "hang.h5");
+    ASSERT_EQ(parallel.models.size(), serial.models.size());
+    for (std::size_t m = 0; m < serial.models.size(); ++m) {
+        const auto &expected = serial.models[m];
+        const auto &found = parallel.models[m];
+        EXPECT_EQ(found.name, expected.name);
+        EXPECT_LT(tests::relative_difference(found.solution.displacement, expected.solution.displacement), 1e-8);
+        EXPECT_LT(tests::relative_difference(found.solution.reaction, expected.solution.reaction), 1e-8);
+        EXPECT_EQ(found.comparison.has_value(), expected.comparison.has_value());
+        EXPECT_EQ(found.solution.solver.starts_with("CG + ML on 2 ranks, "), found.name.starts_with("fem_"))
+            << found.solution.solver;
+    }
+}
+
+TEST(ParallelRun, RefusesBadInputOnceWithStatusTwo) {
+    for (const auto &[arguments, message] : std::array<std::array<std::string, 2>, 4>{{
+             {"run --body liver_healty", "did you mean 'liver_healthy'?"},
+             {"run --fem-solver direct", "works on one rank only"},
+             {"run --young soft", "--young"},
+             {"rnu", "did you mean 'run'?"},
+         }}) {
+        const auto outcome = run(on_two_ranks + arguments);
+        EXPECT_EQ(outcome.status, 2) << outcome.output;
+        EXPECT_EQ(count(outcome.output, message), 1) << outcome.output;
+    }
+}
+
+TEST(ParallelRun, SpeaksWithOneVoice) {
+    const auto outcome = run(std::string(on_two_ranks) + "list bodies");
+    EXPECT_EQ(outcome.status, 0) << outcome.output;
+    EXPECT_EQ(count(outcome.output, "liver_healthy"), 1) << outcome.output;
+}
+
+} // namespace livermark
