@@ -19,18 +19,19 @@ const results::ModelResult *find_solved(const results::Result &result, std::stri
 
 void compare_with_reference(results::Result &result) {
     const auto &mesh = result.problem.body->mesh;
-    const auto *reference = find_solved(result, models::reference_model);
-    const auto *refined = find_solved(result, models::refined_reference_model);
-    if (reference && refined) {
+    const auto found = std::ranges::find_if(
+        models::references, [&](const auto &candidate) { return find_solved(result, candidate.on_mesh); });
+    if (found == models::references.end())
+        return;
+    const auto *reference = find_solved(result, found->on_mesh);
+    const auto *refined = find_solved(result, found->refined);
+    if (refined) {
         result.reference_uncertainty =
             results::estimate_uncertainty(mesh, reference->solution, reference->name, refined->solution, refined->name);
         if (result.reference_uncertainty->reference == refined->name)
             reference = refined;
     }
-    if (!reference)
-        return;
-    // The refined reference stands still; the motion of the other one is then what motions are compared with.
-    const auto *moving = find_solved(result, models::reference_model);
+    const auto *moving = find_solved(result, models::moving_reference_model);
     for (auto &model : result.models) {
         if (&model != reference)
             model.comparison = core::compare(mesh, model.solution, reference->solution, reference->name);
@@ -56,9 +57,12 @@ std::vector<core::Model> choose_models(const std::vector<std::string> &wanted, c
     std::erase_if(models, [&](const core::Model &model) {
         if (std::ranges::find(wanted, model.name) != wanted.end())
             return false;
-        if (model.name == models::refined_reference_model)
-            return !with_uncertainty;
-        return !wanted.empty() && model.name != models::reference_model && model.name != models::baseline_model;
+        const bool is_refined =
+            std::ranges::find(models::references, model.name, &models::Reference::refined) != models::references.end();
+        const bool is_measure = std::ranges::find(models::references, model.name, &models::Reference::on_mesh) !=
+                                    models::references.end() ||
+                                model.name == models::baseline_model;
+        return is_refined ? !with_uncertainty : !wanted.empty() && !is_measure;
     });
     return models;
 }

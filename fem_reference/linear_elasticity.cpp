@@ -4,12 +4,16 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
+#include <optional>
 #include <stdexcept>
+#include <string>
 
 #include "fem_reference/chosen_solver.hpp"
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/elastic_system.hpp"
 #include "fem_reference/facet_conditions.hpp"
+#include "fem_reference/mixed_solver.hpp"
+#include "fem_reference/pressure_system.hpp"
 #include "fem_reference/release.hpp"
 
 namespace livermark::fem_reference {
@@ -23,25 +27,61 @@ double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+/// The matrices of one body.
+struct Discretisation {
+    Discretisation(const core::Body &body, int degree, Formulation formulation) {
+        if (formulation == Formulation::displacement) {
+            system = assemble(body, degree);
+            return;
+        }
+        if (degree != 2)
+            throw std::invalid_argument("the mixed formulation takes quadratic elements, not those of degree " +
+                                        std::to_string(degree));
+        system = assemble(without_pressure(body), degree);
+        pressure = assemble_pressure(body, system);
+    }
+
+    ElasticSystem system;
+    PressureSystem pressure; ///< empty where nothing is nearly incompressible
+};
+
 } // namespace
 
 struct StaticSolver::Impl {
-    Impl(std::shared_ptr<const core::Body> of, int degree, SolverChoice choice)
-        : body(std::move(of)), start(Clock::now()), system(assemble(*body, degree)), solver(system, choice),
-          assembly_seconds(seconds_since(start)) {}
+    Impl(std::shared_ptr<const core::Body> of, int degree, SolverChoice choice, Formulation form)
+        : body(std::move(of)), formulation(form), start(Clock::now()), matrices(*body, degree, form),
+          solver(matrices.system, choice) {
+        finish();
+    }
     Impl(std::shared_ptr<const core::Body> refined, Impl &coarse)
-        : body(std::move(refined)), start(Clock::now()), system(assemble(*body, 2)),
-          solver(system, coarse.system, coarse.solver), assembly_seconds(seconds_since(start)) {}
+        : body(std::move(refined)), formulation(coarse.formulation), start(Clock::now()),
+          matrices(*body, 2, formulation), solver(matrices.system, coarse.matrices.system, coarse.solver) {
+        finish();
+    }
+
+    void finish() {
+        if (matrices.pressure.num_pressures() > 0)
+            mixed.emplace(matrices.system.stiffness, solver, matrices.pressure);
+        assembly_seconds = seconds_since(start);
+    }
+
+    ConstrainedSolution solve(const DofConditions &conditions) {
+        return mixed ? mixed->solve(conditions.prescribed, conditions.load)
+                     : solver.solve(conditions.prescribed, conditions.load);
+    }
 
     std::shared_ptr<const core::Body> body;
+    Formulation formulation;
     Clock::time_point start;
-    ElasticSystem system;
+    Discretisation matrices;
     ChosenSolver solver;
-    double assembly_seconds;
+    std::optional<MixedSolver> mixed;
+    double assembly_seconds = 0.0;
 };
 
-StaticSolver::StaticSolver(std::shared_ptr<const core::Body> body, int degree, SolverChoice choice)
-    : impl_(std::make_unique<Impl>(std::move(body), degree, choice)) {}
+StaticSolver::StaticSolver(std::shared_ptr<const core::Body> body, int degree, SolverChoice choice,
+                           Formulation formulation)
+    : impl_(std::make_unique<Impl>(std::move(body), degree, choice, formulation)) {}
 StaticSolver::StaticSolver(std::shared_ptr<const core::Body> refined_body, StaticSolver &coarse)
     : impl_(std::make_unique<Impl>(std::move(refined_body), *coarse.impl_)) {}
 StaticSolver::~StaticSolver() = default;
@@ -52,14 +92,15 @@ core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
     const auto &mesh = impl_->body->mesh;
     check_facets(load_case, mesh);
     const auto conditions_start = Clock::now();
-    const auto conditions = dof_conditions(load_case, impl_->system);
+    const auto conditions = dof_conditions(load_case, impl_->matrices.system);
     const double conditions_seconds = seconds_since(conditions_start);
     impl_->solver.set_up(conditions.prescribed);
     const auto solve_start = Clock::now();
-    const auto found = impl_->solver.solve(conditions.prescribed, conditions.load);
+    const auto found = impl_->solve(conditions);
 
     core::Solution solution;
-    solution.degrees_of_freedom = static_cast<std::int64_t>(conditions.load.size());
+    solution.degrees_of_freedom =
+        static_cast<std::int64_t>(conditions.load.size()) + impl_->matrices.pressure.num_pressures();
     solution.displacement.assign(mesh.points.size(), core::Vector3::Constant(nan));
     if (found.unique) {
         for (int node = 0; node < mesh.num_nodes(); ++node)
@@ -72,9 +113,10 @@ core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
         solution.strain_energy = found.energy;
         if (!found.converged) {
             solution.status = core::SolutionStatus::not_converged;
-            solution.message = fmt::format("conjugate gradients stopped after {} iterations at a relative residual of "
+            solution.message = fmt::format("{} stopped after {} iterations at a relative residual of "
                                            "{:.1e}; use the direct solver",
-                                           found.iterations, found.relative_residual);
+                                           impl_->mixed ? "minimal residuals" : "conjugate gradients", found.iterations,
+                                           found.relative_residual);
         }
     } else {
         solution.status = core::SolutionStatus::not_converged;
@@ -83,16 +125,16 @@ core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
         solution.reaction.assign(load_case.constraint_names.size(), core::Vector3::Constant(nan));
         solution.strain_energy = nan;
     }
-    solution.solver = impl_->solver.description(found);
+    solution.solver = impl_->mixed ? impl_->mixed->description(found) : impl_->solver.description(found);
     solution.setup_seconds = impl_->assembly_seconds + impl_->solver.setup_seconds();
     solution.solve_seconds = conditions_seconds + seconds_since(solve_start);
-    if (load_case.release && found.unique)
-        solution.history = release(*impl_->body, impl_->system, load_case, found.displacement);
+    if (load_case.release && found.unique && impl_->formulation == Formulation::displacement)
+        solution.history = release(*impl_->body, impl_->matrices.system, load_case, found.displacement);
     return solution;
 }
 
-core::Solution solve_static(const core::Problem &problem, int degree, SolverChoice choice) {
-    return StaticSolver(problem.body, degree, choice).solve(problem.load_case);
+core::Solution solve_static(const core::Problem &problem, int degree, SolverChoice choice, Formulation formulation) {
+    return StaticSolver(problem.body, degree, choice, formulation).solve(problem.load_case);
 }
 
 } // namespace livermark::fem_reference

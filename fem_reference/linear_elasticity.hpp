@@ -8,6 +8,12 @@
 
 namespace livermark::fem_reference {
 
+/// What is unknown.
+enum class Formulation {
+    displacement, ///< u alone
+    mixed         ///< and the pressure p = lambda div u of what is nearly incompressible, see PressureSystem
+};
+
 /// Static linear elasticity of one body on its own tetrahedra, with linear or quadratic Lagrange elements:
 /// div sigma + rho a = 0, sigma = lambda tr(eps) I + 2 mu eps, eps = (grad u + grad u^T) / 2.
 ///
@@ -22,11 +28,13 @@ class StaticSolver {
     /// @param body    tetrahedra of positive volume, every node used
     /// @param degree  1 or 2
     /// @param choice  how the linear systems are solved
+    /// @param formulation  mixed for degree 2 only
     /// @throws std::invalid_argument for another degree, or if a boundary triangle is not an outer face
-    StaticSolver(std::shared_ptr<const core::Body> body, int degree, SolverChoice choice = SolverChoice::automatic);
+    StaticSolver(std::shared_ptr<const core::Body> body, int degree, SolverChoice choice = SolverChoice::automatic,
+                 Formulation formulation = Formulation::displacement);
 
-    /// Quadratic elements on a refined body, by conjugate gradients that correct themselves with the solver of the body
-    /// before refinement.
+    /// Quadratic elements on a refined body in the formulation of the coarse solver, by iterations that correct
+    /// themselves with the solver of the body before refinement.
     /// @param refined_body  core::refine(body of the coarse solver)
     /// @param coarse        of degree 2; kept alive by the caller, and used by this solver
     /// @throws std::invalid_argument if the body is not that, or if a boundary triangle is not an outer face
@@ -36,9 +44,9 @@ class StaticSolver {
     StaticSolver &operator=(StaticSolver &&) noexcept;
 
     /// @return displacement of the mesh nodes; reaction of each constraint, K u - f summed over its unknowns;
-    ///   strain_energy 1/2 u^T K u; degrees_of_freedom 3 per node, edge midpoints and constrained ones included;
-    ///   setup_seconds for assembly and factorisation, as measured when they were done even if this call reused them;
-    ///   of a time-dependent load case the history too, see release().
+    ///   strain_energy 1/2 u^T K u (and 1/2 p^T C p); degrees_of_freedom 3 per node, edge midpoints and constrained
+    ///   ones included; setup_seconds for assembly and factorisation, as measured when they were done even if this call
+    ///   reused them; of a time-dependent load case the history too, see release(), but not in the mixed formulation.
     ///   If the load case leaves the body free to move, the status is not_converged and all fields are NaN. If an
     ///   iterative solver does not come to its tolerance, the status is not_converged and the fields are where it was.
     /// @throws std::invalid_argument if the load case does not have the sizes of the body's mesh
@@ -51,6 +59,7 @@ class StaticSolver {
 };
 
 /// Solves one problem from scratch, see StaticSolver.
-core::Solution solve_static(const core::Problem &problem, int degree, SolverChoice choice = SolverChoice::automatic);
+core::Solution solve_static(const core::Problem &problem, int degree, SolverChoice choice = SolverChoice::automatic,
+                            Formulation formulation = Formulation::displacement);
 
 } // namespace livermark::fem_reference

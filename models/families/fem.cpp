@@ -14,20 +14,19 @@ namespace livermark::models::families {
 namespace {
 
 constexpr auto linear_summary = "linear elasticity, linear tetrahedra (the baseline)";
-constexpr auto quadratic_summary = "linear elasticity, quadratic tetrahedra (the reference)";
-constexpr auto refined_summary =
-    "linear elasticity, quadratic tetrahedra on the mesh refined once (the reference where "
-    "fem_p2 is not good enough)";
+constexpr auto quadratic_summary = "linear elasticity, quadratic tetrahedra (the reference of motion)";
 
 /// Keeps the solver of the last body, and with it the factor of its stiffness.
 class KeptSolver {
   public:
-    KeptSolver(int degree, fem_reference::SolverChoice choice) : degree_(degree), choice_(choice) {}
+    KeptSolver(int degree, fem_reference::SolverChoice choice,
+               fem_reference::Formulation formulation = fem_reference::Formulation::displacement)
+        : degree_(degree), choice_(choice), formulation_(formulation) {}
 
     fem_reference::StaticSolver &on(const std::shared_ptr<const core::Body> &body) {
         if (body_ != body) {
             solver_.reset(); // the old factor goes before the new one needs the memory
-            solver_.emplace(body, degree_, choice_);
+            solver_.emplace(body, degree_, choice_, formulation_);
             body_ = body;
         }
         return *solver_;
@@ -36,6 +35,7 @@ class KeptSolver {
   private:
     int degree_;
     fem_reference::SolverChoice choice_;
+    fem_reference::Formulation formulation_;
     std::shared_ptr<const core::Body> body_;
     std::optional<fem_reference::StaticSolver> solver_;
 };
@@ -53,11 +53,11 @@ class KeptRefinedSolver {
             if (choice_ == fem_reference::SolverChoice::automatic)
                 solver_.emplace(refined, coarse_->on(problem.body));
             else
-                solver_.emplace(refined, 2, choice_);
+                solver_.emplace(refined, 2, choice_, fem_reference::Formulation::mixed);
             body_ = problem.body;
         }
         auto load_case = core::refine(problem.load_case);
-        load_case.release.reset(); // motion on the refined mesh would take hours; that of fem_p2 is the reference
+        load_case.release.reset(); // motion on the refined mesh would take hours
         auto solution = solver_->solve(load_case);
         solution.displacement.resize(problem.body->mesh.points.size()); // the nodes of the mesh come first
         return solution;
@@ -72,7 +72,7 @@ class KeptRefinedSolver {
 
 core::Model finite_elements(std::string_view name, const char *summary,
                             std::function<core::Solution(const core::Problem &)> solve,
-                            std::function<core::Modes(const core::Problem &, int)> modes) {
+                            std::function<core::Modes(const core::Problem &, int)> modes = {}) {
     return {.name = std::string(name),
             .summary = summary,
             .source = "Arndt et al. 2022, The deal.II library, version 9.4, J. Numer. Math. 30(3)",
@@ -86,17 +86,15 @@ std::vector<core::Model> distributed_models() {
     const auto on_mesh = [](int degree) {
         return [degree](const core::Problem &problem) { return fem_reference::solve_distributed(problem, degree); };
     };
+    const auto refined = [](const core::Problem &problem) {
+        auto solution = fem_reference::solve_distributed(core::refine(problem), 2);
+        solution.displacement.resize(problem.body->mesh.points.size()); // the nodes of the mesh come first
+        return solution;
+    };
     return {
-        finite_elements(baseline_model, linear_summary, on_mesh(1), {}),
-        finite_elements(reference_model, quadratic_summary, on_mesh(2), {}),
-        finite_elements(refined_reference_model, refined_summary,
-                        [](const core::Problem &problem) {
-                            auto solution = fem_reference::solve_distributed(core::refine(problem), 2);
-                            solution.displacement.resize(
-                                problem.body->mesh.points.size()); // the mesh's nodes come first
-                            return solution;
-                        },
-                        {}),
+        finite_elements("fem_p1", linear_summary, on_mesh(1)),
+        finite_elements("fem_p2", quadratic_summary, on_mesh(2)),
+        finite_elements("fem_p2_refined", "quadratic tetrahedra on the mesh refined once", refined),
     };
 }
 
@@ -105,7 +103,8 @@ std::vector<core::Model> models(const ModelOptions &options) {
         return distributed_models();
     const auto linear = std::make_shared<KeptSolver>(1, options.fem_solver);
     const auto quadratic = std::make_shared<KeptSolver>(2, options.fem_solver);
-    const auto refined = std::make_shared<KeptRefinedSolver>(quadratic, options.fem_solver);
+    const auto mixed = std::make_shared<KeptSolver>(2, options.fem_solver, fem_reference::Formulation::mixed);
+    const auto refined = std::make_shared<KeptRefinedSolver>(mixed, options.fem_solver);
     const auto on_mesh = [](auto solver) {
         return [solver](const core::Problem &problem) { return solver->on(problem.body).solve(problem.load_case); };
     };
@@ -115,10 +114,16 @@ std::vector<core::Model> models(const ModelOptions &options) {
         };
     };
     return {
-        finite_elements(baseline_model, linear_summary, on_mesh(linear), modes(1)),
-        finite_elements(reference_model, quadratic_summary, on_mesh(quadratic), modes(2)),
-        finite_elements(refined_reference_model, refined_summary,
-                        [refined](const core::Problem &problem) { return refined->solve(problem); }, {}),
+        finite_elements("fem_p1", linear_summary, on_mesh(linear), modes(1)),
+        finite_elements("fem_p2", quadratic_summary, on_mesh(quadratic), modes(2)),
+        finite_elements(
+            "fem_p2p1",
+            "linear elasticity, quadratic tetrahedra with a linear pressure (Taylor and Hood; the reference)",
+            on_mesh(mixed)),
+        finite_elements("fem_p2p1_refined",
+                        "linear elasticity, Taylor and Hood on the mesh refined once (the reference where fem_p2p1 is "
+                        "not good enough)",
+                        [refined](const core::Problem &problem) { return refined->solve(problem); }),
     };
 }
 

@@ -36,8 +36,9 @@ TEST(ModelTable, HasTheReferenceTheBaselineAndEverySpringLaw) {
     std::set<std::string> names;
     for (const auto &model : models::all_models())
         names.insert(model.name);
-    EXPECT_TRUE(names.contains(std::string(models::reference_model)));
-    EXPECT_TRUE(names.contains(std::string(models::refined_reference_model)));
+    EXPECT_TRUE(names.contains(std::string(models::references.front().on_mesh)));
+    EXPECT_TRUE(names.contains(std::string(models::references.front().refined)));
+    EXPECT_TRUE(names.contains(std::string(models::moving_reference_model)));
     EXPECT_TRUE(names.contains(std::string(models::baseline_model)));
     for (const auto &law : msm::all_spring_laws())
         EXPECT_TRUE(names.contains(law.name)) << law.name;

@@ -1,0 +1,139 @@
+#include "fem_reference/pressure_system.hpp"
+
+#include <deal.II/base/quadrature_lib.h>
+#include <deal.II/fe/fe_simplex_p.h>
+#include <deal.II/fe/fe_values.h>
+#include <deal.II/fe/mapping_fe.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "fem_reference/deal_ii_mesh.hpp"
+
+namespace livermark::fem_reference {
+
+namespace {
+
+bool has_pressure(const core::Material &material) {
+    return material.poisson_ratio > pressure_above_poisson_ratio;
+}
+
+/// The pressures at the corners of each tetrahedron, -1 in regions that have none.
+struct PressureNumbers {
+    std::vector<std::array<int, 4>> of_cell; ///< (M)
+    int count = 0;
+};
+
+PressureNumbers number_pressures(const core::Body &body) {
+    PressureNumbers numbers;
+    std::map<std::pair<int, int>, int> number; // of region and node
+    for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t) {
+        const int region = body.mesh.region[t];
+        auto &corners = numbers.of_cell.emplace_back(std::array{-1, -1, -1, -1});
+        if (!has_pressure(body.materials[region]))
+            continue;
+        for (int k = 0; k < 4; ++k) {
+            const auto entry = number.try_emplace({region, body.mesh.tetrahedra[t][k]}, numbers.count);
+            numbers.count += entry.second ? 1 : 0;
+            corners[k] = entry.first->second;
+        }
+    }
+    return numbers;
+}
+
+/// Sums entries that are given one by one.
+class Rows {
+  public:
+    explicit Rows(int num_rows) : row_(num_rows) {}
+
+    void add(int row, int column, double value) { row_[row][column] += value; }
+
+    template <class Matrix> Matrix compressed() const {
+        Matrix matrix;
+        matrix.row_start.push_back(0);
+        for (const auto &entries : row_) {
+            for (const auto &[column, value] : entries) {
+                matrix.column.push_back(column);
+                matrix.value.push_back(value);
+            }
+            matrix.row_start.push_back(static_cast<int>(matrix.column.size()));
+        }
+        return matrix;
+    }
+
+  private:
+    std::vector<std::map<int, double>> row_;
+};
+
+} // namespace
+
+core::Body without_pressure(const core::Body &body) {
+    auto rest = body;
+    for (auto &material : rest.materials)
+        if (has_pressure(material)) {
+            material.young_modulus = 2.0 * material.shear_modulus();
+            material.poisson_ratio = 0.0;
+        }
+    return rest;
+}
+
+PressureSystem assemble_pressure(const core::Body &body, const ElasticSystem &system) {
+    dealii::Triangulation<3> triangulation;
+    fill(triangulation, body.mesh);
+    const dealii::FE_SimplexP<3> displacement(2);
+    const dealii::FE_SimplexP<3> pressure(1);
+    const dealii::MappingFE<3> mapping(pressure);
+    const dealii::QGaussSimplex<3> quadrature(2); // exact for the products, which are of degree 2
+    dealii::FEValues<3> gradients(mapping, displacement, quadrature,
+                                  dealii::update_gradients | dealii::update_JxW_values);
+
+    std::vector<std::array<double, 4>> psi(quadrature.size());
+    for (unsigned int q = 0; q < quadrature.size(); ++q)
+        for (unsigned int k = 0; k < 4; ++k)
+            psi[q][k] = pressure.shape_value(k, quadrature.point(q));
+
+    const auto numbers = number_pressures(body);
+    Rows divergence(numbers.count), compliance(numbers.count), norm(numbers.count);
+    for (const auto &cell : triangulation.active_cell_iterators()) {
+        const auto t = cell->active_cell_index();
+        const auto &corners = numbers.of_cell[t];
+        if (corners[0] < 0)
+            continue;
+        gradients.reinit(cell);
+        const auto &material = body.materials[body.mesh.region[t]];
+        const double compliance_here = 1.0 / material.lame_lambda();
+        const double norm_here = compliance_here + 0.5 / material.shear_modulus();
+        const int *const nodes = system.cell_nodes.data() + t * system.nodes_per_cell;
+        // Summed over the points before they go to the rows, where each entry has to be looked up.
+        std::array<std::array<double, 30>, 4> divergence_here{};
+        std::array<std::array<double, 4>, 4> mass{};
+        for (unsigned int q = 0; q < quadrature.size(); ++q) {
+            const double weight = gradients.JxW(q);
+            for (int a = 0; a < system.nodes_per_cell; ++a) {
+                const auto &gradient = gradients.shape_grad(a, q);
+                for (int k = 0; k < 4; ++k)
+                    for (int i = 0; i < 3; ++i)
+                        divergence_here[k][3 * a + i] += weight * psi[q][k] * gradient[i];
+            }
+            for (int k = 0; k < 4; ++k)
+                for (int l = 0; l < 4; ++l)
+                    mass[k][l] += weight * psi[q][k] * psi[q][l];
+        }
+        for (int k = 0; k < 4; ++k) {
+            for (int a = 0; a < system.nodes_per_cell; ++a)
+                for (int i = 0; i < 3; ++i)
+                    divergence.add(corners[k], 3 * nodes[a] + i, divergence_here[k][3 * a + i]);
+            for (int l = 0; l < 4; ++l) {
+                compliance.add(corners[k], corners[l], compliance_here * mass[k][l]);
+                norm.add(corners[k], corners[l], norm_here * mass[k][l]);
+            }
+        }
+    }
+    return {divergence.compressed<SparseRows>(), compliance.compressed<SymmetricMatrix>(),
+            norm.compressed<SymmetricMatrix>()};
+}
+
+} // namespace livermark::fem_reference

@@ -1,0 +1,194 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <limits>
+
+#include "core/refinement.hpp"
+#include "fem_reference/linear_elasticity.hpp"
+#include "fem_reference/pressure_system.hpp"
+#include "tests/verification/fem_test_bodies.hpp"
+
+namespace livermark {
+namespace {
+
+using core::Vector3;
+using fem_reference::Formulation;
+using fem_reference::SolverChoice;
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// A rod whose right half is stiffer, held at one end, with a side that is moved; pulled and hanging.
+core::Problem rod(double left_poisson_ratio, double right_poisson_ratio, const std::array<int, 3> &bricks) {
+    auto mesh = tests::box_mesh({0.1, 0.08, 0.06}, bricks);
+    mesh.region_names = {"left", "right"};
+    for (int t = 0; t < mesh.num_tetrahedra(); ++t) {
+        double x = 0.0;
+        for (const int node : mesh.tetrahedra[t])
+            x += 0.25 * mesh.points[node].x();
+        mesh.region[t] = x > 0.05;
+    }
+    auto body = std::make_shared<core::Body>();
+    body->name = "rod";
+    body->mesh = std::move(mesh);
+    body->materials = {{1060.0, 5000.0, left_poisson_ratio}, {1060.0, 50000.0, right_poisson_ratio}};
+    auto load_case = tests::empty_load_case(body->mesh);
+    tests::prescribe(load_case, body->mesh, "x_min", Vector3::Zero());
+    tests::prescribe(load_case, body->mesh, "y_min", {nan, 0.001, nan});
+    tests::pull(load_case, body->mesh, "x_max", {20.0, -10.0, 5.0});
+    load_case.acceleration = {0.1, 0.2, -0.5};
+    return {body, load_case};
+}
+
+void expect_agreement(const core::Solution &a, const core::Solution &b, double tolerance) {
+    ASSERT_EQ(a.status, core::SolutionStatus::ok) << a.message;
+    ASSERT_EQ(b.status, core::SolutionStatus::ok) << b.message;
+    EXPECT_LT(tests::relative_difference(a.displacement, b.displacement), tolerance);
+    EXPECT_LT(tests::relative_difference(a.reaction, b.reaction), tolerance);
+    EXPECT_NEAR(a.strain_energy, b.strain_energy, tolerance * b.strain_energy);
+}
+
+template <class Matrix> Eigen::MatrixXd dense(const Matrix &matrix, Eigen::Index num_columns) {
+    const auto num_rows = static_cast<Eigen::Index>(matrix.row_start.size()) - 1;
+    Eigen::MatrixXd full = Eigen::MatrixXd::Zero(num_rows, num_columns);
+    for (Eigen::Index row = 0; row < num_rows; ++row)
+        for (int k = matrix.row_start[row]; k < matrix.row_start[row + 1]; ++k)
+            full(row, matrix.column[k]) = matrix.value[k];
+    return full;
+}
+
+} // namespace
+
+/// The divergence of a quadratic field is linear, and then D u = C (lambda div u) without any error.
+TEST(PressureSystem, KnowsTheDivergenceOfQuadraticFields) {
+    const core::Material material{1060.0, 5000.0, 0.45};
+    const auto mesh = tests::shaken_box_mesh({0.1, 0.08, 0.06}, {3, 2, 2});
+    const auto body = tests::make_body(mesh, material);
+    const auto system = fem_reference::assemble(*body, 2);
+    const auto pressure = fem_reference::assemble_pressure(*body, system);
+    ASSERT_EQ(pressure.num_pressures(), mesh.num_nodes());
+    Eigen::VectorXd u(3 * system.num_nodes());
+    for (int a = 0; a < system.num_nodes(); ++a) {
+        const auto &x = system.points[a];
+        u.segment<3>(3 * a) << x.x() * x.x(), x.x() * x.y() + x.z(), x.z() * x.z() - x.y() * x.x();
+    }
+    // Pressures are numbered as the tetrahedra meet their nodes.
+    Eigen::VectorXd p(pressure.num_pressures());
+    std::vector<int> number(mesh.points.size(), -1);
+    int count = 0;
+    for (const auto &nodes : mesh.tetrahedra)
+        for (const int node : nodes)
+            if (number[node] < 0) {
+                const auto &x = mesh.points[node];
+                p[count] = material.lame_lambda() * (2.0 * x.x() + x.x() + 2.0 * x.z());
+                number[node] = count++;
+            }
+    const Eigen::VectorXd left = dense(pressure.divergence, u.size()) * u;
+    const Eigen::VectorXd right = dense(pressure.compliance, p.size()) * p;
+    EXPECT_LT((left - right).norm(), 1e-13 * right.norm());
+}
+
+TEST(FemMixed, IsTheDisplacementFormulationWhereNothingIsNearlyIncompressible) {
+    const auto problem = rod(0.25, 0.3, {4, 3, 3});
+    expect_agreement(fem_reference::solve_static(problem, 2, SolverChoice::direct, Formulation::mixed),
+                     fem_reference::solve_static(problem, 2), 1e-15);
+}
+
+/// Two regions with a pressure each, or one of them without.
+TEST(FemMixed, AgreesWithADenseSolve) {
+    for (const double right_poisson_ratio : {0.499, 0.2}) {
+        const auto problem = rod(0.45, right_poisson_ratio, {2, 2, 1});
+        const auto &body = *problem.body;
+        const auto system = fem_reference::assemble(fem_reference::without_pressure(body), 2);
+        const auto pressure = fem_reference::assemble_pressure(body, system);
+        const Eigen::Index num_u = 3 * system.num_nodes(), num_p = pressure.num_pressures();
+        Eigen::MatrixXd matrix(num_u + num_p, num_u + num_p);
+        matrix.topLeftCorner(num_u, num_u) = dense(system.stiffness, num_u);
+        matrix.bottomLeftCorner(num_p, num_u) = dense(pressure.divergence, num_u);
+        matrix.topRightCorner(num_u, num_p) = matrix.bottomLeftCorner(num_p, num_u).transpose();
+        matrix.bottomRightCorner(num_p, num_p) = -dense(pressure.compliance, num_p);
+        Eigen::VectorXd right_hand_side = Eigen::VectorXd::Zero(num_u + num_p);
+        for (int a = 0; a < system.num_nodes(); ++a)
+            right_hand_side.segment<3>(3 * a) = system.mass_integral[a] * problem.load_case.acceleration;
+        const auto num_local = system.nodes_per_facet;
+        for (std::size_t k = 0; k < system.facet_nodes.size(); ++k)
+            if (problem.load_case.condition[k / num_local] == core::FacetCondition::traction)
+                right_hand_side.segment<3>(3 * system.facet_nodes[k]) +=
+                    system.facet_integral[k] * problem.load_case.value[k / num_local];
+        const auto hold = [&](Eigen::Index row, double value) {
+            matrix.row(row).setZero();
+            matrix(row, row) = 1.0;
+            right_hand_side[row] = value;
+        };
+        for (int a = 0; a < system.num_nodes(); ++a) {
+            if (std::abs(system.points[a].y()) < 1e-12)
+                hold(3 * a + 1, 0.001);
+            for (int i = 0; i < 3; ++i)
+                if (std::abs(system.points[a].x()) < 1e-12)
+                    hold(3 * a + i, 0.0);
+        }
+        const Eigen::VectorXd exact = matrix.partialPivLu().solve(right_hand_side);
+        const auto found = fem_reference::solve_static(problem, 2, SolverChoice::direct, Formulation::mixed);
+        ASSERT_EQ(found.status, core::SolutionStatus::ok) << found.message;
+        std::vector<Vector3> expected;
+        for (int a = 0; a < body.mesh.num_nodes(); ++a)
+            expected.emplace_back(exact.segment<3>(3 * a));
+        EXPECT_LT(tests::relative_difference(found.displacement, expected), 1e-8) << right_poisson_ratio;
+        EXPECT_EQ(found.degrees_of_freedom, num_u + num_p);
+    }
+}
+
+TEST(FemMixed, SolversAgree) {
+    const auto problem = rod(0.45, 0.499, {3, 2, 2});
+    const auto direct = fem_reference::solve_static(problem, 2, SolverChoice::direct, Formulation::mixed);
+    expect_agreement(fem_reference::solve_static(problem, 2, SolverChoice::iterative, Formulation::mixed), direct,
+                     1e-7);
+
+    const auto fine = core::refine(problem);
+    fem_reference::StaticSolver coarse(problem.body, 2, SolverChoice::direct, Formulation::mixed);
+    fem_reference::StaticSolver two_levels(fine.body, coarse);
+    const auto found = two_levels.solve(fine.load_case);
+    EXPECT_NE(found.solver.find("two levels over CHOLMOD"), std::string::npos) << found.solver;
+    expect_agreement(found, fem_reference::solve_static(fine, 2, SolverChoice::direct, Formulation::mixed), 1e-7);
+}
+
+TEST(FemMixed, ReactionsBalanceTheLoads) {
+    auto problem = rod(0.49, 0.499, {3, 2, 2});
+    problem.load_case.acceleration.setZero();
+    const auto found = fem_reference::solve_static(problem, 2, SolverChoice::direct, Formulation::mixed);
+    Vector3 sum = 0.08 * 0.06 * Vector3(20.0, -10.0, 5.0);
+    const double size = sum.norm();
+    for (const auto &reaction : found.reaction)
+        sum += reaction;
+    EXPECT_LT(sum.norm(), 1e-8 * size);
+}
+
+/// Where a stiff material meets a soft one the pressure jumps: a layered bar that is squeezed sideways in a rigid tube
+/// has a stress that does not depend on the place and another strain in each layer.
+TEST(FemMixed, LetsThePressureJumpBetweenRegions) {
+    auto problem = rod(0.45, 0.49, {4, 2, 2});
+    const auto &mesh = problem.body->mesh;
+    problem.load_case = tests::empty_load_case(mesh);
+    tests::prescribe(problem.load_case, mesh, "x_min", Vector3::Zero());
+    for (const auto *const patch : {"y_min", "y_max"})
+        tests::prescribe(problem.load_case, mesh, patch, {nan, 0.0, nan});
+    for (const auto *const patch : {"z_min", "z_max"})
+        tests::prescribe(problem.load_case, mesh, patch, {nan, nan, 0.0});
+    tests::pull(problem.load_case, mesh, "x_max", {-100.0, 0.0, 0.0});
+    const auto found = fem_reference::solve_static(problem, 2, SolverChoice::direct, Formulation::mixed);
+    ASSERT_EQ(found.status, core::SolutionStatus::ok) << found.message;
+    const auto strain = [&](int region) {
+        const auto &material = problem.body->materials[region];
+        return -100.0 / (material.lame_lambda() + 2.0 * material.shear_modulus());
+    };
+    std::vector<Vector3> expected;
+    for (const auto &x : mesh.points)
+        expected.emplace_back(strain(0) * std::min(x.x(), 0.05) + strain(1) * std::max(x.x() - 0.05, 0.0), 0.0, 0.0);
+    EXPECT_LT(tests::relative_difference(found.displacement, expected), 1e-8);
+}
+
+TEST(FemMixed, RefusesLinearElements) {
+    EXPECT_THROW(fem_reference::solve_static(rod(0.45, 0.45, {2, 2, 1}), 1, SolverChoice::direct, Formulation::mixed),
+                 std::invalid_argument);
+}
+
+} // namespace livermark
