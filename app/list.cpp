@@ -6,6 +6,7 @@
 #include "load_cases/load_case_reader.hpp"
 #include "meshes/body_reader.hpp"
 #include "models/model_table.hpp"
+#include "msm/integrator.hpp"
 #include "msm/spring_law.hpp"
 
 namespace livermark::app {
@@ -36,14 +37,19 @@ void list_spring_laws() {
         print_entry(law.name, fmt::format("{} [{}]", law.summary, law.source));
 }
 
+void list_integrators() {
+    for (const auto &integrator : msm::all_integrators())
+        print_entry(integrator.name, fmt::format("{} [{}]", integrator.summary, integrator.source));
+}
+
 } // namespace
 
 Command add_list(CLI::App &parent) {
     auto *command = parent.add_subcommand("list", "List what there is to run");
     auto what = std::make_shared<std::string>();
-    command->add_option("what", *what, "bodies, load-cases, models or spring-laws")
+    command->add_option("what", *what, "bodies, load-cases, models, spring-laws or integrators")
         ->required()
-        ->check(CLI::IsMember({"bodies", "load-cases", "models", "spring-laws"}));
+        ->check(CLI::IsMember({"bodies", "load-cases", "models", "spring-laws", "integrators"}));
     return [what] {
         if (*what == "bodies")
             list_bodies();
@@ -51,8 +57,10 @@ Command add_list(CLI::App &parent) {
             list_load_cases();
         else if (*what == "models")
             list_models();
-        else
+        else if (*what == "spring-laws")
             list_spring_laws();
+        else
+            list_integrators();
         return 0;
     };
 }

@@ -57,6 +57,8 @@ Eigen::SparseMatrix<double> elastic_hessian(const core::SpringNetwork &springs,
         double transverse = 1.0 - springs.rest_length[s] / span.norm();
         if (tangent == Tangent::semi_definite)
             transverse = std::max(transverse, 0.0);
+        else if (tangent == Tangent::axial)
+            transverse = 0.0;
         const Eigen::Matrix3d axial = direction * direction.transpose();
         const Eigen::Matrix3d block =
             springs.stiffness[s] * (axial + transverse * (Eigen::Matrix3d::Identity() - axial));

@@ -26,8 +26,9 @@ std::vector<core::Vector3> elastic_gradient(const core::SpringNetwork &springs,
 
 /// What of the second derivative to keep.
 enum class Tangent {
-    exact,        ///< k [n n^T + (1 - l0/l) (I - n n^T)]
-    semi_definite ///< the same without the part that compressed springs make negative
+    exact,         ///< k [n n^T + (1 - l0/l) (I - n n^T)]
+    semi_definite, ///< the same without the part that compressed springs make negative
+    axial          ///< k n n^T, along the springs alone
 };
 
 /// Second derivative of the elastic energy, rows and columns 3 i + component.

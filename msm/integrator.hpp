@@ -1,0 +1,32 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+
+#include "msm/motion.hpp"
+
+namespace livermark::msm {
+
+/// Moves a state on by one step.
+using Step = std::function<void(State &)>;
+
+/// A rule that takes an equation of motion from one time to the next. One file each in integrators/, named as the
+/// integrator.
+struct Integrator {
+    std::string name;        ///< the file stem; set by the table
+    std::string summary;     ///< one line
+    std::string source;      ///< literature reference
+    int order = 1;           ///< of the error after a given time in the length of the step
+    bool is_explicit = true; ///< takes no more than accelerations
+    bool is_symplectic = false;
+    /// Steps of one length; what it returns keeps its scratch space, so each thread needs its own.
+    /// @param equation   kept alive and unchanged by the caller
+    /// @param time_step  h [s], > 0
+    Step (*prepare)(const EquationOfMotion &equation, double time_step);
+};
+
+/// Every integrator of integrators/, in alphabetical order.
+std::span<const Integrator> all_integrators();
+
+} // namespace livermark::msm

@@ -1,0 +1,83 @@
+#include "msm/time_step.hpp"
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <limits>
+
+namespace livermark::msm {
+
+namespace {
+
+/// Growth that is put down to rounding.
+constexpr double rounding = 1e-12;
+constexpr int num_frequencies = 48;
+/// Steps are tried from this part of the time scale of the highest frequency on. Without damping the growth of an
+/// integrator that is never stable would at much smaller steps be lost in rounding; those that are stable are so up to
+/// 2 and more.
+constexpr double smallest_undamped_try = 0.3;
+constexpr double smallest_damped_try = 1e-5;
+constexpr double largest_try = 1e3;
+/// From one try to the next; finer than any gap in what the integrators can bear.
+constexpr double ratio = 1.02;
+constexpr int num_bisections = 40;
+
+/// Largest modulus of the two eigenvalues. Those of a general solver would lose half the digits where the two meet.
+double spectral_radius(const Eigen::Matrix2d &matrix) {
+    const double half_trace = 0.5 * matrix.trace();
+    const double discriminant = half_trace * half_trace - matrix.determinant();
+    return discriminant < 0.0 ? std::sqrt(matrix.determinant()) : std::abs(half_trace) + std::sqrt(discriminant);
+}
+
+} // namespace
+
+double amplification(const Integrator &integrator, double omega, double damping_ratio, double time_step) {
+    EquationOfMotion equation;
+    equation.mass = Eigen::VectorXd::Ones(1);
+    equation.acceleration = [=](const Eigen::VectorXd &u, const Eigen::VectorXd &v, Eigen::VectorXd &a) {
+        a = -omega * omega * u - 2.0 * damping_ratio * omega * v;
+    };
+    equation.effective_mass = [=](const Eigen::VectorXd &, double d, double k) {
+        Eigen::SparseMatrix<double> matrix(1, 1);
+        matrix.insert(0, 0) = 1.0 + d * 2.0 * damping_ratio * omega + k * omega * omega;
+        return matrix;
+    };
+    const auto step = integrator.prepare(equation, time_step);
+    Eigen::Matrix2d propagator;
+    for (int column = 0; column < 2; ++column) {
+        State state{Eigen::VectorXd::Zero(1), Eigen::VectorXd::Zero(1)};
+        (column == 0 ? state.displacement[0] : state.velocity[0]) = column == 0 ? 1.0 / omega : 1.0;
+        step(state);
+        propagator.col(column) << omega * state.displacement[0], state.velocity[0];
+    }
+    return spectral_radius(propagator);
+}
+
+double critical_time_step(const Integrator &integrator, const core::RayleighDamping &damping, double lowest,
+                          double highest) {
+    const auto is_stable = [&](double time_step) {
+        for (int f = 0; f < num_frequencies; ++f) {
+            const double omega = highest * std::pow(lowest / highest, f / (num_frequencies - 1.0));
+            if (!(amplification(integrator, omega, damping.ratio(omega), time_step) <= 1.0 + rounding))
+                return false;
+        }
+        return true;
+    };
+    const bool is_damped = damping.alpha > 0.0 || damping.beta > 0.0;
+    double good = (is_damped ? smallest_damped_try : smallest_undamped_try) / highest;
+    if (!is_stable(good))
+        return 0.0;
+    double bad = good * ratio;
+    while (is_stable(bad)) {
+        good = bad;
+        bad *= ratio;
+        if (bad * highest > largest_try)
+            return std::numeric_limits<double>::infinity();
+    }
+    for (int i = 0; i < num_bisections; ++i) {
+        const double middle = 0.5 * (good + bad);
+        (is_stable(middle) ? good : bad) = middle;
+    }
+    return good;
+}
+
+} // namespace livermark::msm
