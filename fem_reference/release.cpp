@@ -31,6 +31,8 @@ core::History release(const core::Body &body, const ElasticSystem &system, const
     const auto ready = Clock::now();
 
     core::History history;
+    history.integrator = "newmark";
+    history.time_step = plan.output_interval;
     const auto record = [&](int step) {
         history.time.push_back(step * plan.output_interval);
         for (const auto &probe : plan.probes)

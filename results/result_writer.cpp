@@ -170,6 +170,10 @@ void write_history(hdf5::OutputFile &file, const std::string &group, const core:
     file.group(group);
     file.number(group, "setup_seconds", history.setup_seconds);
     file.number(group, "solve_seconds", history.solve_seconds);
+    file.text(group, "integrator", history.integrator);
+    file.number(group, "time_step", history.time_step);
+    file.number(group, "critical_time_step", history.critical_time_step);
+    file.number(group, "diverged_at", history.diverged_at);
     file.dataset(group + "/time", history.time, "s");
     file.blocks(group + "/displacement", history.displacement, release.probes.size(), "m");
     file.dataset(group + "/kinetic_energy", history.kinetic_energy, "J");

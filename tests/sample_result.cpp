@@ -50,6 +50,9 @@ core::History swinging(const core::Release &release, double scale) {
     core::History history;
     history.setup_seconds = 0.5;
     history.solve_seconds = 1.0 / 7.0;
+    history.integrator = "pendulum clock";
+    history.time_step = 0.3 * release.output_interval;
+    history.critical_time_step = 0.7;
     for (int k = 0; k <= release.num_steps; ++k) {
         history.time.push_back(k * release.output_interval);
         history.kinetic_energy.push_back(0.1 * k);
