@@ -9,6 +9,7 @@
 #include "msm/dynamic_relaxation.hpp"
 #include "msm/equilibrium.hpp"
 #include "msm/release.hpp"
+#include "msm/spectrum.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/spring_network.hpp"
 
@@ -35,13 +36,6 @@ double nonlinearity(const msm::Equilibrium &equilibrium) {
     return std::sqrt(difference / size);
 }
 
-core::LoadCase without_tractions(core::LoadCase load_case) {
-    for (auto &condition : load_case.condition)
-        if (condition == core::FacetCondition::traction)
-            condition = core::FacetCondition::free;
-    return load_case;
-}
-
 msm::StepPlan plan_release(const core::Problem &problem, const core::SpringNetwork &springs,
                            const msm::TimeStepping &choice) {
     return msm::plan_steps(problem, springs, msm::nodal_conditions(problem, springs.node_mass), choice);
@@ -53,7 +47,7 @@ void add_motion(core::Solution &solution, const core::Problem &problem, const ms
     const auto &springs = *solution.springs;
     const auto plan = plan_release(problem, springs, choice);
     const auto conditions =
-        msm::nodal_conditions({problem.body, without_tractions(problem.load_case)}, springs.node_mass);
+        msm::nodal_conditions({problem.body, core::without_tractions(problem.load_case)}, springs.node_mass);
     const double planning_seconds = seconds(Clock::now() - start);
     solution.history = msm::release(problem, springs, conditions, solution.displacement, plan);
     solution.history->setup_seconds += planning_seconds;
@@ -131,6 +125,8 @@ ModelFamily msm() {
                         .summary = law.summary,
                         .source = law.source,
                         .solve = [=](const core::Problem &problem) { return solve(problem, law, options); },
+                        .modes = [law](const core::Problem &problem,
+                                       int count) { return livermark::msm::lowest_modes(problem, law, count); },
                         .check = [=](const core::Problem &problem) { check(problem, law, options); },
                     });
                 return models;
