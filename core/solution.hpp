@@ -37,8 +37,8 @@ struct History {
     double critical_time_step = std::numeric_limits<double>::infinity();
     /// When the motion left all bounds [s], NaN if it did not. The records from then on are NaN.
     double diverged_at = std::numeric_limits<double>::quiet_NaN();
-    double setup_seconds = 0.0;         ///< all that precedes the first step and is not in those of the Solution
-    double solve_seconds = 0.0;         ///< the steps
+    double setup_seconds = 0.0; ///< all that precedes the first step and is not in those of the Solution
+    double solve_seconds = 0.0; ///< the steps
 };
 
 /// What a model answers to a problem, in the numbering of the mesh file. To a time-dependent load case that is the

@@ -217,8 +217,10 @@ core::Comparison read_comparison(const InputFile &file, const std::string &group
     comparison.energy_error = file.number(group, "energy_error");
     comparison.reaction_error = file.number(group, "reaction_error");
     if (file.has_attribute(group, "history_relative_l2")) {
-        comparison.history_relative_l2 = file.number(group, "history_relative_l2");
-        comparison.history_reference = file.text(group, "history_reference");
+        comparison.history = {.reference = file.text(group, "history_reference"),
+                              .relative_l2 = file.number(group, "history_relative_l2"),
+                              .amplitude_error = file.number(group, "history_amplitude_error"),
+                              .lag = file.number(group, "history_lag")};
     }
     comparison.error = file.dataset<core::Vector3>(group + "/error", num_nodes);
     return comparison;

@@ -239,9 +239,11 @@ void write_comparison(hdf5::OutputFile &file, const ModelResult &model, const Re
         file.number(group, "reaction_error", comparison->reaction_error);
         if (result.reference_uncertainty)
             file.integer(group, "within_uncertainty", is_within_uncertainty(model, result) ? 1 : 0);
-        if (comparison->history_relative_l2) {
-            file.number(group, "history_relative_l2", *comparison->history_relative_l2);
-            file.text(group, "history_reference", comparison->history_reference);
+        if (const auto &motion = comparison->history) {
+            file.number(group, "history_relative_l2", motion->relative_l2);
+            file.number(group, "history_amplitude_error", motion->amplitude_error);
+            file.number(group, "history_lag", motion->lag);
+            file.text(group, "history_reference", motion->reference);
         }
         file.dataset(group + "/error", comparison->error, "m");
     }

@@ -20,6 +20,7 @@ using Row = std::vector<std::string>;
 
 constexpr double percent = 100.0;
 constexpr double millimetres = 1000.0;
+constexpr double milliseconds = 1000.0;
 /// [m]; NaN if one displacement is NaN
 double peak_displacement(const core::Solution &solution) {
     double peak = 0.0;
@@ -101,6 +102,13 @@ std::string legend(std::span<const Result> results) {
     return "";
 }
 
+std::string describe(const std::string &model, const core::HistoryComparison &motion) {
+    const double lag = std::round(10.0 * milliseconds * motion.lag) / 10.0;
+    return fmt::format("{} {} % off {} (amplitude {:+.1f} %, {:.1f} ms {})", model,
+                       fixed(percent * motion.relative_l2, 2), motion.reference, percent * motion.amplitude_error,
+                       std::abs(lag), lag < 0.0 ? "early" : "late");
+}
+
 /// A line for each time-dependent load case: what its rows are, and how the histories compare.
 std::string histories(std::span<const Result> results, const std::string &bullet) {
     std::string lines;
@@ -109,10 +117,8 @@ std::string histories(std::span<const Result> results, const std::string &bullet
             continue;
         std::vector<std::string> remarks;
         for (const ModelResult &model : result.models)
-            if (model.comparison && model.comparison->history_relative_l2)
-                remarks.push_back(fmt::format("{} {} % off {}", model.name,
-                                              fixed(percent * *model.comparison->history_relative_l2, 2),
-                                              model.comparison->history_reference));
+            if (model.comparison && model.comparison->history)
+                remarks.push_back(describe(model.name, *model.comparison->history));
             else if (!model.solution.history)
                 remarks.push_back(model.name + " gives no motion");
         lines +=
