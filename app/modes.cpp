@@ -23,7 +23,8 @@ constexpr int most_modes = 1000;
 struct ModesOptions {
     std::vector<std::string> bodies;
     std::string load_case = "traction";
-    std::vector<std::string> models{std::string(models::baseline_model), std::string(models::moving_reference_model)};
+    std::vector<std::string> models{std::string(models::baseline_model), std::string(models::moving_reference_model),
+                                    "lloyd"};
     int count = 20;
     meshes::MaterialOverride material;
     std::string output;

@@ -3,6 +3,7 @@
 
 #include "models/model_table.hpp"
 #include "msm/equilibrium.hpp"
+#include "msm/spectrum.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/spring_network.hpp"
 
@@ -59,10 +60,13 @@ ModelFamily msm() {
     return {.name = {}, .models = [](const ModelOptions &) {
                 std::vector<core::Model> models;
                 for (const auto &law : livermark::msm::all_spring_laws())
-                    models.push_back({.name = law.name,
-                                      .summary = law.summary,
-                                      .source = law.source,
-                                      .solve = [law](const core::Problem &problem) { return solve(problem, law); }});
+                    models.push_back(
+                        {.name = law.name,
+                         .summary = law.summary,
+                         .source = law.source,
+                         .solve = [law](const core::Problem &problem) { return solve(problem, law); },
+                         .modes = [law](const core::Problem &problem,
+                                        int count) { return livermark::msm::lowest_modes(problem, law, count); }});
                 return models;
             }};
 }
