@@ -45,8 +45,9 @@ std::string written(const std::filesystem::path &file, const std::string &text) 
 }
 
 TEST(CommandLine, HelpAndVersionAreNoErrors) {
-    for (const char *arguments : {"--help", "run --help", "list --help", "mesh --help", "mesh liver --help",
-                                  "mesh check --help", "modes --help", "stability --help", "--version"}) {
+    for (const char *arguments :
+         {"--help", "run --help", "list --help", "mesh --help", "mesh liver --help", "mesh check --help",
+          "modes --help", "stability --help", "histories --help", "--version"}) {
         const auto outcome = livermark(arguments);
         EXPECT_EQ(outcome.status, 0) << arguments << "\n" << outcome.output;
         EXPECT_FALSE(outcome.output.empty());
@@ -94,6 +95,9 @@ TEST(CommandLine, RefusesBadArgumentsWithStatusTwo) {
              {"stability --integrator heun --integrator heun", "asked for twice"},
              {"stability --damping-ratio nan", "has to be a finite number"},
              {"stability --damping-frequencies 0 10", "--damping-frequencies"},
+             {"histories --load-case traction", "lets nothing go"},
+             {"histories --time-step 1e-5 --duration 11", "more than a million steps"},
+             {"histories --duration nan", "more than a million steps"},
              {"run --poisson nan", "has to lie between -1 and 0.5"},
              {"run --fem-solver magic", "--fem-solver"},
          }) {

@@ -8,7 +8,7 @@ import sys
 
 import h5py
 
-OTHER_FILES = ["Stability files"]
+OTHER_FILES = ["Stability files", "History files"]
 PROVENANCE = "Where it comes from"
 TYPES = {"float64": "<f8", "int64": "<i8", "int32": "<i4", "uint8": "|u1"}
 
@@ -31,7 +31,8 @@ def read_tables(path, wanted_section):
 
 
 def general(path, file):
-    """The path with <model> for the name of a model."""
+    """The path with <model> for the name of a model, <case> for that of a history, <n> for the number of a step."""
+    path = re.sub(r"^/histories/[^/@]+(/\d+)?", lambda found: "/histories/<case>" + ("/<n>" if found[1] else ""), path)
     for model in file.get("/solutions", ()):
         path = re.sub(rf"(/solutions/|/comparisons/|/modes/|displacement_|error_){model}(?=[/@]|$)", r"\1<model>", path)
     return path
@@ -71,6 +72,8 @@ def check_type(path, dtype, said):
 def sizes_of(file):
     if "critical_time_step" in file:
         return {"I": len(file["/critical_time_step"].attrs["integrators"])}
+    if "histories" in file:
+        return {"K": file["/histories/release/0/time"].shape[0]}
     sizes = sizes_of_result(file)
     assert len(set(sizes.values())) == len(sizes) - 1, f"{sizes}: only R and P may be equal"
     return sizes
