@@ -15,5 +15,7 @@ Command add_mesh(CLI::App &parent);
 /// @param command_line  kept in the result files
 Command add_modes(CLI::App &parent, const std::string &command_line);
 Command add_run(CLI::App &parent, const std::string &command_line);
+Command add_histories(CLI::App &parent, const std::string &command_line);
+Command add_stability(CLI::App &parent, const std::string &command_line);
 
 } // namespace livermark::app

@@ -39,6 +39,8 @@ int run(int argc, char **argv) {
         livermark::app::add_modes(app, command_line),
         livermark::app::add_run(app, command_line),
         livermark::app::add_mesh(app),
+        livermark::app::add_histories(app, command_line),
+        livermark::app::add_stability(app, command_line),
     };
     if (argc > 1)
         refuse_unknown_subcommand(app, argv[1]);

@@ -7,7 +7,11 @@
 namespace livermark::app {
 
 std::filesystem::path make_output_folder(const std::filesystem::path &output, const core::Problem &problem) {
-    auto folder = output / problem.body->name;
+    return make_output_folder(output, problem.body->name);
+}
+
+std::filesystem::path make_output_folder(const std::filesystem::path &output, const std::string &name) {
+    auto folder = output / name;
     std::error_code error;
     std::filesystem::create_directories(folder, error);
     if (error)

@@ -10,5 +10,7 @@ namespace livermark::app {
 /// Makes the folder for the result files of a body, <output>/<body>.
 /// @throws core::InputError if it cannot be made
 std::filesystem::path make_output_folder(const std::filesystem::path &output, const core::Problem &problem);
+/// The same by name.
+std::filesystem::path make_output_folder(const std::filesystem::path &output, const std::string &name);
 
 } // namespace livermark::app

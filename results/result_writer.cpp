@@ -1,14 +1,12 @@
 #include <fmt/format.h>
-#include <fstream>
 #include <set>
 #include <stdexcept>
-#include <unistd.h>
 
-#include "core/input_error.hpp"
 #include "results/hdf5_io.hpp"
 #include "results/result_file.hpp"
 #include "results/schema.hpp"
 #include "results/vtkhdf.hpp"
+#include "results/whole_file.hpp"
 
 namespace livermark::results {
 
@@ -91,18 +89,6 @@ void check_shapes(const Result &result) {
             if (!names.contains(name))
                 throw std::invalid_argument(
                     fmt::format("the uncertainty of the reference needs {}, which is not in the result", name));
-}
-
-void write_provenance(hdf5::OutputFile &file, const Provenance &provenance) {
-    file.integer("/", "schema_version", schema_version);
-    file.text("/", "software_version", provenance.software_version);
-    file.text("/", "git_commit", provenance.git_commit);
-    file.text("/", "created", provenance.created);
-    file.text("/", "command", provenance.command);
-    file.text("/", "cpu", provenance.cpu);
-    file.text("/", "compiler", provenance.compiler);
-    file.text("/", "build_type", provenance.build_type);
-    file.integer("/", "threads", provenance.threads);
 }
 
 void write_body(hdf5::OutputFile &file, const core::Body &body) {
@@ -257,7 +243,7 @@ void write_comparison(hdf5::OutputFile &file, const ModelResult &model, const Re
 
 std::vector<char> file_image(const Result &result) {
     hdf5::OutputFile file;
-    write_provenance(file, result.provenance);
+    hdf5::write_provenance(file, result.provenance);
     write_body(file, *result.problem.body);
     write_load_case(file, result.problem.load_case);
     file.group("/solutions", true);
@@ -277,40 +263,11 @@ std::vector<char> file_image(const Result &result) {
     return file.image();
 }
 
-void write_bytes(const std::filesystem::path &path, const std::vector<char> &bytes) {
-    std::ofstream stream(path, std::ios::binary | std::ios::trunc);
-    if (!stream)
-        throw core::InputError(fmt::format(
-            "{}: cannot make a file in this directory; check that the directory exists and can be written to",
-            path.parent_path().string()));
-    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    stream.close();
-    if (!stream)
-        throw core::InputError(fmt::format("{}: cannot write {} bytes; make room on the disk or choose another place",
-                                           path.parent_path().string(), bytes.size()));
-}
-
 } // namespace
 
 void write_result(const std::filesystem::path &path, const Result &result) {
     check_shapes(result);
-    const auto bytes = file_image(result);
-    const auto target = std::filesystem::absolute(path);
-    // The process number keeps two runs that write the same file from writing into each other's.
-    auto temporary = target;
-    temporary += fmt::format(".{}.partial", getpid());
-    try {
-        write_bytes(temporary, bytes);
-        std::error_code error;
-        std::filesystem::rename(temporary, target, error);
-        if (error)
-            throw core::InputError(fmt::format("{}: cannot put the result file there: {}; choose another place",
-                                               target.string(), error.message()));
-    } catch (...) {
-        std::error_code ignored;
-        std::filesystem::remove(temporary, ignored);
-        throw;
-    }
+    hdf5::write_whole(path, file_image(result));
 }
 
 } // namespace livermark::results

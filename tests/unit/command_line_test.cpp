@@ -45,8 +45,9 @@ std::string written(const std::filesystem::path &file, const std::string &text) 
 }
 
 TEST(CommandLine, HelpAndVersionAreNoErrors) {
-    for (const char *arguments : {"--help", "run --help", "list --help", "mesh --help", "mesh liver --help",
-                                  "mesh check --help", "modes --help", "--version"}) {
+    for (const char *arguments :
+         {"--help", "run --help", "list --help", "mesh --help", "mesh liver --help", "mesh check --help",
+          "modes --help", "stability --help", "histories --help", "--version"}) {
         const auto outcome = livermark(arguments);
         EXPECT_EQ(outcome.status, 0) << arguments << "\n" << outcome.output;
         EXPECT_FALSE(outcome.output.empty());
@@ -89,6 +90,14 @@ TEST(CommandLine, RefusesBadArgumentsWithStatusTwo) {
              {"modes --model fem_p1 --model fem_p1", "asked for twice"},
              {"modes --load-case tracton", "did you mean 'traction'?"},
              {"modes --count 0", "--count"},
+             {"stability --law loyd", "did you mean 'lloyd'?"},
+             {"stability --integrator rk4", "there is no integrator 'rk4'"},
+             {"stability --integrator heun --integrator heun", "asked for twice"},
+             {"stability --damping-ratio nan", "has to be a finite number"},
+             {"stability --damping-frequencies 0 10", "--damping-frequencies"},
+             {"histories --load-case traction", "lets nothing go"},
+             {"histories --time-step 1e-5 --duration 11", "more than a million steps"},
+             {"histories --duration nan", "more than a million steps"},
              {"run --poisson nan", "has to lie between -1 and 0.5"},
              {"run --fem-solver magic", "--fem-solver"},
          }) {
@@ -114,6 +123,17 @@ TEST(CommandLine, ModesPrintsFrequenciesAndWritesThem) {
         const double first = model.modes.angular_frequency[0] / (2.0 * std::numbers::pi);
         EXPECT_NE(outcome.output.find(fmt::format("{:.5f}", first)), std::string::npos) << outcome.output;
     }
+}
+
+TEST(CommandLine, StabilityOnlyPredictsIfToldSo) {
+    const auto folder = scratch_folder();
+    const auto outcome = livermark("stability liver_healthy --no-observed --markdown --integrator velocity_verlet "
+                                   "explicit_euler --output " +
+                                   folder.string());
+    EXPECT_EQ(outcome.status, 0) << outcome.output;
+    EXPECT_NE(outcome.output.find("| explicit_euler | none | - | - |"), std::string::npos) << outcome.output;
+    EXPECT_LT(outcome.output.find("| velocity_verlet |"), outcome.output.find("| explicit_euler |")) << outcome.output;
+    EXPECT_TRUE(std::filesystem::exists(folder / "liver_healthy" / "stability.lloyd.h5"));
 }
 
 TEST(CommandLine, RefusesAnOutputFolderThatCannotBe) {

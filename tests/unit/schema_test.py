@@ -1,17 +1,27 @@
-"""schema_test.py <schema.md> <result.h5>: the tables of schema.md and a file that holds everything say the same."""
+"""schema_test.py <schema.md> <file.h5> [<section>]: the tables of schema.md and a file that holds everything say the same.
+
+A result file is what all sections say but those of other files; one of these is the section named and where it comes from.
+"""
 
 import re
 import sys
 
 import h5py
 
+OTHER_FILES = ["Stability files", "History files"]
+PROVENANCE = "Where it comes from"
 TYPES = {"float64": "<f8", "int64": "<i8", "int32": "<i4", "uint8": "|u1"}
 
 
-def read_tables(path):
-    """{path: (shape, type, unit)} of all lines of all tables."""
+def read_tables(path, wanted_section):
+    """{path: (shape, type, unit)} of all lines of the tables that say what is in the file."""
     lines = {}
+    section = ""
     for line in open(path, encoding="utf-8"):
+        if line.startswith("## "):
+            section = line[3:].strip()
+        if section not in (wanted_section, PROVENANCE) if wanted_section else section in OTHER_FILES:
+            continue
         cells = [cell.strip() for cell in line.strip().strip("|").split(" |")]
         if match := re.fullmatch(r"`(/.*)`", cells[0]):
             assert len(cells) == 5, line
@@ -20,9 +30,10 @@ def read_tables(path):
     return lines
 
 
-def general(path, models):
-    """The path with <model> for the name of a model."""
-    for model in models:
+def general(path, file):
+    """The path with <model> for the name of a model, <case> for that of a history, <n> for the number of a step."""
+    path = re.sub(r"^/histories/[^/@]+(/\d+)?", lambda found: "/histories/<case>" + ("/<n>" if found[1] else ""), path)
+    for model in file.get("/solutions", ()):
         path = re.sub(rf"(/solutions/|/comparisons/|/modes/|displacement_|error_){model}(?=[/@]|$)", r"\1<model>", path)
     return path
 
@@ -59,6 +70,16 @@ def check_type(path, dtype, said):
 
 
 def sizes_of(file):
+    if "critical_time_step" in file:
+        return {"I": len(file["/critical_time_step"].attrs["integrators"])}
+    if "histories" in file:
+        return {"K": file["/histories/release/0/time"].shape[0]}
+    sizes = sizes_of_result(file)
+    assert len(set(sizes.values())) == len(sizes) - 1, f"{sizes}: only R and P may be equal"
+    return sizes
+
+
+def sizes_of_result(file):
     return {"N": file["/mesh/points"].shape[0], "M": file["/mesh/tetrahedra"].shape[0],
             "T": file["/mesh/boundary_triangles"].shape[0], "R": file["/materials/density"].shape[0],
             "B": len(file["/mesh/boundary_patch"].attrs["names"]),
@@ -75,14 +96,14 @@ def size(text, sizes):
     return int(factor or 1) * (sizes[symbol] if symbol else 1) + int(addend or 0)
 
 
-def main(schema, result):
-    tables = read_tables(schema)
+def main(schema, result, section=""):
+    tables = read_tables(schema, section)
+    assert tables, f"{schema} has no tables in section '{section}'"
     found = set()
     with h5py.File(result) as file:
         sizes = sizes_of(file)
-        assert len(set(sizes.values())) == len(sizes) - 1, f"{sizes}: only R and P may be equal"
         for path, shape, dtype, units in entries(file):
-            line = general(path, file["/solutions"])
+            line = general(path, file)
             assert line in tables, f"{path} is in the file, and {line} not in {schema}"
             found.add(line)
             said_shape, said_type, said_unit = tables[line]

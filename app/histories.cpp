@@ -1,0 +1,256 @@
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <memory>
+
+#include "app/catalogue.hpp"
+#include "app/commands.hpp"
+#include "app/msm_choice.hpp"
+#include "app/output.hpp"
+#include "app/progress.hpp"
+#include "app/table_1_readings.hpp"
+#include "core/input_error.hpp"
+#include "load_cases/load_case_reader.hpp"
+#include "meshes/body_reader.hpp"
+#include "msm/equilibrium.hpp"
+#include "msm/spectrum.hpp"
+#include "msm/spring_motion.hpp"
+#include "msm/spring_network.hpp"
+#include "msm/time_step.hpp"
+#include "results/history_file.hpp"
+#include "results/provenance.hpp"
+#include "results/table_layout.hpp"
+
+namespace livermark::app {
+
+namespace {
+
+/// A motion beyond this many times its start, or the size of the body, has diverged.
+constexpr double bound_of_one = 1000.0;
+constexpr double bound_of_body = 10.0;
+constexpr double most_steps = 1e6;
+constexpr std::size_t most_records = 4001;
+constexpr const char *one_degree_of_freedom = "one_degree_of_freedom";
+
+struct HistoriesOptions {
+    std::vector<std::string> bodies;
+    std::string law = "lloyd";
+    std::string load_case = "release";
+    std::string integrator = "runge_kutta_4";
+    std::vector<double> time_steps{1.0, 0.5, 0.05, 0.005}; // [s], those of the seed paper
+    double duration = 10.0;                                // [s]
+    meshes::MaterialOverride material;
+    std::string output;
+    bool markdown = false;
+};
+
+/// What is looked at while something moves.
+struct Watch {
+    std::function<double(const msm::State &)> displacement; // [m]
+    double bound = 0.0;                                     // of every displacement [m]
+};
+
+results::StepHistory move(const msm::Integrator &integrator, const msm::EquationOfMotion &equation, msm::State state,
+                          double time_step, double duration, const Watch &watch) {
+    results::StepHistory history{.time_step = time_step, .time = {0.0}, .displacement = {watch.displacement(state)}};
+    const auto num_steps = static_cast<std::size_t>(std::lround(std::ceil(duration / time_step - 1e-9)));
+    const std::size_t steps_per_record = (num_steps + most_records - 2) / (most_records - 1);
+    const auto step = integrator.prepare(equation, time_step);
+    for (std::size_t s = 1; s <= num_steps; ++s) {
+        step(state);
+        const double time = static_cast<double>(s) * time_step;
+        const bool is_lost = !(state.displacement.lpNorm<Eigen::Infinity>() <= watch.bound);
+        if (s % steps_per_record == 0 || s == num_steps || is_lost) {
+            history.time.push_back(time);
+            history.displacement.push_back(watch.displacement(state));
+        }
+        if (is_lost) {
+            history.diverged_at = time;
+            break;
+        }
+    }
+    return history;
+}
+
+/// From 1 m let go, or from rest under the force that takes it to 1 m in the end.
+results::HistoryCase move_one(const OneDegreeOfFreedom &model, bool is_pushed, const msm::Integrator &integrator,
+                              const HistoriesOptions &options) {
+    const double force = is_pushed ? model.stiffness : 0.0;
+    msm::EquationOfMotion equation;
+    equation.mass = Eigen::VectorXd::Constant(1, model.mass);
+    equation.acceleration = [=](const Eigen::VectorXd &u, const Eigen::VectorXd &v, Eigen::VectorXd &a) {
+        a[0] = (force - model.damping * v[0] - model.stiffness * u[0]) / model.mass;
+    };
+    equation.effective_mass = [=](const Eigen::VectorXd &, double d, double k) {
+        Eigen::SparseMatrix<double> matrix(1, 1);
+        matrix.insert(0, 0) = model.mass + d * model.damping + k * model.stiffness;
+        return matrix;
+    };
+    const double omega = std::sqrt(model.stiffness / model.mass);
+    results::HistoryCase moved{
+        .name = model.name + (is_pushed ? "_step_force" : "_release"),
+        .title = model.title + (is_pushed ? ", step force" : ""),
+        .parameters = {{"mass", model.mass}, {"stiffness", model.stiffness}, {"damping", model.damping}},
+        .critical_time_step =
+            msm::critical_time_step(integrator, {.alpha = model.damping / model.mass, .beta = 0.0}, omega, omega),
+        .steps = {}};
+    const msm::State start{Eigen::VectorXd::Constant(1, is_pushed ? 0.0 : 1.0), Eigen::VectorXd::Zero(1)};
+    const Watch watch{[](const msm::State &state) { return state.displacement[0]; }, bound_of_one};
+    for (const double time_step : options.time_steps)
+        moved.steps.push_back(move(integrator, equation, start, time_step, options.duration, watch));
+    return moved;
+}
+
+double size_of(const std::vector<core::Vector3> &points) {
+    core::Vector3 low = points.front(), high = points.front();
+    for (const auto &point : points) {
+        low = low.cwiseMin(point);
+        high = high.cwiseMax(point);
+    }
+    return (high - low).norm();
+}
+
+/// The springs of a body, let go where the tractions hold them; the first probe is watched along the way that it had
+/// gone.
+results::HistoryCase move_body(const core::Problem &problem, const msm::SpringLaw &law,
+                               const msm::Integrator &integrator, const HistoriesOptions &options,
+                               const std::function<void(double)> &starting) {
+    const auto &points = problem.body->mesh.points;
+    const auto &release = problem.load_case.release.value();
+    const auto springs = msm::spring_network(*problem.body, law);
+    const auto loaded = msm::nodal_conditions(problem, springs.node_mass);
+    const auto equilibrium = msm::find_equilibrium(springs, points, loaded);
+    if (equilibrium.status != core::SolutionStatus::ok)
+        throw core::InputError(fmt::format("{} under {}: {}; make the load smaller", problem.body->name,
+                                           problem.load_case.name, equilibrium.message));
+    const auto let_go =
+        msm::nodal_conditions({problem.body, core::without_tractions(problem.load_case)}, springs.node_mass);
+    const auto equation = msm::spring_motion(springs, points, let_go, release.damping);
+    results::HistoryCase moved{
+        .name = problem.load_case.name,
+        .title = fmt::format("{}, {}, {}", problem.body->name, law.name, release.probes.front().name),
+        .parameters = {{"alpha", release.damping.alpha}, {"beta", release.damping.beta}},
+        .critical_time_step = msm::critical_time_step(
+            integrator, release.damping, msm::lowest_modes(springs, points, let_go, 1).angular_frequency.front(),
+            msm::largest_angular_frequency(springs, points, let_go)),
+        .steps = {}};
+    auto time_steps = options.time_steps;
+    // What the motion should look like.
+    if (std::isfinite(moved.critical_time_step) && moved.critical_time_step > 0.0)
+        time_steps.push_back(msm::default_safety_factor * moved.critical_time_step);
+
+    const msm::State start{msm::to_unknowns(equilibrium.displacement),
+                           Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * points.size()))};
+    const auto node = static_cast<Eigen::Index>(release.probes.front().node);
+    const core::Vector3 direction = equilibrium.displacement[node].normalized();
+    const Watch watch{[=](const msm::State &state) { return direction.dot(state.displacement.segment<3>(3 * node)); },
+                      bound_of_body * size_of(points)};
+    for (const double time_step : time_steps) {
+        starting(time_step);
+        moved.steps.push_back(move(integrator, equation, start, time_step, options.duration, watch));
+    }
+    return moved;
+}
+
+/// A row for each case, a column for each step.
+results::Layout table(const std::vector<results::Histories> &all, const HistoriesOptions &options) {
+    results::Layout layout{.columns = {{"model"}, {"longest stable step [s]", true}}, .rows = {}};
+    for (const double time_step : options.time_steps)
+        layout.columns.push_back({fmt::format("h = {:g} s", time_step)});
+    layout.columns.push_back({fmt::format("{:g} of the longest", msm::default_safety_factor)});
+    for (const auto &histories : all)
+        for (const auto &entry : histories.cases) {
+            std::vector<std::string> row{entry.title, fmt::format("{:.4g}", entry.critical_time_step)};
+            for (const auto &history : entry.steps) {
+                if (!std::isnan(history.diverged_at))
+                    row.push_back(fmt::format("diverged at {:.3g} s", history.diverged_at));
+                else
+                    row.push_back(fmt::format("{}, ends at {:.3g} m",
+                                              history.time_step > entry.critical_time_step ? "grows" : "stable",
+                                              history.displacement.back()));
+            }
+            row.resize(layout.columns.size(), "-");
+            layout.rows.push_back(row);
+        }
+    return layout;
+}
+
+std::vector<core::Problem> read_problems(const HistoriesOptions &options) {
+    const auto load_case_file = find_toml_files({options.load_case}, load_cases_folder, "load case").front();
+    std::vector<core::Problem> problems;
+    for (const auto &body_file : find_toml_files(options.bodies, bodies_folder, "body")) {
+        const auto body = std::make_shared<const core::Body>(meshes::read_body(body_file, options.material));
+        problems.push_back({body, load_cases::read_load_case(load_case_file, body->mesh)});
+        if (!problems.back().load_case.release)
+            throw core::InputError(fmt::format("load case {} lets nothing go; choose one with a [release]",
+                                               problems.back().load_case.name));
+    }
+    return problems;
+}
+
+int find_histories(const HistoriesOptions &options, const std::string &command_line) {
+    for (const double time_step : options.time_steps)
+        if (!(options.duration / time_step <= most_steps))
+            throw core::InputError(fmt::format("--duration {} in steps of --time-step {} is more than a million steps; "
+                                               "make the duration shorter or the step longer",
+                                               options.duration, time_step));
+    const auto law = find_spring_law(options.law);
+    const auto integrator = find_integrators({options.integrator}).front();
+    const auto problems = read_problems(options);
+    const auto empty_histories = [&](const std::string &subject) {
+        return results::Histories{results::current_provenance(command_line), subject, integrator.name, {}};
+    };
+    std::vector<results::Histories> done;
+    {
+        Progress progress(static_cast<int>(1 + problems.size() * (options.time_steps.size() + 1)));
+        const auto folder = make_output_folder(options.output, one_degree_of_freedom);
+        progress.next("one degree of freedom");
+        done.push_back(empty_histories(one_degree_of_freedom));
+        for (const bool is_pushed : {false, true})
+            for (const auto &model : readings_of_table_1())
+                done.back().cases.push_back(move_one(model, is_pushed, integrator, options));
+        results::write_histories(folder / "histories.h5", done.back());
+
+        for (const auto &problem : problems) {
+            const auto body_folder = make_output_folder(options.output, problem.body->name);
+            done.push_back(empty_histories(problem.body->name));
+            done.back().cases.push_back(move_body(problem, law, integrator, options, [&](double time_step) {
+                progress.next(fmt::format("{} / h = {:.3g} s", problem.body->name, time_step));
+            }));
+            results::write_histories(body_folder / fmt::format("histories.{}.h5", law.name), done.back());
+        }
+    }
+    const auto layout = table(done, options);
+    fmt::print("{}", options.markdown ? results::to_markdown(layout) : results::to_text(layout));
+    fmt::print(stderr, "Result files are in {}\n", options.output);
+    return 0;
+}
+
+} // namespace
+
+Command add_histories(CLI::App &parent, const std::string &command_line) {
+    auto *command = parent.add_subcommand(
+        "histories", "Move the seed paper's model of one degree of freedom, and whole bodies, in its four time steps, "
+                     "stable or not");
+    auto options = std::make_shared<HistoriesOptions>();
+    options->output = (root_folder() / "results" / "runs").string();
+    command->add_option("body", options->bodies,
+                        "Names as in 'livermark list bodies', or paths of body .toml files; all that ship if none is "
+                        "named");
+    command->add_option("--law", options->law, "A name as in 'livermark list spring-laws'")->capture_default_str();
+    command->add_option("--load-case", options->load_case, "What is let go, and how it is damped: one with a [release]")
+        ->capture_default_str();
+    command->add_option("--integrator", options->integrator, "A name as in 'livermark list integrators'")
+        ->capture_default_str();
+    command->add_option("--time-step", options->time_steps, "[s]")->check(CLI::Range(1e-6, 1e6))->capture_default_str();
+    command->add_option("--duration", options->duration, "[s]")->check(CLI::Range(1e-3, 1e6))->capture_default_str();
+    command->add_option("--young", options->material.young_modulus,
+                        "Young's modulus of the first region [Pa]; the others keep their ratio to it");
+    command->add_option("--poisson", options->material.poisson_ratio, "Poisson's ratio of every region");
+    command->add_option("--output", options->output, "Folder for <body>/histories.<law>.h5")->capture_default_str();
+    command->add_flag("--markdown", options->markdown, "Print the table in Markdown");
+    return [options, command_line] { return find_histories(*options, command_line); };
+}
+
+} // namespace livermark::app

@@ -1,0 +1,38 @@
+#include "results/stability_file.hpp"
+
+#include "results/whole_file.hpp"
+
+namespace livermark::results {
+
+void write_stability(const std::filesystem::path &path, const Stability &stability) {
+    hdf5::OutputFile file;
+    hdf5::write_provenance(file, stability.provenance);
+    file.text("/", "body", stability.body);
+    file.text("/", "spring_law", stability.spring_law);
+    file.text("/", "load_case", stability.load_case);
+    file.number("/", "alpha", stability.damping.alpha);
+    file.number("/", "beta", stability.damping.beta);
+    file.number("/", "lowest_angular_frequency", stability.lowest_frequency);
+    file.number("/", "largest_angular_frequency", stability.largest_frequency);
+    file.number("/", "largest_angular_frequency_bound", stability.largest_frequency_bound);
+    file.number("/", "element_time_step", stability.element_time_step);
+
+    std::vector<std::string> names;
+    std::vector<double> undamped_predicted, undamped_observed, damped_predicted, damped_observed;
+    for (const auto &limits : stability.limits) {
+        names.push_back(limits.integrator);
+        undamped_predicted.push_back(limits.undamped.predicted);
+        undamped_observed.push_back(limits.undamped.observed);
+        damped_predicted.push_back(limits.damped.predicted);
+        damped_observed.push_back(limits.damped.observed);
+    }
+    file.group("/critical_time_step");
+    file.texts("/critical_time_step", "integrators", names);
+    file.dataset("/critical_time_step/undamped_predicted", undamped_predicted, "s");
+    file.dataset("/critical_time_step/undamped_observed", undamped_observed, "s");
+    file.dataset("/critical_time_step/damped_predicted", damped_predicted, "s");
+    file.dataset("/critical_time_step/damped_observed", damped_observed, "s");
+    hdf5::write_whole(path, file.image());
+}
+
+} // namespace livermark::results

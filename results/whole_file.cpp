@@ -1,0 +1,60 @@
+#include "results/whole_file.hpp"
+
+#include <fmt/format.h>
+#include <fstream>
+#include <unistd.h>
+
+#include "core/input_error.hpp"
+#include "results/schema.hpp"
+
+namespace livermark::results::hdf5 {
+
+namespace {
+
+void write_bytes(const std::filesystem::path &path, const std::vector<char> &bytes) {
+    std::ofstream stream(path, std::ios::binary | std::ios::trunc);
+    if (!stream)
+        throw core::InputError(fmt::format(
+            "{}: cannot make a file in this directory; check that the directory exists and can be written to",
+            path.parent_path().string()));
+    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    stream.close();
+    if (!stream)
+        throw core::InputError(fmt::format("{}: cannot write {} bytes; make room on the disk or choose another place",
+                                           path.parent_path().string(), bytes.size()));
+}
+
+} // namespace
+
+void write_provenance(OutputFile &file, const Provenance &provenance) {
+    file.integer("/", "schema_version", schema_version);
+    file.text("/", "software_version", provenance.software_version);
+    file.text("/", "git_commit", provenance.git_commit);
+    file.text("/", "created", provenance.created);
+    file.text("/", "command", provenance.command);
+    file.text("/", "cpu", provenance.cpu);
+    file.text("/", "compiler", provenance.compiler);
+    file.text("/", "build_type", provenance.build_type);
+    file.integer("/", "threads", provenance.threads);
+}
+
+void write_whole(const std::filesystem::path &path, const std::vector<char> &bytes) {
+    const auto target = std::filesystem::absolute(path);
+    // The process number keeps two runs that write the same file from writing into each other's.
+    auto temporary = target;
+    temporary += fmt::format(".{}.partial", getpid());
+    try {
+        write_bytes(temporary, bytes);
+        std::error_code error;
+        std::filesystem::rename(temporary, target, error);
+        if (error)
+            throw core::InputError(fmt::format("{}: cannot put the result file there: {}; choose another place",
+                                               target.string(), error.message()));
+    } catch (...) {
+        std::error_code ignored;
+        std::filesystem::remove(temporary, ignored);
+        throw;
+    }
+}
+
+} // namespace livermark::results::hdf5
