@@ -39,6 +39,7 @@ int run(int argc, char **argv) {
         livermark::app::add_modes(app, command_line),
         livermark::app::add_run(app, command_line),
         livermark::app::add_mesh(app),
+        livermark::app::add_parameters(app),
     };
     if (argc > 1)
         refuse_unknown_subcommand(app, argv[1]);

@@ -1,38 +1,23 @@
 #include "results/table.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
 #include <vector>
 
+#include "results/grid.hpp"
+
 namespace livermark::results {
 
 namespace {
 
-struct Column {
-    const char *title;
-    bool is_number;
-};
+const std::vector<GridColumn> columns{
+    {"body", false},       {"load case", false}, {"model", false},    {"peak [mm]", true},  {"L2 [%]", true},
+    {"+- [%]", true},      {"max [mm]", true},   {"max [%]", true},   {"react. [%]", true}, {"energy [%]", true},
+    {"nonlin. [%]", true}, {"set-up [s]", true}, {"solve [s]", true}, {"status", false},    {"band", false}};
 
-constexpr std::array<Column, 15> columns{{{"body", false},
-                                          {"load case", false},
-                                          {"model", false},
-                                          {"peak [mm]", true},
-                                          {"L2 [%]", true},
-                                          {"+- [%]", true},
-                                          {"max [mm]", true},
-                                          {"max [%]", true},
-                                          {"react. [%]", true},
-                                          {"energy [%]", true},
-                                          {"nonlin. [%]", true},
-                                          {"set-up [s]", true},
-                                          {"solve [s]", true},
-                                          {"status", false},
-                                          {"band", false}}};
-
-using Row = std::array<std::string, columns.size()>;
+using Row = std::vector<std::string>;
 
 constexpr double percent = 100.0;
 constexpr double millimetres = 1000.0;
@@ -108,19 +93,13 @@ Row row_of(const ModelResult &model, const Result &result) {
     return row;
 }
 
-Row titles() {
-    Row row;
-    std::ranges::transform(columns, row.begin(), [](const Column &column) { return column.title; });
-    return row;
-}
-
-/// The titles, then a row per model.
-std::vector<Row> rows_of(std::span<const Result> results) {
-    std::vector<Row> rows{titles()};
+/// A row per model.
+Grid grid_of(std::span<const Result> results) {
+    Grid grid{columns, {}};
     for (const Result &result : results)
         for (const ModelResult &model : result.models)
-            rows.push_back(row_of(model, result));
-    return rows;
+            grid.rows.push_back(row_of(model, result));
+    return grid;
 }
 
 std::string legend(std::span<const Result> results) {
@@ -164,56 +143,14 @@ std::string failures(std::span<const Result> results, const std::string &bullet)
     return lines.empty() ? lines : fmt::format("\n{}", lines);
 }
 
-std::string escape_markdown(const std::string &cell) {
-    std::string escaped;
-    for (const char c : cell) {
-        if (c == '|')
-            escaped += '\\';
-        escaped += c;
-    }
-    return escaped;
-}
-
 } // namespace
 
 std::string text_table(std::span<const Result> results) {
-    const auto rows = rows_of(results);
-    std::array<std::size_t, columns.size()> width{};
-    for (const Row &row : rows)
-        for (std::size_t c = 0; c < row.size(); ++c)
-            width[c] = std::max(width[c], row[c].size());
-
-    std::string table;
-    for (const Row &row : rows) {
-        for (std::size_t c = 0; c < row.size(); ++c) {
-            table += c == 0 ? "" : "  ";
-            table += columns[c].is_number ? fmt::format("{:>{}}", row[c], width[c])
-                                          : fmt::format("{:<{}}", row[c], width[c]);
-        }
-        table += '\n';
-        if (&row == &rows.front()) {
-            for (std::size_t c = 0; c < row.size(); ++c)
-                table += fmt::format("{}{:-<{}}", c == 0 ? "" : "  ", "", width[c]);
-            table += '\n';
-        }
-    }
-    return table + legend(results) + histories(results, "") + failures(results, "");
+    return text_grid(grid_of(results)) + legend(results) + histories(results, "") + failures(results, "");
 }
 
 std::string markdown_table(std::span<const Result> results) {
-    const auto rows = rows_of(results);
-    std::string table;
-    for (const Row &row : rows) {
-        for (const std::string &cell : row)
-            table += fmt::format("| {} ", escape_markdown(cell));
-        table += "|\n";
-        if (&row == &rows.front()) {
-            for (const Column &column : columns)
-                table += column.is_number ? "| ---: " : "| --- ";
-            table += "|\n";
-        }
-    }
-    return table + legend(results) + histories(results, "- ") + failures(results, "- ");
+    return markdown_grid(grid_of(results)) + legend(results) + histories(results, "- ") + failures(results, "- ");
 }
 
 } // namespace livermark::results
