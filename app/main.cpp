@@ -41,6 +41,7 @@ int run(int argc, char **argv) {
         livermark::app::add_mesh(app),
         livermark::app::add_histories(app, command_line),
         livermark::app::add_stability(app, command_line),
+        livermark::app::add_parameters(app),
     };
     if (argc > 1)
         refuse_unknown_subcommand(app, argv[1]);

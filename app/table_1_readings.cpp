@@ -4,6 +4,8 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "app/table_1.hpp"
+
 namespace livermark::app {
 
 namespace {
@@ -14,8 +16,10 @@ struct Row {
     double mass, stiffness, damping; // as printed
 };
 
-constexpr std::array table_1{Row{"without_tumour", "without tumour", 1.9825, 5.4225, 7.4525},
-                             Row{"with_tumour", "with tumour", 5.9256, 7.0484, 11.9012}};
+constexpr std::array table_1{Row{"without_tumour", "without tumour", printed_mass.without_tumours,
+                                 printed_stiffness.without_tumours, printed_damping.without_tumours},
+                             Row{"with_tumour", "with tumour", printed_mass.with_tumours,
+                                 printed_stiffness.with_tumours, printed_damping.with_tumours}};
 
 constexpr double kilo = 1000.0;
 /// Of an adult liver [m^3]; the edge of a cube of it makes a stiffness of a modulus and a dashpot of a viscosity.

@@ -5,22 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "core/rayleigh_damping.hpp"
 #include "core/tetra_mesh.hpp"
 
 namespace livermark::core {
 
 /// What holds on one boundary triangle. The values are those of the result file.
 enum class FacetCondition : std::uint8_t { free = 0, prescribed_displacement = 1, traction = 2 };
-
-/// Damping forces D v with D = alpha M + beta K (Rayleigh).
-struct RayleighDamping {
-    double alpha = 0.0; ///< of the mass [1/s], >= 0
-    double beta = 0.0;  ///< of the stiffness [s], >= 0
-
-    /// Damping ratio of a mode, zeta = (alpha / omega + beta omega) / 2.
-    /// @param omega  undamped angular frequency of the mode [rad/s], > 0
-    double ratio(double omega) const { return 0.5 * (alpha / omega + beta * omega); }
-};
 
 /// A node whose motion is recorded.
 struct Probe {

@@ -28,7 +28,7 @@ struct PressureSystem {
     SymmetricMatrix compliance; ///< (m, m) C_qr = integral of psi_q psi_r / lambda [m^3/Pa]
     SymmetricMatrix norm;       ///< (m, m) integral of (1 / (2 mu) + 1 / lambda) psi_q psi_r [m^3/Pa]
 
-    int num_pressures() const { return compliance.num_rows(); }
+    int num_pressures() const { return compliance.row_start.empty() ? 0 : compliance.num_rows(); }
 };
 
 /// The body with lambda = 0 in the regions that get a pressure: what is left of their stiffness is 2 mu eps.

@@ -55,7 +55,7 @@ core::RayleighDamping read_damping(const toml::table &table) {
         return {number_above(table, "alpha", 0.0, true), number_above(table, "beta", 0.0, true)};
     const double ratio = number_above(table, "damping_ratio", 0.0, true);
     const auto [first, second] = read_frequencies(table);
-    return {.alpha = 2.0 * ratio * first * second / (first + second), .beta = 2.0 * ratio / (first + second)};
+    return core::rayleigh_damping(ratio, first, second);
 }
 
 bool is_held(int node, const core::TetraMesh &mesh, const core::LoadCase &load_case) {

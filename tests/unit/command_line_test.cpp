@@ -1,35 +1,18 @@
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <numbers>
-#include <sys/wait.h>
 
 #include "results/result_file.hpp"
+#include "tests/livermark_command.hpp"
 
 namespace livermark {
 namespace {
 
-struct Outcome {
-    int status;
-    std::string output; ///< standard output and error
-};
-
-/// Runs livermark as a user would.
-Outcome livermark(const std::string &arguments) {
-    FILE *pipe = popen((LIVERMARK_BINARY " " + arguments + " 2>&1").c_str(), "r");
-    if (!pipe)
-        return {-1, "cannot be started"};
-    std::string output;
-    std::array<char, 4096> buffer{};
-    while (const auto size = std::fread(buffer.data(), 1, buffer.size(), pipe))
-        output.append(buffer.data(), size);
-    const int status = pclose(pipe);
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, output};
-}
+using tests::livermark;
 
 std::filesystem::path scratch_folder() {
     const auto *test = testing::UnitTest::GetInstance()->current_test_info();
@@ -47,7 +30,7 @@ std::string written(const std::filesystem::path &file, const std::string &text) 
 TEST(CommandLine, HelpAndVersionAreNoErrors) {
     for (const char *arguments :
          {"--help", "run --help", "list --help", "mesh --help", "mesh liver --help", "mesh check --help",
-          "modes --help", "stability --help", "histories --help", "--version"}) {
+          "modes --help", "stability --help", "histories --help", "parameters --help", "--version"}) {
         const auto outcome = livermark(arguments);
         EXPECT_EQ(outcome.status, 0) << arguments << "\n" << outcome.output;
         EXPECT_FALSE(outcome.output.empty());

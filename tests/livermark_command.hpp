@@ -1,0 +1,28 @@
+#pragma once
+
+#include <array>
+#include <cstdio>
+#include <string>
+#include <sys/wait.h>
+
+namespace livermark::tests {
+
+struct Outcome {
+    int status;
+    std::string output; ///< standard output and error
+};
+
+/// Runs livermark as a user would.
+inline Outcome livermark(const std::string &arguments) {
+    FILE *pipe = popen((LIVERMARK_BINARY " " + arguments + " 2>&1").c_str(), "r");
+    if (!pipe)
+        return {-1, "cannot be started"};
+    std::string output;
+    std::array<char, 4096> buffer{};
+    while (const auto size = std::fread(buffer.data(), 1, buffer.size(), pipe))
+        output.append(buffer.data(), size);
+    const int status = pclose(pipe);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, output};
+}
+
+} // namespace livermark::tests
