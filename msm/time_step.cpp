@@ -1,6 +1,7 @@
 #include "msm/time_step.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -52,15 +53,23 @@ double amplification(const Integrator &integrator, double omega, double damping_
     return spectral_radius(propagator);
 }
 
+double largest_amplification(const Integrator &integrator, const core::RayleighDamping &damping, double lowest,
+                             double highest, double time_step) {
+    double largest = 0.0;
+    for (int f = 0; f < num_frequencies; ++f) {
+        const double omega = highest * std::pow(lowest / highest, f / (num_frequencies - 1.0));
+        const double growth = amplification(integrator, omega, damping.ratio(omega), time_step);
+        if (std::isnan(growth))
+            return std::numeric_limits<double>::infinity();
+        largest = std::max(largest, growth);
+    }
+    return largest;
+}
+
 double critical_time_step(const Integrator &integrator, const core::RayleighDamping &damping, double lowest,
                           double highest) {
     const auto is_stable = [&](double time_step) {
-        for (int f = 0; f < num_frequencies; ++f) {
-            const double omega = highest * std::pow(lowest / highest, f / (num_frequencies - 1.0));
-            if (!(amplification(integrator, omega, damping.ratio(omega), time_step) <= 1.0 + rounding))
-                return false;
-        }
-        return true;
+        return largest_amplification(integrator, damping, lowest, highest, time_step) <= 1.0 + rounding;
     };
     const bool is_damped = damping.alpha > 0.0 || damping.beta > 0.0;
     double good = (is_damped ? smallest_damped_try : smallest_undamped_try) / highest;

@@ -13,6 +13,12 @@ namespace livermark::msm {
 /// @param time_step      [s], > 0
 double amplification(const Integrator &integrator, double omega, double damping_ratio, double time_step);
 
+/// The largest amplification of all modes whose angular frequencies lie between the two and have the damping ratios
+/// that Rayleigh damping gives them.
+/// @param lowest, highest  [rad/s], 0 < lowest <= highest
+double largest_amplification(const Integrator &integrator, const core::RayleighDamping &damping, double lowest,
+                             double highest, double time_step);
+
 /// The largest step at which no mode grows, where all angular frequencies lie between the two and have the damping
 /// ratios that Rayleigh damping gives them.
 /// @param lowest, highest  [rad/s], 0 < lowest <= highest
