@@ -36,9 +36,7 @@ void compare_with_reference(results::Result &result) {
         if (&model != reference)
             model.comparison = core::compare(mesh, model.solution, reference->solution, reference->name);
         if (model.comparison && moving && &model != moving && model.solution.history && moving->solution.history) {
-            model.comparison->history_relative_l2 =
-                core::relative_history_error(*model.solution.history, *moving->solution.history);
-            model.comparison->history_reference = moving->name;
+            model.comparison->history = core::compare(*model.solution.history, *moving->solution.history, moving->name);
         }
     }
 }

@@ -102,13 +102,6 @@ results::HistoryCase move_one(const OneDegreeOfFreedom &model, bool is_pushed, c
     return moved;
 }
 
-core::LoadCase without_tractions(core::LoadCase load_case) {
-    for (auto &condition : load_case.condition)
-        if (condition == core::FacetCondition::traction)
-            condition = core::FacetCondition::free;
-    return load_case;
-}
-
 double size_of(const std::vector<core::Vector3> &points) {
     core::Vector3 low = points.front(), high = points.front();
     for (const auto &point : points) {
@@ -131,7 +124,8 @@ results::HistoryCase move_body(const core::Problem &problem, const msm::SpringLa
     if (equilibrium.status != core::SolutionStatus::ok)
         throw core::InputError(fmt::format("{} under {}: {}; make the load smaller", problem.body->name,
                                            problem.load_case.name, equilibrium.message));
-    const auto let_go = msm::nodal_conditions({problem.body, without_tractions(problem.load_case)}, springs.node_mass);
+    const auto let_go =
+        msm::nodal_conditions({problem.body, core::without_tractions(problem.load_case)}, springs.node_mass);
     const auto equation = msm::spring_motion(springs, points, let_go, release.damping);
     results::HistoryCase moved{
         .name = problem.load_case.name,

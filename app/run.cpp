@@ -16,6 +16,7 @@
 #include "results/error_bands.hpp"
 #include "results/provenance.hpp"
 #include "results/result_file.hpp"
+#include "results/summary.hpp"
 #include "results/table.hpp"
 
 namespace livermark::app {
@@ -72,8 +73,12 @@ Task prepare(const RunOptions &options) {
     Task task{choose_models(options.models, options.model_options, !options.no_uncertainty), read_problems(options),
               read_bands(options)};
     if (fem_reference::mpi_rank() == 0)
-        for (const auto &problem : task.problems)
+        for (const auto &problem : task.problems) {
+            for (const auto &model : task.models)
+                if (model.check)
+                    model.check(problem);
             make_output_folder(options.output, problem);
+        }
     return task;
 }
 
@@ -129,7 +134,11 @@ int run(const RunOptions &options, const std::string &command_line) {
             }
         }
     }
-    fmt::print("{}", options.markdown ? results::markdown_table(done) : results::text_table(done));
+    const auto in_short = results::summary(done);
+    if (options.markdown)
+        fmt::print("{}\n{}", results::markdown_table(done), results::to_markdown(in_short));
+    else
+        fmt::print("{}\n{}", results::text_table(done), results::to_text(in_short));
     for (const auto &failure : failures)
         fmt::print(stderr, "livermark: failed: {}\n", failure);
     fmt::print(stderr, "Result files are in {}\n", options.output);
@@ -165,6 +174,27 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
                 {"auto", automatic}, {"direct", direct}, {"iterative", iterative}},
             CLI::ignore_case))
         ->default_str("auto");
+    command
+        ->add_option("--equilibrium", options->model_options.equilibrium,
+                     "How mass-spring models find where they come to rest: newton, or relaxation by time stepping")
+        ->transform(CLI::CheckedTransformer(
+            std::map<std::string, models::EquilibriumMethod>{{"newton", models::EquilibriumMethod::newton},
+                                                             {"relaxation", models::EquilibriumMethod::relaxation}},
+            CLI::ignore_case))
+        ->default_str("newton");
+    auto &stepping = options->model_options.time_stepping;
+    command
+        ->add_option("--integrator", stepping.integrator,
+                     "How mass-spring models move in time: a name as in 'livermark list integrators'")
+        ->capture_default_str();
+    command
+        ->add_option("--time-step", stepping.time_step,
+                     "Longest step of mass-spring models [s]; by default 0.8 of the longest that is stable")
+        ->check([](const std::string &text) {
+            double value = 0.0;
+            return CLI::detail::lexical_cast(text, value) && value > 0.0 ? "" : "a step in seconds has to be positive";
+        });
+    command->add_flag("--force-time-step", stepping.force, "Take the step even if it is too long to be stable");
     command->add_flag("--markdown", options->markdown, "Print the table in Markdown");
     return [options, command_line] { return run(*options, command_line); };
 }

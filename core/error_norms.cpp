@@ -81,16 +81,51 @@ Comparison compare(const TetraMesh &mesh, const Solution &solution, const Soluti
     return result;
 }
 
-double relative_history_error(const History &history, const History &reference) {
+HistoryComparison compare(const History &history, const History &reference, const std::string &reference_name) {
     if (history.time != reference.time || history.displacement.size() != reference.displacement.size())
         throw std::invalid_argument("cannot compare histories that were recorded at other times or probes");
-    double difference = 0.0;
-    double total = 0.0;
+    if (history.time.size() < 2)
+        throw std::invalid_argument("cannot compare histories of less than two records");
+    const auto num_records = static_cast<int>(reference.time.size());
+    const int num_probes = static_cast<int>(reference.displacement.size()) / num_records;
+    double difference = 0.0, own = 0.0, total = 0.0;
     for (std::size_t k = 0; k < reference.displacement.size(); ++k) {
         difference += (history.displacement[k] - reference.displacement[k]).squaredNorm();
+        own += history.displacement[k].squaredNorm();
         total += reference.displacement[k].squaredNorm();
     }
-    return std::sqrt(difference / total);
+    HistoryComparison result{.reference = reference_name,
+                             .relative_l2 = std::sqrt(difference / total),
+                             .amplitude_error = std::sqrt(own / total) - 1.0};
+    if (!std::isfinite(result.relative_l2)) {
+        result.lag = std::numeric_limits<double>::quiet_NaN();
+        return result;
+    }
+
+    /// Correlation when the history is taken this many records later.
+    const auto correlation = [&](int shift) {
+        double product = 0.0, mine = 0.0, theirs = 0.0;
+        for (int k = std::max(0, -shift); k < std::min(num_records, num_records - shift); ++k)
+            for (int q = 0; q < num_probes; ++q) {
+                const auto &u = history.displacement[(k + shift) * num_probes + q];
+                const auto &r = reference.displacement[k * num_probes + q];
+                product += u.dot(r);
+                mine += u.squaredNorm();
+                theirs += r.squaredNorm();
+            }
+        return mine > 0.0 && theirs > 0.0 ? product / std::sqrt(mine * theirs) : 0.0;
+    };
+    const int largest = num_records / 4;
+    // Uphill from where they are: a motion that is periodic is as much alike a period later.
+    int best = 0;
+    for (const int direction : {1, -1})
+        while (std::abs(best) < largest && correlation(best + direction) > correlation(best))
+            best += direction;
+    const double left = correlation(best - 1), middle = correlation(best), right = correlation(best + 1);
+    const double curvature = left - 2.0 * middle + right;
+    const double part = curvature < 0.0 ? std::clamp(0.5 * (left - right) / curvature, -0.5, 0.5) : 0.0;
+    result.lag = (best + part) * (reference.time[1] - reference.time[0]);
+    return result;
 }
 
 } // namespace livermark::core

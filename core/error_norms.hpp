@@ -9,17 +9,29 @@
 
 namespace livermark::core {
 
+/// How far one motion is from another.
+struct HistoryComparison {
+    std::string reference;        ///< name of the model that it was compared with
+    double relative_l2 = 0.0;     ///< sqrt(sum |u_kq - r_kq|^2 / sum |r_kq|^2) over all records k and probes q
+    double amplitude_error = 0.0; ///< a - 1, with a the ratio of the root mean squares of u and r
+    /// By how much the motion is late [s]: the shift of its records in time, the nearest to none, at which sum u_kq .
+    /// r_kq over the norms of both, of those that still meet, is greatest; between records by a parabola, and not
+    /// beyond a quarter of the time.
+    double lag = 0.0;
+
+    bool operator==(const HistoryComparison &) const = default;
+};
+
 /// How far a solution is from a reference solution of the same problem.
 struct Comparison {
     std::string reference;    ///< name of the reference model
     double relative_l2 = 0.0; ///< sqrt(sum_i V_i |u_i - r_i|^2 / sum_i V_i |r_i|^2), V_i barycentric nodal volume
     double max_error = 0.0;   ///< max_i |u_i - r_i| [m]
-    double max_error_relative = 0.0;           ///< max_error / max_i |r_i|
-    double energy_error = 0.0;                 ///< (U - U_r) / U_r of the strain energies, signed
-    double reaction_error = 0.0;               ///< sqrt(sum_p |R_p - R_rp|^2 / sum_p |R_rp|^2) over the constraints
-    std::optional<double> history_relative_l2; ///< of the motion, see relative_history_error(); not set by compare()
-    std::string history_reference;             ///< name of the model that the motion was compared with
-    std::vector<Vector3> error;                ///< (N) u - r [m]
+    double max_error_relative = 0.0;          ///< max_error / max_i |r_i|
+    double energy_error = 0.0;                ///< (U - U_r) / U_r of the strain energies, signed
+    double reaction_error = 0.0;              ///< sqrt(sum_p |R_p - R_rp|^2 / sum_p |R_rp|^2) over the constraints
+    std::optional<HistoryComparison> history; ///< of the motion; not set by compare()
+    std::vector<Vector3> error;               ///< (N) u - r [m]
 };
 
 /// Compares a solution with the reference.
@@ -31,8 +43,9 @@ struct Comparison {
 Comparison compare(const TetraMesh &mesh, const Solution &solution, const Solution &reference,
                    const std::string &reference_name);
 
-/// sqrt(sum |u_kq - r_kq|^2 / sum |r_kq|^2) over all records k and probes q of two histories.
-/// @throws std::invalid_argument if they were recorded at other times or probes
-double relative_history_error(const History &history, const History &reference);
+/// Compares the motion of the probes. What is not finite gives a comparison that is not finite.
+/// @param reference_name  kept in the comparison
+/// @throws std::invalid_argument if they were recorded at other times or probes, or at fewer than two times
+HistoryComparison compare(const History &history, const History &reference, const std::string &reference_name);
 
 } // namespace livermark::core

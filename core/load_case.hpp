@@ -53,4 +53,7 @@ struct LoadCase {
     std::optional<Release> release;            ///< only in a time-dependent load case
 };
 
+/// The same with its tractions let go: what holds after a release.
+LoadCase without_tractions(LoadCase load_case);
+
 } // namespace livermark::core

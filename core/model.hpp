@@ -19,6 +19,9 @@ struct Model {
     /// Its lowest modes, as many as asked for, with the constraints of the load case; empty if it cannot tell. Throws
     /// InputError if the body is free to move or has too few.
     std::function<Modes(const Problem &, int)> modes{};
+    /// Whether it can do what its user asked for on a problem; throws InputError if not. Called for every problem
+    /// before the first one is solved. Empty if nothing can be wrong.
+    std::function<void(const Problem &)> check{};
     bool is_collective = false; ///< of several MPI ranks all have to call solve, and all get the answer
 };
 

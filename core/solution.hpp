@@ -31,8 +31,14 @@ struct History {
     std::vector<Vector3> displacement;  ///< (K, Q) of each probe [m], all probes of one time behind each other
     std::vector<double> kinetic_energy; ///< (K) [J]
     std::vector<double> strain_energy;  ///< (K) [J]
-    double setup_seconds = 0.0;         ///< all that precedes the first step and is not in those of the Solution
-    double solve_seconds = 0.0;         ///< the steps
+    std::string integrator{};           ///< the rule that took the steps
+    double time_step = 0.0;             ///< of its steps; the records may be further apart [s]
+    /// The longest step that would be stable [s]; infinity where every one is.
+    double critical_time_step = std::numeric_limits<double>::infinity();
+    /// When the motion left all bounds [s], NaN if it did not. The records from then on are NaN.
+    double diverged_at = std::numeric_limits<double>::quiet_NaN();
+    double setup_seconds = 0.0; ///< all that precedes the first step and is not in those of the Solution
+    double solve_seconds = 0.0; ///< the steps
 };
 
 /// What a model answers to a problem, in the numbering of the mesh file. To a time-dependent load case that is the

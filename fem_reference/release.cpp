@@ -8,29 +8,20 @@
 
 namespace livermark::fem_reference {
 
-namespace {
-
-core::LoadCase without_tractions(core::LoadCase load_case) {
-    for (auto &condition : load_case.condition)
-        if (condition == core::FacetCondition::traction)
-            condition = core::FacetCondition::free;
-    return load_case;
-}
-
-} // namespace
-
 core::History release(const core::Body &body, const ElasticSystem &system, const core::LoadCase &load_case,
                       std::vector<double> displacement) {
     using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();
     const auto &plan = load_case.release.value();
-    const auto conditions = dof_conditions(without_tractions(load_case), system);
+    const auto conditions = dof_conditions(core::without_tractions(load_case), system);
     const auto mass = consistent_mass(body, system);
     Newmark newmark(system.stiffness, mass, plan.damping, plan.output_interval, conditions.prescribed);
     Motion motion{std::move(displacement), std::vector<double>(conditions.load.size(), 0.0)};
     const auto ready = Clock::now();
 
     core::History history;
+    history.integrator = "newmark";
+    history.time_step = plan.output_interval;
     const auto record = [&](int step) {
         history.time.push_back(step * plan.output_interval);
         for (const auto &probe : plan.probes)

@@ -8,6 +8,7 @@
 
 #include "core/model.hpp"
 #include "fem_reference/solver_choice.hpp"
+#include "msm/release.hpp"
 
 namespace livermark::models {
 
@@ -28,9 +29,14 @@ inline constexpr std::string_view moving_reference_model = "fem_p2";
 /// The one that a mass-spring model has to beat.
 inline constexpr std::string_view baseline_model = "fem_p1";
 
+/// How mass-spring models find where they come to rest.
+enum class EquilibriumMethod { newton, relaxation };
+
 /// What a user may choose about models.
 struct ModelOptions {
     fem_reference::SolverChoice fem_solver = fem_reference::SolverChoice::automatic;
+    EquilibriumMethod equilibrium = EquilibriumMethod::newton;
+    livermark::msm::TimeStepping time_stepping; ///< of mass-spring models, where something depends on time
 };
 
 /// Models that come from one adapter. One file each in families/, named as the family.

@@ -29,4 +29,7 @@ struct Integrator {
 /// Every integrator of integrators/, in alphabetical order.
 std::span<const Integrator> all_integrators();
 
+/// @throws core::InputError if there is none of that name
+const Integrator &find_integrator(const std::string &name);
+
 } // namespace livermark::msm

@@ -22,16 +22,8 @@ constexpr double largest_try = 1e3;
 constexpr double ratio = 1.02;
 constexpr int num_bisections = 40;
 
-/// Largest modulus of the two eigenvalues. Those of a general solver would lose half the digits where the two meet.
-double spectral_radius(const Eigen::Matrix2d &matrix) {
-    const double half_trace = 0.5 * matrix.trace();
-    const double discriminant = half_trace * half_trace - matrix.determinant();
-    return discriminant < 0.0 ? std::sqrt(matrix.determinant()) : std::abs(half_trace) + std::sqrt(discriminant);
-}
-
-} // namespace
-
-double amplification(const Integrator &integrator, double omega, double damping_ratio, double time_step) {
+/// Takes (omega u, v) from one time to the next.
+Eigen::Matrix2d propagator(const Integrator &integrator, double omega, double damping_ratio, double time_step) {
     EquationOfMotion equation;
     equation.mass = Eigen::VectorXd::Ones(1);
     equation.acceleration = [=](const Eigen::VectorXd &u, const Eigen::VectorXd &v, Eigen::VectorXd &a) {
@@ -43,14 +35,30 @@ double amplification(const Integrator &integrator, double omega, double damping_
         return matrix;
     };
     const auto step = integrator.prepare(equation, time_step);
-    Eigen::Matrix2d propagator;
+    Eigen::Matrix2d matrix;
     for (int column = 0; column < 2; ++column) {
         State state{Eigen::VectorXd::Zero(1), Eigen::VectorXd::Zero(1)};
         (column == 0 ? state.displacement[0] : state.velocity[0]) = column == 0 ? 1.0 / omega : 1.0;
         step(state);
-        propagator.col(column) << omega * state.displacement[0], state.velocity[0];
+        matrix.col(column) << omega * state.displacement[0], state.velocity[0];
     }
-    return spectral_radius(propagator);
+    return matrix;
+}
+
+double spectral_radius(const Eigen::Matrix2d &matrix) {
+    const double half_trace = 0.5 * matrix.trace();
+    const double discriminant = half_trace * half_trace - matrix.determinant();
+    return discriminant < 0.0 ? std::sqrt(matrix.determinant()) : std::abs(half_trace) + std::sqrt(discriminant);
+}
+
+} // namespace
+
+bool is_stable(const Integrator &integrator, double omega, double damping_ratio, double time_step) {
+    const auto matrix = propagator(integrator, omega, damping_ratio, time_step);
+    // Jury's conditions on z^2 - trace z + det. The eigenvalues themselves lose half the digits where the two meet,
+    // which a critically damped oscillation makes them do at every small step.
+    const double determinant = matrix.determinant();
+    return determinant <= 1.0 + rounding && std::abs(matrix.trace()) <= 1.0 + determinant + rounding;
 }
 
 double largest_amplification(const Integrator &integrator, const core::RayleighDamping &damping, double lowest,
@@ -58,25 +66,27 @@ double largest_amplification(const Integrator &integrator, const core::RayleighD
     double largest = 0.0;
     for (int f = 0; f < num_frequencies; ++f) {
         const double omega = highest * std::pow(lowest / highest, f / (num_frequencies - 1.0));
-        const double growth = amplification(integrator, omega, damping.ratio(omega), time_step);
-        if (std::isnan(growth))
-            return std::numeric_limits<double>::infinity();
-        largest = std::max(largest, growth);
+        largest = std::max(largest, spectral_radius(propagator(integrator, omega, damping.ratio(omega), time_step)));
     }
     return largest;
 }
 
 double critical_time_step(const Integrator &integrator, const core::RayleighDamping &damping, double lowest,
                           double highest) {
-    const auto is_stable = [&](double time_step) {
-        return largest_amplification(integrator, damping, lowest, highest, time_step) <= 1.0 + rounding;
+    const auto all_are_stable = [&](double time_step) {
+        for (int f = 0; f < num_frequencies; ++f) {
+            const double omega = highest * std::pow(lowest / highest, f / (num_frequencies - 1.0));
+            if (!is_stable(integrator, omega, damping.ratio(omega), time_step))
+                return false;
+        }
+        return true;
     };
     const bool is_damped = damping.alpha > 0.0 || damping.beta > 0.0;
     double good = (is_damped ? smallest_damped_try : smallest_undamped_try) / highest;
-    if (!is_stable(good))
+    if (!all_are_stable(good))
         return 0.0;
     double bad = good * ratio;
-    while (is_stable(bad)) {
+    while (all_are_stable(bad)) {
         good = bad;
         bad *= ratio;
         if (bad * highest > largest_try)
@@ -84,7 +94,7 @@ double critical_time_step(const Integrator &integrator, const core::RayleighDamp
     }
     for (int i = 0; i < num_bisections; ++i) {
         const double middle = 0.5 * (good + bad);
-        (is_stable(middle) ? good : bad) = middle;
+        (all_are_stable(middle) ? good : bad) = middle;
     }
     return good;
 }

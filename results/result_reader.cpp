@@ -156,6 +156,10 @@ core::History read_history(const InputFile &file, const std::string &group, cons
     const std::size_t num_records = static_cast<std::size_t>(load_case.release->num_steps) + 1;
     history.setup_seconds = file.number(group, "setup_seconds");
     history.solve_seconds = file.number(group, "solve_seconds");
+    history.integrator = file.text(group, "integrator");
+    history.time_step = file.number(group, "time_step");
+    history.critical_time_step = file.number(group, "critical_time_step");
+    history.diverged_at = file.number(group, "diverged_at");
     history.time = file.dataset<double>(group + "/time", num_records);
     history.displacement =
         file.blocks<core::Vector3>(group + "/displacement", num_records, load_case.release->probes.size());
@@ -213,8 +217,10 @@ core::Comparison read_comparison(const InputFile &file, const std::string &group
     comparison.energy_error = file.number(group, "energy_error");
     comparison.reaction_error = file.number(group, "reaction_error");
     if (file.has_attribute(group, "history_relative_l2")) {
-        comparison.history_relative_l2 = file.number(group, "history_relative_l2");
-        comparison.history_reference = file.text(group, "history_reference");
+        comparison.history = {.reference = file.text(group, "history_reference"),
+                              .relative_l2 = file.number(group, "history_relative_l2"),
+                              .amplitude_error = file.number(group, "history_amplitude_error"),
+                              .lag = file.number(group, "history_lag")};
     }
     comparison.error = file.dataset<core::Vector3>(group + "/error", num_nodes);
     return comparison;

@@ -156,6 +156,10 @@ void write_history(hdf5::OutputFile &file, const std::string &group, const core:
     file.group(group);
     file.number(group, "setup_seconds", history.setup_seconds);
     file.number(group, "solve_seconds", history.solve_seconds);
+    file.text(group, "integrator", history.integrator);
+    file.number(group, "time_step", history.time_step);
+    file.number(group, "critical_time_step", history.critical_time_step);
+    file.number(group, "diverged_at", history.diverged_at);
     file.dataset(group + "/time", history.time, "s");
     file.blocks(group + "/displacement", history.displacement, release.probes.size(), "m");
     file.dataset(group + "/kinetic_energy", history.kinetic_energy, "J");
@@ -221,9 +225,11 @@ void write_comparison(hdf5::OutputFile &file, const ModelResult &model, const Re
         file.number(group, "reaction_error", comparison->reaction_error);
         if (result.reference_uncertainty)
             file.integer(group, "within_uncertainty", is_within_uncertainty(model, result) ? 1 : 0);
-        if (comparison->history_relative_l2) {
-            file.number(group, "history_relative_l2", *comparison->history_relative_l2);
-            file.text(group, "history_reference", comparison->history_reference);
+        if (const auto &motion = comparison->history) {
+            file.number(group, "history_relative_l2", motion->relative_l2);
+            file.number(group, "history_amplitude_error", motion->amplitude_error);
+            file.number(group, "history_lag", motion->lag);
+            file.text(group, "history_reference", motion->reference);
         }
         file.dataset(group + "/error", comparison->error, "m");
     }

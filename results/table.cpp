@@ -1,49 +1,26 @@
 #include "results/table.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <limits>
 #include <vector>
+
+#include "results/table_layout.hpp"
 
 namespace livermark::results {
 
 namespace {
 
-struct Column {
-    const char *title;
-    bool is_number;
-};
+const std::vector<Column> columns{
+    {"body", false},       {"load case", false}, {"model", false},    {"peak [mm]", true},  {"L2 [%]", true},
+    {"+- [%]", true},      {"max [mm]", true},   {"max [%]", true},   {"react. [%]", true}, {"energy [%]", true},
+    {"nonlin. [%]", true}, {"set-up [s]", true}, {"solve [s]", true}, {"status", false},    {"band", false}};
 
-constexpr std::array<Column, 15> columns{{{"body", false},
-                                          {"load case", false},
-                                          {"model", false},
-                                          {"peak [mm]", true},
-                                          {"L2 [%]", true},
-                                          {"+- [%]", true},
-                                          {"max [mm]", true},
-                                          {"max [%]", true},
-                                          {"react. [%]", true},
-                                          {"energy [%]", true},
-                                          {"nonlin. [%]", true},
-                                          {"set-up [s]", true},
-                                          {"solve [s]", true},
-                                          {"status", false},
-                                          {"band", false}}};
-
-using Row = std::array<std::string, columns.size()>;
+using Row = std::vector<std::string>;
 
 constexpr double percent = 100.0;
 constexpr double millimetres = 1000.0;
-/// From here on a diverged solution would blow up the width of its column.
-constexpr double largest_fixed = 1e5;
-
-std::string fixed(double value, int decimals) {
-    return std::abs(value) < largest_fixed || !std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals)
-                                                                    : fmt::format("{:.1e}", value);
-}
-
+constexpr double milliseconds = 1000.0;
 /// [m]; NaN if one displacement is NaN
 double peak_displacement(const core::Solution &solution) {
     double peak = 0.0;
@@ -108,19 +85,12 @@ Row row_of(const ModelResult &model, const Result &result) {
     return row;
 }
 
-Row titles() {
-    Row row;
-    std::ranges::transform(columns, row.begin(), [](const Column &column) { return column.title; });
-    return row;
-}
-
-/// The titles, then a row per model.
-std::vector<Row> rows_of(std::span<const Result> results) {
-    std::vector<Row> rows{titles()};
+Layout layout_of(std::span<const Result> results) {
+    Layout layout{columns, {}};
     for (const Result &result : results)
         for (const ModelResult &model : result.models)
-            rows.push_back(row_of(model, result));
-    return rows;
+            layout.rows.push_back(row_of(model, result));
+    return layout;
 }
 
 std::string legend(std::span<const Result> results) {
@@ -132,6 +102,13 @@ std::string legend(std::span<const Result> results) {
     return "";
 }
 
+std::string describe(const std::string &model, const core::HistoryComparison &motion) {
+    const double lag = std::round(10.0 * milliseconds * motion.lag) / 10.0;
+    return fmt::format("{} {} % off {} (amplitude {:+.1f} %, {:.1f} ms {})", model,
+                       fixed(percent * motion.relative_l2, 2), motion.reference, percent * motion.amplitude_error,
+                       std::abs(lag), lag < 0.0 ? "early" : "late");
+}
+
 /// A line for each time-dependent load case: what its rows are, and how the histories compare.
 std::string histories(std::span<const Result> results, const std::string &bullet) {
     std::string lines;
@@ -140,10 +117,8 @@ std::string histories(std::span<const Result> results, const std::string &bullet
             continue;
         std::vector<std::string> remarks;
         for (const ModelResult &model : result.models)
-            if (model.comparison && model.comparison->history_relative_l2)
-                remarks.push_back(fmt::format("{} {} % off {}", model.name,
-                                              fixed(percent * *model.comparison->history_relative_l2, 2),
-                                              model.comparison->history_reference));
+            if (model.comparison && model.comparison->history)
+                remarks.push_back(describe(model.name, *model.comparison->history));
             else if (!model.solution.history)
                 remarks.push_back(model.name + " gives no motion");
         lines +=
@@ -164,56 +139,14 @@ std::string failures(std::span<const Result> results, const std::string &bullet)
     return lines.empty() ? lines : fmt::format("\n{}", lines);
 }
 
-std::string escape_markdown(const std::string &cell) {
-    std::string escaped;
-    for (const char c : cell) {
-        if (c == '|')
-            escaped += '\\';
-        escaped += c;
-    }
-    return escaped;
-}
-
 } // namespace
 
 std::string text_table(std::span<const Result> results) {
-    const auto rows = rows_of(results);
-    std::array<std::size_t, columns.size()> width{};
-    for (const Row &row : rows)
-        for (std::size_t c = 0; c < row.size(); ++c)
-            width[c] = std::max(width[c], row[c].size());
-
-    std::string table;
-    for (const Row &row : rows) {
-        for (std::size_t c = 0; c < row.size(); ++c) {
-            table += c == 0 ? "" : "  ";
-            table += columns[c].is_number ? fmt::format("{:>{}}", row[c], width[c])
-                                          : fmt::format("{:<{}}", row[c], width[c]);
-        }
-        table += '\n';
-        if (&row == &rows.front()) {
-            for (std::size_t c = 0; c < row.size(); ++c)
-                table += fmt::format("{}{:-<{}}", c == 0 ? "" : "  ", "", width[c]);
-            table += '\n';
-        }
-    }
-    return table + legend(results) + histories(results, "") + failures(results, "");
+    return to_text(layout_of(results)) + legend(results) + histories(results, "") + failures(results, "");
 }
 
 std::string markdown_table(std::span<const Result> results) {
-    const auto rows = rows_of(results);
-    std::string table;
-    for (const Row &row : rows) {
-        for (const std::string &cell : row)
-            table += fmt::format("| {} ", escape_markdown(cell));
-        table += "|\n";
-        if (&row == &rows.front()) {
-            for (const Column &column : columns)
-                table += column.is_number ? "| ---: " : "| --- ";
-            table += "|\n";
-        }
-    }
-    return table + legend(results) + histories(results, "- ") + failures(results, "- ");
+    return to_markdown(layout_of(results)) + legend(results) + histories(results, "- ") + failures(results, "- ");
 }
 
 } // namespace livermark::results

@@ -1,8 +1,14 @@
 #include <chrono>
 #include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <utility>
 
+#include "core/input_error.hpp"
 #include "models/model_table.hpp"
+#include "msm/dynamic_relaxation.hpp"
 #include "msm/equilibrium.hpp"
+#include "msm/release.hpp"
 #include "msm/spectrum.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/spring_network.hpp"
@@ -17,8 +23,10 @@ double seconds(Clock::duration duration) {
     return std::chrono::duration<double>(duration).count();
 }
 
-/// |u - u_lin| / |u|
+/// |u - u_lin| / |u|, NaN where nobody asked for the linear answer
 double nonlinearity(const msm::Equilibrium &equilibrium) {
+    if (equilibrium.linear_displacement.empty())
+        return std::numeric_limits<double>::quiet_NaN();
     double difference = 0.0;
     double size = 0.0;
     for (std::size_t i = 0; i < equilibrium.displacement.size(); ++i) {
@@ -28,15 +36,55 @@ double nonlinearity(const msm::Equilibrium &equilibrium) {
     return std::sqrt(difference / size);
 }
 
-core::Solution solve(const core::Problem &problem, const msm::SpringLaw &law) {
+msm::StepPlan plan_release(const core::Problem &problem, const core::SpringNetwork &springs,
+                           const msm::TimeStepping &choice) {
+    return msm::plan_steps(problem, springs, msm::nodal_conditions(problem, springs.node_mass), choice);
+}
+
+/// Lets the tractions go where the static solution has come to.
+void add_motion(core::Solution &solution, const core::Problem &problem, const msm::TimeStepping &choice) {
+    const auto start = Clock::now();
+    const auto &springs = *solution.springs;
+    const auto plan = plan_release(problem, springs, choice);
+    const auto conditions =
+        msm::nodal_conditions({problem.body, core::without_tractions(problem.load_case)}, springs.node_mass);
+    const double planning_seconds = seconds(Clock::now() - start);
+    solution.history = msm::release(problem, springs, conditions, solution.displacement, plan);
+    solution.history->setup_seconds += planning_seconds;
+    if (!std::isnan(solution.history->diverged_at)) {
+        solution.status = core::SolutionStatus::diverged;
+        solution.message = fmt::format("the motion left all bounds at t = {:.3g} s with steps of {:.3g} s; {:.3g} s is "
+                                       "the longest that is stable",
+                                       solution.history->diverged_at, plan.time_step, plan.critical_time_step);
+    }
+}
+
+/// An equilibrium, and in words how it was found.
+std::pair<msm::Equilibrium, std::string> come_to_rest(const core::SpringNetwork &springs,
+                                                      const std::vector<core::Vector3> &points,
+                                                      const msm::NodalConditions &conditions,
+                                                      const ModelOptions &options) {
+    if (options.equilibrium == EquilibriumMethod::newton) {
+        auto found = msm::find_equilibrium(springs, points, conditions);
+        return {std::move(found), fmt::format("Newton, {} iterations, CHOLMOD", found.num_iterations)};
+    }
+    const auto &integrator = msm::find_integrator(options.time_stepping.integrator);
+    auto found = msm::relax(integrator, springs, points, conditions);
+    return {std::move(found.equilibrium),
+            fmt::format("dynamic relaxation, {} steps of {:.3g} s, {}", found.equilibrium.num_iterations,
+                        found.time_step, integrator.name)};
+}
+
+core::Solution solve(const core::Problem &problem, const msm::SpringLaw &law, const ModelOptions &options) {
     const auto start = Clock::now();
     auto springs = msm::spring_network(*problem.body, law);
     const auto ready = Clock::now();
     const auto &points = problem.body->mesh.points;
     const auto conditions = msm::nodal_conditions(problem, springs.node_mass);
-    auto equilibrium = msm::find_equilibrium(springs, points, conditions);
+    auto [equilibrium, how] = come_to_rest(springs, points, conditions, options);
 
     core::Solution solution;
+    solution.solver = std::move(how);
     solution.status = equilibrium.status;
     solution.message = equilibrium.message;
     solution.reaction = msm::constraint_forces(problem, conditions, equilibrium.constraint_force);
@@ -50,23 +98,37 @@ core::Solution solve(const core::Problem &problem, const msm::SpringLaw &law) {
     solution.strain_energy = msm::elastic_energy(springs, positions);
     solution.displacement = std::move(equilibrium.displacement);
     solution.springs = std::move(springs);
+    if (problem.load_case.release && solution.status == core::SolutionStatus::ok)
+        add_motion(solution, problem, options.time_stepping);
     return solution;
+}
+
+void check(const core::Problem &problem, const msm::SpringLaw &law, const ModelOptions &options) {
+    const auto &integrator = msm::find_integrator(options.time_stepping.integrator);
+    if (options.equilibrium == EquilibriumMethod::relaxation && !integrator.is_explicit)
+        throw core::InputError(fmt::format("--equilibrium relaxation takes an explicit integrator, not {}; choose "
+                                           "another --integrator",
+                                           integrator.name));
+    if (problem.load_case.release)
+        plan_release(problem, msm::spring_network(*problem.body, law), options.time_stepping);
 }
 
 } // namespace
 
 /// A mass-spring model per spring law, under the law's name: barycentric masses, springs on the edges of the mesh.
 ModelFamily msm() {
-    return {.name = {}, .models = [](const ModelOptions &) {
+    return {.name = {}, .models = [](const ModelOptions &options) {
                 std::vector<core::Model> models;
                 for (const auto &law : livermark::msm::all_spring_laws())
-                    models.push_back(
-                        {.name = law.name,
-                         .summary = law.summary,
-                         .source = law.source,
-                         .solve = [law](const core::Problem &problem) { return solve(problem, law); },
-                         .modes = [law](const core::Problem &problem,
-                                        int count) { return livermark::msm::lowest_modes(problem, law, count); }});
+                    models.push_back({
+                        .name = law.name,
+                        .summary = law.summary,
+                        .source = law.source,
+                        .solve = [=](const core::Problem &problem) { return solve(problem, law, options); },
+                        .modes = [law](const core::Problem &problem,
+                                       int count) { return livermark::msm::lowest_modes(problem, law, count); },
+                        .check = [=](const core::Problem &problem) { check(problem, law, options); },
+                    });
                 return models;
             }};
 }

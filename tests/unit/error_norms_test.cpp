@@ -1,5 +1,6 @@
 #include <cmath>
 #include <gtest/gtest.h>
+#include <numbers>
 #include <stdexcept>
 
 #include "core/error_norms.hpp"
@@ -58,13 +59,34 @@ TEST(HistoryError, IsRelativeOverAllRecordsAndProbes) {
                                   .kinetic_energy = {},
                                   .strain_energy = {}};
     auto history = reference;
-    EXPECT_EQ(core::relative_history_error(history, reference), 0.0);
+    EXPECT_EQ(core::compare(history, reference, "r").relative_l2, 0.0);
     history.displacement[2] = {0.0, 0.3, -0.6};
-    EXPECT_NEAR(core::relative_history_error(history, reference), std::sqrt(0.45 / 9.0), 1e-15);
+    EXPECT_NEAR(core::compare(history, reference, "r").relative_l2, std::sqrt(0.45 / 9.0), 1e-15);
+    EXPECT_NEAR(core::compare(history, reference, "r").amplitude_error, std::sqrt(9.45 / 9.0) - 1.0, 1e-15);
     history.displacement[2].x() = std::nan("");
-    EXPECT_TRUE(std::isnan(core::relative_history_error(history, reference)));
+    EXPECT_TRUE(std::isnan(core::compare(history, reference, "r").relative_l2));
+    EXPECT_TRUE(std::isnan(core::compare(history, reference, "r").lag));
     history.time[1] = 0.2;
-    EXPECT_THROW(core::relative_history_error(history, reference), std::invalid_argument);
+    EXPECT_THROW(core::compare(history, reference, "r"), std::invalid_argument);
+}
+
+/// Two probes swing with a period of 0.5 s, seen every 10 ms; the other motion is larger by a tenth and late or early.
+TEST(HistoryError, TellsAmplitudeFromDelay) {
+    const auto swing = [](double amplitude, double delay) {
+        core::History history;
+        for (int k = 0; k <= 400; ++k) {
+            const double t = 0.01 * k;
+            history.time.push_back(t);
+            history.displacement.emplace_back(amplitude * std::cos(4.0 * std::numbers::pi * (t - delay)), 0.0, 0.0);
+            history.displacement.emplace_back(0.0, amplitude * std::sin(4.0 * std::numbers::pi * (t - delay)), 1e-3);
+        }
+        return history;
+    };
+    for (const double delay : {0.0, 0.004, 0.063, -0.087}) {
+        const auto found = core::compare(swing(1.1, delay), swing(1.0, 0.0), "r");
+        EXPECT_NEAR(found.lag, delay, 1e-4);
+        EXPECT_NEAR(found.amplitude_error, 0.1, 1e-5);
+    }
 }
 
 TEST(Comparison, LetsADivergedSolutionShow) {

@@ -154,7 +154,7 @@ TEST(Table, SaysHowHistoriesCompareAndWhoHasNone) {
     const Result result = tests::sample_result();
     const auto table = text_table({&result, 1});
     EXPECT_NE(table.find("box, pull_and_hang: the rows are the static start"), std::string::npos) << table;
-    EXPECT_NE(table.find("springs 20.00 % off fem_p2"), std::string::npos) << table;
+    EXPECT_NE(table.find("springs 20.00 % off fem_p2 (amplitude +20.0 %, 0.0 ms late)"), std::string::npos) << table;
     EXPECT_NE(table.find("unfinished gives no motion"), std::string::npos) << table;
     Result still = result;
     still.problem.load_case.release.reset();

@@ -249,6 +249,10 @@ TEST(CriticalTimeStep, IsTheKnownOneOfEachIntegrator) {
     // Explicit Euler bears h <= 2 zeta / omega = alpha / omega^2 + beta where zeta < 1.
     EXPECT_NEAR(limit("explicit_euler", {1.0, 0.0}), 1e-2, 1e-6);
     EXPECT_NEAR(limit("explicit_euler", {0.0, 0.005}), 0.5, 1e-6);
+    // Both ends overdamped and critical damping in between: on the negative real axis the limit of Runge-Kutta
+    // is 2.7853 over the faster rate, omega (zeta + sqrt(zeta^2 - 1)).
+    const double zeta = 0.5 * (3.0 / 100.0 + 0.1 * 100.0);
+    EXPECT_NEAR(limit("runge_kutta_4", {3.0, 0.1}), 2.785293563 / (zeta + std::sqrt(zeta * zeta - 1.0)), 1e-6);
     // Symplectic Euler with (omega h)^2 + 4 zeta omega h = 4.
     EXPECT_NEAR(limit("symplectic_euler", {0.0, 0.01}), std::sqrt(1.0 + 4.0) - 1.0, 1e-6);
 }

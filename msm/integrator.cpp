@@ -1,0 +1,24 @@
+#include "msm/integrator.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <vector>
+
+#include "core/input_error.hpp"
+
+namespace livermark::msm {
+
+const Integrator &find_integrator(const std::string &name) {
+    const auto known = all_integrators();
+    const auto found = std::ranges::find(known, name, &Integrator::name);
+    if (found == known.end()) {
+        std::vector<std::string> names;
+        for (const auto &integrator : known)
+            names.push_back(integrator.name);
+        throw core::InputError(fmt::format("there is no integrator '{}'; known are: {}", name, fmt::join(names, ", ")));
+    }
+    return *found;
+}
+
+} // namespace livermark::msm

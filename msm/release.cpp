@@ -1,0 +1,109 @@
+#include "msm/release.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+
+#include "core/input_error.hpp"
+#include "msm/spectrum.hpp"
+#include "msm/spring_motion.hpp"
+#include "msm/spring_network.hpp"
+#include "msm/time_step.hpp"
+
+namespace livermark::msm {
+
+namespace {
+
+/// Lowest frequency that the damping is looked at, as a part of the highest.
+constexpr double lowest_part = 1e-3;
+/// A motion further than this many times the size of the body has diverged.
+constexpr double largest_motion = 10.0;
+/// Nothing adds energy after the release: more than this many times what there was has come from the steps.
+constexpr double largest_energy = 10.0;
+
+double size_of(const std::vector<core::Vector3> &points) {
+    core::Vector3 low = points.front(), high = points.front();
+    for (const auto &point : points) {
+        low = low.cwiseMin(point);
+        high = high.cwiseMax(point);
+    }
+    return (high - low).norm();
+}
+
+} // namespace
+
+StepPlan plan_steps(const core::Problem &problem, const core::SpringNetwork &springs, const NodalConditions &conditions,
+                    const TimeStepping &choice) {
+    const auto &release = problem.load_case.release.value();
+    StepPlan plan{.integrator = &find_integrator(choice.integrator)};
+    const double highest = largest_angular_frequency(springs, problem.body->mesh.points, conditions);
+    plan.critical_time_step = critical_time_step(*plan.integrator, release.damping, lowest_part * highest, highest);
+    if (!choice.force && !(plan.critical_time_step > 0.0))
+        throw core::InputError(fmt::format("{} is unstable at every time step without damping; damp load case {}, or "
+                                           "take another integrator",
+                                           choice.integrator, problem.load_case.name));
+    if (!choice.force && choice.time_step && *choice.time_step > plan.critical_time_step)
+        throw core::InputError(fmt::format(
+            "a time step of {:.3g} s is too long for {} on {}: {:.3g} s is the longest that is stable, and {:.3g} s is "
+            "safe; take that, or force the step to see what happens",
+            *choice.time_step, choice.integrator, problem.body->name, plan.critical_time_step,
+            default_safety_factor * plan.critical_time_step));
+    const double longest = choice.time_step.value_or(default_safety_factor * plan.critical_time_step);
+    // Rounding must not make three steps of two.
+    plan.steps_per_record = std::max(1, static_cast<int>(std::ceil(release.output_interval / longest - 1e-9)));
+    plan.time_step = release.output_interval / plan.steps_per_record;
+    return plan;
+}
+
+core::History release(const core::Problem &problem, const core::SpringNetwork &springs,
+                      const NodalConditions &conditions, const std::vector<core::Vector3> &displacement,
+                      const StepPlan &plan) {
+    using Clock = std::chrono::steady_clock;
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    const auto start = Clock::now();
+    const auto &points = problem.body->mesh.points;
+    const auto &wanted = problem.load_case.release.value();
+    const auto equation = spring_motion(springs, points, conditions, wanted.damping);
+    const auto step = plan.integrator->prepare(equation, plan.time_step);
+    const double bound = largest_motion * size_of(points);
+    State state{to_unknowns(displacement), Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * points.size()))};
+
+    core::History history;
+    history.integrator = plan.integrator->name;
+    history.time_step = plan.time_step;
+    history.critical_time_step = plan.critical_time_step;
+    const auto record = [&](int interval) {
+        history.time.push_back(interval * wanted.output_interval);
+        const bool is_lost = !std::isnan(history.diverged_at);
+        for (const auto &probe : wanted.probes)
+            history.displacement.emplace_back(
+                is_lost ? core::Vector3::Constant(nan)
+                        : core::Vector3(state.displacement.segment<3>(3 * static_cast<Eigen::Index>(probe.node))));
+        auto moved = to_field(state.displacement);
+        for (std::size_t i = 0; i < moved.size(); ++i)
+            moved[i] += points[i];
+        history.kinetic_energy.push_back(is_lost ? nan : kinetic_energy(equation, state));
+        history.strain_energy.push_back(is_lost ? nan : elastic_energy(springs, moved));
+    };
+    record(0);
+    const auto load = to_unknowns(conditions.force);
+    const double energy = history.strain_energy[0] + std::abs(load.dot(state.displacement));
+    const auto ready = Clock::now();
+    for (int interval = 1; interval <= wanted.num_steps; ++interval) {
+        for (int s = 0; s < plan.steps_per_record && std::isnan(history.diverged_at); ++s) {
+            step(state);
+            if (!(state.displacement.lpNorm<Eigen::Infinity>() < bound))
+                history.diverged_at = (interval - 1) * wanted.output_interval + (s + 1) * plan.time_step;
+        }
+        if (std::isnan(history.diverged_at) && kinetic_energy(equation, state) > largest_energy * energy)
+            history.diverged_at = interval * wanted.output_interval;
+        record(interval);
+    }
+    history.setup_seconds = std::chrono::duration<double>(ready - start).count();
+    history.solve_seconds = std::chrono::duration<double>(Clock::now() - ready).count();
+    return history;
+}
+
+} // namespace livermark::msm

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/problem.hpp"
+#include "core/solution.hpp"
+#include "msm/integrator.hpp"
+#include "msm/nodal_conditions.hpp"
+
+namespace livermark::msm {
+
+/// What a user may choose about steps in time.
+struct TimeStepping {
+    std::string integrator = "runge_kutta_4"; ///< a name of all_integrators()
+    std::optional<double> time_step;          ///< longest step [s], > 0; by default a safe part of the critical one
+    bool force = false;                       ///< take it even if it is too long
+};
+
+/// The steps of a release.
+struct StepPlan {
+    const Integrator *integrator = nullptr;
+    double critical_time_step = 0.0; ///< see critical_time_step() [s]
+    int steps_per_record = 1;
+    double time_step = 0.0; ///< output_interval / steps_per_record [s]
+};
+
+/// Divides the interval between two records into steps that are stable for the springs at rest, by their largest
+/// frequency and the damping of the load case.
+/// @param problem     with a release
+/// @throws core::InputError if the integrator is not there, if it has no stable step, or if the step asked for is
+/// longer
+///   than the critical one and not forced
+StepPlan plan_steps(const core::Problem &problem, const core::SpringNetwork &springs, const NodalConditions &conditions,
+                    const TimeStepping &choice);
+
+/// The motion of the probes after all tractions of a load case are let go at t = 0.
+/// @param problem       with a release
+/// @param conditions    of the same load case without its tractions
+/// @param displacement  where it starts, shape (N) [m]
+/// @return if the motion leaves all bounds, diverged_at says when, and the records from then on are NaN
+core::History release(const core::Problem &problem, const core::SpringNetwork &springs,
+                      const NodalConditions &conditions, const std::vector<core::Vector3> &displacement,
+                      const StepPlan &plan);
+
+} // namespace livermark::msm

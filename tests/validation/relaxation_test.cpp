@@ -1,0 +1,53 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error_norms.hpp"
+#include "core/toml_input.hpp"
+#include "load_cases/load_case_reader.hpp"
+#include "meshes/body_reader.hpp"
+#include "models/model_table.hpp"
+#include "msm/spring_law.hpp"
+
+namespace livermark {
+namespace {
+
+std::vector<std::string> all_bodies() {
+    return core::list_toml(LIVERMARK_SOURCE_DIR "/meshes");
+}
+
+class Relaxation : public testing::TestWithParam<std::string> {};
+
+} // namespace
+
+/// Time stepping under damping and Newton's method find the same rest, on every load case that ships.
+TEST_P(Relaxation, ComesToTheEquilibriumThatNewtonFinds) {
+    const auto body = std::make_shared<const core::Body>(
+        meshes::read_body(std::filesystem::path(LIVERMARK_SOURCE_DIR "/meshes") / (GetParam() + ".toml")));
+    models::ModelOptions by_time_stepping;
+    by_time_stepping.equilibrium = models::EquilibriumMethod::relaxation;
+    const auto law = msm::all_spring_laws().front().name;
+    const auto solve = [&](const models::ModelOptions &options, const core::Problem &problem) {
+        const auto models = models::all_models(options);
+        return std::ranges::find(models, law, &core::Model::name)->solve(problem);
+    };
+    for (const auto &name : core::list_toml(LIVERMARK_SOURCE_DIR "/load_cases")) {
+        core::Problem problem{
+            body, load_cases::read_load_case(
+                      std::filesystem::path(LIVERMARK_SOURCE_DIR "/load_cases") / (name + ".toml"), body->mesh)};
+        problem.load_case.release.reset();
+        const auto expected = solve({}, problem);
+        const auto found = solve(by_time_stepping, problem);
+        ASSERT_EQ(found.status, core::SolutionStatus::ok) << name << ": " << found.message;
+        const auto comparison = core::compare(body->mesh, found, expected, "Newton");
+        EXPECT_LT(comparison.relative_l2, 1e-6) << name;
+        EXPECT_LT(comparison.max_error_relative, 1e-6) << name;
+        EXPECT_TRUE(found.solver.starts_with("dynamic relaxation")) << found.solver;
+        RecordProperty(name, found.solver);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Bodies, Relaxation, testing::ValuesIn(all_bodies()),
+                         [](const auto &info) { return info.param; });
+
+} // namespace livermark
