@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <memory>
 #include <numbers>
 
@@ -29,6 +30,12 @@ constexpr double percent = 100.0;
 constexpr double milliseconds = 1000.0;
 /// By how much prediction and observation may differ.
 constexpr double largest_difference = 0.02;
+
+/// A run that is this much above the limit has to be found out...
+constexpr double found_out = 0.01;
+/// ...by the growth of a mode that had no more than this part in the push, and in no more steps than this.
+constexpr double part_of_push = 1e-3;
+constexpr double most_steps = 30000.0;
 
 struct StabilityOptions {
     std::vector<std::string> bodies;
@@ -77,13 +84,23 @@ results::Stability examine(const core::Problem &problem, const msm::SpringLaw &l
     stability.largest_frequency_bound = msm::gershgorin_angular_frequency(springs, positions, conditions);
     stability.element_time_step = element_time_step(*problem.body, springs);
 
+    const auto observe = [&](const msm::Integrator &integrator, const core::RayleighDamping &damping,
+                             double predicted) {
+        msm::ObservationOptions run;
+        const double growth = msm::largest_amplification(integrator, damping, stability.lowest_frequency,
+                                                         stability.largest_frequency, (1.0 + found_out) * predicted);
+        const double num_steps = std::log(run.growth / part_of_push) / std::log(growth);
+        if (!(num_steps < most_steps))
+            return std::numeric_limits<double>::quiet_NaN();
+        run.num_steps = static_cast<int>(num_steps);
+        return msm::observed_time_step(integrator, springs, positions, conditions, damping, predicted, run);
+    };
     const auto find_limit = [&](const msm::Integrator &integrator, const core::RayleighDamping &damping) {
         results::StepLimit limit;
         limit.predicted =
             msm::critical_time_step(integrator, damping, stability.lowest_frequency, stability.largest_frequency);
         if (limit.has_number() && !options.no_observed)
-            limit.observed =
-                msm::observed_time_step(integrator, springs, positions, conditions, damping, limit.predicted);
+            limit.observed = observe(integrator, damping, limit.predicted);
         return limit;
     };
     for (const auto &integrator : integrators) {
@@ -100,7 +117,7 @@ std::array<std::string, 3> cells(const results::StepLimit &limit) {
         return {limit.predicted > 0.0 ? "any" : "none", "-", "-"};
     const auto in_milliseconds = fmt::format("{:.4f}", milliseconds * limit.predicted);
     if (std::isnan(limit.observed))
-        return {in_milliseconds, "-", "-"};
+        return {in_milliseconds, "not observed", "-"};
     return {in_milliseconds, fmt::format("{:.4f}", milliseconds * limit.observed),
             fmt::format("{:+.2f}", percent * limit.difference())};
 }
@@ -138,7 +155,7 @@ void print(const results::Stability &stability, const StabilityOptions &options)
 }
 
 /// What the words in the tables mean.
-void print_legend(const std::vector<results::Stability> &all) {
+void print_legend(const std::vector<results::Stability> &all, bool looked) {
     const auto any_limit = [&](auto &&is_so) {
         return std::ranges::any_of(all, [&](const auto &stability) {
             return std::ranges::any_of(
@@ -149,6 +166,8 @@ void print_legend(const std::vector<results::Stability> &all) {
         fmt::print("none: no limit to find, every step makes oscillations grow, and the smaller the slower\n");
     if (any_limit([](const auto &limit) { return !limit.has_number() && limit.predicted > 0.0; }))
         fmt::print("any: stable at every step\n");
+    if (looked && any_limit([](const auto &limit) { return limit.has_number() && std::isnan(limit.observed); }))
+        fmt::print("not observed: just above the limit motions grow too slowly for a run to show it\n");
 }
 
 bool is_as_predicted(const results::Stability &stability) {
@@ -183,7 +202,7 @@ int find_stability(const StabilityOptions &options, const std::string &command_l
     }
     for (const auto &stability : done)
         print(stability, options);
-    print_legend(done);
+    print_legend(done, !options.no_observed);
     fmt::print(stderr, "Result files are in {}\n", options.output);
     if (std::ranges::all_of(done, is_as_predicted))
         return 0;

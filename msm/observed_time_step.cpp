@@ -60,7 +60,7 @@ double observed_time_step(const Integrator &integrator, const core::SpringNetwor
         const auto step = integrator.prepare(equation, time_step(power));
         State state{start, Eigen::VectorXd::Zero(start.size())};
         num_accelerations = 0;
-        while (num_accelerations < options.num_accelerations) {
+        for (int s = 0; s < options.num_steps || num_accelerations < options.num_accelerations; ++s) {
             step(state);
             if (!(state.displacement.norm() <= bound))
                 return false;

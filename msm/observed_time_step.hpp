@@ -13,6 +13,7 @@ struct ObservationOptions {
     /// How long one run is, in evaluations of the acceleration, so that every integrator may work equally long. A step
     /// just above the critical one needs a long run to be found out.
     int num_accelerations = 4000;
+    int num_steps = 0; ///< and at least this many steps
     /// A run is unstable if the norm of its displacements gets larger than that of its start by this factor.
     double growth = 10.0;
     /// The steps that are tried are the whole powers of 1 + accuracy, in seconds.

@@ -1,6 +1,7 @@
 #include "msm/time_step.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -21,9 +22,8 @@ constexpr double largest_try = 1e3;
 constexpr double ratio = 1.02;
 constexpr int num_bisections = 40;
 
-} // namespace
-
-bool is_stable(const Integrator &integrator, double omega, double damping_ratio, double time_step) {
+/// Takes (omega u, v) from one time to the next.
+Eigen::Matrix2d propagator(const Integrator &integrator, double omega, double damping_ratio, double time_step) {
     EquationOfMotion equation;
     equation.mass = Eigen::VectorXd::Ones(1);
     equation.acceleration = [=](const Eigen::VectorXd &u, const Eigen::VectorXd &v, Eigen::VectorXd &a) {
@@ -35,17 +35,40 @@ bool is_stable(const Integrator &integrator, double omega, double damping_ratio,
         return matrix;
     };
     const auto step = integrator.prepare(equation, time_step);
-    Eigen::Matrix2d propagator;
+    Eigen::Matrix2d matrix;
     for (int column = 0; column < 2; ++column) {
         State state{Eigen::VectorXd::Zero(1), Eigen::VectorXd::Zero(1)};
         (column == 0 ? state.displacement[0] : state.velocity[0]) = column == 0 ? 1.0 / omega : 1.0;
         step(state);
-        propagator.col(column) << omega * state.displacement[0], state.velocity[0];
+        matrix.col(column) << omega * state.displacement[0], state.velocity[0];
     }
-    // Jury's conditions on z^2 - trace z + det. The eigenvalues themselves lose half the digits where the two meet, which a
-    // critically damped oscillation makes them do at every small step.
-    const double determinant = propagator.determinant();
-    return determinant <= 1.0 + rounding && std::abs(propagator.trace()) <= 1.0 + determinant + rounding;
+    return matrix;
+}
+
+double spectral_radius(const Eigen::Matrix2d &matrix) {
+    const double half_trace = 0.5 * matrix.trace();
+    const double discriminant = half_trace * half_trace - matrix.determinant();
+    return discriminant < 0.0 ? std::sqrt(matrix.determinant()) : std::abs(half_trace) + std::sqrt(discriminant);
+}
+
+} // namespace
+
+bool is_stable(const Integrator &integrator, double omega, double damping_ratio, double time_step) {
+    const auto matrix = propagator(integrator, omega, damping_ratio, time_step);
+    // Jury's conditions on z^2 - trace z + det. The eigenvalues themselves lose half the digits where the two meet,
+    // which a critically damped oscillation makes them do at every small step.
+    const double determinant = matrix.determinant();
+    return determinant <= 1.0 + rounding && std::abs(matrix.trace()) <= 1.0 + determinant + rounding;
+}
+
+double largest_amplification(const Integrator &integrator, const core::RayleighDamping &damping, double lowest,
+                             double highest, double time_step) {
+    double largest = 0.0;
+    for (int f = 0; f < num_frequencies; ++f) {
+        const double omega = highest * std::pow(lowest / highest, f / (num_frequencies - 1.0));
+        largest = std::max(largest, spectral_radius(propagator(integrator, omega, damping.ratio(omega), time_step)));
+    }
+    return largest;
 }
 
 double critical_time_step(const Integrator &integrator, const core::RayleighDamping &damping, double lowest,
