@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <memory>
-#include <numbers>
 
 #include "app/catalogue.hpp"
 #include "app/commands.hpp"
@@ -11,6 +10,7 @@
 #include "load_cases/load_case_reader.hpp"
 #include "meshes/body_reader.hpp"
 #include "models/model_table.hpp"
+#include "results/modes_table.hpp"
 #include "results/provenance.hpp"
 #include "results/result_file.hpp"
 
@@ -28,6 +28,7 @@ struct ModesOptions {
     int count = 20;
     meshes::MaterialOverride material;
     std::string output;
+    bool markdown = false;
 };
 
 /// The models that were named, in that order.
@@ -49,25 +50,6 @@ std::vector<core::Model> models_with_modes(const std::vector<std::string> &wante
         chosen.push_back(*found);
     }
     return chosen;
-}
-
-/// Frequencies [Hz], a column for each model.
-void print_frequencies(const results::Result &result) {
-    fmt::print("{}, held as in {}: frequencies [Hz]\n{:>4}", result.problem.body->name, result.problem.load_case.name,
-               "mode");
-    for (const auto &model : result.modes)
-        fmt::print("{:>12}", model.name);
-    fmt::print("\n");
-    for (int mode = 0; mode < result.modes.front().modes.count(); ++mode) {
-        fmt::print("{:>4}", mode + 1);
-        for (const auto &model : result.modes)
-            fmt::print("{:>12.5f}", model.modes.angular_frequency[mode] / (2.0 * std::numbers::pi));
-        fmt::print("\n");
-    }
-    fmt::print("{:>4}", "[s]");
-    for (const auto &model : result.modes)
-        fmt::print("{:>12.2f}", model.modes.seconds);
-    fmt::print("\n");
 }
 
 int find_modes(const ModesOptions &options, const std::string &command_line) {
@@ -94,7 +76,9 @@ int find_modes(const ModesOptions &options, const std::string &command_line) {
         }
     }
     for (const auto &result : done)
-        print_frequencies(result);
+        fmt::print("{}, held as in {}\n{}\n", result.problem.body->name, result.problem.load_case.name,
+                   options.markdown ? results::to_markdown(results::modes_table(result, models::moving_reference_model))
+                                    : results::to_text(results::modes_table(result, models::moving_reference_model)));
     fmt::print(stderr, "Result files are in {}\n", options.output);
     return 0;
 }
@@ -118,6 +102,7 @@ Command add_modes(CLI::App &parent, const std::string &command_line) {
                         "Young's modulus of the first region [Pa]; the others keep their ratio to it");
     command->add_option("--poisson", options->material.poisson_ratio, "Poisson's ratio of every region");
     command->add_option("--output", options->output, "Folder for <body>/modes.<load case>.h5")->capture_default_str();
+    command->add_flag("--markdown", options->markdown, "Print the tables in Markdown");
     return [options, command_line] { return find_modes(*options, command_line); };
 }
 

@@ -1,5 +1,8 @@
 #include "core/load_case.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace livermark::core {
 
 LoadCase without_tractions(LoadCase load_case) {
@@ -7,6 +10,15 @@ LoadCase without_tractions(LoadCase load_case) {
         if (condition == FacetCondition::traction)
             condition = FacetCondition::free;
     return load_case;
+}
+
+bool are_statically_equal(const LoadCase &a, const LoadCase &b) {
+    const auto same_component = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
+    const auto same_value = [&](const Vector3 &x, const Vector3 &y) {
+        return std::equal(x.begin(), x.end(), y.begin(), same_component);
+    };
+    return a.condition == b.condition && a.constraint == b.constraint && a.acceleration == b.acceleration &&
+           std::ranges::equal(a.value, b.value, same_value);
 }
 
 } // namespace livermark::core

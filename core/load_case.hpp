@@ -47,4 +47,8 @@ struct LoadCase {
 /// The same with its tractions let go: what holds after a release.
 LoadCase without_tractions(LoadCase load_case);
 
+/// Whether two load cases on one mesh have the same static answer: the same conditions, values and acceleration, to the
+/// last bit.
+bool are_statically_equal(const LoadCase &a, const LoadCase &b);
+
 } // namespace livermark::core

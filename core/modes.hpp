@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/tetra_mesh.hpp"
@@ -15,6 +16,18 @@ struct Modes {
     double seconds = 0.0;                  ///< for all of it, from the mesh to the modes
 
     int count() const { return static_cast<int>(angular_frequency.size()); }
+
+    /// (N) the shape of one mode
+    std::span<const Vector3> shape_of(int mode) const {
+        const auto num_nodes = shape.size() / angular_frequency.size();
+        return std::span(shape).subspan(mode * num_nodes, num_nodes);
+    }
 };
+
+/// Modal assurance criterion of two shapes (Allemang and Brown 1982), 1 where they differ by a factor only and 0 where
+/// they have nothing in common: (a . b)^2 / (a . a)(b . b) with a . b = sum_i V_i a_i . b_i, V_i barycentric nodal
+/// volume.
+/// @param a, b  shape (N), not zero everywhere
+double modal_assurance(const TetraMesh &mesh, std::span<const Vector3> a, std::span<const Vector3> b);
 
 } // namespace livermark::core
