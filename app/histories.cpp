@@ -15,7 +15,7 @@
 #include "meshes/body_reader.hpp"
 #include "msm/equilibrium.hpp"
 #include "msm/spectrum.hpp"
-#include "msm/spring_motion.hpp"
+#include "msm/elastic_motion.hpp"
 #include "msm/spring_network.hpp"
 #include "msm/time_step.hpp"
 #include "results/history_file.hpp"
@@ -126,7 +126,7 @@ results::HistoryCase move_body(const core::Problem &problem, const msm::SpringLa
                                            problem.load_case.name, equilibrium.message));
     const auto let_go =
         msm::nodal_conditions({problem.body, core::without_tractions(problem.load_case)}, springs.node_mass);
-    const auto equation = msm::spring_motion(springs, points, let_go, release.damping);
+    const auto equation = msm::elastic_motion(springs, points, let_go, release.damping);
     results::HistoryCase moved{
         .name = problem.load_case.name,
         .title = fmt::format("{}, {}, {}", problem.body->name, law.name, release.probes.front().name),

@@ -17,15 +17,14 @@ struct Relaxation {
     double time_step = 0.0;  ///< [s]
 };
 
-/// Where the springs come to rest, found by letting them move under damping (dynamic relaxation): steps of a safe part
+/// Where a body comes to rest, found by letting it move under damping (dynamic relaxation): steps of a safe part
 /// of the critical length, and damping by the mass, alpha = 2 omega, critical for the mode that the motion is in, with
 /// omega^2 = u^T F(u) / u^T M u of the elastic forces F, looked at again after every few steps.
 /// (P. Underwood 1983, Dynamic relaxation, in: Computational Methods for Transient Analysis)
 /// @param integrator  explicit
-/// @param springs, positions, conditions  as for find_equilibrium()
+/// @param body, positions, conditions  as for find_equilibrium()
 /// @return status not_converged after max_steps, diverged where the motion is lost
-Relaxation relax(const Integrator &integrator, const core::SpringNetwork &springs,
-                 const std::vector<core::Vector3> &positions, const NodalConditions &conditions,
-                 const RelaxationOptions &options = {});
+Relaxation relax(const Integrator &integrator, const ElasticBody &body, const std::vector<core::Vector3> &positions,
+                 const NodalConditions &conditions, const RelaxationOptions &options = {});
 
 } // namespace livermark::msm

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include "msm/free_components.hpp"
-#include "msm/spring_network.hpp"
 
 namespace livermark::msm {
 
@@ -20,15 +19,15 @@ Field sum(const Field &a, const Field &b) {
     return result;
 }
 
-/// The Newton iteration on one set of springs, loads and constraints.
+/// The Newton iteration on one body, loads and constraints.
 class Newton {
   public:
-    Newton(const core::SpringNetwork &springs, const Field &positions, const NodalConditions &conditions)
-        : springs_(springs), positions_(positions), conditions_(conditions), free_(conditions.displacement) {
+    Newton(const ElasticBody &body, const Field &positions, const NodalConditions &conditions)
+        : body_(body), positions_(positions), conditions_(conditions), free_(conditions.displacement) {
         solver_.cholmod().print = 0;
     }
 
-    /// Answer of the springs linearised at rest: K_ff u_f = f_f - K_fc u_c.
+    /// Answer of the body linearised at rest: K_ff u_f = f_f - K_fc u_c.
     bool solve_linear(Field &displacement) {
         displacement.assign(positions_.size(), core::Vector3::Zero());
         Eigen::VectorXd prescribed = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * positions_.size()));
@@ -37,7 +36,7 @@ class Newton {
                 if (!std::isnan(conditions_.displacement[i][c]))
                     displacement[i][c] = prescribed[static_cast<Eigen::Index>(3 * i) + c] =
                         conditions_.displacement[i][c];
-        const auto stiffness = elastic_hessian(springs_, positions_, Tangent::exact);
+        const auto stiffness = elastic_hessian(body_, positions_, Tangent::exact);
         const Eigen::VectorXd pull = stiffness * prescribed;
         Field load = conditions_.force;
         for (std::size_t i = 0; i < load.size(); ++i)
@@ -53,7 +52,7 @@ class Newton {
 
     /// U(x) - f . u
     double potential(const Field &displacement) const {
-        double energy = elastic_energy(springs_, sum(positions_, displacement));
+        double energy = elastic_energy(body_, sum(positions_, displacement));
         for (std::size_t i = 0; i < displacement.size(); ++i)
             energy -= conditions_.force[i].dot(displacement[i]);
         return energy;
@@ -61,7 +60,7 @@ class Newton {
 
     /// What holds each node where it is, beyond the loads: zero on free components in equilibrium.
     Field unbalanced_force(const Field &displacement) const {
-        Field force = elastic_gradient(springs_, sum(positions_, displacement));
+        Field force = elastic_gradient(body_, sum(positions_, displacement));
         for (std::size_t i = 0; i < force.size(); ++i)
             force[i] -= conditions_.force[i];
         return force;
@@ -80,7 +79,7 @@ class Newton {
     bool step(Field &displacement, const Field &unbalanced) {
         const Eigen::VectorXd gradient = free_.gather(unbalanced);
         for (const Tangent tangent : {Tangent::exact, Tangent::semi_definite}) {
-            solver_.factorize(free_.restrict(elastic_hessian(springs_, sum(positions_, displacement), tangent)));
+            solver_.factorize(free_.restrict(elastic_hessian(body_, sum(positions_, displacement), tangent)));
             if (solver_.info() != Eigen::Success)
                 continue;
             const Eigen::VectorXd direction = -solver_.solve(gradient);
@@ -106,7 +105,7 @@ class Newton {
         return false;
     }
 
-    const core::SpringNetwork &springs_;
+    const ElasticBody &body_;
     const Field &positions_;
     const NodalConditions &conditions_;
     FreeComponents free_;
@@ -124,16 +123,16 @@ Field constraint_part(Field unbalanced, const NodalConditions &conditions) {
 
 } // namespace
 
-Equilibrium find_equilibrium(const core::SpringNetwork &springs, const Field &positions,
-                             const NodalConditions &conditions, const EquilibriumOptions &options) {
-    Newton newton(springs, positions, conditions);
+Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
+                             const EquilibriumOptions &options) {
+    Newton newton(body, positions, conditions);
     Equilibrium result;
     const auto give_up = [&result](std::string why) {
         result.status = core::SolutionStatus::not_converged;
         result.message = std::move(why);
     };
     if (!newton.solve_linear(result.linear_displacement)) {
-        give_up("the springs at rest are not stiff in every direction; hold the body at more facets");
+        give_up("the body at rest is not stiff in every direction; hold the body at more facets");
         result.displacement = result.linear_displacement;
         result.constraint_force.assign(positions.size(), core::Vector3::Zero());
         return result;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/solution.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/nodal_conditions.hpp"
 
 namespace livermark::msm {
@@ -18,20 +19,20 @@ struct Equilibrium {
     core::SolutionStatus status = core::SolutionStatus::ok;
     std::string message;                            ///< why the status is not ok
     std::vector<core::Vector3> displacement;        ///< (N) [m]
-    std::vector<core::Vector3> linear_displacement; ///< (N) answer of the springs linearised at rest [m]
+    std::vector<core::Vector3> linear_displacement; ///< (N) answer linearised at rest [m]
     std::vector<core::Vector3> constraint_force;    ///< (N) [N], of the constraints on the nodes; zero on free ones
     int num_iterations = 0;
 };
 
-/// Where the springs come to rest under dead loads: a minimum of U(x) - f . u over the free components, by Newton's
-/// method with a sparse Cholesky factorisation and a backtracking line search. The springs are geometrically
-/// non-linear. Where the exact second derivative is not positive definite, the transverse stiffness that compressed
-/// springs make negative is left out of the step (not out of the answer).
-/// @param springs     at rest at the positions
+/// Where an elastic body comes to rest under dead loads: a minimum of U(x) - f . u over the free components, by
+/// Newton's method with a sparse Cholesky factorisation and a backtracking line search. The body is geometrically
+/// non-linear. Where the exact second derivative is not positive definite, what compression makes negative
+/// is left out of the step (not out of the answer).
+/// @param body        at rest at the positions
 /// @param positions   shape (N) [m]
 /// @param conditions  loads and prescribed displacements of the nodes
 /// @return status not_converged, with what went wrong, where no equilibrium was found
-Equilibrium find_equilibrium(const core::SpringNetwork &springs, const std::vector<core::Vector3> &positions,
+Equilibrium find_equilibrium(const ElasticBody &body, const std::vector<core::Vector3> &positions,
                              const NodalConditions &conditions, const EquilibriumOptions &options = {});
 
 } // namespace livermark::msm

@@ -4,7 +4,7 @@
 #include <limits>
 #include <random>
 
-#include "msm/spring_motion.hpp"
+#include "msm/elastic_motion.hpp"
 
 namespace livermark::msm {
 
@@ -40,12 +40,12 @@ double mesh_size(const std::vector<core::Vector3> &positions) {
 
 } // namespace
 
-double observed_time_step(const Integrator &integrator, const core::SpringNetwork &springs,
+double observed_time_step(const Integrator &integrator, const ElasticBody &body,
                           const std::vector<core::Vector3> &positions, const NodalConditions &conditions,
                           const core::RayleighDamping &damping, double guess, const ObservationOptions &options) {
     NodalConditions unloaded = conditions;
     unloaded.force.assign(positions.size(), core::Vector3::Zero());
-    auto equation = spring_motion(springs, positions, unloaded, damping);
+    auto equation = elastic_motion(body, positions, unloaded, damping);
     int num_accelerations = 0;
     equation.acceleration = [uncounted = equation.acceleration, &num_accelerations](
                                 const Eigen::VectorXd &u, const Eigen::VectorXd &v, Eigen::VectorXd &a) {

@@ -4,6 +4,7 @@
 
 #include "core/load_case.hpp"
 #include "core/solution.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
 #include "msm/nodal_conditions.hpp"
 
@@ -20,16 +21,16 @@ struct ObservationOptions {
     double accuracy = 0.002;
 };
 
-/// The step at which real runs stop being stable: springs at rest, without loads, with the components held that are
+/// The step at which real runs stop being stable: a body at rest, without loads, with the components held that are
 /// held, pushed off by a small displacement that is random and always the same. Found by bisection; nothing is
 /// linearised, and nothing is known of the integrator but its steps.
-/// @param springs     at rest at the positions
+/// @param body        at rest at the positions
 /// @param positions   shape (N) [m]
 /// @param conditions  which components are held; its loads and the values of its displacements are left out
 /// @param guess       where to look first [s], > 0; the answer does not depend on it
 /// @return the largest step that was tried and stable [s]; infinity if every step up to 1e4 times the guess is, 0 if
 ///         none down to 1e-4 times the guess is
-double observed_time_step(const Integrator &integrator, const core::SpringNetwork &springs,
+double observed_time_step(const Integrator &integrator, const ElasticBody &body,
                           const std::vector<core::Vector3> &positions, const NodalConditions &conditions,
                           const core::RayleighDamping &damping, double guess, const ObservationOptions &options = {});
 

@@ -7,9 +7,8 @@
 #include <limits>
 
 #include "core/input_error.hpp"
+#include "msm/elastic_motion.hpp"
 #include "msm/spectrum.hpp"
-#include "msm/spring_motion.hpp"
-#include "msm/spring_network.hpp"
 #include "msm/time_step.hpp"
 
 namespace livermark::msm {
@@ -34,11 +33,11 @@ double size_of(const std::vector<core::Vector3> &points) {
 
 } // namespace
 
-StepPlan plan_steps(const core::Problem &problem, const core::SpringNetwork &springs, const NodalConditions &conditions,
+StepPlan plan_steps(const core::Problem &problem, const ElasticBody &body, const NodalConditions &conditions,
                     const TimeStepping &choice) {
     const auto &release = problem.load_case.release.value();
     StepPlan plan{.integrator = &find_integrator(choice.integrator)};
-    const double highest = largest_angular_frequency(springs, problem.body->mesh.points, conditions);
+    const double highest = largest_angular_frequency(body, problem.body->mesh.points, conditions);
     plan.critical_time_step = critical_time_step(*plan.integrator, release.damping, lowest_part * highest, highest);
     if (!choice.force && !(plan.critical_time_step > 0.0))
         throw core::InputError(fmt::format("{} is unstable at every time step without damping; damp load case {}, or "
@@ -57,15 +56,14 @@ StepPlan plan_steps(const core::Problem &problem, const core::SpringNetwork &spr
     return plan;
 }
 
-core::History release(const core::Problem &problem, const core::SpringNetwork &springs,
-                      const NodalConditions &conditions, const std::vector<core::Vector3> &displacement,
-                      const StepPlan &plan) {
+core::History release(const core::Problem &problem, const ElasticBody &body, const NodalConditions &conditions,
+                      const std::vector<core::Vector3> &displacement, const StepPlan &plan) {
     using Clock = std::chrono::steady_clock;
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     const auto start = Clock::now();
     const auto &points = problem.body->mesh.points;
     const auto &wanted = problem.load_case.release.value();
-    const auto equation = spring_motion(springs, points, conditions, wanted.damping);
+    const auto equation = elastic_motion(body, points, conditions, wanted.damping);
     const auto step = plan.integrator->prepare(equation, plan.time_step);
     const double bound = largest_motion * size_of(points);
     State state{to_unknowns(displacement), Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * points.size()))};
@@ -85,7 +83,7 @@ core::History release(const core::Problem &problem, const core::SpringNetwork &s
         for (std::size_t i = 0; i < moved.size(); ++i)
             moved[i] += points[i];
         history.kinetic_energy.push_back(is_lost ? nan : kinetic_energy(equation, state));
-        history.strain_energy.push_back(is_lost ? nan : elastic_energy(springs, moved));
+        history.strain_energy.push_back(is_lost ? nan : elastic_energy(body, moved));
     };
     record(0);
     const auto load = to_unknowns(conditions.force);

@@ -5,6 +5,7 @@
 
 #include "core/problem.hpp"
 #include "core/solution.hpp"
+#include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
 #include "msm/nodal_conditions.hpp"
 
@@ -25,13 +26,13 @@ struct StepPlan {
     double time_step = 0.0; ///< output_interval / steps_per_record [s]
 };
 
-/// Divides the interval between two records into steps that are stable for the springs at rest, by their largest
+/// Divides the interval between two records into steps that are stable for the body at rest, by its largest
 /// frequency and the damping of the load case.
 /// @param problem     with a release
 /// @throws core::InputError if the integrator is not there, if it has no stable step, or if the step asked for is
 /// longer
 ///   than the critical one and not forced
-StepPlan plan_steps(const core::Problem &problem, const core::SpringNetwork &springs, const NodalConditions &conditions,
+StepPlan plan_steps(const core::Problem &problem, const ElasticBody &body, const NodalConditions &conditions,
                     const TimeStepping &choice);
 
 /// The motion of the probes after all tractions of a load case are let go at t = 0.
@@ -39,8 +40,7 @@ StepPlan plan_steps(const core::Problem &problem, const core::SpringNetwork &spr
 /// @param conditions    of the same load case without its tractions
 /// @param displacement  where it starts, shape (N) [m]
 /// @return if the motion leaves all bounds, diverged_at says when, and the records from then on are NaN
-core::History release(const core::Problem &problem, const core::SpringNetwork &springs,
-                      const NodalConditions &conditions, const std::vector<core::Vector3> &displacement,
-                      const StepPlan &plan);
+core::History release(const core::Problem &problem, const ElasticBody &body, const NodalConditions &conditions,
+                      const std::vector<core::Vector3> &displacement, const StepPlan &plan);
 
 } // namespace livermark::msm

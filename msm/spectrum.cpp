@@ -13,7 +13,6 @@
 
 #include "core/input_error.hpp"
 #include "msm/free_components.hpp"
-#include "msm/spring_network.hpp"
 
 namespace livermark::msm {
 
@@ -35,10 +34,10 @@ constexpr Eigen::Index num_vectors_for_largest = 40;
 constexpr double singular_pivot_ratio = 1e-11;
 
 /// m^-1/2 of every free component.
-Eigen::VectorXd inverse_root_mass(const core::SpringNetwork &springs, const FreeComponents &free) {
+Eigen::VectorXd inverse_root_mass(const ElasticBody &body, const FreeComponents &free) {
     Field root;
-    root.reserve(springs.node_mass.size());
-    for (const double mass : springs.node_mass)
+    root.reserve(body.node_mass.size());
+    for (const double mass : body.node_mass)
         root.emplace_back(core::Vector3::Constant(1.0 / std::sqrt(mass)));
     return free.gather(root);
 }
@@ -63,39 +62,37 @@ class InverseStiffness : private Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix
     }
 };
 
-/// y = M^-1/2 K M^-1/2 x, spring by spring, as Spectra asks for it.
+/// y = M^-1/2 K M^-1/2 x, term by term, as Spectra asks for it. At rest the dashpots of a term act as K would.
 class ScaledStiffness {
   public:
     using Scalar = double;
-    ScaledStiffness(const core::SpringNetwork &springs, const Field &positions, const FreeComponents &free)
-        : springs_(springs), free_(free), inverse_root_mass_(inverse_root_mass(springs, free)) {
-        direction_.reserve(springs.edges.size());
-        for (const auto &[i, j] : springs.edges)
-            direction_.emplace_back((positions[j] - positions[i]).normalized());
-    }
+    ScaledStiffness(const ElasticBody &body, const Field &positions, const FreeComponents &free)
+        : body_(body), free_(free), inverse_root_mass_(inverse_root_mass(body, free)), rest_(to_unknowns(positions)),
+          at_rest_(product(Eigen::VectorXd::Zero(rest_.size()))) {}
 
     Eigen::Index rows() const { return free_.size(); }
     Eigen::Index cols() const { return free_.size(); }
     void perform_op(const double *x, double *y) const {
-        displacement_.assign(springs_.node_mass.size(), core::Vector3::Zero());
-        force_.assign(springs_.node_mass.size(), core::Vector3::Zero());
+        displacement_.assign(body_.node_mass.size(), core::Vector3::Zero());
         free_.add(displacement_, Eigen::VectorXd::Map(x, rows()).cwiseProduct(inverse_root_mass_), 1.0);
-        for (std::size_t s = 0; s < direction_.size(); ++s) {
-            const auto [i, j] = springs_.edges[s];
-            const core::Vector3 pull =
-                springs_.stiffness[s] * direction_[s].dot(displacement_[j] - displacement_[i]) * direction_[s];
-            force_[i] -= pull;
-            force_[j] += pull;
-        }
-        Eigen::VectorXd::Map(y, rows()) = free_.gather(force_).cwiseProduct(inverse_root_mass_);
+        const Eigen::VectorXd force = product(to_unknowns(displacement_)) - at_rest_;
+        Eigen::VectorXd::Map(y, rows()) = free_.gather(to_field(force)).cwiseProduct(inverse_root_mass_);
     }
 
   private:
-    const core::SpringNetwork &springs_;
+    /// K v, and the forces that rounding leaves at rest.
+    Eigen::VectorXd product(const Eigen::VectorXd &v) const {
+        Eigen::VectorXd force = Eigen::VectorXd::Zero(v.size());
+        for (const auto &term : body_.terms)
+            term->add_force(rest_, v, 1.0, force);
+        return -force;
+    }
+
+    const ElasticBody &body_;
     const FreeComponents &free_;
     Eigen::VectorXd inverse_root_mass_;
-    Field direction_;
-    mutable Field displacement_, force_;
+    Eigen::VectorXd rest_, at_rest_;
+    mutable Field displacement_;
 };
 
 /// Lanczos's method has no room in fewer unknowns than it keeps vectors, but there the matrix can be written down.
@@ -118,19 +115,20 @@ void add_shape(Field &shapes, Eigen::VectorXd values, const FreeComponents &free
 
 } // namespace
 
-core::Modes lowest_modes(const core::SpringNetwork &springs, const Field &positions, const NodalConditions &conditions,
+core::Modes lowest_modes(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
                          int count) {
     const auto start = std::chrono::steady_clock::now();
     const FreeComponents free(conditions.displacement);
     if (count < 1 || count >= free.size())
-        throw core::InputError(fmt::format("springs with {} free unknowns do not have the {} modes that are asked for; "
-                                           "ask for at least one and for fewer than that",
-                                           free.size(), count));
-    const auto scale = inverse_root_mass(springs, free);
+        throw core::InputError(
+            fmt::format("a body with {} free unknowns does not have the {} modes that are asked for; "
+                        "ask for at least one and for fewer than that",
+                        free.size(), count));
+    const auto scale = inverse_root_mass(body, free);
     InverseStiffness inverse_stiffness(
-        scale.asDiagonal() * free.restrict(elastic_hessian(springs, positions, Tangent::exact)) * scale.asDiagonal());
+        scale.asDiagonal() * free.restrict(elastic_hessian(body, positions, Tangent::exact)) * scale.asDiagonal());
     if (!inverse_stiffness.is_regular())
-        throw core::InputError("what is held leaves the springs, or a part of them, free to move, so there are modes "
+        throw core::InputError("what is held leaves the body, or a part of it, free to move, so there are modes "
                                "without a frequency; hold the body in all six ways");
     const auto num_wanted = std::min<Eigen::Index>(count + num_spare, free.size() - 1);
     const auto num_vectors = std::min(2 * num_wanted + 10, free.size());
@@ -139,7 +137,7 @@ core::Modes lowest_modes(const core::SpringNetwork &springs, const Field &positi
     lanczos.compute(Spectra::SortRule::LargestMagn, most_restarts, relative_tolerance, Spectra::SortRule::SmallestAlge);
     if (lanczos.info() != Spectra::CompInfo::Successful)
         throw std::runtime_error(
-            fmt::format("the modes of the springs did not converge in {} restarts of Lanczos's method", most_restarts));
+            fmt::format("the modes did not converge in {} restarts of Lanczos's method", most_restarts));
 
     core::Modes modes;
     const Eigen::VectorXd squares = lanczos.eigenvalues();
@@ -154,20 +152,11 @@ core::Modes lowest_modes(const core::SpringNetwork &springs, const Field &positi
     return modes;
 }
 
-core::Modes lowest_modes(const core::Problem &problem, const SpringLaw &law, int count) {
-    const auto start = std::chrono::steady_clock::now();
-    const auto springs = spring_network(*problem.body, law);
-    auto modes = lowest_modes(springs, problem.body->mesh.points, nodal_conditions(problem, springs.node_mass), count);
-    modes.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    return modes;
-}
-
-double largest_angular_frequency(const core::SpringNetwork &springs, const Field &positions,
-                                 const NodalConditions &conditions) {
+double largest_angular_frequency(const ElasticBody &body, const Field &positions, const NodalConditions &conditions) {
     const FreeComponents free(conditions.displacement);
     if (free.size() == 0)
         return 0.0;
-    ScaledStiffness stiffness(springs, positions, free);
+    ScaledStiffness stiffness(body, positions, free);
     if (free.size() <= num_vectors_for_largest)
         return std::sqrt(std::max(0.0, largest_of_few(stiffness)));
     // Three are asked for, so that a near copy of the largest is told from it and does not slow it down.
@@ -175,21 +164,16 @@ double largest_angular_frequency(const core::SpringNetwork &springs, const Field
     lanczos.init(); // from a random vector of fixed seed
     lanczos.compute(Spectra::SortRule::LargestAlge, most_restarts, largest_tolerance, Spectra::SortRule::LargestAlge);
     if (lanczos.info() != Spectra::CompInfo::Successful)
-        throw std::runtime_error(fmt::format(
-            "the largest frequency of the springs did not converge in {} restarts of Lanczos's method", most_restarts));
+        throw std::runtime_error(
+            fmt::format("the largest frequency did not converge in {} restarts of Lanczos's method", most_restarts));
     return std::sqrt(lanczos.eigenvalues()[0]);
 }
 
-double gershgorin_angular_frequency(const core::SpringNetwork &springs, const Field &positions,
+double gershgorin_angular_frequency(const ElasticBody &body, const Field &positions,
                                     const NodalConditions &conditions) {
-    std::vector<Eigen::Matrix3d> block(springs.node_mass.size(), Eigen::Matrix3d::Zero());
-    for (std::size_t s = 0; s < springs.edges.size(); ++s) {
-        const auto [i, j] = springs.edges[s];
-        const core::Vector3 direction = (positions[j] - positions[i]).normalized();
-        const Eigen::Matrix3d axial = springs.stiffness[s] * direction * direction.transpose();
-        block[i] += axial;
-        block[j] += axial;
-    }
+    std::vector<Eigen::Matrix3d> block(body.node_mass.size(), Eigen::Matrix3d::Zero());
+    for (const auto &term : body.terms)
+        term->add_block_bound(to_unknowns(positions), block);
     double largest = 0.0;
     for (std::size_t i = 0; i < block.size(); ++i) {
         for (int c = 0; c < 3; ++c)
@@ -198,7 +182,7 @@ double gershgorin_angular_frequency(const core::SpringNetwork &springs, const Fi
                 block[i].col(c).setZero();
             }
         const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(block[i], Eigen::EigenvaluesOnly);
-        largest = std::max(largest, 2.0 * eigen.eigenvalues()[2] / springs.node_mass[i]);
+        largest = std::max(largest, eigen.eigenvalues()[2] / body.node_mass[i]);
     }
     return std::sqrt(largest);
 }

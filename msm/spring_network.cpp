@@ -6,6 +6,86 @@
 
 namespace livermark::msm {
 
+namespace {
+
+class Springs : public ElasticTerm {
+  public:
+    explicit Springs(const core::SpringNetwork &springs) : springs_(springs) {}
+
+    double energy(const Eigen::VectorXd &x) const override {
+        double energy = 0.0;
+        for (std::size_t s = 0; s < springs_.edges.size(); ++s) {
+            const double extension = span(x, s).norm() - springs_.rest_length[s];
+            energy += 0.5 * springs_.stiffness[s] * extension * extension;
+        }
+        return energy;
+    }
+
+    void add_force(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta,
+                   Eigen::VectorXd &force) const override {
+        for (std::size_t s = 0; s < springs_.edges.size(); ++s) {
+            const auto [i, j] = springs_.edges[s];
+            const core::Vector3 span = of_node(x, j) - of_node(x, i);
+            const double length = span.norm();
+            double extension = length - springs_.rest_length[s];
+            if (beta != 0.0)
+                extension += beta * span.dot(of_node(v, j) - of_node(v, i)) / length;
+            const double tension = springs_.stiffness[s] * extension / length;
+            of_node(force, i) += tension * span;
+            of_node(force, j) -= tension * span;
+        }
+    }
+
+    Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd &x, Tangent tangent) const override {
+        std::vector<Eigen::Triplet<double>> entries;
+        entries.reserve(36 * springs_.edges.size());
+        const auto add = [&entries](int row, int column, const Eigen::Matrix3d &block, double sign) {
+            for (int a = 0; a < 3; ++a)
+                for (int b = 0; b < 3; ++b)
+                    entries.emplace_back(3 * row + a, 3 * column + b, sign * block(a, b));
+        };
+        for (std::size_t s = 0; s < springs_.edges.size(); ++s) {
+            const auto [i, j] = springs_.edges[s];
+            const core::Vector3 span = this->span(x, s);
+            const core::Vector3 direction = span.normalized();
+            double transverse = 1.0 - springs_.rest_length[s] / span.norm();
+            if (tangent == Tangent::semi_definite)
+                transverse = std::max(transverse, 0.0);
+            else if (tangent == Tangent::material)
+                transverse = 0.0;
+            const Eigen::Matrix3d axial = direction * direction.transpose();
+            const Eigen::Matrix3d block =
+                springs_.stiffness[s] * (axial + transverse * (Eigen::Matrix3d::Identity() - axial));
+            add(i, i, block, 1.0);
+            add(j, j, block, 1.0);
+            add(i, j, block, -1.0);
+            add(j, i, block, -1.0);
+        }
+        Eigen::SparseMatrix<double> hessian(x.size(), x.size());
+        hessian.setFromTriplets(entries.begin(), entries.end());
+        return hessian;
+    }
+
+    /// (n . (u_i - u_j))^2 <= 2 (n . u_i)^2 + 2 (n . u_j)^2
+    void add_block_bound(const Eigen::VectorXd &x, std::vector<Eigen::Matrix3d> &blocks) const override {
+        for (std::size_t s = 0; s < springs_.edges.size(); ++s) {
+            const core::Vector3 direction = span(x, s).normalized();
+            const Eigen::Matrix3d axial = 2.0 * springs_.stiffness[s] * direction * direction.transpose();
+            for (const int node : springs_.edges[s])
+                blocks[node] += axial;
+        }
+    }
+
+  private:
+    core::Vector3 span(const Eigen::VectorXd &x, std::size_t s) const {
+        return of_node(x, springs_.edges[s][1]) - of_node(x, springs_.edges[s][0]);
+    }
+
+    core::SpringNetwork springs_;
+};
+
+} // namespace
+
 core::SpringNetwork spring_network(const core::Body &body, const SpringLaw &law) {
     auto table = core::edge_table(body.mesh.tetrahedra);
     core::SpringNetwork springs;
@@ -18,59 +98,8 @@ core::SpringNetwork spring_network(const core::Body &body, const SpringLaw &law)
     return springs;
 }
 
-double elastic_energy(const core::SpringNetwork &springs, const std::vector<core::Vector3> &positions) {
-    double energy = 0.0;
-    for (std::size_t s = 0; s < springs.edges.size(); ++s) {
-        const auto [i, j] = springs.edges[s];
-        const double extension = (positions[j] - positions[i]).norm() - springs.rest_length[s];
-        energy += 0.5 * springs.stiffness[s] * extension * extension;
-    }
-    return energy;
-}
-
-std::vector<core::Vector3> elastic_gradient(const core::SpringNetwork &springs,
-                                            const std::vector<core::Vector3> &positions) {
-    std::vector<core::Vector3> gradient(positions.size(), core::Vector3::Zero());
-    for (std::size_t s = 0; s < springs.edges.size(); ++s) {
-        const auto [i, j] = springs.edges[s];
-        const core::Vector3 span = positions[j] - positions[i];
-        const core::Vector3 pull = springs.stiffness[s] * (1.0 - springs.rest_length[s] / span.norm()) * span;
-        gradient[i] -= pull;
-        gradient[j] += pull;
-    }
-    return gradient;
-}
-
-Eigen::SparseMatrix<double> elastic_hessian(const core::SpringNetwork &springs,
-                                            const std::vector<core::Vector3> &positions, Tangent tangent) {
-    std::vector<Eigen::Triplet<double>> entries;
-    entries.reserve(36 * springs.edges.size());
-    const auto add = [&entries](int row, int column, const Eigen::Matrix3d &block, double sign) {
-        for (int a = 0; a < 3; ++a)
-            for (int b = 0; b < 3; ++b)
-                entries.emplace_back(3 * row + a, 3 * column + b, sign * block(a, b));
-    };
-    for (std::size_t s = 0; s < springs.edges.size(); ++s) {
-        const auto [i, j] = springs.edges[s];
-        const core::Vector3 span = positions[j] - positions[i];
-        const core::Vector3 direction = span.normalized();
-        double transverse = 1.0 - springs.rest_length[s] / span.norm();
-        if (tangent == Tangent::semi_definite)
-            transverse = std::max(transverse, 0.0);
-        else if (tangent == Tangent::axial)
-            transverse = 0.0;
-        const Eigen::Matrix3d axial = direction * direction.transpose();
-        const Eigen::Matrix3d block =
-            springs.stiffness[s] * (axial + transverse * (Eigen::Matrix3d::Identity() - axial));
-        add(i, i, block, 1.0);
-        add(j, j, block, 1.0);
-        add(i, j, block, -1.0);
-        add(j, i, block, -1.0);
-    }
-    const auto size = static_cast<Eigen::Index>(3 * positions.size());
-    Eigen::SparseMatrix<double> hessian(size, size);
-    hessian.setFromTriplets(entries.begin(), entries.end());
-    return hessian;
+std::shared_ptr<const ElasticTerm> spring_term(const core::SpringNetwork &springs) {
+    return std::make_shared<Springs>(springs);
 }
 
 } // namespace livermark::msm

@@ -103,6 +103,15 @@ core::Solution solve(const core::Problem &problem, const msm::SpringLaw &law, co
     return solution;
 }
 
+core::Modes modes(const core::Problem &problem, const msm::SpringLaw &law, int count) {
+    const auto start = Clock::now();
+    const auto springs = msm::spring_network(*problem.body, law);
+    auto found =
+        msm::lowest_modes(springs, problem.body->mesh.points, msm::nodal_conditions(problem, springs.node_mass), count);
+    found.seconds = seconds(Clock::now() - start);
+    return found;
+}
+
 void check(const core::Problem &problem, const msm::SpringLaw &law, const ModelOptions &options) {
     const auto &integrator = msm::find_integrator(options.time_stepping.integrator);
     if (options.equilibrium == EquilibriumMethod::relaxation && !integrator.is_explicit)
@@ -125,8 +134,7 @@ ModelFamily msm() {
                         .summary = law.summary,
                         .source = law.source,
                         .solve = [=](const core::Problem &problem) { return solve(problem, law, options); },
-                        .modes = [law](const core::Problem &problem,
-                                       int count) { return livermark::msm::lowest_modes(problem, law, count); },
+                        .modes = [law](const core::Problem &problem, int count) { return modes(problem, law, count); },
                         .check = [=](const core::Problem &problem) { check(problem, law, options); },
                     });
                 return models;

@@ -96,7 +96,7 @@ TEST(CommandLine, ModesPrintsFrequenciesAndWritesThem) {
     const auto outcome =
         livermark("modes liver_healthy --model fem_p1 --model lloyd --count 3 --output " + folder.string());
     EXPECT_EQ(outcome.status, 0) << outcome.output;
-    EXPECT_NE(outcome.output.find("frequencies [Hz]"), std::string::npos) << outcome.output;
+    EXPECT_NE(outcome.output.find("fem_p1 [Hz]"), std::string::npos) << outcome.output;
     const auto result = results::read_result(folder / "liver_healthy" / "modes.traction.h5");
     ASSERT_EQ(result.modes.size(), 2u);
     EXPECT_EQ(result.modes[0].name, "fem_p1");
@@ -104,7 +104,7 @@ TEST(CommandLine, ModesPrintsFrequenciesAndWritesThem) {
     for (const auto &model : result.modes) {
         ASSERT_EQ(model.modes.count(), 3);
         const double first = model.modes.angular_frequency[0] / (2.0 * std::numbers::pi);
-        EXPECT_NE(outcome.output.find(fmt::format("{:.5f}", first)), std::string::npos) << outcome.output;
+        EXPECT_NE(outcome.output.find(fmt::format("{:.4f}", first)), std::string::npos) << outcome.output;
     }
 }
 

@@ -43,7 +43,8 @@ TEST(Damping, OfSpringsAndNodesGivesEveryModeItsRatio) {
     const auto &law = msm::all_spring_laws().front();
     const auto &points = body->mesh.points;
     const auto springs = msm::spring_network(*body, law);
-    const auto modes = msm::lowest_modes({body, load_case}, law, 6);
+    const auto modes =
+        msm::lowest_modes(springs, points, msm::nodal_conditions({body, load_case}, springs.node_mass), 6);
     const auto damping = msm::two_mode_damping(0.05, modes.angular_frequency[0], 0.03, modes.angular_frequency[4]);
     const auto dampers = msm::dampers(springs, damping);
     for (int mode = 0; mode < 6; ++mode) {

@@ -7,7 +7,7 @@
 
 #include "msm/integrator.hpp"
 #include "msm/spring_law.hpp"
-#include "msm/spring_motion.hpp"
+#include "msm/elastic_motion.hpp"
 #include "msm/spring_network.hpp"
 #include "msm/time_step.hpp"
 #include "tests/test_meshes.hpp"
@@ -115,7 +115,7 @@ TEST_P(Integrators, HaveTheirOrderOnADampedOscillation) {
 /// Springs and axial dashpots only act between two nodes.
 TEST_P(Integrators, ConserveMomentumOfFreeSprings) {
     const Lump lump;
-    const auto equation = msm::spring_motion(lump.springs, lump.body.mesh.points, lump.conditions, {0.0, 1e-3});
+    const auto equation = msm::elastic_motion(lump.springs, lump.body.mesh.points, lump.conditions, {0.0, 1e-3});
     auto state = lump.start;
     const Vector3 before = lump.momentum(state);
     const auto step = GetParam().prepare(equation, 1e-3);
@@ -129,7 +129,7 @@ TEST_P(Integrators, ConserveMomentumOfFreeSprings) {
 /// even over a thousandth of the time, unless the step is small.
 TEST_P(Integrators, KeepEnergyWithinBoundsIfSymplectic) {
     const Lump lump;
-    const auto equation = msm::spring_motion(lump.springs, lump.body.mesh.points, lump.conditions, {});
+    const auto equation = msm::elastic_motion(lump.springs, lump.body.mesh.points, lump.conditions, {});
     auto state = lump.start;
     const auto step = GetParam().prepare(equation, 4e-3);
     const double before = lump.energy(equation, state);
@@ -155,7 +155,7 @@ TEST_P(Integrators, KeepEnergyWithinBoundsIfSymplectic) {
 
 TEST_P(Integrators, FollowTheNonlinearSprings) {
     const Lump lump;
-    const auto equation = msm::spring_motion(lump.springs, lump.body.mesh.points, lump.conditions, {1.0, 1e-3});
+    const auto equation = msm::elastic_motion(lump.springs, lump.body.mesh.points, lump.conditions, {1.0, 1e-3});
     const auto run = [&](const msm::Integrator &integrator, int num_steps) {
         auto state = lump.start;
         const auto step = integrator.prepare(equation, 0.05 / num_steps);
@@ -178,7 +178,7 @@ TEST_P(Integrators, LeaveHeldUnknownsAlone) {
     lump.conditions.displacement[3] = {0.0, nan, nan};
     lump.conditions.displacement[8] = Vector3::Zero();
     lump.conditions.force[5] = {0.0, 0.0, 0.1};
-    const auto equation = msm::spring_motion(lump.springs, lump.body.mesh.points, lump.conditions, {0.5, 1e-3});
+    const auto equation = msm::elastic_motion(lump.springs, lump.body.mesh.points, lump.conditions, {0.5, 1e-3});
     auto state = lump.start;
     for (const Eigen::Index held : {9, 24, 25, 26})
         state.velocity[held] = 0.0;
@@ -196,10 +196,10 @@ INSTANTIATE_TEST_SUITE_P(All, Integrators,
                          testing::ValuesIn(msm::all_integrators().begin(), msm::all_integrators().end()),
                          [](const auto &info) { return info.param.name; });
 
-TEST(SpringMotion, IsTheGradientOfTheEnergyPerMass) {
+TEST(ElasticMotion, IsTheGradientOfTheEnergyPerMass) {
     Lump lump;
     lump.conditions.force[2] = {0.1, -0.2, 0.3};
-    const auto equation = msm::spring_motion(lump.springs, lump.body.mesh.points, lump.conditions, {0.7, 0.0});
+    const auto equation = msm::elastic_motion(lump.springs, lump.body.mesh.points, lump.conditions, {0.7, 0.0});
     Eigen::VectorXd a(lump.start.displacement.size());
     equation.acceleration(lump.start.displacement, lump.start.velocity, a);
     auto moved = msm::to_field(lump.start.displacement);
@@ -213,10 +213,10 @@ TEST(SpringMotion, IsTheGradientOfTheEnergyPerMass) {
 }
 
 /// At rest the dashpots are beta K, and a rigid rotation does not feel them.
-TEST(SpringMotion, DampsAlongTheSpringsOnly) {
+TEST(ElasticMotion, DampsAlongTheSpringsOnly) {
     const Lump lump;
     constexpr double beta = 2e-3;
-    const auto equation = msm::spring_motion(lump.springs, lump.body.mesh.points, lump.conditions, {0.0, beta});
+    const auto equation = msm::elastic_motion(lump.springs, lump.body.mesh.points, lump.conditions, {0.0, beta});
     const Eigen::VectorXd rest = Eigen::VectorXd::Zero(lump.start.displacement.size());
     Eigen::VectorXd a(rest.size());
     equation.acceleration(rest, lump.start.velocity, a);

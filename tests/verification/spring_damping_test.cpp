@@ -6,7 +6,7 @@
 #include "msm/integrator.hpp"
 #include "msm/spectrum.hpp"
 #include "msm/spring_law.hpp"
-#include "msm/spring_motion.hpp"
+#include "msm/elastic_motion.hpp"
 #include "msm/spring_network.hpp"
 #include "msm/time_step.hpp"
 #include "tests/verification/fem_test_bodies.hpp"
@@ -39,7 +39,7 @@ class SpringDamping : public testing::TestWithParam<int> {
     /// Lets one mode swing from a millionth of the length of the rod, and fits its decay and its period.
     Decay ring(const core::RayleighDamping &damping, int mode) const {
         const auto num_nodes = problem.body->mesh.points.size();
-        const auto equation = msm::spring_motion(springs, problem.body->mesh.points, conditions, damping);
+        const auto equation = msm::elastic_motion(springs, problem.body->mesh.points, conditions, damping);
         const std::vector<core::Vector3> field(modes.shape.begin() + static_cast<std::ptrdiff_t>(mode * num_nodes),
                                                modes.shape.begin() +
                                                    static_cast<std::ptrdiff_t>((mode + 1) * num_nodes));

@@ -1,0 +1,54 @@
+#include "msm/elastic_body.hpp"
+
+#include <utility>
+
+#include "msm/spring_network.hpp"
+
+namespace livermark::msm {
+
+ElasticBody::ElasticBody(std::vector<double> mass, std::vector<std::shared_ptr<const ElasticTerm>> energy_terms)
+    : node_mass(std::move(mass)), terms(std::move(energy_terms)) {}
+
+ElasticBody::ElasticBody(const core::SpringNetwork &springs)
+    : node_mass(springs.node_mass), terms{spring_term(springs)} {}
+
+double elastic_energy(const ElasticBody &body, const std::vector<core::Vector3> &positions) {
+    const auto x = to_unknowns(positions);
+    double energy = 0.0;
+    for (const auto &term : body.terms)
+        energy += term->energy(x);
+    return energy;
+}
+
+std::vector<core::Vector3> elastic_gradient(const ElasticBody &body, const std::vector<core::Vector3> &positions) {
+    const auto x = to_unknowns(positions);
+    Eigen::VectorXd force = Eigen::VectorXd::Zero(x.size());
+    for (const auto &term : body.terms)
+        term->add_force(x, x, 0.0, force);
+    return to_field(-force);
+}
+
+Eigen::SparseMatrix<double> elastic_hessian(const ElasticBody &body, const std::vector<core::Vector3> &positions,
+                                            Tangent tangent) {
+    const auto x = to_unknowns(positions);
+    Eigen::SparseMatrix<double> hessian(x.size(), x.size());
+    for (const auto &term : body.terms)
+        hessian += term->hessian(x, tangent);
+    return hessian;
+}
+
+Eigen::VectorXd to_unknowns(const std::vector<core::Vector3> &field) {
+    Eigen::VectorXd unknowns(3 * static_cast<Eigen::Index>(field.size()));
+    for (std::size_t i = 0; i < field.size(); ++i)
+        of_node(unknowns, static_cast<int>(i)) = field[i];
+    return unknowns;
+}
+
+std::vector<core::Vector3> to_field(const Eigen::VectorXd &unknowns) {
+    std::vector<core::Vector3> field(static_cast<std::size_t>(unknowns.size() / 3));
+    for (std::size_t i = 0; i < field.size(); ++i)
+        field[i] = of_node(unknowns, static_cast<int>(i));
+    return field;
+}
+
+} // namespace livermark::msm

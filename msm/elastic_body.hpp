@@ -1,0 +1,83 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <memory>
+#include <vector>
+
+#include "core/solution.hpp"
+
+namespace livermark::msm {
+
+/// What of the second derivative of an energy to keep.
+enum class Tangent {
+    exact,         ///< all of it
+    semi_definite, ///< without the part that compression makes negative
+    material       ///< only what is left at rest: sum of c w w^T, where c w (w . u) are the forces of small strains
+};
+
+/// One part of the elastic energy of a body, say its springs, or what its volume resists. One file each. Vectors are of
+/// 3N components, 3 i + component for node i: positions x [m] and velocities v [m/s].
+class ElasticTerm {
+  public:
+    virtual ~ElasticTerm() = default;
+
+    /// U(x) [J]
+    virtual double energy(const Eigen::VectorXd &x) const = 0;
+
+    /// force -= grad U(x) + beta K_m(x) v, with K_m the material tangent: elastic forces, and dashpots that act along
+    /// the same strains (Rayleigh damping by the stiffness) [N]. The slow, obvious kernel; every fast one is tested
+    /// against it.
+    /// @param v  not looked at where beta is zero
+    virtual void add_force(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta,
+                           Eigen::VectorXd &force) const = 0;
+
+    /// Second derivative of U at x, both triangles, entries in the same places for every x and tangent.
+    /// @return shape (3N, 3N) [N/m]
+    virtual Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd &x, Tangent tangent) const = 0;
+
+    /// Adds to the 3 x 3 block of each node what bounds the material tangent at x from above: u^T K_m u <= sum over
+    /// nodes of u_i^T B_i u_i for all u.
+    /// @param blocks  shape (N) [N/m]
+    virtual void add_block_bound(const Eigen::VectorXd &x, std::vector<Eigen::Matrix3d> &blocks) const = 0;
+};
+
+/// Point masses with an elastic energy between them. Copies share the terms, which never change.
+struct ElasticBody {
+    ElasticBody(std::vector<double> node_mass, std::vector<std::shared_ptr<const ElasticTerm>> terms);
+    /// Springs are such a body.
+    ElasticBody(const core::SpringNetwork &springs); // NOLINT(google-explicit-constructor)
+
+    std::vector<double> node_mass;                         ///< (N) [kg]
+    std::vector<std::shared_ptr<const ElasticTerm>> terms; ///< the energy is their sum
+};
+
+/// Elastic energy.
+/// @param positions  shape (N) [m]
+/// @return [J]
+double elastic_energy(const ElasticBody &body, const std::vector<core::Vector3> &positions);
+
+/// Gradient of the elastic energy: the force that holds each node where it is.
+/// @param positions  shape (N) [m]
+/// @return shape (N) [N]
+std::vector<core::Vector3> elastic_gradient(const ElasticBody &body, const std::vector<core::Vector3> &positions);
+
+/// Second derivative of the elastic energy, rows and columns 3 i + component.
+/// @param positions  shape (N) [m]
+/// @return shape (3N, 3N) [N/m], both triangles
+Eigen::SparseMatrix<double> elastic_hessian(const ElasticBody &body, const std::vector<core::Vector3> &positions,
+                                            Tangent tangent);
+
+/// A nodal field as 3N components, and back.
+Eigen::VectorXd to_unknowns(const std::vector<core::Vector3> &field);
+std::vector<core::Vector3> to_field(const Eigen::VectorXd &unknowns);
+
+/// The part of a node.
+inline auto of_node(const Eigen::VectorXd &field, int node) {
+    return field.segment<3>(3 * static_cast<Eigen::Index>(node));
+}
+inline auto of_node(Eigen::VectorXd &field, int node) {
+    return field.segment<3>(3 * static_cast<Eigen::Index>(node));
+}
+
+} // namespace livermark::msm
