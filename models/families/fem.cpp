@@ -42,8 +42,8 @@ class KeptSolver {
     std::optional<fem_reference::StaticSolver> solver_;
 };
 
-/// The same on the refined mesh, where the solver on the mesh is the second level. An answer takes a quarter of a minute,
-/// and a load case that moves has that of the static one it starts from, so answers are kept.
+/// The same on the refined mesh, where the solver on the mesh is the second level. An answer takes a quarter of a
+/// minute, and a load case that moves has that of the static one it starts from, so answers are kept.
 class KeptRefinedSolver {
   public:
     KeptRefinedSolver(std::shared_ptr<KeptSolver> coarse, fem_reference::SolverChoice choice)

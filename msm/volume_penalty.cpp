@@ -1,0 +1,137 @@
+#include "msm/volume_penalty.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "msm/tetrahedron_volume.hpp"
+
+namespace livermark::msm {
+
+namespace {
+
+using SparseRows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
+class VolumePenalty : public ElasticTerm {
+  public:
+    VolumePenalty(const core::TetraMesh &mesh, ControlVolumes parts)
+        : tetrahedra_(mesh.tetrahedra), share_(std::move(parts.share)),
+          modulus_(Eigen::VectorXd::Map(parts.modulus.data(), static_cast<Eigen::Index>(parts.modulus.size()))),
+          rest_volume_(share_ * volumes(to_unknowns(mesh.points))) {}
+
+    double energy(const Eigen::VectorXd &x) const override {
+        const Eigen::VectorXd change = share_ * volumes(x) - rest_volume_;
+        return 0.5 * change.dot(modulus_.cwiseProduct(change).cwiseQuotient(rest_volume_));
+    }
+
+    void add_force(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta,
+                   Eigen::VectorXd &force) const override {
+        std::vector<VolumeGradient> gradients;
+        gradients.reserve(tetrahedra_.size());
+        Eigen::VectorXd volume(static_cast<Eigen::Index>(tetrahedra_.size()));
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
+            const auto &[now, gradient] = gradients.emplace_back(volume_gradient(x, tetrahedra_[t]));
+            double &value = volume[static_cast<Eigen::Index>(t)];
+            value = now;
+            if (beta != 0.0)
+                for (int a = 0; a < 4; ++a)
+                    value += beta * gradient[a].dot(of_node(v, tetrahedra_[t][a]));
+        }
+        const Eigen::VectorXd tetrahedron_pressure = share_.transpose() * pressure(volume);
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
+            for (int a = 0; a < 4; ++a)
+                of_node(force, tetrahedra_[t][a]) -=
+                    tetrahedron_pressure[static_cast<Eigen::Index>(t)] * gradients[t].gradient[a];
+    }
+
+    Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd &x, Tangent tangent) const override {
+        const SparseRows gradient = share_ * volume_gradients(x);
+        Eigen::VectorXd factor = modulus_.cwiseQuotient(rest_volume_);
+        if (tangent == Tangent::semi_definite)
+            factor = factor.cwiseMax(0.0);
+        const SparseRows scaled = factor.asDiagonal() * gradient;
+        Eigen::SparseMatrix<double> hessian = SparseRows(gradient.transpose()) * scaled;
+        if (tangent == Tangent::exact)
+            hessian += geometric_part(x);
+        return hessian;
+    }
+
+    /// (sum_j g_j . u_j)^2 <= (sum_j |g_j|) sum_j (g_j . u_j)^2 / |g_j|
+    void add_block_bound(const Eigen::VectorXd &x, std::vector<Eigen::Matrix3d> &blocks) const override {
+        const SparseRows gradient = share_ * volume_gradients(x);
+        for (Eigen::Index c = 0; c < gradient.outerSize(); ++c) {
+            std::vector<std::pair<Eigen::Index, core::Vector3>> of_corner;
+            double sum = 0.0;
+            for (SparseRows::InnerIterator entry(gradient, c); entry; ++entry) {
+                if (entry.col() % 3 == 0)
+                    of_corner.emplace_back(entry.col() / 3, core::Vector3::Zero());
+                of_corner.back().second[entry.col() % 3] = entry.value();
+            }
+            for (const auto &[node, g] : of_corner)
+                sum += g.norm();
+            const double factor = std::max(modulus_[c], 0.0) / rest_volume_[c] * sum;
+            for (const auto &[node, g] : of_corner)
+                if (g.norm() > 0.0)
+                    blocks[node] += factor / g.norm() * g * g.transpose();
+        }
+    }
+
+  private:
+    Eigen::VectorXd volumes(const Eigen::VectorXd &x) const {
+        Eigen::VectorXd volume(static_cast<Eigen::Index>(tetrahedra_.size()));
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
+            volume[static_cast<Eigen::Index>(t)] = volume_gradient(x, tetrahedra_[t]).volume;
+        return volume;
+    }
+
+    /// p_c = kappa_c (V_c / V0_c - 1)
+    Eigen::VectorXd pressure(const Eigen::VectorXd &tetrahedron_volume) const {
+        return modulus_.cwiseProduct((share_ * tetrahedron_volume).cwiseQuotient(rest_volume_) -
+                                     Eigen::VectorXd::Ones(rest_volume_.size()));
+    }
+
+    /// (M, 3N) grad V_t
+    SparseRows volume_gradients(const Eigen::VectorXd &x) const {
+        std::vector<Eigen::Triplet<double>> entries;
+        entries.reserve(12 * tetrahedra_.size());
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
+            const auto gradient = volume_gradient(x, tetrahedra_[t]).gradient;
+            for (int a = 0; a < 4; ++a)
+                for (int c = 0; c < 3; ++c)
+                    entries.emplace_back(t, 3 * tetrahedra_[t][a] + c, gradient[a][c]);
+        }
+        SparseRows matrix(static_cast<Eigen::Index>(tetrahedra_.size()), x.size());
+        matrix.setFromTriplets(entries.begin(), entries.end());
+        return matrix;
+    }
+
+    Eigen::SparseMatrix<double> geometric_part(const Eigen::VectorXd &x) const {
+        const Eigen::VectorXd tetrahedron_pressure = share_.transpose() * pressure(volumes(x));
+        std::vector<Eigen::Triplet<double>> entries;
+        entries.reserve(144 * tetrahedra_.size());
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
+            const auto block = volume_hessian(x, tetrahedra_[t]);
+            for (int row = 0; row < 12; ++row)
+                for (int column = 0; column < 12; ++column)
+                    entries.emplace_back(3 * tetrahedra_[t][row / 3] + row % 3,
+                                         3 * tetrahedra_[t][column / 3] + column % 3,
+                                         tetrahedron_pressure[static_cast<Eigen::Index>(t)] * block(row, column));
+        }
+        Eigen::SparseMatrix<double> matrix(x.size(), x.size());
+        matrix.setFromTriplets(entries.begin(), entries.end());
+        return matrix;
+    }
+
+    std::vector<std::array<int, 4>> tetrahedra_;
+    SparseRows share_;
+    Eigen::VectorXd modulus_;
+    Eigen::VectorXd rest_volume_;
+};
+
+} // namespace
+
+std::shared_ptr<const ElasticTerm> volume_penalty(const core::TetraMesh &mesh, ControlVolumes control_volumes) {
+    return std::make_shared<VolumePenalty>(mesh, std::move(control_volumes));
+}
+
+} // namespace livermark::msm

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <memory>
+#include <vector>
+
+#include "core/tetra_mesh.hpp"
+#include "msm/elastic_body.hpp"
+
+namespace livermark::msm {
+
+/// Parts of a body that each resist a change of their volume.
+struct ControlVolumes {
+    Eigen::SparseMatrix<double, Eigen::RowMajor> share; ///< (C, M) part of each tetrahedron that belongs to each, >= 0
+    std::vector<double> modulus;                        ///< (C) kappa [Pa]
+};
+
+/// U = sum over control volumes c of kappa_c / 2 (V_c - V0_c)^2 / V0_c, V_c = sum over tetrahedra t of share_ct V_t now
+/// and V0_c at rest: the energy that a first Lame parameter kappa adds to small strains. Its forces are p_t grad V_t
+/// with the pressure p_t = sum over c of share_ct kappa_c (V_c / V0_c - 1), and so its exact gradient at any
+/// deformation. (Bonet and Burton 1998, Commun. Numer. Meth. Engng. 14: with a quarter of each tetrahedron to each
+/// corner this is the average nodal pressure.)
+/// @param mesh  at rest
+std::shared_ptr<const ElasticTerm> volume_penalty(const core::TetraMesh &mesh, ControlVolumes control_volumes);
+
+} // namespace livermark::msm

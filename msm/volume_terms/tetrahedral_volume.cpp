@@ -1,0 +1,29 @@
+#include "msm/volume_penalty.hpp"
+#include "msm/volume_term.hpp"
+
+namespace livermark::msm::volume_terms {
+
+namespace {
+
+/// A control volume for each tetrahedron. There are five times as many tetrahedra as nodes, so this fixes more than the
+/// nodes have to give, and locks when the material is nearly incompressible, as linear finite elements do.
+std::shared_ptr<const ElasticTerm> make(const core::Body &body, const std::vector<double> &modulus) {
+    const auto &mesh = body.mesh;
+    ControlVolumes parts;
+    parts.share.resize(mesh.num_tetrahedra(), mesh.num_tetrahedra());
+    parts.share.setIdentity();
+    for (const int region : mesh.region)
+        parts.modulus.push_back(modulus[region]);
+    return volume_penalty(mesh, std::move(parts));
+}
+
+} // namespace
+
+VolumeTerm tetrahedral_volume() {
+    return {.name = {},
+            .summary = "the volume of each tetrahedron",
+            .source = "Teschner, Heidelberger, Mueller, Gross 2004, Computer Graphics International",
+            .make = make};
+}
+
+} // namespace livermark::msm::volume_terms
