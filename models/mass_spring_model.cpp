@@ -102,11 +102,11 @@ core::Solution solve(const core::Problem &problem, const MakeMassSprings &make, 
     return solution;
 }
 
-core::Modes modes(const core::Problem &problem, const msm::SpringLaw &law, int count) {
+core::Modes modes(const core::Problem &problem, const MakeMassSprings &make, int count) {
     const auto start = Clock::now();
-    const auto springs = msm::spring_network(*problem.body, law);
+    const auto body = make(*problem.body).body;
     auto found =
-        msm::lowest_modes(springs, problem.body->mesh.points, msm::nodal_conditions(problem, springs.node_mass), count);
+        msm::lowest_modes(body, problem.body->mesh.points, msm::nodal_conditions(problem, body.node_mass), count);
     found.seconds = seconds(Clock::now() - start);
     return found;
 }

@@ -49,8 +49,9 @@ template <class Entry> const Entry &find(std::span<const Entry> table, std::stri
 }
 
 /// Not every pair is worth its time in a run over everything.
-constexpr std::array<std::array<std::string_view, 2>, 3> pairs{{
+constexpr std::array<std::array<std::string_view, 2>, 4> pairs{{
     {"lloyd", "nodal_volume"},
+    {"patch", "nodal_volume"},
     {"van_gelder", "nodal_volume"},
     {"van_gelder", "tetrahedral_volume"},
 }};

@@ -1,0 +1,206 @@
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <functional>
+#include <gtest/gtest.h>
+#include <random>
+#include <string>
+
+#include "msm/biquadratic_springs.hpp"
+#include "msm/inversion_guard.hpp"
+#include "msm/spring_network.hpp"
+#include "msm/volume_term.hpp"
+#include "tests/test_meshes.hpp"
+
+namespace livermark {
+namespace {
+
+using core::Vector3;
+using msm::Tangent;
+using Term = std::shared_ptr<const msm::ElasticTerm>;
+
+struct NamedTerm {
+    std::string name;
+    std::function<Term(const core::Body &)> make;
+};
+
+/// Every term that a model can be made of.
+std::vector<NamedTerm> all_terms() {
+    std::vector<NamedTerm> terms{
+        {"springs",
+         [](const core::Body &body) {
+             return msm::spring_term(msm::spring_network(body, msm::all_spring_laws().front()));
+         }},
+        {"biquadratic_springs", msm::biquadratic_springs},
+        {"inversion_guard", msm::inversion_guard},
+    };
+    for (const auto &volume : msm::all_volume_terms())
+        terms.push_back({volume.name, [volume](const core::Body &body) { return volume.make(body, {7e3, 2e4}); }});
+    return terms;
+}
+
+/// Two materials side by side, on an irregular mesh.
+std::shared_ptr<const core::Body> two_materials() {
+    auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 3, 2});
+    mesh.region_names = {"soft", "hard"};
+    for (int t = 0; t < mesh.num_tetrahedra(); ++t)
+        mesh.region[t] = mesh.points[mesh.tetrahedra[t][0]].x() < 0.04 ? 0 : 1;
+    core::Body body{.name = "two", .mesh = std::move(mesh), .materials = {{1060.0, 5e3, 0.4}, {1060.0, 2e4, 0.45}}};
+    return std::make_shared<const core::Body>(std::move(body));
+}
+
+Eigen::VectorXd random_vector(Eigen::Index size, double largest, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> value(-largest, largest);
+    Eigen::VectorXd vector(size);
+    for (double &entry : vector)
+        entry = value(random);
+    return vector;
+}
+
+class EveryElasticTerm : public testing::TestWithParam<NamedTerm> {
+  protected:
+    std::shared_ptr<const core::Body> body = two_materials();
+    Term term = GetParam().make(*body);
+    Eigen::VectorXd rest = msm::to_unknowns(body->mesh.points);
+    /// So far from rest that some tetrahedra are inverted.
+    Eigen::VectorXd shaken = rest + random_vector(rest.size(), 0.02, 7);
+
+    Eigen::VectorXd gradient(const Eigen::VectorXd &x) const {
+        Eigen::VectorXd force = Eigen::VectorXd::Zero(x.size());
+        term->add_force(x, x, 0.0, force);
+        return -force;
+    }
+};
+
+TEST_P(EveryElasticTerm, IsAtRestInTheMesh) {
+    EXPECT_LT(term->energy(rest), 1e-24 * (1.0 + term->energy(shaken)));
+    EXPECT_LT(gradient(rest).norm(), 1e-12 * gradient(shaken).norm());
+}
+
+TEST_P(EveryElasticTerm, CostsNothingInRigidMotion) {
+    const Eigen::AngleAxisd turn(1.1, Vector3(1.0, 2.0, -0.5).normalized());
+    auto moved = body->mesh.points;
+    for (auto &x : moved)
+        x = turn * x + Vector3(0.3, -0.2, 0.7);
+    EXPECT_LT(term->energy(msm::to_unknowns(moved)), 1e-24 * (1.0 + term->energy(shaken)));
+    EXPECT_LT(gradient(msm::to_unknowns(moved)).norm(), 1e-11 * gradient(shaken).norm());
+}
+
+TEST_P(EveryElasticTerm, HasForcesThatAreTheDerivativeOfItsEnergy) {
+    const double step = 1e-6;
+    const auto direction = random_vector(rest.size(), 1.0, 11);
+    const double slope =
+        (term->energy(shaken + step * direction) - term->energy(shaken - step * direction)) / (2.0 * step);
+    const double expected = gradient(shaken).dot(direction);
+    EXPECT_GT(std::abs(expected), 0.0);
+    EXPECT_NEAR(slope, expected, 1e-6 * gradient(shaken).norm() * direction.norm());
+}
+
+TEST_P(EveryElasticTerm, HasAHessianThatIsTheDerivativeOfItsForces) {
+    const double step = 1e-7;
+    const auto direction = random_vector(rest.size(), 1.0, 12);
+    const Eigen::VectorXd found = term->hessian(shaken, Tangent::exact) * direction;
+    const Eigen::VectorXd expected =
+        (gradient(shaken + step * direction) - gradient(shaken - step * direction)) / (2.0 * step);
+    EXPECT_GT(found.norm(), 0.0);
+    EXPECT_LT((found - expected).norm(), 1e-5 * found.norm());
+}
+
+TEST_P(EveryElasticTerm, HasTheMaterialTangentAtRest) {
+    const Eigen::MatrixXd exact = term->hessian(rest, Tangent::exact);
+    EXPECT_LT((exact - Eigen::MatrixXd(term->hessian(rest, Tangent::material))).norm(), 1e-11 * exact.norm() + 1e-30);
+}
+
+/// What is left for a step where the exact one is not positive semi-definite, and for dashpots, which must not drive.
+TEST_P(EveryElasticTerm, HasTangentsThatAreNowhereNegative) {
+    for (const auto tangent : {Tangent::semi_definite, Tangent::material}) {
+        const Eigen::MatrixXd matrix = term->hessian(shaken, tangent);
+        EXPECT_LT((matrix - matrix.transpose()).norm(), 1e-13 * matrix.norm() + 1e-30);
+        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(matrix, Eigen::EigenvaluesOnly);
+        EXPECT_GT(eigen.eigenvalues().minCoeff(), -1e-12 * eigen.eigenvalues().maxCoeff() - 1e-30);
+    }
+}
+
+TEST_P(EveryElasticTerm, KeepsItsEntriesInTheirPlaces) {
+    const auto places = [](const Eigen::SparseMatrix<double> &matrix) {
+        std::vector<std::pair<Eigen::Index, Eigen::Index>> places;
+        for (Eigen::Index column = 0; column < matrix.outerSize(); ++column)
+            for (Eigen::SparseMatrix<double>::InnerIterator entry(matrix, column); entry; ++entry)
+                places.emplace_back(entry.row(), entry.col());
+        return places;
+    };
+    const auto expected = places(term->hessian(rest, Tangent::exact));
+    for (const auto tangent : {Tangent::exact, Tangent::semi_definite, Tangent::material})
+        EXPECT_EQ(places(term->hessian(shaken, tangent)), expected);
+}
+
+TEST_P(EveryElasticTerm, HasDashpotsOfItsMaterialTangent) {
+    const double beta = 0.003;
+    const auto velocity = random_vector(rest.size(), 0.5, 13);
+    Eigen::VectorXd force = gradient(shaken);
+    term->add_force(shaken, velocity, beta, force);
+    const Eigen::VectorXd expected = -beta * (term->hessian(shaken, Tangent::material) * velocity);
+    EXPECT_LT((force - expected).norm(), 1e-12 * (expected.norm() + gradient(shaken).norm()));
+}
+
+TEST_P(EveryElasticTerm, HasForcesWithoutResultantAndMoment) {
+    const auto forces = msm::to_field(gradient(shaken));
+    Vector3 resultant = Vector3::Zero(), moment = Vector3::Zero();
+    double scale = 0.0;
+    for (std::size_t i = 0; i < forces.size(); ++i) {
+        resultant += forces[i];
+        moment += Vector3(msm::of_node(shaken, static_cast<int>(i))).cross(forces[i]);
+        scale += forces[i].norm();
+    }
+    EXPECT_LT(resultant.norm(), 1e-13 * scale);
+    EXPECT_LT(moment.norm(), 1e-13 * scale);
+}
+
+TEST_P(EveryElasticTerm, IsBoundedByItsBlocks) {
+    std::vector<Eigen::Matrix3d> blocks(body->mesh.points.size(), Eigen::Matrix3d::Zero());
+    term->add_block_bound(rest, blocks);
+    Eigen::MatrixXd bound = -Eigen::MatrixXd(term->hessian(rest, Tangent::material));
+    for (std::size_t i = 0; i < blocks.size(); ++i)
+        bound.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * i)) += blocks[i];
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(bound, Eigen::EigenvaluesOnly);
+    EXPECT_GT(eigen.eigenvalues().minCoeff(), -1e-12 * bound.norm() - 1e-30);
+}
+
+INSTANTIATE_TEST_SUITE_P(ElasticTerms, EveryElasticTerm, testing::ValuesIn(all_terms()),
+                         [](const auto &info) { return info.param.name; });
+
+/// A volume term alone leaves most motions free; springs leave rigid ones only, and so does the sum.
+TEST(VolumeTerms, LeaveNoMotionFreeBesideSprings) {
+    const auto body = two_materials();
+    const auto rest = msm::to_unknowns(body->mesh.points);
+    const auto springs = msm::spring_term(msm::spring_network(*body, msm::all_spring_laws().front()));
+    for (const auto &volume : msm::all_volume_terms()) {
+        const auto term = volume.make(*body, {7e3, 2e4});
+        const auto num_free = [](const Eigen::MatrixXd &stiffness) {
+            const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(stiffness, Eigen::EigenvaluesOnly);
+            return (eigen.eigenvalues().array() < 1e-10 * eigen.eigenvalues().maxCoeff()).count();
+        };
+        const Eigen::MatrixXd alone = term->hessian(rest, Tangent::exact);
+        EXPECT_GT(num_free(alone), 6) << volume.name;
+        EXPECT_EQ(num_free(alone + Eigen::MatrixXd(springs->hessian(rest, Tangent::exact))), 6) << volume.name;
+    }
+}
+
+/// A volume that grows by a known factor everywhere costs kappa / 2 (J - 1)^2 for each unit of volume.
+TEST(VolumeTerms, CostWhatTheirModulusSaysWhereTheVolumeGrowsEverywhere) {
+    const auto body = two_materials();
+    double expected = 0.0;
+    const auto volumes = core::tetrahedron_volumes(body->mesh);
+    for (std::size_t t = 0; t < volumes.size(); ++t)
+        expected += 0.5 * (body->mesh.region[t] == 0 ? 7e3 : 2e4) * std::pow(1.1 * 1.2 * 0.9 - 1.0, 2) * volumes[t];
+    auto stretched = body->mesh.points;
+    for (auto &x : stretched)
+        x = x.cwiseProduct(Vector3(1.1, 1.2, 0.9));
+    for (const auto &volume : msm::all_volume_terms())
+        EXPECT_NEAR(volume.make(*body, {7e3, 2e4})->energy(msm::to_unknowns(stretched)), expected, 1e-12 * expected)
+            << volume.name;
+}
+
+} // namespace
+} // namespace livermark
