@@ -84,7 +84,7 @@ TEST(SpringLawsOfGivenTrace, HaveVanGeldersFactorOnARegularTetrahedron) {
     const auto body = tests::make_body(tests::regular_tetrahedron(edge), {1060.0, young_modulus, 0.25});
     const auto table = core::edge_table(body->mesh.tetrahedra);
     const double expected = std::numbers::sqrt2 / 12.0 * edge * young_modulus;
-    for (const auto *law : {"uniform", "van_gelder"})
+    for (const auto *law : {"patch", "uniform", "van_gelder"})
         for (const double k : stiffness(law, *body, table))
             EXPECT_NEAR(k, expected, 1e-12 * expected) << law;
 }
@@ -110,8 +110,21 @@ TEST(SpringLawsOfGivenTrace, HaveThatOfTheSolidWithTumoursToo) {
     const auto body = box_of_two_materials();
     const auto table = core::edge_table(body->mesh.tetrahedra);
     const double expected = 0.5 * 0.1 * 0.12 * 0.08 * 15.0 * (5e3 + 5e4) / 2.5;
-    for (const auto *law : {"uniform", "van_gelder"})
+    for (const auto *law : {"patch", "uniform", "van_gelder"})
         EXPECT_NEAR(trace(stiffness(law, *body, table), body->mesh, table), expected, 1e-12 * expected) << law;
+}
+
+/// Turned about an axis of no symmetry.
+TEST(PatchSpringLaw, DoesNotDependOnTheOrientationOfTheBody) {
+    auto mesh = tests::box_mesh({0.1, 0.12, 0.08}, {3, 2, 2});
+    const auto table = core::edge_table(mesh.tetrahedra);
+    const auto before = stiffness("patch", *tests::make_body(mesh, {1060.0, 5e3, 0.25}), table);
+    const Eigen::AngleAxisd turn(0.7, core::Vector3(1.0, 2.0, 3.0).normalized());
+    for (auto &point : mesh.points)
+        point = turn * point;
+    const auto after = stiffness("patch", *tests::make_body(mesh, {1060.0, 5e3, 0.25}), table);
+    for (std::size_t s = 0; s < before.size(); ++s)
+        EXPECT_NEAR(after[s], before[s], 1e-9 * before[s]);
 }
 
 TEST(UniformSpringLaw, GivesOneMaterialOneStiffness) {
