@@ -6,6 +6,7 @@
 
 #include "app/catalogue.hpp"
 #include "app/commands.hpp"
+#include "app/load_scaling.hpp"
 #include "app/msm_choice.hpp"
 #include "app/output.hpp"
 #include "app/progress.hpp"
@@ -181,7 +182,7 @@ std::vector<core::Problem> read_problems(const HistoriesOptions &options) {
     std::vector<core::Problem> problems;
     for (const auto &body_file : find_toml_files(options.bodies, bodies_folder, "body")) {
         const auto body = std::make_shared<const core::Body>(meshes::read_body(body_file, options.material));
-        problems.push_back({body, load_cases::read_load_case(load_case_file, body->mesh)});
+        problems.push_back(scaled_to_target({body, load_cases::read_load_case(load_case_file, body->mesh)}));
         if (!problems.back().load_case.release)
             throw core::InputError(fmt::format("load case {} lets nothing go; choose one with a [release]",
                                                problems.back().load_case.name));

@@ -4,6 +4,7 @@
 
 #include "app/catalogue.hpp"
 #include "app/commands.hpp"
+#include "app/load_scaling.hpp"
 #include "app/output.hpp"
 #include "app/progress.hpp"
 #include "core/input_error.hpp"
@@ -58,7 +59,7 @@ int find_modes(const ModesOptions &options, const std::string &command_line) {
     std::vector<core::Problem> problems;
     for (const auto &body_file : find_toml_files(options.bodies, bodies_folder, "body")) {
         const auto body = std::make_shared<const core::Body>(meshes::read_body(body_file, options.material));
-        problems.push_back({body, load_cases::read_load_case(load_case_file, body->mesh)});
+        problems.push_back(scaled_to_target({body, load_cases::read_load_case(load_case_file, body->mesh)}));
     }
     std::vector<results::Result> done;
     {

@@ -6,6 +6,7 @@
 #include "app/body_parameters.hpp"
 #include "app/catalogue.hpp"
 #include "app/commands.hpp"
+#include "app/load_scaling.hpp"
 #include "app/seed_paper.hpp"
 #include "core/input_error.hpp"
 #include "load_cases/load_case_reader.hpp"
@@ -131,7 +132,7 @@ int print_parameters(const ParametersOptions &options) {
     std::vector<core::Problem> problems;
     for (const auto &body_file : find_toml_files(options.bodies, bodies_folder, "body")) {
         const auto body = std::make_shared<const core::Body>(meshes::read_body(body_file, options.material));
-        problems.push_back({body, load_cases::read_load_case(load_case_file, body->mesh)});
+        problems.push_back(scaled_to_target({body, load_cases::read_load_case(load_case_file, body->mesh)}));
     }
     for (const auto &problem : problems) {
         const auto parameters = body_parameters(problem, law, options.damping);

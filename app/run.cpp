@@ -1,12 +1,15 @@
 #include <algorithm>
 #include <fmt/format.h>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 
+#include "app/amplitudes.hpp"
 #include "app/catalogue.hpp"
 #include "app/commands.hpp"
 #include "app/contest.hpp"
+#include "app/load_scaling.hpp"
 #include "app/output.hpp"
 #include "app/progress.hpp"
 #include "core/input_error.hpp"
@@ -27,6 +30,7 @@ struct RunOptions {
     std::vector<std::string> bodies;
     std::vector<std::string> load_cases;
     std::vector<std::string> models;
+    std::vector<double> amplitudes; ///< of the loads; as they are if there are none
     meshes::MaterialOverride material;
     std::string output;
     bool markdown = false;
@@ -97,48 +101,84 @@ Task prepare_on_all_ranks(const RunOptions &options) {
     return std::move(*task);
 }
 
-/// The part of the ranks that neither compare nor write. What fails here fails on rank 0 as well, which says so.
-int help_first_rank(const Task &task, const std::string &command_line) {
-    for (const auto &problem : task.problems) {
+/// Every choice of models has the baseline.
+const core::Model &baseline_of(const Task &task) {
+    return *std::ranges::find(task.models, models::baseline_model, &core::Model::name);
+}
+
+using Contest = std::function<void(const core::Problem &)>;
+
+/// Holds one contest for each problem and amplitude, in the same order on all ranks: what is collective in it would
+/// wait for ever otherwise, so a failure of one keeps nobody from the next.
+void for_each_contest(const Task &task, const RunOptions &options, const Contest &hold,
+                      const std::function<void(const core::Problem &, const char *)> &failed) {
+    const auto guarded = [&](const core::Problem &problem, const Contest &action) {
         try {
+            action(problem);
+        } catch (const std::exception &error) {
+            failed(problem, error.what());
+        }
+    };
+    for (const auto &problem : task.problems)
+        guarded(problem, [&](const core::Problem &as_read) {
+            for (const auto &loaded : at_amplitudes(scaled_to_target(as_read, baseline_of(task)), options.amplitudes))
+                guarded(loaded, hold);
+        });
+}
+
+/// The part of the ranks that neither compare nor write. What fails here fails on rank 0 as well, which says so.
+int help_first_rank(const Task &task, const RunOptions &options, const std::string &command_line) {
+    for_each_contest(
+        task, options,
+        [&](const core::Problem &problem) {
             hold_contest(problem, task.models, task.bands, results::current_provenance(command_line),
                          [](const auto &) {});
-        } catch (const std::exception &) {
-            continue;
-        }
-    }
+        },
+        [](const auto &, const char *) {});
     return 0;
+}
+
+std::string name_of(const core::Problem &problem) {
+    return fmt::format("{} / {}", problem.body->name, problem.load_case.name);
+}
+
+void print_tables(const std::vector<results::Result> &done, const RunOptions &options) {
+    const auto print = [&](const results::Layout &layout) {
+        fmt::print("\n{}", options.markdown ? results::to_markdown(layout) : results::to_text(layout));
+    };
+    fmt::print("{}", options.markdown ? results::markdown_table(done) : results::text_table(done));
+    print(results::summary(done));
+    if (!options.amplitudes.empty()) {
+        fmt::print("\nDistance of models from their own linearised answer, at multiples of the load:\n");
+        print(nonlinearity_by_amplitude(done, options.amplitudes));
+    }
 }
 
 int run(const RunOptions &options, const std::string &command_line) {
     const auto task = prepare_on_all_ranks(options);
-    const auto &[models, problems, bands] = task;
     if (fem_reference::mpi_rank() != 0)
-        return help_first_rank(task, command_line);
+        return help_first_rank(task, options, command_line);
 
     std::vector<results::Result> done;
     std::vector<std::string> failures;
     {
-        Progress progress(static_cast<int>(problems.size() * models.size()));
-        for (const auto &problem : problems) {
-            const auto name = fmt::format("{} / {}", problem.body->name, problem.load_case.name);
-            try {
-                const auto result =
-                    hold_contest(problem, models, bands, results::current_provenance(command_line),
-                                 [&](const std::string &model) { progress.next(fmt::format("{} / {}", name, model)); });
+        const auto num_contests = task.problems.size() * std::max<std::size_t>(1, options.amplitudes.size());
+        Progress progress(static_cast<int>(num_contests * task.models.size()));
+        for_each_contest(
+            task, options,
+            [&](const core::Problem &problem) {
+                const auto result = hold_contest(
+                    problem, task.models, task.bands, results::current_provenance(command_line),
+                    [&](const auto &model) { progress.next(fmt::format("{} / {}", name_of(problem), model)); });
                 const auto file = make_output_folder(options.output, problem) / (problem.load_case.name + ".h5");
                 results::write_result(file, result);
                 done.push_back(result);
-            } catch (const std::exception &error) {
-                failures.push_back(fmt::format("{}: {}", name, error.what()));
-            }
-        }
+            },
+            [&](const core::Problem &problem, const char *reason) {
+                failures.push_back(fmt::format("{}: {}", name_of(problem), reason));
+            });
     }
-    const auto in_short = results::summary(done);
-    if (options.markdown)
-        fmt::print("{}\n{}", results::markdown_table(done), results::to_markdown(in_short));
-    else
-        fmt::print("{}\n{}", results::text_table(done), results::to_text(in_short));
+    print_tables(done, options);
     for (const auto &failure : failures)
         fmt::print(stderr, "livermark: failed: {}\n", failure);
     fmt::print(stderr, "Result files are in {}\n", options.output);
@@ -158,6 +198,12 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
                         "Names as in 'livermark list load-cases', or paths of load case .toml files");
     command->add_option("--model", options->models,
                         "Names as in 'livermark list models'; the reference and the baseline always run beside them");
+    command
+        ->add_option("--amplitude", options->amplitudes,
+                     "Multiples of the loads, such as 0.1,1,10, to see where linear elasticity stops being a fair "
+                     "reference; result files are then <load case>@<amplitude>.h5")
+        ->delimiter(',')
+        ->check(CLI::PositiveNumber);
     command->add_option("--young", options->material.young_modulus,
                         "Young's modulus of the first region [Pa]; the others keep their ratio to it");
     command->add_option("--poisson", options->material.poisson_ratio, "Poisson's ratio of every region");
@@ -196,7 +242,12 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
         });
     command->add_flag("--force-time-step", stepping.force, "Take the step even if it is too long to be stable");
     command->add_flag("--markdown", options->markdown, "Print the table in Markdown");
-    return [options, command_line] { return run(*options, command_line); };
+    return [options, command_line] {
+        std::ranges::sort(options->amplitudes);
+        const auto repeated = std::ranges::unique(options->amplitudes);
+        options->amplitudes.erase(repeated.begin(), repeated.end());
+        return run(*options, command_line);
+    };
 }
 
 } // namespace livermark::app

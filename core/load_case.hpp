@@ -35,6 +35,8 @@ struct LoadCase {
     std::string title;                     ///< one line that a surgeon or engineer recognises
     std::string definition;                ///< the TOML text
     double target_peak_displacement = 0.0; ///< what the load is meant to reach [m]
+    bool scale_to_target = false;          ///< whether the loads are to be multiplied until the baseline reaches it
+    double load_scale = 1.0;               ///< what they have been multiplied by so far
 
     std::vector<FacetCondition> condition;     ///< (T)
     std::vector<Vector3> value;                ///< (T) displacement [m] or traction [Pa]; NaN = component is free
@@ -50,5 +52,12 @@ LoadCase without_tractions(LoadCase load_case);
 /// Whether two load cases on one mesh have the same static answer: the same conditions, values and acceleration, to the
 /// last bit.
 bool are_statically_equal(const LoadCase &a, const LoadCase &b);
+
+/// The same with everything that drives it multiplied: tractions, accelerations and the prescribed displacements that
+/// are not zero. A linear body then moves by the factor.
+LoadCase scaled(LoadCase load_case, double factor);
+
+/// Whether anything drives it: if not, every answer is zero and no factor changes that.
+bool is_driven(const LoadCase &load_case);
 
 } // namespace livermark::core

@@ -83,7 +83,7 @@ std::string nearest_word(std::string_view word, const std::vector<std::string> &
     return nearest;
 }
 
-void refuse_unknown_keys(const toml::table &table, std::initializer_list<std::string_view> known) {
+void refuse_unknown_keys(const toml::table &table, std::span<const std::string_view> known) {
     for (const auto &[key, value] : table) {
         if (std::ranges::find(known, key.str()) != known.end())
             continue;
@@ -93,6 +93,10 @@ void refuse_unknown_keys(const toml::table &table, std::initializer_list<std::st
                                      nearest.empty() ? fmt::format("known are: {}", fmt::join(words, ", "))
                                                      : fmt::format("did you mean '{}'?", nearest)));
     }
+}
+
+void refuse_unknown_keys(const toml::table &table, std::initializer_list<std::string_view> known) {
+    refuse_unknown_keys(table, std::span(known.begin(), known.size()));
 }
 
 const toml::table &required_table(const toml::table &table, std::string_view key) {
@@ -115,6 +119,28 @@ std::string required_string(const toml::table &table, std::string_view key) {
     if (const auto *text = node.as_string())
         return text->get();
     throw InputError(fmt::format("{}: '{}' has to be a string in quotes", place_of(node), key));
+}
+
+std::vector<std::string> required_strings(const toml::table &table, std::string_view key) {
+    const auto &node = required_node(table, key);
+    const auto *array = node.as_array();
+    std::vector<std::string> strings;
+    if (array)
+        for (const auto &entry : *array)
+            if (const auto *text = entry.as_string())
+                strings.push_back(text->get());
+    if (!array || strings.empty() || strings.size() != array->size())
+        throw InputError(fmt::format("{}: '{}' has to be strings in brackets", place_of(node), key));
+    return strings;
+}
+
+bool optional_flag(const toml::table &table, std::string_view key) {
+    const auto *node = table.get(key);
+    if (!node)
+        return false;
+    if (const auto *flag = node->as_boolean())
+        return flag->get();
+    throw InputError(fmt::format("{}: '{}' has to be true or false", place_of(*node), key));
 }
 
 Vector3 required_vector(const toml::table &table, std::string_view key, bool free_allowed) {

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <initializer_list>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -29,6 +30,7 @@ std::string place_of(const toml::node &node);
 
 /// Refuses keys that nobody would read, and names the nearest known one.
 /// @throws InputError
+void refuse_unknown_keys(const toml::table &table, std::span<const std::string_view> known);
 void refuse_unknown_keys(const toml::table &table, std::initializer_list<std::string_view> known);
 
 /// The known word nearest to a misspelt one, or an empty string where nothing is near.
@@ -39,6 +41,10 @@ std::string nearest_word(std::string_view word, const std::vector<std::string> &
 const toml::table &required_table(const toml::table &table, std::string_view key);
 double required_number(const toml::table &table, std::string_view key);
 std::string required_string(const toml::table &table, std::string_view key);
+/// One string or more.
+std::vector<std::string> required_strings(const toml::table &table, std::string_view key);
+/// True or false; false where the key is missing.
+bool optional_flag(const toml::table &table, std::string_view key);
 /// Three numbers. Where free_allowed, the word "free" stands for a component that is free and becomes NaN.
 Vector3 required_vector(const toml::table &table, std::string_view key, bool free_allowed = false);
 

@@ -1,13 +1,17 @@
 #include "load_cases/load_case_reader.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <functional>
 #include <limits>
 
 #include "core/input_error.hpp"
 #include "core/toml_input.hpp"
+#include "load_cases/facets.hpp"
 #include "load_cases/release_reader.hpp"
-#include "load_cases/selectors.hpp"
+#include "load_cases/selector.hpp"
 
 namespace livermark::load_cases {
 
@@ -15,37 +19,81 @@ namespace {
 
 constexpr double free_component = std::numeric_limits<double>::quiet_NaN();
 
-/// What a condition puts on a facet.
+/// What a condition puts on facets.
 struct Effect {
     core::FacetCondition condition;
-    core::Vector3 value;   ///< of a displacement or traction
-    double pressure = 0.0; ///< where the value depends on the facet's normal
+    std::function<core::Vector3(const core::Vector3 &normal)> value; ///< on a facet with this outward unit normal
 };
 
-Effect read_effect(const toml::table &table) {
-    const int num_effects =
-        int{table.contains("displacement")} + int{table.contains("traction")} + int{table.contains("pressure")};
-    if (num_effects != 1)
-        throw core::InputError(
-            fmt::format("{}: a condition is either a 'displacement', a 'traction' or a 'pressure'; give one of them",
-                        core::place_of(table)));
-    if (table.contains("displacement")) {
-        const auto value = core::required_vector(table, "displacement", true);
-        if (value.array().isNaN().all())
-            throw core::InputError(
-                fmt::format("{}: a displacement that is free in every direction holds nothing; give a number",
-                            core::place_of(table)));
-        return {core::FacetCondition::prescribed_displacement, value};
-    }
-    if (table.contains("traction"))
-        return {core::FacetCondition::traction, core::required_vector(table, "traction")};
-    return {core::FacetCondition::traction, core::Vector3::Zero(), core::required_number(table, "pressure")};
+Effect prescribed(const core::Vector3 &displacement) {
+    return {core::FacetCondition::prescribed_displacement, [=](const core::Vector3 &) { return displacement; }};
+}
+
+Effect read_displacement(const toml::table &table, const Selection &, const core::TetraMesh &) {
+    const auto value = core::required_vector(table, "displacement", true);
+    if (value.array().isNaN().all())
+        throw core::InputError(fmt::format(
+            "{}: a displacement that is free in every direction holds nothing; give a number", core::place_of(table)));
+    return prescribed(value);
+}
+
+Effect read_push(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
+    return prescribed(-core::required_number(table, "push") * mean_normal(selection.facets, mesh));
+}
+
+Effect read_traction(const toml::table &table, const Selection &selection, const core::TetraMesh &) {
+    const core::Vector3 value = selection.area_ratio * core::required_vector(table, "traction");
+    return {core::FacetCondition::traction, [=](const core::Vector3 &) { return value; }};
+}
+
+Effect read_tangential_traction(const toml::table &table, const Selection &selection, const core::TetraMesh &) {
+    const core::Vector3 value = selection.area_ratio * core::required_vector(table, "tangential_traction");
+    return {core::FacetCondition::traction,
+            [=](const core::Vector3 &normal) { return core::Vector3(value - value.dot(normal) * normal); }};
+}
+
+Effect read_pressure(const toml::table &table, const Selection &selection, const core::TetraMesh &) {
+    const double pressure = core::required_number(table, "pressure");
+    return {core::FacetCondition::traction, [=, ratio = selection.area_ratio](const core::Vector3 &normal) {
+                return core::Vector3(ratio * (-pressure * normal));
+            }};
+}
+
+struct EffectReader {
+    std::string_view key;
+    Effect (*read)(const toml::table &, const Selection &, const core::TetraMesh &);
+};
+
+constexpr std::array<EffectReader, 5> effect_readers{{{"displacement", read_displacement},
+                                                      {"push", read_push},
+                                                      {"traction", read_traction},
+                                                      {"tangential_traction", read_tangential_traction},
+                                                      {"pressure", read_pressure}}};
+
+Effect read_effect(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
+    const auto is_given = [&](const EffectReader &reader) { return table.contains(reader.key); };
+    if (std::ranges::count_if(effect_readers, is_given) != 1)
+        throw core::InputError(fmt::format("{}: a condition is either a 'displacement', a 'push', a 'traction', a "
+                                           "'tangential_traction' or a 'pressure'; give one of them",
+                                           core::place_of(table)));
+    return std::ranges::find_if(effect_readers, is_given)->read(table, selection, mesh);
+}
+
+void refuse_unknown_condition_keys(const toml::table &table) {
+    std::vector<std::string_view> known{"name"};
+    for (const auto &selector : all_selectors())
+        known.push_back(selector.name);
+    for (const auto &reader : effect_readers)
+        known.push_back(reader.key);
+    core::refuse_unknown_keys(table, known);
 }
 
 void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core::LoadCase &load_case) {
-    core::refuse_unknown_keys(table, {"patch", "disc", "displacement", "traction", "pressure"});
-    const auto selection = select_facets(table, mesh);
-    const auto effect = read_effect(table);
+    refuse_unknown_condition_keys(table);
+    auto selection = select_facets(table, mesh, load_case.condition);
+    if (table.contains("name"))
+        selection.name = core::required_string(table, "name");
+    const auto effect = read_effect(table, selection, mesh);
     int constraint = -1;
     if (effect.condition == core::FacetCondition::prescribed_displacement) {
         constraint = static_cast<int>(load_case.constraint_names.size());
@@ -57,10 +105,7 @@ void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core
                                                "conditions not overlap",
                                                core::place_of(table), selection.name));
         load_case.condition[f] = effect.condition;
-        load_case.value[f] =
-            effect.condition == core::FacetCondition::traction
-                ? selection.area_ratio * (effect.value - effect.pressure * area_vector(mesh, f).normalized())
-                : effect.value;
+        load_case.value[f] = effect.value(area_vector(mesh, f).normalized());
         load_case.constraint[f] = constraint;
     }
 }
@@ -88,8 +133,8 @@ void refuse_contradictions(const core::TetraMesh &mesh, const core::LoadCase &lo
 
 toml::table read_table(const std::string &text, const std::filesystem::path &file) {
     auto table = core::parse_toml(text, file);
-    core::refuse_unknown_keys(table,
-                              {"title", "target_peak_displacement", "acceleration", "condition", "release", "probe"});
+    core::refuse_unknown_keys(table, {"title", "target_peak_displacement", "scale_to_target", "acceleration",
+                                      "condition", "release", "probe"});
     return table;
 }
 
@@ -122,6 +167,7 @@ core::LoadCase parse_load_case(const std::string &text, const std::filesystem::p
     if (!(load_case.target_peak_displacement > 0.0))
         throw core::InputError(fmt::format("{}: 'target_peak_displacement' has to be positive",
                                            core::place_of(*table.get("target_peak_displacement"))));
+    load_case.scale_to_target = core::optional_flag(table, "scale_to_target");
     if (table.contains("acceleration"))
         load_case.acceleration = core::required_vector(table, "acceleration");
     load_case.condition.assign(mesh.boundary_triangles.size(), core::FacetCondition::free);
@@ -133,6 +179,10 @@ core::LoadCase parse_load_case(const std::string &text, const std::filesystem::p
         throw core::InputError(
             fmt::format("{}: nothing holds the body; add a [[condition]] with a displacement", file.string()));
     refuse_contradictions(mesh, load_case, file.string());
+    if (load_case.scale_to_target && !core::is_driven(load_case))
+        throw core::InputError(fmt::format("{}: nothing moves the body, so no factor reaches the target; add a load, a "
+                                           "displacement or an acceleration, or leave 'scale_to_target' out",
+                                           core::place_of(*table.get("scale_to_target"))));
     if (table.contains("release"))
         load_case.release = read_release(table, mesh, load_case);
     else if (table.contains("probe"))

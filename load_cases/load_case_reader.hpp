@@ -15,10 +15,19 @@ std::string load_case_title(const std::filesystem::path &toml_file);
 ///
 ///     title = "what a surgeon or engineer recognises"
 ///     target_peak_displacement = 0.002        # [m]
+///     scale_to_target = true                  # may be left out: what drives is multiplied until the linear baseline
+///                                             # reaches the target; that is for who solves, not done here
 ///     acceleration = [0.0, 0.0, 0.0]          # [m/s^2], may be left out
-///     [[condition]]                           # where: patch = "..." or disc = { patch = "...", radius = r }
-///     patch = "posterior"                     # what: displacement = [x, y, z] with "free" components,
-///     displacement = [0.0, 0.0, 0.0]          #       traction = [x, y, z] or pressure = p (pushes inwards), [Pa]
+///     [[condition]]                           # where: one of the keys of selectors/, such as
+///     patch = "posterior"                     #     disc = { patch = "anterior", radius = 0.01 }, which say what they
+///     displacement = [0.0, 0.0, 0.0]          #     take; what: one of
+///     name = "vena cava"                      # of the place in reactions, may be left out
+///
+///     displacement = [x, y, z]                # [m], with "free" components
+///     push = d                                # the whole place moves by d [m] against its mean outward normal
+///     traction = [x, y, z]                    # [Pa]
+///     tangential_traction = [x, y, z]         # [Pa], its part along the surface
+///     pressure = p                            # [Pa], pushes inwards
 ///
 /// A time-dependent load case starts from the static answer to all this; at t = 0 its tractions and pressures are let
 /// go:
@@ -32,12 +41,12 @@ std::string load_case_title(const std::filesystem::path &toml_file);
 ///     name = "tip"
 ///     patch = "left_lobe_tip"                 # the node in the middle of it
 ///
-/// A disc lies around the middle of its patch: the facets whose centroid is within the radius of the facet nearest to
-/// the area centroid of the patch, and that face the same way. Their area is not that of the disc, so tractions are
-/// multiplied by the ratio of the two: the resultant is the same on every mesh.
+/// The area of the facets of a disc is not that of the disc, so its tractions are multiplied by the ratio of the two:
+/// the resultant is the same on every mesh.
 /// @throws core::InputError with file, line and remedy: not TOML, unknown keys, a place that no facet is in, two
-///         conditions on one facet, prescribed displacements that contradict each other at a node, nothing held, a
-///         release without tractions or probes, a probe that is held
+///         conditions on one facet, prescribed displacements that contradict each other at a node, nothing held,
+///         nothing to scale, a release without tractions or probes, a probe that is held;
+///         NotOnBody (load_cases/selector.hpp) if the body lacks a patch or region
 core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core::TetraMesh &mesh);
 
 /// The same from text. The file gives the name of the load case, and the place in messages.

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "core/input_error.hpp"
-#include "load_cases/selectors.hpp"
+#include "load_cases/selector.hpp"
 
 namespace livermark::load_cases {
 

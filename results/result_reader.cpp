@@ -120,6 +120,8 @@ core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles, 
     load_case.title = file.text("/load_case", "title");
     load_case.definition = file.text("/load_case", "definition");
     load_case.target_peak_displacement = file.number("/load_case", "target_peak_displacement");
+    if (file.has_attribute("/load_case", "load_scale")) // files of before there was scaling have none
+        load_case.load_scale = file.number("/load_case", "load_scale");
     for (const std::uint8_t code : file.dataset<std::uint8_t>("/load_case/condition", num_triangles)) {
         if (code > static_cast<std::uint8_t>(core::FacetCondition::traction))
             file.refuse("/load_case/condition",

@@ -138,6 +138,7 @@ void write_load_case(hdf5::OutputFile &file, const core::LoadCase &load_case) {
     file.text("/load_case", "title", load_case.title);
     file.text("/load_case", "definition", load_case.definition);
     file.number("/load_case", "target_peak_displacement", load_case.target_peak_displacement);
+    file.number("/load_case", "load_scale", load_case.load_scale);
     std::vector<std::uint8_t> condition;
     for (const core::FacetCondition facet : load_case.condition)
         condition.push_back(static_cast<std::uint8_t>(facet));

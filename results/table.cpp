@@ -128,6 +128,16 @@ std::string histories(std::span<const Result> results, const std::string &bullet
     return lines.empty() ? lines : fmt::format("\n{}", lines);
 }
 
+/// A line of the load cases whose loads are not those of their definition.
+std::string load_scales(std::span<const Result> results) {
+    std::vector<std::string> scales;
+    for (const Result &result : results)
+        if (const auto &load_case = result.problem.load_case; load_case.load_scale != 1.0)
+            scales.push_back(
+                fmt::format("{} {} {:.4g}", result.problem.body->name, load_case.name, load_case.load_scale));
+    return scales.empty() ? "" : fmt::format("\nloads multiplied by: {}\n", fmt::join(scales, ", "));
+}
+
 std::string failures(std::span<const Result> results, const std::string &bullet) {
     std::string lines;
     for (const Result &result : results)
@@ -142,11 +152,13 @@ std::string failures(std::span<const Result> results, const std::string &bullet)
 } // namespace
 
 std::string text_table(std::span<const Result> results) {
-    return to_text(layout_of(results)) + legend(results) + histories(results, "") + failures(results, "");
+    return to_text(layout_of(results)) + legend(results) + load_scales(results) + histories(results, "") +
+           failures(results, "");
 }
 
 std::string markdown_table(std::span<const Result> results) {
-    return to_markdown(layout_of(results)) + legend(results) + histories(results, "- ") + failures(results, "- ");
+    return to_markdown(layout_of(results)) + legend(results) + load_scales(results) + histories(results, "- ") +
+           failures(results, "- ");
 }
 
 } // namespace livermark::results

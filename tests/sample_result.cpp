@@ -24,6 +24,7 @@ core::Problem sample_problem(int num_bricks) {
     load_case.title = "Held at one side, pulled at the other, µ-gravity";
     load_case.definition = "title = \"Held\"\n# [constraint]\n";
     load_case.target_peak_displacement = 2e-3;
+    load_case.load_scale = 1.0 / 3.0;
     prescribe(load_case, body->mesh, "x_min", {0.0, 0.0, 0.0});
     prescribe(load_case, body->mesh, "z_max", {nan, nan, 1e-3});
     pull(load_case, body->mesh, "x_max", {120.0, 0.0, -3.0});

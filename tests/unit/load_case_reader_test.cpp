@@ -43,6 +43,9 @@ TEST(LoadCaseReader, KeepsNameTextAndNumbers) {
     EXPECT_EQ(load_case.definition, good);
     EXPECT_EQ(load_case.target_peak_displacement, 0.002);
     EXPECT_EQ(load_case.acceleration, core::Vector3(0.0, 0.0, -0.1));
+    EXPECT_FALSE(load_case.scale_to_target);
+    EXPECT_TRUE(parse("scale_to_target = true\n" + good).scale_to_target);
+    EXPECT_EQ(load_case.load_scale, 1.0);
 }
 
 TEST(LoadCaseReader, PutsDisplacementsOnThePatchWithFreeComponents) {
@@ -181,6 +184,13 @@ const std::vector<BadLoadCase> bad_load_cases{
     {"ProbeThatIsHeld",
      replaced(replaced(letting_go, "\"free\"", "0.0"), "patch = \"x_max\"", "patch = \"x_min\""),
      {"at a node that is held"}},
+    {"NothingToScale",
+     "title = \"t\"\ntarget_peak_displacement = 0.001\nscale_to_target = true\n[[condition]]\npatch = \"x_min\"\n"
+     "displacement = [0.0, \"free\", 0.0]\n",
+     {"press.toml:3:", "nothing moves the body", "leave 'scale_to_target' out"}},
+    {"ScalingInWords",
+     replaced(good, "[[condition]]", "scale_to_target = \"yes\"\n[[condition]]"),
+     {"press.toml:5:", "true or false"}},
     {"NegativeTarget", replaced(good, "= 0.002", "= -0.002"), {"press.toml:2:", "positive"}},
 };
 

@@ -1,12 +1,48 @@
+#include "core/load_case.hpp"
+
+#include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
 
-#include "core/load_case.hpp"
+#include "tests/test_meshes.hpp"
 
 namespace livermark {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+TEST(LoadScaling, MultipliesAllThatDrivesAndLeavesTheRest) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {1, 1, 1});
+    auto load_case = tests::empty_load_case(mesh);
+    tests::prescribe(load_case, mesh, "x_min", {0.0, nan, 0.001});
+    tests::pull(load_case, mesh, "x_max", {10.0, 0.0, -4.0});
+    load_case.acceleration = {0.0, 0.0, -9.81};
+    const auto twice = core::scaled(core::scaled(load_case, 0.5), 4.0);
+    EXPECT_EQ(twice.load_scale, 2.0);
+    EXPECT_EQ(twice.acceleration, core::Vector3(0.0, 0.0, -19.62));
+    EXPECT_EQ(twice.condition, load_case.condition);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (load_case.condition[f] == core::FacetCondition::traction) {
+            EXPECT_EQ(twice.value[f], core::Vector3(20.0, 0.0, -8.0));
+        } else if (load_case.condition[f] == core::FacetCondition::prescribed_displacement) {
+            EXPECT_EQ(twice.value[f].x(), 0.0);
+            EXPECT_TRUE(std::isnan(twice.value[f].y()));
+            EXPECT_EQ(twice.value[f].z(), 0.002);
+        }
+}
+
+TEST(LoadScaling, NothingDrivesWhatIsOnlyHeld) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {1, 1, 1});
+    auto load_case = tests::empty_load_case(mesh);
+    tests::prescribe(load_case, mesh, "x_min", {0.0, nan, 0.0});
+    EXPECT_FALSE(core::is_driven(load_case));
+    auto pulled = load_case, moved = load_case, hung = load_case;
+    tests::pull(pulled, mesh, "x_max", {0.0, 0.0, -4.0});
+    tests::prescribe(moved, mesh, "x_max", {nan, -0.001, nan});
+    hung.acceleration = {0.0, 0.0, -9.81};
+    for (const auto &driven : {pulled, moved, hung})
+        EXPECT_TRUE(core::is_driven(driven));
+}
 
 /// Three boundary triangles: held in two components, pulled, and free.
 core::LoadCase example() {

@@ -93,6 +93,7 @@ void expect_equal(const core::LoadCase &a, const core::LoadCase &b) {
     EXPECT_EQ(a.title, b.title);
     EXPECT_EQ(a.definition, b.definition);
     EXPECT_EQ(a.target_peak_displacement, b.target_peak_displacement);
+    EXPECT_EQ(a.load_scale, b.load_scale);
     EXPECT_EQ(a.condition, b.condition);
     EXPECT_TRUE(same_bits(a.value, b.value));
     EXPECT_EQ(a.acceleration, b.acceleration);

@@ -53,8 +53,8 @@ constexpr const char *on_two_ranks = LIVERMARK_MPIRUN " 2 " LIVERMARK_BINARY " "
 
 } // namespace
 
-/// A whole run on two ranks: the finite elements of both, springs of the first, and one file. What several ranks take as
-/// the reference is another element than that of one rank, so errors are not compared.
+/// A whole run on two ranks: the finite elements of both, springs of the first, and one file. What several ranks take
+/// as the reference is another element than that of one rank, so errors are not compared.
 TEST(ParallelRun, GivesTheDisplacementsAndReactionsOfASerialRun) {
     const auto folder = std::filesystem::path(testing::TempDir()) / "livermark_parallel_run";
     std::filesystem::remove_all(folder);
@@ -63,7 +63,8 @@ TEST(ParallelRun, GivesTheDisplacementsAndReactionsOfASerialRun) {
     std::ofstream(folder / "box.toml") << "title = \"box\"\nmesh = \"box.msh\"\n[regions.solid]\ndensity = 1060.0\n"
                                           "young_modulus = 5000.0\npoisson_ratio = 0.45\nsource = \"test\"\n";
     std::ofstream(folder / "hang.toml")
-        << "title = \"hang\"\ntarget_peak_displacement = 0.001\nacceleration = [0.0, 0.1, -0.2]\n"
+        << "title = \"hang\"\ntarget_peak_displacement = 0.001\nscale_to_target = true\n"
+           "acceleration = [0.0, 0.1, -0.2]\n"
            "[[condition]]\npatch = \"x_min\"\ndisplacement = [0.0, 0.0, 0.0]\n"
            "[[condition]]\npatch = \"x_max\"\ntraction = [5.0, 0.0, 1.0]\n";
     const auto arguments = [&](const char *runs) {
@@ -78,10 +79,13 @@ TEST(ParallelRun, GivesTheDisplacementsAndReactionsOfASerialRun) {
 
     const auto serial = results::read_result(folder / "serial" / "box" / "hang.h5");
     const auto parallel = results::read_result(folder / "parallel" / "box" / "hang.h5");
+    EXPECT_NE(serial.problem.load_case.load_scale, 1.0);
+    EXPECT_NEAR(parallel.problem.load_case.load_scale, serial.problem.load_case.load_scale, 1e-8);
     for (const auto *name : {"fem_p1", "fem_p2", "lloyd"}) {
         const auto &expected = model_of(serial, name);
         const auto &found = model_of(parallel, name);
-        EXPECT_LT(tests::relative_difference(found.solution.displacement, expected.solution.displacement), 1e-8) << name;
+        EXPECT_LT(tests::relative_difference(found.solution.displacement, expected.solution.displacement), 1e-8)
+            << name;
         EXPECT_LT(tests::relative_difference(found.solution.reaction, expected.solution.reaction), 1e-8) << name;
         EXPECT_EQ(found.solution.solver.starts_with("CG + ML on 2 ranks, "), found.name.starts_with("fem_"))
             << found.solution.solver;

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/tetra_mesh.hpp"
+#include "core/toml_input.hpp"
+
+/// The little geometry of boundary triangles that selectors share. Facets are indices into mesh.boundary_triangles.
+namespace livermark::load_cases {
+
+std::vector<int> all_facets(const core::TetraMesh &mesh);
+
+/// The facets of a patch, in ascending order; none if it is empty.
+/// @param place  where its name stands, for the message
+/// @throws NotOnBody if the body has no such patch
+std::vector<int> facets_of_patch(const std::string &name, const toml::node &place, const core::TetraMesh &mesh);
+
+/// [m]
+core::Vector3 facet_centroid(const core::TetraMesh &mesh, int facet);
+
+/// Sum of their areas [m^2].
+double area_of(const std::vector<int> &facets, const core::TetraMesh &mesh);
+
+/// Their area centroid [m].
+/// @param facets  at least one
+core::Vector3 middle_of(const std::vector<int> &facets, const core::TetraMesh &mesh);
+
+/// Unit vector along the sum of their area vectors; NaN where that is zero, as on a closed surface.
+core::Vector3 mean_normal(const std::vector<int> &facets, const core::TetraMesh &mesh);
+
+/// The facet whose centroid is nearest to a point [m].
+/// @param facets  at least one
+int nearest_facet(const std::vector<int> &facets, const core::TetraMesh &mesh, const core::Vector3 &point);
+
+enum class Exit { first, last };
+
+/// The facet through which a ray leaves the body, where it does so for the first or the last time.
+/// @param direction  not zero
+/// @return nothing if it never does
+std::optional<int> exit_facet(const core::TetraMesh &mesh, const core::Vector3 &origin, const core::Vector3 &direction,
+                              Exit which);
+
+} // namespace livermark::load_cases

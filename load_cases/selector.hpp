@@ -1,0 +1,52 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/input_error.hpp"
+#include "core/load_case.hpp"
+#include "core/toml_input.hpp"
+
+namespace livermark::load_cases {
+
+/// A load case that names a patch or region which this body does not have. It may fit another one.
+class NotOnBody : public core::InputError {
+  public:
+    using core::InputError::InputError;
+};
+
+/// Boundary triangles that a condition applies to.
+struct Selection {
+    std::string name;        ///< of the place, for reactions
+    std::vector<int> facets; ///< indices into mesh.boundary_triangles, ascending
+    /// Area of the place that was meant over the area of the facets: a mesh has no facets that make a circle, and a
+    /// load that is multiplied by this has the same resultant on every mesh.
+    double area_ratio = 1.0;
+};
+
+/// A way to say in a [[condition]] where it applies. One file each in selectors/, named as the key.
+struct Selector {
+    std::string name; ///< the key, which is the file stem; set by the table
+    /// @param condition  has the key
+    /// @param taken      (T) what the conditions above this one say
+    /// @return without facets where nothing is in the place
+    /// @throws core::InputError for what is written wrongly, NotOnBody for what this body does not have
+    Selection (*select)(const toml::table &condition, const core::TetraMesh &mesh,
+                        std::span<const core::FacetCondition> taken);
+};
+
+/// Every selector of selectors/, in alphabetical order.
+std::span<const Selector> all_selectors();
+
+/// Finds the place that a [[condition]] names, by the one selector whose key it has.
+/// @throws core::InputError if it names none or several, or if no facet is there
+Selection select_facets(const toml::table &condition, const core::TetraMesh &mesh,
+                        std::span<const core::FacetCondition> taken);
+
+/// Finds the node in the middle of the patch that a [[probe]] names: of the patch's nodes the one nearest to its area
+/// centroid.
+/// @throws core::InputError if there is no such patch, or if it has no facet
+int select_node(const toml::table &probe, const core::TetraMesh &mesh);
+
+} // namespace livermark::load_cases

@@ -1,0 +1,122 @@
+#include <algorithm>
+#include <fmt/format.h>
+#include <numbers>
+#include <optional>
+
+#include "load_cases/facets.hpp"
+#include "load_cases/selector.hpp"
+
+namespace livermark::load_cases::selectors {
+
+namespace {
+
+using core::Vector3;
+
+/// Where a disc lies: around which facet, of which it may have.
+struct Place {
+    std::string name;
+    std::vector<int> facets;
+    std::optional<int> middle{};
+};
+
+Vector3 region_centroid(const std::string &name, const toml::node &place, const core::TetraMesh &mesh) {
+    const auto region = std::ranges::find(mesh.region_names, name) - mesh.region_names.begin();
+    if (region == std::ssize(mesh.region_names))
+        throw NotOnBody(fmt::format("{}: the body has no region '{}'; it has {}", core::place_of(place), name,
+                                    fmt::join(mesh.region_names, ", ")));
+    const auto volumes = tetrahedron_volumes(mesh);
+    Vector3 moment = Vector3::Zero();
+    double volume = 0.0;
+    for (int t = 0; t < mesh.num_tetrahedra(); ++t)
+        if (mesh.region[t] == region) {
+            for (const int node : mesh.tetrahedra[t])
+                moment += 0.25 * volumes[t] * mesh.points[node];
+            volume += volumes[t];
+        }
+    return moment / volume;
+}
+
+Place around_patch(const toml::table &disc, const core::TetraMesh &mesh) {
+    const auto name = core::required_string(disc, "patch");
+    Place place{"disc on " + name, facets_of_patch(name, *disc.get("patch"), mesh)};
+    if (!place.facets.empty())
+        place.middle = nearest_facet(place.facets, mesh, middle_of(place.facets, mesh));
+    return place;
+}
+
+Place seen_from(const toml::table &disc, const core::TetraMesh &mesh) {
+    const bool from_region = disc.contains("region");
+    const auto region = from_region ? core::required_string(disc, "region") : "";
+    const Vector3 origin =
+        from_region ? region_centroid(region, *disc.get("region"), mesh) : core::required_vector(disc, "point");
+    Place place{from_region ? "disc over " + region
+                            : fmt::format("disc at ({:g}, {:g}, {:g}) m", origin.x(), origin.y(), origin.z()),
+                all_facets(mesh)};
+    if (!disc.contains("direction")) {
+        place.middle = nearest_facet(place.facets, mesh, origin);
+        return place;
+    }
+    const auto direction = core::required_vector(disc, "direction");
+    if (!(direction.norm() > 0.0))
+        throw core::InputError(fmt::format("{}: the 'direction' is zero; give one that points somewhere",
+                                           core::place_of(*disc.get("direction"))));
+    place.middle = exit_facet(mesh, origin, direction, Exit::last);
+    return place;
+}
+
+Place find_place(const toml::table &disc, const core::TetraMesh &mesh) {
+    const int num_origins = int{disc.contains("patch")} + int{disc.contains("point")} + int{disc.contains("region")};
+    if (num_origins != 1)
+        throw core::InputError(fmt::format("{}: a disc lies on a 'patch', or at a 'point' or over a 'region'; give one "
+                                           "of them",
+                                           core::place_of(disc)));
+    if (!disc.contains("patch"))
+        return seen_from(disc, mesh);
+    if (disc.contains("direction"))
+        throw core::InputError(fmt::format("{}: a disc on a 'patch' lies in its middle; leave the 'direction' out, or "
+                                           "give a 'point' or a 'region'",
+                                           core::place_of(*disc.get("direction"))));
+    return around_patch(disc, mesh);
+}
+
+/// The place where the normal of the middle, followed inwards, leaves the body.
+Place opposite(const Place &place, const core::TetraMesh &mesh) {
+    const Vector3 inwards = -area_vector(mesh, *place.middle);
+    return {place.name + ", far side", all_facets(mesh),
+            exit_facet(mesh, facet_centroid(mesh, *place.middle), inwards, Exit::first)};
+}
+
+Selection select(const toml::table &condition, const core::TetraMesh &mesh, std::span<const core::FacetCondition>) {
+    const auto &disc = core::required_table(condition, "disc");
+    core::refuse_unknown_keys(disc, {"patch", "point", "region", "direction", "radius", "opposite"});
+    const double radius = core::required_number(disc, "radius");
+    if (!(radius > 0.0))
+        throw core::InputError(
+            fmt::format("{}: the radius is {} m; it has to be positive", core::place_of(disc), radius));
+    auto place = find_place(disc, mesh);
+    if (place.middle && core::optional_flag(disc, "opposite"))
+        place = opposite(place, mesh);
+    if (!place.middle)
+        return {place.name, {}};
+    std::erase_if(place.facets, [&](int f) {
+        return (facet_centroid(mesh, f) - facet_centroid(mesh, *place.middle)).norm() > radius ||
+               area_vector(mesh, f).dot(area_vector(mesh, *place.middle)) <= 0.0;
+    });
+    return {place.name, place.facets, std::numbers::pi * radius * radius / area_of(place.facets, mesh)};
+}
+
+} // namespace
+
+/// disc = { patch = "anterior", radius = 0.01 }: the facets whose centroid is within the radius [m] of a facet in the
+/// middle, and that face the same way. The middle is
+///   of a patch     the facet nearest to its area centroid; the disc has facets of the patch only
+///   of a point or region, as in { region = "tumour_1", direction = [0, 0, 1], radius = 0.01 }
+///                  where the direction, followed from the point [m] or the centroid of the region, leaves the body for
+///                  the last time; without a direction, the facet nearest to it
+/// With opposite = true it is the place that faces this one: where the normal of the middle, followed inwards, leaves
+/// the body.
+Selector disc() {
+    return {.name = {}, .select = select};
+}
+
+} // namespace livermark::load_cases::selectors

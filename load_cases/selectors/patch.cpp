@@ -1,0 +1,20 @@
+#include "load_cases/facets.hpp"
+#include "load_cases/selector.hpp"
+
+namespace livermark::load_cases::selectors {
+
+namespace {
+
+Selection select(const toml::table &condition, const core::TetraMesh &mesh, std::span<const core::FacetCondition>) {
+    const auto name = core::required_string(condition, "patch");
+    return {name, facets_of_patch(name, *condition.get("patch"), mesh)};
+}
+
+} // namespace
+
+/// patch = "anterior": a named part of the boundary.
+Selector patch() {
+    return {.name = {}, .select = select};
+}
+
+} // namespace livermark::load_cases::selectors

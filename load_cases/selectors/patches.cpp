@@ -1,0 +1,32 @@
+#include <algorithm>
+#include <fmt/format.h>
+
+#include "load_cases/facets.hpp"
+#include "load_cases/selector.hpp"
+
+namespace livermark::load_cases::selectors {
+
+namespace {
+
+Selection select(const toml::table &condition, const core::TetraMesh &mesh, std::span<const core::FacetCondition>) {
+    Selection selection;
+    const auto names = core::required_strings(condition, "patches");
+    selection.name = fmt::format("{}", fmt::join(names, " and "));
+    for (const auto &name : names) {
+        const auto facets = facets_of_patch(name, *condition.get("patches"), mesh);
+        selection.facets.insert(selection.facets.end(), facets.begin(), facets.end());
+    }
+    std::ranges::sort(selection.facets);
+    const auto repeated = std::ranges::unique(selection.facets);
+    selection.facets.erase(repeated.begin(), repeated.end());
+    return selection;
+}
+
+} // namespace
+
+/// patches = ["anterior", "superior"]: several patches as one place, with one reaction.
+Selector patches() {
+    return {.name = {}, .select = select};
+}
+
+} // namespace livermark::load_cases::selectors

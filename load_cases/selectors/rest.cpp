@@ -1,0 +1,28 @@
+#include <fmt/format.h>
+
+#include "load_cases/facets.hpp"
+#include "load_cases/selector.hpp"
+
+namespace livermark::load_cases::selectors {
+
+namespace {
+
+Selection select(const toml::table &condition, const core::TetraMesh &mesh,
+                 std::span<const core::FacetCondition> taken) {
+    if (!core::optional_flag(condition, "rest"))
+        throw core::InputError(
+            fmt::format("{}: 'rest' can only be true; or name another place", core::place_of(*condition.get("rest"))));
+    Selection selection{"the rest of the surface", all_facets(mesh)};
+    std::erase_if(selection.facets, [&](int f) { return taken[f] != core::FacetCondition::free; });
+    return selection;
+}
+
+} // namespace
+
+/// rest = true: all that the conditions above leave free. A condition below it on the same facets is refused, as
+/// everywhere.
+Selector rest() {
+    return {.name = {}, .select = select};
+}
+
+} // namespace livermark::load_cases::selectors
