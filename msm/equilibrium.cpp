@@ -151,7 +151,11 @@ Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, co
             break;
         }
         ++result.num_iterations;
+        const double before = newton.relative_residual(unbalanced);
         unbalanced = newton.unbalanced_force(result.displacement);
+        const double after = newton.relative_residual(unbalanced);
+        if (after < options.stalled_tolerance && after > 0.5 * before)
+            break; // near the minimum Newton's method squares the residual unless rounding is all that is left
     }
     result.constraint_force = constraint_part(std::move(unbalanced), conditions);
     return result;
