@@ -1,7 +1,5 @@
 #include "msm/tetrahedron_volume.hpp"
 
-#include <Eigen/Geometry>
-
 namespace livermark::msm {
 
 namespace {
@@ -21,12 +19,6 @@ Eigen::Matrix3d cross_matrix(const core::Vector3 &a) {
 }
 
 } // namespace
-
-VolumeGradient volume_gradient(const Eigen::VectorXd &x, const std::array<int, 4> &tetrahedron) {
-    const auto [a, b, c] = edges_from_first(x, tetrahedron);
-    const core::Vector3 first = b.cross(c) / 6.0, second = c.cross(a) / 6.0, third = a.cross(b) / 6.0;
-    return {.volume = a.dot(first), .gradient = {-(first + second + third), first, second, third}};
-}
 
 Eigen::Matrix<double, 12, 12> volume_hessian(const Eigen::VectorXd &x, const std::array<int, 4> &tetrahedron) {
     const auto edges = edges_from_first(x, tetrahedron);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 
 #include "core/tetra_mesh.hpp"
@@ -15,7 +16,15 @@ struct VolumeGradient {
 
 /// @param x            positions, 3 i + component for node i [m]
 /// @param tetrahedron  node numbers
-VolumeGradient volume_gradient(const Eigen::VectorXd &x, const std::array<int, 4> &tetrahedron);
+inline VolumeGradient volume_gradient(const Eigen::VectorXd &x, const std::array<int, 4> &tetrahedron) {
+    const auto corner = [&](int a) -> core::Vector3 {
+        return x.segment<3>(3 * static_cast<Eigen::Index>(tetrahedron[a]));
+    };
+    const core::Vector3 origin = corner(0);
+    const core::Vector3 a = corner(1) - origin, b = corner(2) - origin, c = corner(3) - origin;
+    const core::Vector3 first = b.cross(c) / 6.0, second = c.cross(a) / 6.0, third = a.cross(b) / 6.0;
+    return {.volume = a.dot(first), .gradient = {-(first + second + third), first, second, third}};
+}
 
 /// Second derivatives d2V / dx_a dx_b, rows and columns 3 a + component [m].
 Eigen::Matrix<double, 12, 12> volume_hessian(const Eigen::VectorXd &x, const std::array<int, 4> &tetrahedron);

@@ -26,22 +26,22 @@ class VolumePenalty : public ElasticTerm {
 
     void add_force(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta,
                    Eigen::VectorXd &force) const override {
-        std::vector<VolumeGradient> gradients;
-        gradients.reserve(tetrahedra_.size());
         Eigen::VectorXd volume(static_cast<Eigen::Index>(tetrahedra_.size()));
         for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
-            const auto &[now, gradient] = gradients.emplace_back(volume_gradient(x, tetrahedra_[t]));
+            const auto [now, gradient] = volume_gradient(x, tetrahedra_[t]);
             double &value = volume[static_cast<Eigen::Index>(t)];
             value = now;
             if (beta != 0.0)
                 for (int a = 0; a < 4; ++a)
                     value += beta * gradient[a].dot(of_node(v, tetrahedra_[t][a]));
         }
+        // The gradients are found again because that costs less than to keep them in memory.
         const Eigen::VectorXd tetrahedron_pressure = share_.transpose() * pressure(volume);
-        for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
+            const auto gradient = volume_gradient(x, tetrahedra_[t]).gradient;
             for (int a = 0; a < 4; ++a)
-                of_node(force, tetrahedra_[t][a]) -=
-                    tetrahedron_pressure[static_cast<Eigen::Index>(t)] * gradients[t].gradient[a];
+                of_node(force, tetrahedra_[t][a]) -= tetrahedron_pressure[static_cast<Eigen::Index>(t)] * gradient[a];
+        }
     }
 
     Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd &x, Tangent tangent) const override {
