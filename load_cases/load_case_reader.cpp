@@ -25,8 +25,9 @@ struct Effect {
     std::function<core::Vector3(const core::Vector3 &normal)> value; ///< on a facet with this outward unit normal
 };
 
-Effect prescribed(const core::Vector3 &displacement) {
-    return {core::FacetCondition::prescribed_displacement, [=](const core::Vector3 &) { return displacement; }};
+/// The same on every facet.
+Effect uniform(core::FacetCondition condition, const core::Vector3 &value) {
+    return {condition, [=](const core::Vector3 &) { return value; }};
 }
 
 Effect read_displacement(const toml::table &table, const Selection &, const core::TetraMesh &) {
@@ -34,16 +35,16 @@ Effect read_displacement(const toml::table &table, const Selection &, const core
     if (value.array().isNaN().all())
         throw core::InputError(fmt::format(
             "{}: a displacement that is free in every direction holds nothing; give a number", core::place_of(table)));
-    return prescribed(value);
+    return uniform(core::FacetCondition::prescribed_displacement, value);
 }
 
 Effect read_push(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
-    return prescribed(-core::required_number(table, "push") * mean_normal(selection.facets, mesh));
+    return uniform(core::FacetCondition::prescribed_displacement,
+                   -core::required_number(table, "push") * mean_normal(selection.facets, mesh));
 }
 
 Effect read_traction(const toml::table &table, const Selection &selection, const core::TetraMesh &) {
-    const core::Vector3 value = selection.area_ratio * core::required_vector(table, "traction");
-    return {core::FacetCondition::traction, [=](const core::Vector3 &) { return value; }};
+    return uniform(core::FacetCondition::traction, selection.area_ratio * core::required_vector(table, "traction"));
 }
 
 Effect read_tangential_traction(const toml::table &table, const Selection &selection, const core::TetraMesh &) {
