@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <memory>
+#include <optional>
 
 #include "app/catalogue.hpp"
 #include "app/load_scaling.hpp"
@@ -17,26 +18,30 @@ std::vector<core::Problem> read_problems(const std::vector<std::string> &bodies,
                                          const meshes::MaterialOverride &material) {
     const bool is_asked_for = !bodies.empty() && !load_cases.empty();
     std::vector<core::Problem> problems;
-    std::vector<std::string> passed_over;
+    std::optional<std::string> fault;
+    std::string passed_over;
     const auto load_case_files = find_toml_files(load_cases, load_cases_folder, "load case");
     for (const auto &body_file : find_toml_files(bodies, bodies_folder, "body")) {
         const auto body = std::make_shared<const core::Body>(meshes::read_body(body_file, material));
+        std::vector<std::string> unfit;
         for (const auto &load_case_file : load_case_files) {
             try {
                 problems.push_back({body, load_cases::read_load_case(load_case_file, body->mesh)});
             } catch (const load_cases::NotOnBody &error) {
                 if (is_asked_for)
                     throw;
-                passed_over.push_back(
-                    fmt::format("{} / {}: {}", body->name, load_case_file.stem().string(), error.what()));
+                unfit.push_back(load_case_file.stem().string());
+                fault = fault.value_or(error.what());
             }
         }
+        if (!unfit.empty())
+            passed_over += fmt::format("livermark: passed over on {}, which lacks patches or regions of theirs: {}\n",
+                                       body->name, fmt::join(unfit, ", "));
     }
     if (problems.empty())
-        throw core::InputError(passed_over.front());
+        throw core::InputError(fault.value());
     if (fem_reference::mpi_rank() == 0)
-        for (const auto &reason : passed_over)
-            fmt::print(stderr, "livermark: passed over: {}\n", reason);
+        fmt::print(stderr, "{}", passed_over);
     return problems;
 }
 

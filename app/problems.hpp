@@ -11,7 +11,7 @@ namespace livermark::app {
 /// Reads every body once and puts every load case on it, so that a fault shows before the first hour of work.
 ///
 /// A load case may name a patch or a region that a body does not have. That is refused where both were asked for by
-/// name; else the two are passed over, with a line on stderr.
+/// name; else the two are passed over, with a line for each body on stderr.
 /// @param bodies      names or paths of what was asked for; all that ship if there are none
 /// @param load_cases  the same
 /// @return body by body, loads as they are written

@@ -142,11 +142,20 @@ Vector3 total_load(const core::Problem &problem) {
     return load;
 }
 
+/// Sum of the sizes of all tractions [N]: what rounding is small against where they cancel, as in a torque.
+double size_of_tractions(const core::Problem &problem) {
+    double size = 0.0;
+    for (int f = 0; f < problem.body->mesh.num_boundary_triangles(); ++f)
+        if (problem.load_case.condition[f] == core::FacetCondition::traction)
+            size += area_vector(problem.body->mesh, f).norm() * problem.load_case.value[f].norm();
+    return size;
+}
+
 TEST_P(ModelsAgainstFem, ReactionsBalanceTheLoads) {
     const Vector3 load = total_load(result.problem);
     for (const auto &model : result.models) {
         Vector3 unbalanced = load;
-        double scale = load.norm();
+        double scale = std::max(load.norm(), size_of_tractions(result.problem));
         for (const auto &reaction : model.solution.reaction) {
             unbalanced += reaction;
             scale += reaction.norm();
