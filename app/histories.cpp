@@ -6,13 +6,12 @@
 
 #include "app/catalogue.hpp"
 #include "app/commands.hpp"
-#include "app/load_scaling.hpp"
 #include "app/msm_choice.hpp"
 #include "app/output.hpp"
+#include "app/problems.hpp"
 #include "app/progress.hpp"
 #include "app/table_1_readings.hpp"
 #include "core/input_error.hpp"
-#include "load_cases/load_case_reader.hpp"
 #include "meshes/body_reader.hpp"
 #include "msm/equilibrium.hpp"
 #include "msm/spectrum.hpp"
@@ -178,15 +177,11 @@ results::Layout table(const std::vector<results::Histories> &all, const Historie
 }
 
 std::vector<core::Problem> read_problems(const HistoriesOptions &options) {
-    const auto load_case_file = find_toml_files({options.load_case}, load_cases_folder, "load case").front();
-    std::vector<core::Problem> problems;
-    for (const auto &body_file : find_toml_files(options.bodies, bodies_folder, "body")) {
-        const auto body = std::make_shared<const core::Body>(meshes::read_body(body_file, options.material));
-        problems.push_back(scaled_to_target({body, load_cases::read_load_case(load_case_file, body->mesh)}));
-        if (!problems.back().load_case.release)
-            throw core::InputError(fmt::format("load case {} lets nothing go; choose one with a [release]",
-                                               problems.back().load_case.name));
-    }
+    auto problems = read_scaled_problems(options.bodies, options.load_case, options.material);
+    for (const auto &problem : problems)
+        if (!problem.load_case.release)
+            throw core::InputError(
+                fmt::format("load case {} lets nothing go; choose one with a [release]", problem.load_case.name));
     return problems;
 }
 

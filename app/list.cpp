@@ -14,7 +14,7 @@ namespace livermark::app {
 namespace {
 
 void print_entry(const std::string &name, const std::string &text) {
-    fmt::print("{:<16} {}\n", name, text);
+    fmt::print("{:<24} {}\n", name, text);
 }
 
 void list_bodies() {

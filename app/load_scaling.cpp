@@ -25,7 +25,8 @@ core::Problem scaled_to_target(core::Problem problem, const core::Model &baselin
         throw std::runtime_error(fmt::format("cannot be scaled to its target: {} ends with status {} and a peak "
                                              "displacement of {} m",
                                              baseline.name, core::to_string(solution.status), peak));
-    load_case = core::scaled(std::move(load_case), load_case.target_peak_displacement / peak);
+    const double factor = load_case.target_peak_displacement / peak;
+    load_case = core::scaled(std::move(load_case), factor);
     return problem;
 }
 

@@ -1,7 +1,10 @@
 #include <fmt/format.h>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "app/commands.hpp"
+#include "meshes/box_generator.hpp"
 #include "meshes/liver_generator.hpp"
 #include "meshes/mesh_figures.hpp"
 #include "meshes/msh_reader.hpp"
@@ -16,11 +19,25 @@ struct LiverCommand {
     std::string output;
 };
 
-int make_liver(const LiverCommand &command) {
-    const auto mesh = meshes::generate_liver(command.options);
-    meshes::write_msh(command.output, mesh);
+struct BoxCommand {
+    std::vector<double> size; // [m]
+    double edge = 0.0;        // [m]
+    std::string output;
+};
+
+int write_mesh(const std::string &output, const core::TetraMesh &mesh) {
+    meshes::write_msh(output, mesh);
     fmt::print("{}", meshes::to_text(meshes::mesh_figures(mesh)));
     return 0;
+}
+
+int make_box(const BoxCommand &command) {
+    const core::Vector3 size(command.size.at(0), command.size.at(1), command.size.at(2));
+    return write_mesh(command.output, meshes::generate_box(size, command.edge));
+}
+
+int make_liver(const LiverCommand &command) {
+    return write_mesh(command.output, meshes::generate_liver(command.options));
 }
 
 } // namespace
@@ -36,6 +53,12 @@ Command add_mesh(CLI::App &parent) {
         ->check(CLI::Range(2000, 2000000));
     make->add_option("-o,--output", liver->output, "The .msh file to write")->required();
 
+    auto box = std::make_shared<BoxCommand>();
+    auto *make_a_box = command->add_subcommand("box", "Make the mesh of a box with gmsh, with a patch for each side");
+    make_a_box->add_option("--size", box->size, "In x, y and z [m]")->expected(3)->required();
+    make_a_box->add_option("--edge", box->edge, "Length of the edges, about [m]")->required();
+    make_a_box->add_option("-o,--output", box->output, "The .msh file to write")->required();
+
     auto file = std::make_shared<std::string>();
     auto *check = command->add_subcommand("check", "Check a .msh file and print its size and quality");
     check->add_option("file", *file, "A .msh file")->required();
@@ -43,6 +66,8 @@ Command add_mesh(CLI::App &parent) {
     return [=] {
         if (make->parsed())
             return make_liver(*liver);
+        if (make_a_box->parsed())
+            return make_box(*box);
         fmt::print("{}", meshes::to_text(meshes::mesh_figures(meshes::read_msh(*file))));
         return 0;
     };

@@ -4,11 +4,10 @@
 
 #include "app/catalogue.hpp"
 #include "app/commands.hpp"
-#include "app/load_scaling.hpp"
 #include "app/output.hpp"
+#include "app/problems.hpp"
 #include "app/progress.hpp"
 #include "core/input_error.hpp"
-#include "load_cases/load_case_reader.hpp"
 #include "meshes/body_reader.hpp"
 #include "models/model_table.hpp"
 #include "results/modes_table.hpp"
@@ -55,12 +54,7 @@ std::vector<core::Model> models_with_modes(const std::vector<std::string> &wante
 
 int find_modes(const ModesOptions &options, const std::string &command_line) {
     const auto models = models_with_modes(options.models);
-    const auto load_case_file = find_toml_files({options.load_case}, load_cases_folder, "load case").front();
-    std::vector<core::Problem> problems;
-    for (const auto &body_file : find_toml_files(options.bodies, bodies_folder, "body")) {
-        const auto body = std::make_shared<const core::Body>(meshes::read_body(body_file, options.material));
-        problems.push_back(scaled_to_target({body, load_cases::read_load_case(load_case_file, body->mesh)}));
-    }
+    const auto problems = read_scaled_problems(options.bodies, options.load_case, options.material);
     std::vector<results::Result> done;
     {
         Progress progress(static_cast<int>(problems.size() * models.size()));

@@ -6,10 +6,9 @@
 #include "app/body_parameters.hpp"
 #include "app/catalogue.hpp"
 #include "app/commands.hpp"
-#include "app/load_scaling.hpp"
+#include "app/problems.hpp"
 #include "app/seed_paper.hpp"
 #include "core/input_error.hpp"
-#include "load_cases/load_case_reader.hpp"
 #include "meshes/body_reader.hpp"
 #include "results/table_layout.hpp"
 
@@ -128,12 +127,7 @@ void print_effect(const BodyParameters &healthy, const BodyParameters &body, boo
 
 int print_parameters(const ParametersOptions &options) {
     const auto &law = find_law(options.law);
-    const auto load_case_file = find_toml_files({options.load_case}, load_cases_folder, "load case").front();
-    std::vector<core::Problem> problems;
-    for (const auto &body_file : find_toml_files(options.bodies, bodies_folder, "body")) {
-        const auto body = std::make_shared<const core::Body>(meshes::read_body(body_file, options.material));
-        problems.push_back(scaled_to_target({body, load_cases::read_load_case(load_case_file, body->mesh)}));
-    }
+    const auto problems = read_scaled_problems(options.bodies, options.load_case, options.material);
     for (const auto &problem : problems) {
         const auto parameters = body_parameters(problem, law, options.damping);
         fmt::print("{}{}, springs by {}, held as in {}\n\n", options.markdown ? "## " : "", problem.body->name,

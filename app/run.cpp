@@ -11,10 +11,10 @@
 #include "app/contest.hpp"
 #include "app/load_scaling.hpp"
 #include "app/output.hpp"
+#include "app/problems.hpp"
 #include "app/progress.hpp"
 #include "core/input_error.hpp"
 #include "fem_reference/mpi_session.hpp"
-#include "load_cases/load_case_reader.hpp"
 #include "meshes/body_reader.hpp"
 #include "results/error_bands.hpp"
 #include "results/provenance.hpp"
@@ -37,18 +37,6 @@ struct RunOptions {
     bool no_uncertainty = false;
     models::ModelOptions model_options;
 };
-
-/// Reads every body once and puts every load case on it, so that a fault shows before the first hour of work.
-std::vector<core::Problem> read_problems(const RunOptions &options) {
-    std::vector<core::Problem> problems;
-    const auto load_case_files = find_toml_files(options.load_cases, load_cases_folder, "load case");
-    for (const auto &body_file : find_toml_files(options.bodies, bodies_folder, "body")) {
-        const auto body = std::make_shared<const core::Body>(meshes::read_body(body_file, options.material));
-        for (const auto &load_case_file : load_case_files)
-            problems.push_back({body, load_cases::read_load_case(load_case_file, body->mesh)});
-    }
-    return problems;
-}
 
 /// Error bands hold for the bodies as they ship, not for other materials, and against the reference that is chosen
 /// when its uncertainty is known.
@@ -74,8 +62,8 @@ struct Task {
 Task prepare(const RunOptions &options) {
     if (fem_reference::mpi_num_ranks() > 1 && options.model_options.fem_solver == fem_reference::SolverChoice::direct)
         throw core::InputError("--fem-solver direct works on one rank only; leave it out or start without mpirun");
-    Task task{choose_models(options.models, options.model_options, !options.no_uncertainty), read_problems(options),
-              read_bands(options)};
+    Task task{choose_models(options.models, options.model_options, !options.no_uncertainty),
+              read_problems(options.bodies, options.load_cases, options.material), read_bands(options)};
     if (fem_reference::mpi_rank() == 0)
         for (const auto &problem : task.problems) {
             for (const auto &model : task.models)
@@ -244,8 +232,8 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
     command->add_flag("--markdown", options->markdown, "Print the table in Markdown");
     return [options, command_line] {
         std::ranges::sort(options->amplitudes);
-        const auto repeated = std::ranges::unique(options->amplitudes);
-        options->amplitudes.erase(repeated.begin(), repeated.end());
+        options->amplitudes.erase(std::unique(options->amplitudes.begin(), options->amplitudes.end()),
+                                  options->amplitudes.end());
         return run(*options, command_line);
     };
 }

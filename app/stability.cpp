@@ -8,12 +8,11 @@
 
 #include "app/catalogue.hpp"
 #include "app/commands.hpp"
-#include "app/load_scaling.hpp"
 #include "app/msm_choice.hpp"
 #include "app/output.hpp"
+#include "app/problems.hpp"
 #include "app/progress.hpp"
 #include "core/input_error.hpp"
-#include "load_cases/load_case_reader.hpp"
 #include "meshes/body_reader.hpp"
 #include "msm/observed_time_step.hpp"
 #include "msm/spectrum.hpp"
@@ -185,12 +184,7 @@ int find_stability(const StabilityOptions &options, const std::string &command_l
         throw core::InputError("--damping-ratio has to be a finite number");
     const auto law = find_spring_law(options.law);
     const auto integrators = find_integrators(options.integrators);
-    const auto load_case_file = find_toml_files({options.load_case}, load_cases_folder, "load case").front();
-    std::vector<core::Problem> problems;
-    for (const auto &body_file : find_toml_files(options.bodies, bodies_folder, "body")) {
-        const auto body = std::make_shared<const core::Body>(meshes::read_body(body_file, options.material));
-        problems.push_back(scaled_to_target({body, load_cases::read_load_case(load_case_file, body->mesh)}));
-    }
+    const auto problems = read_scaled_problems(options.bodies, options.load_case, options.material);
     std::vector<results::Stability> done;
     {
         Progress progress(static_cast<int>(problems.size() * (1 + integrators.size())));

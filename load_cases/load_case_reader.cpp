@@ -1,5 +1,6 @@
 #include "load_cases/load_case_reader.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,11 +23,12 @@ constexpr double free_component = std::numeric_limits<double>::quiet_NaN();
 /// What a condition puts on facets.
 struct Effect {
     core::FacetCondition condition;
-    std::function<core::Vector3(const core::Vector3 &normal)> value; ///< on a facet with this outward unit normal
+    std::function<core::Vector3(int facet)> value;
 };
 
-Effect prescribed(const core::Vector3 &displacement) {
-    return {core::FacetCondition::prescribed_displacement, [=](const core::Vector3 &) { return displacement; }};
+/// The same on every facet.
+Effect uniform(core::FacetCondition condition, const core::Vector3 &value) {
+    return {condition, [=](int) { return value; }};
 }
 
 Effect read_displacement(const toml::table &table, const Selection &, const core::TetraMesh &) {
@@ -34,29 +36,55 @@ Effect read_displacement(const toml::table &table, const Selection &, const core
     if (value.array().isNaN().all())
         throw core::InputError(fmt::format(
             "{}: a displacement that is free in every direction holds nothing; give a number", core::place_of(table)));
-    return prescribed(value);
+    return uniform(core::FacetCondition::prescribed_displacement, value);
 }
 
 Effect read_push(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
-    return prescribed(-core::required_number(table, "push") * mean_normal(selection.facets, mesh));
+    return uniform(core::FacetCondition::prescribed_displacement,
+                   -core::required_number(table, "push") * mean_normal(selection.facets, mesh));
 }
 
 Effect read_traction(const toml::table &table, const Selection &selection, const core::TetraMesh &) {
-    const core::Vector3 value = selection.area_ratio * core::required_vector(table, "traction");
-    return {core::FacetCondition::traction, [=](const core::Vector3 &) { return value; }};
+    return uniform(core::FacetCondition::traction, selection.area_ratio * core::required_vector(table, "traction"));
 }
 
-Effect read_tangential_traction(const toml::table &table, const Selection &selection, const core::TetraMesh &) {
+core::Vector3 unit_normal(const core::TetraMesh &mesh, int facet) {
+    return area_vector(mesh, facet).normalized();
+}
+
+Effect read_tangential_traction(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
     const core::Vector3 value = selection.area_ratio * core::required_vector(table, "tangential_traction");
-    return {core::FacetCondition::traction,
-            [=](const core::Vector3 &normal) { return core::Vector3(value - value.dot(normal) * normal); }};
+    return {core::FacetCondition::traction, [=, &mesh](int facet) {
+                const core::Vector3 normal = unit_normal(mesh, facet);
+                return core::Vector3(value - value.dot(normal) * normal);
+            }};
 }
 
-Effect read_pressure(const toml::table &table, const Selection &selection, const core::TetraMesh &) {
+Effect read_pressure(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
     const double pressure = core::required_number(table, "pressure");
-    return {core::FacetCondition::traction, [=, ratio = selection.area_ratio](const core::Vector3 &normal) {
-                return core::Vector3(ratio * (-pressure * normal));
+    return {core::FacetCondition::traction, [=, &mesh, ratio = selection.area_ratio](int facet) {
+                return core::Vector3(ratio * (-pressure * unit_normal(mesh, facet)));
             }};
+}
+
+/// Tractions c x r about the middle, with sum A r x (c x r) the torque.
+Effect read_torque(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
+    const auto torque = core::required_vector(table, "torque");
+    const core::Vector3 middle = middle_of(selection.facets, mesh);
+    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
+    for (const int f : selection.facets) {
+        const core::Vector3 r = facet_centroid(mesh, f) - middle;
+        inertia += area_vector(mesh, f).norm() * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(inertia);
+    if (!(axes.eigenvalues()[0] > 1e-9 * axes.eigenvalues()[2]))
+        throw core::InputError(fmt::format("{}: the facets of '{}' stand in one line, which takes no torque; choose a "
+                                           "larger place",
+                                           core::place_of(*table.get("torque")), selection.name));
+    const core::Vector3 c =
+        axes.eigenvectors() * (axes.eigenvectors().transpose() * torque).cwiseQuotient(axes.eigenvalues());
+    return {core::FacetCondition::traction,
+            [=, &mesh](int facet) { return core::Vector3(c.cross(facet_centroid(mesh, facet) - middle)); }};
 }
 
 struct EffectReader {
@@ -64,17 +92,18 @@ struct EffectReader {
     Effect (*read)(const toml::table &, const Selection &, const core::TetraMesh &);
 };
 
-constexpr std::array<EffectReader, 5> effect_readers{{{"displacement", read_displacement},
+constexpr std::array<EffectReader, 6> effect_readers{{{"displacement", read_displacement},
                                                       {"push", read_push},
                                                       {"traction", read_traction},
                                                       {"tangential_traction", read_tangential_traction},
-                                                      {"pressure", read_pressure}}};
+                                                      {"pressure", read_pressure},
+                                                      {"torque", read_torque}}};
 
 Effect read_effect(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
     const auto is_given = [&](const EffectReader &reader) { return table.contains(reader.key); };
     if (std::ranges::count_if(effect_readers, is_given) != 1)
         throw core::InputError(fmt::format("{}: a condition is either a 'displacement', a 'push', a 'traction', a "
-                                           "'tangential_traction' or a 'pressure'; give one of them",
+                                           "'tangential_traction', a 'pressure' or a 'torque'; give one of them",
                                            core::place_of(table)));
     return std::ranges::find_if(effect_readers, is_given)->read(table, selection, mesh);
 }
@@ -105,7 +134,7 @@ void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core
                                                "conditions not overlap",
                                                core::place_of(table), selection.name));
         load_case.condition[f] = effect.condition;
-        load_case.value[f] = effect.value(area_vector(mesh, f).normalized());
+        load_case.value[f] = effect.value(f);
         load_case.constraint[f] = constraint;
     }
 }

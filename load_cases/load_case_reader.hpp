@@ -28,6 +28,7 @@ std::string load_case_title(const std::filesystem::path &toml_file);
 ///     traction = [x, y, z]                    # [Pa]
 ///     tangential_traction = [x, y, z]         # [Pa], its part along the surface
 ///     pressure = p                            # [Pa], pushes inwards
+///     torque = [x, y, z]                      # [N m], tractions about the middle of the place without a resultant
 ///
 /// A time-dependent load case starts from the static answer to all this; at t = 0 its tractions and pressures are let
 /// go:

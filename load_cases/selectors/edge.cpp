@@ -15,8 +15,7 @@ std::vector<int> nodes_of(const std::vector<int> &facets, const core::TetraMesh 
     for (const int f : facets)
         nodes.insert(nodes.end(), mesh.boundary_triangles[f].begin(), mesh.boundary_triangles[f].end());
     std::ranges::sort(nodes);
-    const auto repeated = std::ranges::unique(nodes);
-    nodes.erase(repeated.begin(), repeated.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
     return nodes;
 }
 

@@ -17,8 +17,7 @@ Selection select(const toml::table &condition, const core::TetraMesh &mesh, std:
         selection.facets.insert(selection.facets.end(), facets.begin(), facets.end());
     }
     std::ranges::sort(selection.facets);
-    const auto repeated = std::ranges::unique(selection.facets);
-    selection.facets.erase(repeated.begin(), repeated.end());
+    selection.facets.erase(std::unique(selection.facets.begin(), selection.facets.end()), selection.facets.end());
     return selection;
 }
 

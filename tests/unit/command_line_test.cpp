@@ -144,7 +144,7 @@ TEST(CommandLine, RefusesABodyWithFaultsAndLeavesEarlierResultsAlone) {
         return text.replace(text.find(from), from.size(), to);
     };
     const std::array<std::array<std::string, 3>, 11> cases{{
-        {toml, msh, "has no patch 'posterior'"},
+        {toml, msh, "the body has no patch"},
         {toml, replaced(msh, "1 2 3 4", "2 1 3 4"), "tetrahedron 1 is inverted"},
         {toml, replaced(msh, "1 0 0\n3", "1 nan 0\n3"), "not finite"},
         {toml, msh.substr(0, 110), "ends too early"},

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <numbers>
 
@@ -163,6 +164,29 @@ TEST(Effects, TangentialTractionHasNoPartAlongTheNormal) {
             const bool above = area_vector(mesh, f).z() > 1e-9;
             EXPECT_LT((load_case.value[f] - (above ? Vector3(1, 2, 0) : Vector3(1, 0, 3))).norm(), 1e-12);
         }
+}
+
+TEST(Effects, TorqueIsTheMomentOfItsTractionsWithoutAResultant) {
+    const auto mesh = lumpy_block();
+    for (const Vector3 &torque : {Vector3(0.3, 0.0, 0.0), Vector3(0.0, 0.1, -0.2)}) {
+        const auto load_case =
+            parse(fmt::format("patch = \"x_max\"\ntorque = [{}, {}, {}]\n", torque.x(), torque.y(), torque.z()), mesh);
+        Vector3 force = Vector3::Zero(), moment = Vector3::Zero();
+        for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+            if (load_case.condition[f] == core::FacetCondition::traction) {
+                const Vector3 on_facet = area_vector(mesh, f).norm() * load_case.value[f];
+                force += on_facet;
+                moment += load_cases::facet_centroid(mesh, f).cross(on_facet);
+            }
+        EXPECT_LT(force.norm(), 1e-12);
+        EXPECT_LT((moment - torque).norm(), 1e-12);
+    }
+}
+
+TEST(Effects, TorqueOnOneFacetIsRefused) {
+    tests::expect_input_error(
+        [] { parse("disc = { patch = \"x_max\", radius = 1e-6 }\ntorque = [1, 0, 0]\n", lumpy_block()); },
+        {"held.toml:8:", "stand in one line", "choose a larger place"});
 }
 
 TEST(Selectors, WhatTheBodyLacksIsToldFromWhatIsWrittenWrongly) {

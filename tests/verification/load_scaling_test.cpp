@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
@@ -48,6 +49,8 @@ class ScaledRun : public testing::Test {
     core::LoadCase as_written() const { return load_cases::read_load_case(folder_ / "all.toml", mesh_); }
     bool exists(const std::string &name) const { return std::filesystem::exists(folder_ / "box" / (name + ".h5")); }
 
+    const std::filesystem::path &folder() const { return folder_; }
+
   private:
     core::TetraMesh mesh_ = tests::box_mesh({0.1, 0.08, 0.06}, {4, 3, 3});
     std::filesystem::path folder_;
@@ -93,6 +96,39 @@ TEST_F(ScaledRun, AmplitudesMultiplyTheScaledLoad) {
     EXPECT_NEAR(nonlinearity(large) / nonlinearity(small), 4.0, 0.5);
     EXPECT_NE(outcome.output.find("below 5 % up to"), std::string::npos) << outcome.output;
     EXPECT_LT(outcome.output.find("x 0.5 [%]"), outcome.output.find("x 2 [%]")) << outcome.output;
+}
+
+TEST_F(ScaledRun, LoadCasesThatDoNotFitABodyArePassedOverUnlessBothWereNamed) {
+    const auto root = folder() / "root";
+    for (const auto *name : {"meshes", "load_cases"})
+        std::filesystem::create_directories(root / name);
+    for (const auto *name : {"box.toml", "box.msh"})
+        std::filesystem::copy_file(folder() / name, root / "meshes" / name);
+    std::filesystem::copy_file(folder() / "all.toml", root / "load_cases" / "all.toml");
+    std::ofstream(root / "load_cases" / "nowhere.toml") << "title = \"none\"\ntarget_peak_displacement = 0.001\n"
+                                                           "[[condition]]\npatch = \"antenna\"\npush = 0.001\n";
+    const std::string fault = "nowhere.toml:4: the body has no patch 'antenna'";
+    ASSERT_EQ(setenv("LIVERMARK_ROOT", root.c_str(), 1), 0);
+    const auto in_root = [&](const std::string &names) {
+        return tests::livermark(
+            fmt::format("run --no-uncertainty --model lloyd --output {} {}", folder().string(), names));
+    };
+    const auto all = in_root(""), body = in_root("--body box"), both = in_root("--body box --load-case nowhere"),
+               load_case = in_root("--load-case nowhere");
+    unsetenv("LIVERMARK_ROOT");
+    for (const auto &outcome : {all, body}) {
+        EXPECT_EQ(outcome.status, 0) << outcome.output;
+        EXPECT_NE(
+            outcome.output.find("livermark: passed over on box, which lacks patches or regions of theirs: nowhere\n"),
+            std::string::npos)
+            << outcome.output;
+    }
+    EXPECT_TRUE(exists("all"));
+    for (const auto &outcome : {both, load_case}) { // the latter fits no body
+        EXPECT_EQ(outcome.status, 2) << outcome.output;
+        EXPECT_NE(outcome.output.find(fault), std::string::npos) << outcome.output;
+        EXPECT_EQ(std::ranges::count(outcome.output, '\n'), 1) << outcome.output;
+    }
 }
 
 TEST_F(ScaledRun, AmplitudesThatAreNotPositiveAreRefused) {
