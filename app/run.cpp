@@ -35,6 +35,7 @@ struct RunOptions {
     std::string output;
     bool markdown = false;
     bool no_uncertainty = false;
+    bool only_static = false;
     models::ModelOptions model_options;
 };
 
@@ -64,6 +65,9 @@ Task prepare(const RunOptions &options) {
         throw core::InputError("--fem-solver direct works on one rank only; leave it out or start without mpirun");
     Task task{choose_models(options.models, options.model_options, !options.no_uncertainty),
               read_problems(options.bodies, options.load_cases, options.material), read_bands(options)};
+    if (options.only_static)
+        std::erase_if(task.problems,
+                      [](const core::Problem &problem) { return problem.load_case.release.has_value(); });
     if (fem_reference::mpi_rank() == 0)
         for (const auto &problem : task.problems) {
             for (const auto &model : task.models)
@@ -198,6 +202,8 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
     command->add_option("--output", options->output, "Folder for <body>/<load case>.h5")->capture_default_str();
     command->add_flag("--no-uncertainty", options->no_uncertainty,
                       "Do not solve the reference on the refined mesh: quicker, but nobody knows how good it is");
+    command->add_flag("--static", options->only_static,
+                      "Leave load cases that depend on time out: motion takes as long as all the rest");
     using enum fem_reference::SolverChoice;
     command
         ->add_option("--fem-solver", options->model_options.fem_solver,

@@ -27,9 +27,11 @@ struct Comparison {
     std::string reference;    ///< name of the reference model
     double relative_l2 = 0.0; ///< sqrt(sum_i V_i |u_i - r_i|^2 / sum_i V_i |r_i|^2), V_i barycentric nodal volume
     double max_error = 0.0;   ///< max_i |u_i - r_i| [m]
-    double max_error_relative = 0.0;          ///< max_error / max_i |r_i|
-    double energy_error = 0.0;                ///< (U - U_r) / U_r of the strain energies, signed
-    double reaction_error = 0.0;              ///< sqrt(sum_p |R_p - R_rp|^2 / sum_p |R_rp|^2) over the constraints
+    double max_error_relative = 0.0; ///< max_error / max_i |r_i|
+    double energy_error = 0.0;       ///< (U - U_r) / U_r of the strain energies, signed
+    /// sqrt(sum_p |R_p - R_rp|^2 / sum_p |R_rp|^2) over the constraints; NaN where these have no resultant, as under
+    /// torsion
+    double reaction_error = 0.0;
     std::optional<HistoryComparison> history; ///< of the motion; not set by compare()
     std::vector<Vector3> error;               ///< (N) u - r [m]
 };

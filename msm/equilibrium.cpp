@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 
+#include "msm/extent.hpp"
 #include "msm/free_components.hpp"
 
 namespace livermark::msm {
@@ -42,6 +44,7 @@ class Newton {
         for (std::size_t i = 0; i < load.size(); ++i)
             load[i] -= pull.segment<3>(static_cast<Eigen::Index>(3 * i));
         const auto restricted = free_.restrict(stiffness);
+        rounding_force_ = std::numeric_limits<double>::epsilon() * extent(positions_) * restricted.diagonal().norm();
         solver_.analyzePattern(restricted);
         solver_.factorize(restricted);
         if (solver_.info() != Eigen::Success)
@@ -72,6 +75,11 @@ class Newton {
         for (std::size_t i = 0; i < unbalanced.size(); ++i)
             all += unbalanced[i].squaredNorm() + conditions_.force[i].squaredNorm();
         return all > 0.0 ? free_.gather(unbalanced).norm() / std::sqrt(all) : 0.0;
+    }
+
+    /// Whether the free part of the unbalanced force is within the tolerance, or within what rounding leaves of it.
+    bool is_balanced(const Field &unbalanced, double tolerance) const {
+        return relative_residual(unbalanced) <= tolerance || free_.gather(unbalanced).norm() <= rounding_force_;
     }
 
     /// One step downhill in the potential.
@@ -109,6 +117,7 @@ class Newton {
     const Field &positions_;
     const NodalConditions &conditions_;
     FreeComponents free_;
+    double rounding_force_ = 0.0; ///< the forces that the last digit of the positions makes [N]
     Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix<double>> solver_;
 };
 
@@ -139,7 +148,7 @@ Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, co
     }
     result.displacement = result.linear_displacement;
     Field unbalanced = newton.unbalanced_force(result.displacement);
-    while (newton.relative_residual(unbalanced) > options.tolerance) {
+    while (!newton.is_balanced(unbalanced, options.tolerance)) {
         if (result.num_iterations == options.max_iterations) {
             give_up(fmt::format("a relative residual of {1:.1e} is left after {0} Newton steps; lower the load",
                                 result.num_iterations, newton.relative_residual(unbalanced)));
@@ -151,11 +160,7 @@ Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, co
             break;
         }
         ++result.num_iterations;
-        const double before = newton.relative_residual(unbalanced);
         unbalanced = newton.unbalanced_force(result.displacement);
-        const double after = newton.relative_residual(unbalanced);
-        if (after < options.stalled_tolerance && after > 0.5 * before)
-            break; // near the minimum Newton's method squares the residual unless rounding is all that is left
     }
     result.constraint_force = constraint_part(std::move(unbalanced), conditions);
     return result;

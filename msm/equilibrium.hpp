@@ -11,9 +11,8 @@ namespace livermark::msm {
 
 struct EquilibriumOptions {
     /// Largest accepted norm of the forces out of balance, relative to the norm of the loads and constraint forces.
+    /// Where the loads are small beside the stiffness, what the rounding of the positions does to the forces is enough.
     double tolerance = 1e-11;
-    /// The same where rounding lets no step make it smaller, as under loads that are small beside the stiffness.
-    double stalled_tolerance = 1e-8;
     int max_iterations = 60;
 };
 

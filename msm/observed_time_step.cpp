@@ -5,6 +5,7 @@
 #include <random>
 
 #include "msm/elastic_motion.hpp"
+#include "msm/extent.hpp"
 
 namespace livermark::msm {
 
@@ -29,15 +30,6 @@ Eigen::VectorXd random_displacement(const NodalConditions &conditions, double sc
     return to_unknowns(displacement);
 }
 
-double mesh_size(const std::vector<core::Vector3> &positions) {
-    core::Vector3 low = positions.front(), high = positions.front();
-    for (const auto &position : positions) {
-        low = low.cwiseMin(position);
-        high = high.cwiseMax(position);
-    }
-    return (high - low).norm();
-}
-
 } // namespace
 
 double observed_time_step(const Integrator &integrator, const ElasticBody &body,
@@ -52,7 +44,7 @@ double observed_time_step(const Integrator &integrator, const ElasticBody &body,
         ++num_accelerations;
         uncounted(u, v, a);
     };
-    const auto start = random_displacement(conditions, push * mesh_size(positions));
+    const auto start = random_displacement(conditions, push * extent(positions));
     const double bound = options.growth * start.norm();
 
     const auto time_step = [&](int power) { return std::pow(1.0 + options.accuracy, power); };

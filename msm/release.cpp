@@ -8,6 +8,7 @@
 
 #include "core/input_error.hpp"
 #include "msm/elastic_motion.hpp"
+#include "msm/extent.hpp"
 #include "msm/spectrum.hpp"
 #include "msm/time_step.hpp"
 
@@ -21,15 +22,6 @@ constexpr double lowest_part = 1e-3;
 constexpr double largest_motion = 10.0;
 /// Nothing adds energy after the release: more than this many times what there was has come from the steps.
 constexpr double largest_energy = 10.0;
-
-double size_of(const std::vector<core::Vector3> &points) {
-    core::Vector3 low = points.front(), high = points.front();
-    for (const auto &point : points) {
-        low = low.cwiseMin(point);
-        high = high.cwiseMax(point);
-    }
-    return (high - low).norm();
-}
 
 } // namespace
 
@@ -65,7 +57,7 @@ core::History release(const core::Problem &problem, const ElasticBody &body, con
     const auto &wanted = problem.load_case.release.value();
     const auto equation = elastic_motion(body, points, conditions, wanted.damping);
     const auto step = plan.integrator->prepare(equation, plan.time_step);
-    const double bound = largest_motion * size_of(points);
+    const double bound = largest_motion * extent(points);
     State state{to_unknowns(displacement), Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * points.size()))};
 
     core::History history;

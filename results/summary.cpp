@@ -46,7 +46,8 @@ std::vector<std::string> row_of(std::span<const Result> results, const std::stri
                 cell = "reference";
             } else {
                 errors.push_back(model->comparison->relative_l2);
-                reactions.push_back(model->comparison->reaction_error);
+                if (!std::isnan(model->comparison->reaction_error))
+                    reactions.push_back(model->comparison->reaction_error);
                 cell = fixed(percent * errors.back(), 2);
             }
         }

@@ -78,7 +78,8 @@ Row row_of(const ModelResult &model, const Result &result) {
         row[4] = fixed(percent * comparison->relative_l2, 2);
         row[6] = fixed(millimetres * comparison->max_error, 3);
         row[7] = fixed(percent * comparison->max_error_relative, 2);
-        row[8] = fixed(percent * comparison->reaction_error, 2);
+        if (!std::isnan(comparison->reaction_error)) // without a resultant there is none
+            row[8] = fixed(percent * comparison->reaction_error, 2);
         row[9] = fmt::format("{}{}", comparison->energy_error > 0.0 ? "+" : "",
                              fixed(percent * comparison->energy_error, 2));
     }

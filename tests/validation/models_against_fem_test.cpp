@@ -55,8 +55,15 @@ std::vector<Contest> all_contests() {
 
 class ModelsAgainstFem : public testing::TestWithParam<Contest> {
   protected:
-    results::Result result = results::read_result(std::filesystem::path(LIVERMARK_VALIDATION_RUNS) / GetParam().body /
-                                                  (GetParam().load_case + ".h5"));
+    void SetUp() override {
+        const auto file =
+            std::filesystem::path(LIVERMARK_VALIDATION_RUNS) / GetParam().body / (GetParam().load_case + ".h5");
+        if (!ran_with_uncertainty && !std::filesystem::exists(file))
+            GTEST_SKIP() << "a debug build runs on some load cases only";
+        result = results::read_result(file);
+    }
+
+    results::Result result;
 
     /// The reference of this result: the refined one where the run solved it and needed it.
     std::string reference_name() const {
@@ -69,13 +76,16 @@ class ModelsAgainstFem : public testing::TestWithParam<Contest> {
     }
 };
 
+/// Of what moves, two spring models are enough.
 TEST_P(ModelsAgainstFem, HasEveryModelOfTheTableUnderItsName) {
+    const bool has_all = ran_with_uncertainty && !result.problem.load_case.release;
     for (const auto &model : models::all_models())
-        if (model.name != reference.refined || ran_with_uncertainty) {
+        if (has_all) {
             EXPECT_NE(find(model.name), nullptr) << model.name;
         }
     EXPECT_NE(find(reference.on_mesh), nullptr);
     EXPECT_NE(find(models::baseline_model), nullptr);
+    EXPECT_NE(find("patch_nodal_volume"), nullptr);
 }
 
 TEST_P(ModelsAgainstFem, EverySolutionIsFoundAndComparedWithTheReference) {
@@ -101,7 +111,10 @@ TEST_P(ModelsAgainstFem, TheReferenceHasAnErrorBarOfItsOwn) {
     const auto again = results::estimate_uncertainty(result.problem.body->mesh, find(reference.on_mesh)->solution,
                                                      std::string(reference.on_mesh), find(reference.refined)->solution,
                                                      std::string(reference.refined));
-    EXPECT_EQ(uncertainty, again);
+    EXPECT_EQ(uncertainty.reference, again.reference);
+    EXPECT_EQ(uncertainty.relative_l2, again.relative_l2);
+    EXPECT_EQ(uncertainty.refinement_difference, again.refinement_difference);
+    EXPECT_EQ(uncertainty.energy_error, again.energy_error);
     EXPECT_GT(uncertainty.relative_l2, 0.0);
     // Between quadratic tetrahedra on a liver mesh of this size and on the refined one a prototype found 1.4 to 3.1 %.
     // Nothing is known of the energy from elsewhere.

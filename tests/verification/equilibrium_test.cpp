@@ -4,6 +4,7 @@
 #include "msm/equilibrium.hpp"
 #include "msm/spring_network.hpp"
 #include "tests/test_meshes.hpp"
+#include "tests/verification/fem_test_bodies.hpp"
 
 namespace livermark {
 namespace {
@@ -44,6 +45,17 @@ TEST(Equilibrium, ReactionsBalanceTheLoads) {
     const Vector3 load = total(block.conditions.force);
     const auto reactions = msm::constraint_forces(block.problem, block.conditions, result.constraint_force);
     EXPECT_LT((total(reactions) + load).norm(), 1e-9 * load.norm());
+}
+
+/// Under loads so small that rounding of the positions is all that is left long before the tolerance is met.
+TEST(Equilibrium, IsFoundUnderLoadsNearRounding) {
+    for (const double load : {1e-3, 1e-5, 1e-7}) {
+        const auto block = pulled_block({load, 0.0, 0.0}, Vector3::Zero());
+        const auto result = msm::find_equilibrium(block.springs, block.problem.body->mesh.points, block.conditions);
+        EXPECT_EQ(result.status, core::SolutionStatus::ok) << load << ": " << result.message;
+        EXPECT_LT(result.num_iterations, 10) << load;
+        EXPECT_LT(tests::relative_difference(result.displacement, result.linear_displacement), 1e-4) << load;
+    }
 }
 
 TEST(Equilibrium, MomentsBalanceAboutTheDeformedPositions) {
