@@ -14,8 +14,8 @@ using SparseRows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 class VolumePenalty : public ElasticTerm {
   public:
-    VolumePenalty(const core::TetraMesh &mesh, ControlVolumes parts)
-        : tetrahedra_(mesh.tetrahedra), share_(std::move(parts.share)),
+    VolumePenalty(const core::TetraMesh &mesh, const ControlVolumes &parts)
+        : tetrahedra_(mesh.tetrahedra), share_(parts.share),
           modulus_(Eigen::VectorXd::Map(parts.modulus.data(), static_cast<Eigen::Index>(parts.modulus.size()))),
           rest_volume_(share_ * volumes(to_unknowns(mesh.points))) {}
 
@@ -130,8 +130,8 @@ class VolumePenalty : public ElasticTerm {
 
 } // namespace
 
-std::shared_ptr<const ElasticTerm> volume_penalty(const core::TetraMesh &mesh, ControlVolumes control_volumes) {
-    return std::make_shared<VolumePenalty>(mesh, std::move(control_volumes));
+std::shared_ptr<const ElasticTerm> volume_penalty(const core::TetraMesh &mesh, const ControlVolumes &control_volumes) {
+    return std::make_shared<VolumePenalty>(mesh, control_volumes);
 }
 
 } // namespace livermark::msm

@@ -21,6 +21,6 @@ struct ControlVolumes {
 /// deformation. (Bonet and Burton 1998, Commun. Numer. Meth. Engng. 14: with a quarter of each tetrahedron to each
 /// corner this is the average nodal pressure.)
 /// @param mesh  at rest
-std::shared_ptr<const ElasticTerm> volume_penalty(const core::TetraMesh &mesh, ControlVolumes control_volumes);
+std::shared_ptr<const ElasticTerm> volume_penalty(const core::TetraMesh &mesh, const ControlVolumes &control_volumes);
 
 } // namespace livermark::msm

@@ -12,9 +12,9 @@ struct Outcome {
     std::string output; ///< standard output and error
 };
 
-/// Runs livermark as a user would.
-inline Outcome livermark(const std::string &arguments) {
-    FILE *pipe = popen((LIVERMARK_BINARY " " + arguments + " 2>&1").c_str(), "r");
+/// Runs a shell command.
+inline Outcome run_command(const std::string &command) {
+    FILE *pipe = popen((command + " 2>&1").c_str(), "r");
     if (!pipe)
         return {-1, "cannot be started"};
     std::string output;
@@ -23,6 +23,11 @@ inline Outcome livermark(const std::string &arguments) {
         output.append(buffer.data(), size);
     const int status = pclose(pipe);
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, output};
+}
+
+/// Runs livermark as a user would.
+inline Outcome livermark(const std::string &arguments) {
+    return run_command(LIVERMARK_BINARY " " + arguments);
 }
 
 } // namespace livermark::tests

@@ -25,7 +25,7 @@ std::shared_ptr<const ElasticTerm> make(const core::Body &body, const std::vecto
         }
     parts.share.resize(static_cast<Eigen::Index>(number.size()), mesh.num_tetrahedra());
     parts.share.setFromTriplets(share.begin(), share.end());
-    return volume_penalty(mesh, std::move(parts));
+    return volume_penalty(mesh, parts);
 }
 
 } // namespace

@@ -14,7 +14,7 @@ std::shared_ptr<const ElasticTerm> make(const core::Body &body, const std::vecto
     parts.share.setIdentity();
     for (const int region : mesh.region)
         parts.modulus.push_back(modulus[region]);
-    return volume_penalty(mesh, std::move(parts));
+    return volume_penalty(mesh, parts);
 }
 
 } // namespace

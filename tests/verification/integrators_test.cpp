@@ -5,9 +5,9 @@
 #include <numbers>
 #include <random>
 
+#include "msm/elastic_motion.hpp"
 #include "msm/integrator.hpp"
 #include "msm/spring_law.hpp"
-#include "msm/elastic_motion.hpp"
 #include "msm/spring_network.hpp"
 #include "msm/time_step.hpp"
 #include "tests/test_meshes.hpp"

@@ -1,9 +1,7 @@
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -12,28 +10,11 @@
 
 #include "meshes/msh_writer.hpp"
 #include "results/result_file.hpp"
+#include "tests/livermark_command.hpp"
 #include "tests/verification/fem_test_bodies.hpp"
 
 namespace livermark {
 namespace {
-
-struct Outcome {
-    int status;
-    std::string output; ///< standard output and error
-};
-
-/// Runs a shell command.
-Outcome run(const std::string &command) {
-    FILE *pipe = popen((command + " 2>&1").c_str(), "r");
-    if (!pipe)
-        return {-1, "cannot be started"};
-    std::string output;
-    std::array<char, 4096> buffer{};
-    while (const auto size = std::fread(buffer.data(), 1, buffer.size(), pipe))
-        output.append(buffer.data(), size);
-    const int status = pclose(pipe);
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, output};
-}
 
 int count(const std::string &text, const std::string &part) {
     int number = 0;
@@ -71,9 +52,9 @@ TEST(ParallelRun, GivesTheDisplacementsAndReactionsOfASerialRun) {
         return "run --body " + (folder / "box.toml").string() + " --load-case " + (folder / "hang.toml").string() +
                " --model lloyd fem_p2 --output " + (folder / runs).string();
     };
-    const auto serial_run = run(LIVERMARK_BINARY " " + arguments("serial"));
+    const auto serial_run = tests::livermark(arguments("serial"));
     ASSERT_EQ(serial_run.status, 0) << serial_run.output;
-    const auto parallel_run = run(on_two_ranks + arguments("parallel"));
+    const auto parallel_run = tests::run_command(on_two_ranks + arguments("parallel"));
     ASSERT_EQ(parallel_run.status, 0) << parallel_run.output;
     EXPECT_EQ(count(parallel_run.output, "Result files are in"), 1) << parallel_run.output;
 
@@ -102,14 +83,14 @@ TEST(ParallelRun, RefusesBadInputOnceWithStatusTwo) {
              {"run --young soft", "--young"},
              {"rnu", "did you mean 'run'?"},
          }}) {
-        const auto outcome = run(on_two_ranks + arguments);
+        const auto outcome = tests::run_command(on_two_ranks + arguments);
         EXPECT_EQ(outcome.status, 2) << outcome.output;
         EXPECT_EQ(count(outcome.output, message), 1) << outcome.output;
     }
 }
 
 TEST(ParallelRun, SpeaksWithOneVoice) {
-    const auto outcome = run(std::string(on_two_ranks) + "list bodies");
+    const auto outcome = tests::run_command(std::string(on_two_ranks) + "list bodies");
     EXPECT_EQ(outcome.status, 0) << outcome.output;
     EXPECT_EQ(count(outcome.output, "liver_healthy"), 1) << outcome.output;
 }

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "msm/elastic_motion.hpp"
 #include "msm/integrator.hpp"
 #include "msm/spectrum.hpp"
 #include "msm/spring_law.hpp"
-#include "msm/elastic_motion.hpp"
 #include "msm/spring_network.hpp"
 #include "msm/time_step.hpp"
 #include "tests/verification/fem_test_bodies.hpp"
