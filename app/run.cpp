@@ -16,6 +16,7 @@
 #include "fem_reference/mpi_session.hpp"
 #include "load_cases/load_case_reader.hpp"
 #include "meshes/body_reader.hpp"
+#include "results/calibration_file.hpp"
 #include "results/error_bands.hpp"
 #include "results/provenance.hpp"
 #include "results/result_file.hpp"
@@ -32,6 +33,7 @@ struct RunOptions {
     std::vector<std::string> models;
     std::vector<double> amplitudes; ///< of the loads; as they are if there are none
     meshes::MaterialOverride material;
+    std::string calibration; ///< a file; none if empty
     std::string output;
     bool markdown = false;
     bool no_uncertainty = false;
@@ -58,6 +60,14 @@ results::ErrorBands read_bands(const RunOptions &options) {
     return results::read_error_bands(root_folder() / "results" / "error_bands.toml");
 }
 
+models::ModelOptions model_options(const RunOptions &options) {
+    auto chosen = options.model_options;
+    if (!options.calibration.empty())
+        chosen.calibration =
+            std::make_shared<const core::CalibratedSprings>(results::read_calibration(options.calibration).springs);
+    return chosen;
+}
+
 bool all_is_well(const results::Result &result) {
     return std::ranges::all_of(result.models, [](const results::ModelResult &model) {
         return model.solution.status == core::SolutionStatus::ok && results::meets_band(model).value_or(true);
@@ -74,7 +84,7 @@ struct Task {
 Task prepare(const RunOptions &options) {
     if (fem_reference::mpi_num_ranks() > 1 && options.model_options.fem_solver == fem_reference::SolverChoice::direct)
         throw core::InputError("--fem-solver direct works on one rank only; leave it out or start without mpirun");
-    Task task{choose_models(options.models, options.model_options, !options.no_uncertainty), read_problems(options),
+    Task task{choose_models(options.models, model_options(options), !options.no_uncertainty), read_problems(options),
               read_bands(options)};
     if (fem_reference::mpi_rank() == 0)
         for (const auto &problem : task.problems) {
@@ -207,6 +217,8 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
     command->add_option("--young", options->material.young_modulus,
                         "Young's modulus of the first region [Pa]; the others keep their ratio to it");
     command->add_option("--poisson", options->material.poisson_ratio, "Poisson's ratio of every region");
+    command->add_option("--calibration", options->calibration,
+                        "A file of 'livermark calibrate' for the body: its springs join as calibrated_nodal_volume");
     command->add_option("--output", options->output, "Folder for <body>/<load case>.h5")->capture_default_str();
     command->add_flag("--no-uncertainty", options->no_uncertainty,
                       "Do not solve the reference on the refined mesh: quicker, but nobody knows how good it is");
