@@ -62,6 +62,12 @@ results::ErrorBands read_bands(const RunOptions &options) {
 
 models::ModelOptions model_options(const RunOptions &options) {
     auto chosen = options.model_options;
+    constexpr auto *calibrated = "calibrated_nodal_volume";
+    if (options.calibration.empty() && std::ranges::find(options.models, calibrated) != options.models.end())
+        throw core::InputError(
+            fmt::format("model {} takes its springs from a file; name it with --calibration, or make "
+                        "one with `livermark calibrate`",
+                        calibrated));
     if (!options.calibration.empty())
         chosen.calibration =
             std::make_shared<const core::CalibratedSprings>(results::read_calibration(options.calibration).springs);

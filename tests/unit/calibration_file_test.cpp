@@ -89,7 +89,7 @@ TEST(CalibratedSprings, AreRefusedForAnotherMeshOrMaterial) {
     auto other_nodes = *body;
     other_nodes.mesh.points[0].x() -= 1e-6;
     const auto other_edges = tests::make_body(tests::box_mesh({0.2, 0.1, 0.1}, {3, 1, 1}), material);
-    for (const auto *other : {&other_nodes, other_edges.get()}) {
+    for (const core::Body *other : {static_cast<const core::Body *>(&other_nodes), other_edges.get()}) {
         const auto message = refusal([&] { core::check_fit(springs, *other); });
         EXPECT_NE(message.find("another mesh"), std::string::npos) << message;
         EXPECT_NE(message.find("`livermark calibrate`"), std::string::npos) << message;
