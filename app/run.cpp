@@ -16,6 +16,7 @@
 #include "core/input_error.hpp"
 #include "fem_reference/mpi_session.hpp"
 #include "meshes/body_reader.hpp"
+#include "results/calibration_file.hpp"
 #include "results/error_bands.hpp"
 #include "results/provenance.hpp"
 #include "results/result_file.hpp"
@@ -32,6 +33,7 @@ struct RunOptions {
     std::vector<std::string> models;
     std::vector<double> amplitudes; ///< of the loads; as they are if there are none
     meshes::MaterialOverride material;
+    std::string calibration; ///< a file; none if empty
     std::string output;
     bool markdown = false;
     bool no_uncertainty = false;
@@ -45,6 +47,20 @@ results::ErrorBands read_bands(const RunOptions &options) {
     if (options.material.young_modulus || options.material.poisson_ratio || options.no_uncertainty)
         return {};
     return results::read_error_bands(root_folder() / "results" / "error_bands.toml");
+}
+
+models::ModelOptions model_options(const RunOptions &options) {
+    auto chosen = options.model_options;
+    constexpr auto *calibrated = "calibrated_nodal_volume";
+    if (options.calibration.empty() && std::ranges::find(options.models, calibrated) != options.models.end())
+        throw core::InputError(
+            fmt::format("model {} takes its springs from a file; name it with --calibration, or make "
+                        "one with `livermark calibrate`",
+                        calibrated));
+    if (!options.calibration.empty())
+        chosen.calibration =
+            std::make_shared<const core::CalibratedSprings>(results::read_calibration(options.calibration).springs);
+    return chosen;
 }
 
 bool all_is_well(const results::Result &result) {
@@ -63,7 +79,7 @@ struct Task {
 Task prepare(const RunOptions &options) {
     if (fem_reference::mpi_num_ranks() > 1 && options.model_options.fem_solver == fem_reference::SolverChoice::direct)
         throw core::InputError("--fem-solver direct works on one rank only; leave it out or start without mpirun");
-    Task task{choose_models(options.models, options.model_options, !options.no_uncertainty),
+    Task task{choose_models(options.models, model_options(options), !options.no_uncertainty),
               read_problems(options.bodies, options.load_cases, options.material), read_bands(options)};
     if (options.only_static)
         std::erase_if(task.problems,
@@ -199,6 +215,8 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
     command->add_option("--young", options->material.young_modulus,
                         "Young's modulus of the first region [Pa]; the others keep their ratio to it");
     command->add_option("--poisson", options->material.poisson_ratio, "Poisson's ratio of every region");
+    command->add_option("--calibration", options->calibration,
+                        "A file of 'livermark calibrate' for the body: its springs join as calibrated_nodal_volume");
     command->add_option("--output", options->output, "Folder for <body>/<load case>.h5")->capture_default_str();
     command->add_flag("--no-uncertainty", options->no_uncertainty,
                       "Do not solve the reference on the refined mesh: quicker, but nobody knows how good it is");

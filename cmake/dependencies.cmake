@@ -6,6 +6,7 @@ find_package(tomlplusplus REQUIRED)
 find_package(GTest REQUIRED)
 find_package(benchmark REQUIRED)
 find_package(Spectra 1.0 REQUIRED)
+find_package(NLopt 2.7 REQUIRED)
 find_package(Threads REQUIRED)
 
 # The openmpi flavour of HDF5 is the one that deal.II and gmsh link; the serial one beside it breaks both.

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/calibrated_springs.hpp"
 #include "core/model.hpp"
 #include "fem_reference/solver_choice.hpp"
 #include "msm/release.hpp"
@@ -37,12 +39,14 @@ struct ModelOptions {
     fem_reference::SolverChoice fem_solver = fem_reference::SolverChoice::automatic;
     EquilibriumMethod equilibrium = EquilibriumMethod::newton;
     livermark::msm::TimeStepping time_stepping; ///< of mass-spring models, where something depends on time
+    std::shared_ptr<const core::CalibratedSprings>
+        calibration; ///< of calibrated_nodal_volume, which is not there without
 };
 
 /// Models that come from one adapter. One file each in families/, named as the family.
 struct ModelFamily {
     std::string name;                                         ///< the file stem; set by the table
-    std::vector<core::Model> (*models)(const ModelOptions &); ///< at least one
+    std::vector<core::Model> (*models)(const ModelOptions &); ///< at least one, unless it lacks an option
 };
 
 /// Every family of families/, in alphabetical order.

@@ -14,6 +14,8 @@ class FreeComponents {
     explicit FreeComponents(const std::vector<core::Vector3> &prescribed);
 
     Eigen::Index size() const { return size_; }
+    /// Number of a component among the unknowns, -1 where it is prescribed.
+    Eigen::Index number(Eigen::Index component) const { return number_[component]; }
     bool is_free(Eigen::Index component) const { return number_[component] >= 0; }
 
     /// The free components of a nodal field.

@@ -9,20 +9,20 @@ namespace livermark::results::hdf5 {
 
 namespace {
 
-Handle open_file(const std::filesystem::path &path) {
+Handle open_file(const std::filesystem::path &path, const std::string &maker) {
     const std::string name = path.string();
     std::error_code ignored;
     if (!std::filesystem::is_regular_file(path, ignored))
         throw core::InputError(
-            fmt::format("{}: there is no such file; check the path, or make it with `livermark run`", name));
+            fmt::format("{}: there is no such file; check the path, or make it with `{}`", name, maker));
     Handle file(H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
     if (file.valid())
         return file;
     if (H5Fis_hdf5(name.c_str()) > 0)
         throw core::InputError(
-            fmt::format("{}: the file is truncated or damaged; make it again with `livermark run`", name));
+            fmt::format("{}: the file is truncated or damaged; make it again with `{}`", name, maker));
     throw core::InputError(
-        fmt::format("{}: this is not an HDF5 file that can be read; give a file that `livermark run` wrote", name));
+        fmt::format("{}: this is not an HDF5 file that can be read; give a file that `{}` wrote", name, maker));
 }
 
 std::string shape_text(std::span<const hsize_t> shape) {
@@ -44,12 +44,12 @@ std::string type_text(H5T_class_t type_class, std::size_t bytes) {
 
 } // namespace
 
-InputFile::InputFile(const std::filesystem::path &path) : name_(path.string()), file_(open_file(path)) {}
+InputFile::InputFile(const std::filesystem::path &path, const std::string &maker)
+    : name_(path.string()), maker_(maker), file_(open_file(path, maker)) {}
 
 void InputFile::refuse(const std::string &path, const std::string &fault) const {
-    throw core::InputError(
-        fmt::format("{}: {} {}; make the file again with `livermark run` (results/schema.md says what it holds)", name_,
-                    path, fault));
+    throw core::InputError(fmt::format(
+        "{}: {} {}; make the file again with `{}` (results/schema.md says what it holds)", name_, path, fault, maker_));
 }
 
 bool InputFile::has(const std::string &path) const {

@@ -131,7 +131,8 @@ class OutputFile {
 /// A file from outside: whatever is not as expected is a core::InputError that names the file and the place in it.
 class InputFile {
   public:
-    explicit InputFile(const std::filesystem::path &path);
+    /// @param maker  the command that writes such files, for messages
+    explicit InputFile(const std::filesystem::path &path, const std::string &maker = "livermark run");
 
     bool has(const std::string &path) const;
     bool has_attribute(const std::string &path, const std::string &name) const;
@@ -179,6 +180,7 @@ class InputFile {
 
     Quiet quiet_;
     std::string name_;
+    std::string maker_;
     Handle file_;
 };
 

@@ -28,9 +28,9 @@ std::string written(const std::filesystem::path &file, const std::string &text) 
 }
 
 TEST(CommandLine, HelpAndVersionAreNoErrors) {
-    for (const char *arguments :
-         {"--help", "run --help", "list --help", "mesh --help", "mesh liver --help", "mesh check --help",
-          "modes --help", "stability --help", "histories --help", "parameters --help", "--version"}) {
+    for (const char *arguments : {"--help", "run --help", "list --help", "mesh --help", "mesh liver --help",
+                                  "mesh check --help", "modes --help", "calibrate --help", "stability --help",
+                                  "histories --help", "parameters --help", "--version"}) {
         const auto outcome = livermark(arguments);
         EXPECT_EQ(outcome.status, 0) << arguments << "\n" << outcome.output;
         EXPECT_FALSE(outcome.output.empty());
@@ -61,7 +61,7 @@ TEST(CommandLine, RefusesBadArgumentsWithStatusTwo) {
              {"run --body liver_healty", "did you mean 'liver_healthy'?"},
              {"run --load-case palpatoin", "did you mean 'palpation'?"},
              {"run --model loyd", "did you mean 'lloyd'?"},
-             {"run --model xyzzyxyzzy", "known are: fem_p1, fem_p2"},
+             {"run --model xyzzyxyzzy", "known are: biquadratic_springs, fem_p1"},
              {"run --body liver_healthy --body liver_healthy", "asked for twice"},
              {"run --body /nowhere/body.toml", "/nowhere/body.toml"},
              {"run --young soft", "--young"},
@@ -82,6 +82,11 @@ TEST(CommandLine, RefusesBadArgumentsWithStatusTwo) {
              {"histories --time-step 1e-5 --duration 11", "more than a million steps"},
              {"histories --duration nan", "more than a million steps"},
              {"run --poisson nan", "has to lie between -1 and 0.5"},
+             {"calibrate liver_healty", "did you mean 'liver_healthy'?"},
+             {"calibrate liver_healthy --law loyd", "did you mean 'lloyd'?"},
+             {"calibrate liver_healthy --iterations 30", "takes a multiple of 20"},
+             {"calibrate liver_healthy --loads 3", "--loads"},
+             {"calibrate liver_healthy --held nowhere", "has no patch 'nowhere'"},
              {"run --fem-solver magic", "--fem-solver"},
          }) {
         const auto outcome = livermark(arguments + (std::string(arguments).starts_with("run ") ? output : ""));

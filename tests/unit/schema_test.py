@@ -8,7 +8,7 @@ import sys
 
 import h5py
 
-OTHER_FILES = ["Stability files", "History files"]
+OTHER_FILES = ["Stability files", "History files", "Calibration files"]
 PROVENANCE = "Where it comes from"
 TYPES = {"float64": "<f8", "int64": "<i8", "int32": "<i4", "uint8": "|u1"}
 
@@ -72,6 +72,9 @@ def check_type(path, dtype, said):
 def sizes_of(file):
     if "critical_time_step" in file:
         return {"I": len(file["/critical_time_step"].attrs["integrators"])}
+    if "springs" in file:
+        return {"R": file["/materials/density"].shape[0], "S": file["/springs/edges"].shape[0],
+                "L": file["/loads/held_out"].shape[0]}
     if "histories" in file:
         return {"K": file["/histories/release/0/time"].shape[0]}
     sizes = sizes_of_result(file)

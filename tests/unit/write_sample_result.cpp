@@ -1,15 +1,18 @@
-// write_sample_result <result.h5> <stability.h5> <histories.h5>: the files that schema_test.py and
+// write_sample_result <result.h5> <stability.h5> <histories.h5> <calibration.h5>: the files that schema_test.py and
 // vtkhdf_reader_test.py look at.
+#include "results/calibration_file.hpp"
 #include "results/history_file.hpp"
 #include "results/result_file.hpp"
 #include "results/stability_file.hpp"
+#include "tests/sample_calibration.hpp"
 #include "tests/sample_result.hpp"
 
 int main(int argc, char **argv) {
-    if (argc != 4)
+    if (argc != 5)
         return 2;
     // Enough bricks that the larger datasets are chunked and compressed, as those of a liver are.
-    livermark::results::write_result(argv[1], livermark::tests::sample_result(1000));
+    const auto result = livermark::tests::sample_result(1000);
+    livermark::results::write_result(argv[1], result);
     livermark::results::Stability stability;
     stability.limits = {{"symplectic_euler", {1e-3, 1.1e-3}, {2e-3}}, {"explicit_euler", {}, {3e-3, 3.1e-3}}};
     livermark::results::write_stability(argv[2], stability);
@@ -24,4 +27,5 @@ int main(int argc, char **argv) {
                         {history, history}},
                        {"release", "", {{"alpha", 1.0}, {"beta", 2.0}}, 0.1, {history}}};
     livermark::results::write_histories(argv[3], histories);
+    livermark::results::write_calibration(argv[4], livermark::tests::sample_calibration(*result.problem.body));
 }
