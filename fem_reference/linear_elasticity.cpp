@@ -45,27 +45,23 @@ struct Discretisation {
     PressureSystem pressure; ///< empty where nothing is nearly incompressible
 };
 
-/// Of the mixed formulation on a refined body, whose discretisation is wrong by percents: this leaves 1e-8 of the
-/// displacement, and takes 40 % less time than the default.
-constexpr double refined_tolerance = 1e-7;
-
 } // namespace
 
 struct StaticSolver::Impl {
     Impl(std::shared_ptr<const core::Body> of, int degree, SolverChoice choice, Formulation form)
         : body(std::move(of)), formulation(form), start(Clock::now()), matrices(*body, degree, form),
           solver(matrices.system, choice) {
-        finish(MixedSolver::default_tolerance);
+        finish();
     }
     Impl(std::shared_ptr<const core::Body> refined, Impl &coarse)
         : body(std::move(refined)), formulation(coarse.formulation), start(Clock::now()),
           matrices(*body, 2, formulation), solver(matrices.system, coarse.matrices.system, coarse.solver) {
-        finish(refined_tolerance);
+        finish();
     }
 
-    void finish(double tolerance) {
+    void finish() {
         if (matrices.pressure.num_pressures() > 0)
-            mixed.emplace(matrices.system.stiffness, solver, matrices.pressure, tolerance);
+            mixed.emplace(matrices.system.stiffness, solver, matrices.pressure);
         assembly_seconds = seconds_since(start);
     }
 

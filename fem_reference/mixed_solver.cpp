@@ -80,13 +80,11 @@ struct MixedSolver::Impl {
     const SymmetricMatrix &stiffness;
     ChosenSolver &solver;
     const PressureSystem &pressure;
-    double tolerance;
     Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> norm{};
 };
 
-MixedSolver::MixedSolver(const SymmetricMatrix &stiffness, ChosenSolver &solver, const PressureSystem &pressure,
-                         double tolerance)
-    : impl_(std::make_unique<Impl>(stiffness, solver, pressure, tolerance)) {
+MixedSolver::MixedSolver(const SymmetricMatrix &stiffness, ChosenSolver &solver, const PressureSystem &pressure)
+    : impl_(std::make_unique<Impl>(stiffness, solver, pressure)) {
     impl_->norm.compute(as_eigen(pressure.norm));
 }
 MixedSolver::~MixedSolver() = default;
@@ -121,7 +119,7 @@ ConstrainedSolution MixedSolver::solve(std::span<const double> prescribed, std::
     for (std::size_t q = 0; q < num_p; ++q)
         right_hand_side[num_u + q] = -imbalance[q];
     const double size = right_hand_side.l2_norm();
-    dealii::ReductionControl control(max_iterations, 0.0, impl_->tolerance);
+    dealii::ReductionControl control(max_iterations, 0.0, tolerance);
     try {
         if (size > 0.0)
             dealii::SolverMinRes<Vector>(control).solve(matrix, unknowns, right_hand_side,

@@ -17,13 +17,11 @@ namespace livermark::fem_reference {
 /// Anal. 31(5))
 class MixedSolver {
   public:
-    /// Of the residual in the norm of the preconditioner, over the first.
-    static constexpr double default_tolerance = 1e-9;
+    static constexpr double tolerance = 1e-9; ///< of the residual in the norm of the preconditioner, over the first
     static constexpr int max_iterations = 1000;
 
     /// @param stiffness  K; it, the solver and the pressure are kept alive by the caller, the matrices unchanged
-    MixedSolver(const SymmetricMatrix &stiffness, ChosenSolver &solver, const PressureSystem &pressure,
-                double tolerance = default_tolerance);
+    MixedSolver(const SymmetricMatrix &stiffness, ChosenSolver &solver, const PressureSystem &pressure);
     ~MixedSolver();
     MixedSolver(MixedSolver &&) noexcept;
     MixedSolver &operator=(MixedSolver &&) noexcept;

@@ -6,7 +6,6 @@
 #include <tuple>
 
 #include "core/error_norms.hpp"
-#include "core/toml_input.hpp"
 #include "fem_reference/linear_elasticity.hpp"
 #include "load_cases/load_case_reader.hpp"
 #include "meshes/body_reader.hpp"
@@ -29,7 +28,7 @@ TEST_P(Calculix, FindsTheSameDisplacements) {
     const auto &[name, degree] = GetParam();
     const auto body = std::make_shared<const core::Body>(meshes::read_body(root / "meshes" / (name + ".toml")));
     fem_reference::StaticSolver solver(body, degree);
-    for (const auto &load_case : core::list_toml(root / "load_cases")) {
+    for (const std::string load_case : {"gravity_tilt", "palpation", "traction"}) {
         SCOPED_TRACE(load_case);
         const core::Problem problem{
             body, load_cases::read_load_case(root / "load_cases" / (load_case + ".toml"), body->mesh)};
@@ -47,7 +46,7 @@ TEST_P(Calculix, FindsTheSameDisplacements) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Livers, Calculix,
-                         testing::Combine(testing::ValuesIn(core::list_toml(root / "meshes")), testing::Values(1, 2)),
+                         testing::Combine(testing::Values("liver_healthy", "liver_tumours"), testing::Values(1, 2)),
                          [](const auto &info) {
                              return fmt::format("{}_p{}", std::get<0>(info.param), std::get<1>(info.param));
                          });

@@ -10,7 +10,6 @@
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "core/input_error.hpp"
-#include "core/toml_input.hpp"
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/eigenpairs.hpp"
 #include "fem_reference/mass_matrix.hpp"
@@ -324,13 +323,13 @@ TEST_P(FemModes, RefuseABodyFreeToMoveAndTooManyModes) {
     EXPECT_THROW(fem_reference::lowest_modes(problem, GetParam(), 1000), core::InputError);
 }
 
-/// The bodies that ship, held as in the load case release; quadratic elements with optimisation only, for the time.
+/// The livers that ship, held as in the load case release; quadratic elements with optimisation only, for the time.
 TEST_P(FemModes, OfTheLiversAgreeWithArpack) {
 #ifndef NDEBUG
     if (GetParam() == 2)
         GTEST_SKIP() << "takes minutes without optimisation";
 #endif
-    for (const auto &name : core::list_toml(LIVERMARK_SOURCE_DIR "/meshes")) {
+    for (const std::string name : {"liver_healthy", "liver_tumours"}) {
         SCOPED_TRACE(name);
         const auto body = std::make_shared<const core::Body>(
             meshes::read_body(std::filesystem::path(LIVERMARK_SOURCE_DIR "/meshes") / (name + ".toml"), {}));
