@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -22,6 +23,7 @@ struct LiverCommand {
 struct BoxCommand {
     std::vector<double> size; // [m]
     double edge = 0.0;        // [m]
+    meshes::BoxTopology topology = meshes::BoxTopology::delaunay;
     std::string output;
 };
 
@@ -33,7 +35,7 @@ int write_mesh(const std::string &output, const core::TetraMesh &mesh) {
 
 int make_box(const BoxCommand &command) {
     const core::Vector3 size(command.size.at(0), command.size.at(1), command.size.at(2));
-    return write_mesh(command.output, meshes::generate_box(size, command.edge));
+    return write_mesh(command.output, meshes::generate_box(size, command.edge, command.topology));
 }
 
 int make_liver(const LiverCommand &command) {
@@ -54,9 +56,17 @@ Command add_mesh(CLI::App &parent) {
     make->add_option("-o,--output", liver->output, "The .msh file to write")->required();
 
     auto box = std::make_shared<BoxCommand>();
-    auto *make_a_box = command->add_subcommand("box", "Make the mesh of a box with gmsh, with a patch for each side");
+    auto *make_a_box = command->add_subcommand("box", "Make the mesh of a box, with a patch for each side");
     make_a_box->add_option("--size", box->size, "In x, y and z [m]")->expected(3)->required();
     make_a_box->add_option("--edge", box->edge, "Length of the edges, about [m]")->required();
+    using enum meshes::BoxTopology;
+    make_a_box
+        ->add_option("--topology", box->topology,
+                     "delaunay (unstructured, gmsh), body_centred (the regular lattice of the best shapes) or kuhn "
+                     "(six to a cube)")
+        ->transform(CLI::CheckedTransformer(std::map<std::string, meshes::BoxTopology>{
+            {"delaunay", delaunay}, {"body_centred", body_centred}, {"kuhn", kuhn}}))
+        ->default_str("delaunay");
     make_a_box->add_option("-o,--output", box->output, "The .msh file to write")->required();
 
     auto file = std::make_shared<std::string>();

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "app/output.hpp"
 #include "app/problems.hpp"
 #include "app/progress.hpp"
+#include "app/run_tables.hpp"
 #include "core/input_error.hpp"
 #include "fem_reference/mpi_session.hpp"
 #include "meshes/body_reader.hpp"
@@ -20,8 +22,7 @@
 #include "results/error_bands.hpp"
 #include "results/provenance.hpp"
 #include "results/result_file.hpp"
-#include "results/summary.hpp"
-#include "results/table.hpp"
+#include "results/table_layout.hpp"
 
 namespace livermark::app {
 
@@ -32,7 +33,8 @@ struct RunOptions {
     std::vector<std::string> load_cases;
     std::vector<std::string> models;
     std::vector<double> amplitudes; ///< of the loads; as they are if there are none
-    meshes::MaterialOverride material;
+    std::optional<double> young_modulus;
+    std::vector<double> poisson_ratios; ///< of every region; as the bodies say if there are none
     std::string calibration; ///< a file; none if empty
     std::string output;
     bool markdown = false;
@@ -44,7 +46,7 @@ struct RunOptions {
 /// Error bands hold for the bodies as they ship, not for other materials, and against the reference that is chosen
 /// when its uncertainty is known.
 results::ErrorBands read_bands(const RunOptions &options) {
-    if (options.material.young_modulus || options.material.poisson_ratio || options.no_uncertainty)
+    if (options.young_modulus || !options.poisson_ratios.empty() || options.no_uncertainty)
         return {};
     return results::read_error_bands(root_folder() / "results" / "error_bands.toml");
 }
@@ -69,6 +71,25 @@ bool all_is_well(const results::Result &result) {
     });
 }
 
+std::vector<core::Problem> read_all_problems(const RunOptions &options) {
+    if (options.poisson_ratios.empty())
+        return read_problems(options.bodies, options.load_cases, {options.young_modulus, {}});
+    std::vector<core::Problem> problems;
+    for (const double poisson_ratio : options.poisson_ratios)
+        std::ranges::move(
+            read_problems(options.bodies, options.load_cases, {options.young_modulus, poisson_ratio}),
+            std::back_inserter(problems));
+    return problems;
+}
+
+/// Bodies of another Poisson's ratio have a folder of their own, and leave the files of the others alone.
+std::filesystem::path output_folder(const RunOptions &options, const core::Problem &problem) {
+    return options.poisson_ratios.empty()
+               ? std::filesystem::path(options.output)
+               : std::filesystem::path(options.output) /
+                     fmt::format("poisson_{:g}", problem.body->materials.front().poisson_ratio);
+}
+
 /// All that a user may have got wrong.
 struct Task {
     std::vector<core::Model> models;
@@ -80,7 +101,7 @@ Task prepare(const RunOptions &options) {
     if (fem_reference::mpi_num_ranks() > 1 && options.model_options.fem_solver == fem_reference::SolverChoice::direct)
         throw core::InputError("--fem-solver direct works on one rank only; leave it out or start without mpirun");
     Task task{choose_models(options.models, model_options(options), !options.no_uncertainty),
-              read_problems(options.bodies, options.load_cases, options.material), read_bands(options)};
+              read_all_problems(options), read_bands(options)};
     if (options.only_static)
         std::erase_if(task.problems,
                       [](const core::Problem &problem) { return problem.load_case.release.has_value(); });
@@ -89,7 +110,7 @@ Task prepare(const RunOptions &options) {
             for (const auto &model : task.models)
                 if (model.check)
                     model.check(problem);
-            make_output_folder(options.output, problem);
+            make_output_folder(output_folder(options, problem), problem);
         }
     return task;
 }
@@ -150,15 +171,12 @@ std::string name_of(const core::Problem &problem) {
     return fmt::format("{} / {}", problem.body->name, problem.load_case.name);
 }
 
-void print_tables(const std::vector<results::Result> &done, const RunOptions &options) {
-    const auto print = [&](const results::Layout &layout) {
-        fmt::print("\n{}", options.markdown ? results::to_markdown(layout) : results::to_text(layout));
-    };
-    fmt::print("{}", options.markdown ? results::markdown_table(done) : results::text_table(done));
-    print(results::summary(done));
+void print_all(const std::vector<results::Result> &done, const RunOptions &options) {
+    print_tables(done, TableKind::all, options.markdown);
     if (!options.amplitudes.empty()) {
-        fmt::print("\nDistance of models from their own linearised answer, at multiples of the load:\n");
-        print(nonlinearity_by_amplitude(done, options.amplitudes));
+        const auto layout = nonlinearity_by_amplitude(done, options.amplitudes);
+        fmt::print("\nDistance of models from their own linearised answer, at multiples of the load:\n\n{}",
+                   options.markdown ? results::to_markdown(layout) : results::to_text(layout));
     }
 }
 
@@ -178,7 +196,7 @@ int run(const RunOptions &options, const std::string &command_line) {
                 const auto result = hold_contest(
                     problem, task.models, task.bands, results::current_provenance(command_line),
                     [&](const auto &model) { progress.next(fmt::format("{} / {}", name_of(problem), model)); });
-                const auto file = make_output_folder(options.output, problem) / (problem.load_case.name + ".h5");
+                const auto file = make_output_folder(output_folder(options, problem), problem) / (problem.load_case.name + ".h5");
                 results::write_result(file, result);
                 done.push_back(result);
             },
@@ -186,7 +204,7 @@ int run(const RunOptions &options, const std::string &command_line) {
                 failures.push_back(fmt::format("{}: {}", name_of(problem), reason));
             });
     }
-    print_tables(done, options);
+    print_all(done, options);
     for (const auto &failure : failures)
         fmt::print(stderr, "livermark: failed: {}\n", failure);
     fmt::print(stderr, "Result files are in {}\n", options.output);
@@ -212,9 +230,13 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
                      "reference; result files are then <load case>@<amplitude>.h5")
         ->delimiter(',')
         ->check(CLI::PositiveNumber);
-    command->add_option("--young", options->material.young_modulus,
+    command->add_option("--young", options->young_modulus,
                         "Young's modulus of the first region [Pa]; the others keep their ratio to it");
-    command->add_option("--poisson", options->material.poisson_ratio, "Poisson's ratio of every region");
+    command
+        ->add_option("--poisson", options->poisson_ratios,
+                     "Poisson's ratios of every region, such as 0.25,0.45,0.49; result files are then in a folder "
+                     "poisson_<ratio> for each")
+        ->delimiter(',');
     command->add_option("--calibration", options->calibration,
                         "A file of 'livermark calibrate' for the body: its springs join as calibrated_nodal_volume");
     command->add_option("--output", options->output, "Folder for <body>/<load case>.h5")->capture_default_str();
@@ -255,9 +277,10 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
     command->add_flag("--force-time-step", stepping.force, "Take the step even if it is too long to be stable");
     command->add_flag("--markdown", options->markdown, "Print the table in Markdown");
     return [options, command_line] {
-        std::ranges::sort(options->amplitudes);
-        options->amplitudes.erase(std::unique(options->amplitudes.begin(), options->amplitudes.end()),
-                                  options->amplitudes.end());
+        for (auto *values : {&options->amplitudes, &options->poisson_ratios}) {
+            std::ranges::sort(*values);
+            values->erase(std::unique(values->begin(), values->end()), values->end());
+        }
         return run(*options, command_line);
     };
 }

@@ -41,6 +41,13 @@ struct History {
     double solve_seconds = 0.0; ///< the steps
 };
 
+/// What explicit time stepping of a model comes to: symplectic Euler without damping.
+struct ExplicitSteps {
+    /// The longest step that is stable [s]; infinity where nothing moves.
+    double critical_time_step = std::numeric_limits<double>::infinity();
+    double seconds_per_step = 0.0; ///< that one takes, on one core
+};
+
 /// What a model answers to a problem, in the numbering of the mesh file. To a time-dependent load case that is the
 /// static start, and the history if the model can move in time.
 struct Solution {
@@ -56,6 +63,7 @@ struct Solution {
     double solve_seconds = 0.0;           ///< the rest
     std::string solver;                   ///< how its linear systems were solved; empty where nobody says
     std::optional<SpringNetwork> springs; ///< what the springs were, for mass-spring models
+    std::optional<ExplicitSteps> explicit_steps; ///< of models that move in explicit steps
     std::optional<History> history;       ///< only for time-dependent load cases
 };
 

@@ -3,26 +3,11 @@
 #include <chrono>
 #include <cmath>
 
+#include "fem_reference/mass_matrix.hpp"
+
 namespace livermark::fem_reference {
 
 namespace {
-
-double dot(std::span<const double> a, std::span<const double> b) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < a.size(); ++i)
-        sum += a[i] * b[i];
-    return sum;
-}
-
-/// out = K u
-void multiply_into(const SymmetricMatrix &matrix, std::span<const double> u, std::span<double> out) {
-    for (int row = 0; row < matrix.num_rows(); ++row) {
-        double sum = 0.0;
-        for (int k = matrix.row_start[row]; k < matrix.row_start[row + 1]; ++k)
-            sum += matrix.value[k] * u[matrix.column[k]];
-        out[row] = sum;
-    }
-}
 
 void keep_free(const std::vector<bool> &is_free, std::span<double> vector) {
     for (std::size_t i = 0; i < vector.size(); ++i)
@@ -57,7 +42,7 @@ Ending conjugate_gradients(const SymmetricMatrix &matrix, const std::vector<bool
         const double beta = -dot(image, correction) / curvature;
         for (std::size_t i = 0; i < size; ++i)
             direction[i] = correction[i] + beta * direction[i];
-        multiply_into(matrix, direction, image);
+        multiply_stiffness(matrix, direction, image);
         keep_free(is_free, image);
         curvature = dot(direction, image);
         const double alpha = dot(residual, direction) / curvature;
@@ -105,7 +90,7 @@ ConstrainedSolution IterativeSolver::solve(std::span<const double> prescribed, s
         u[i] = is_free_[i] ? 0.0 : prescribed[i];
     const auto imbalance = [&] { // f - K u
         std::vector<double> out(u.size());
-        multiply_into(*stiffness_, u, out);
+        multiply_stiffness(*stiffness_, u, out);
         for (std::size_t i = 0; i < out.size(); ++i)
             out[i] = load[i] - out[i];
         return out;

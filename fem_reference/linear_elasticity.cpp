@@ -45,23 +45,26 @@ struct Discretisation {
     PressureSystem pressure; ///< empty where nothing is nearly incompressible
 };
 
+/// Of the mixed formulation on a refined body, whose discretisation is wrong by percents.
+constexpr double refined_tolerance = 1e-7;
+
 } // namespace
 
 struct StaticSolver::Impl {
     Impl(std::shared_ptr<const core::Body> of, int degree, SolverChoice choice, Formulation form)
         : body(std::move(of)), formulation(form), start(Clock::now()), matrices(*body, degree, form),
           solver(matrices.system, choice) {
-        finish();
+        finish(MixedSolver::default_tolerance);
     }
     Impl(std::shared_ptr<const core::Body> refined, Impl &coarse)
         : body(std::move(refined)), formulation(coarse.formulation), start(Clock::now()),
           matrices(*body, 2, formulation), solver(matrices.system, coarse.matrices.system, coarse.solver) {
-        finish();
+        finish(refined_tolerance);
     }
 
-    void finish() {
+    void finish(double tolerance) {
         if (matrices.pressure.num_pressures() > 0)
-            mixed.emplace(matrices.system.stiffness, solver, matrices.pressure);
+            mixed.emplace(matrices.system.stiffness, solver, matrices.pressure, tolerance);
         assembly_seconds = seconds_since(start);
     }
 

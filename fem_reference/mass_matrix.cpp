@@ -40,6 +40,23 @@ void multiply(const SymmetricMatrix &matrix, std::span<const double> x, std::spa
     }
 }
 
+void multiply_stiffness(const SymmetricMatrix &matrix, std::span<const double> x, std::span<double> out) {
+    for (int row = 0; row < matrix.num_rows(); row += 3) {
+        const int begin = matrix.row_start[row];
+        const int length = matrix.row_start[row + 1] - begin;
+        const int *const column = &matrix.column[begin];
+        const double *const value = &matrix.value[begin];
+        double sum[3]{};
+        for (int k = 0; k < length; ++k) {
+            const double of_column = x[column[k]];
+            sum[0] += value[k] * of_column;
+            sum[1] += value[length + k] * of_column;
+            sum[2] += value[2 * length + k] * of_column;
+        }
+        std::copy_n(sum, 3, &out[row]);
+    }
+}
+
 void multiply_mass(const SymmetricMatrix &mass, std::span<const double> x, std::span<double> out) {
     for (int a = 0; a < mass.num_rows(); ++a) {
         core::Vector3 sum = core::Vector3::Zero();

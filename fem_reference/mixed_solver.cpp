@@ -38,7 +38,7 @@ struct BlockMatrix {
     /// force = K u + D^T p, and imbalance = D u - C p
     void apply(std::span<const double> u, std::span<const double> p, std::span<double> force,
                std::span<double> imbalance) const {
-        multiply(stiffness, u, force);
+        multiply_stiffness(stiffness, u, force);
         multiply(pressure.compliance, p, imbalance);
         const auto &[row_start, column, value] = pressure.divergence;
         for (std::size_t q = 0; q < p.size(); ++q) {
@@ -80,11 +80,28 @@ struct MixedSolver::Impl {
     const SymmetricMatrix &stiffness;
     ChosenSolver &solver;
     const PressureSystem &pressure;
+    double tolerance;
     Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> norm{};
+
+    /// Adds to u what balances the forces at the free unknowns, with the prescribed ones where they are.
+    /// @param residual  shape (n) K u + D^T p - f
+    /// @return whether the solver of K converged
+    bool balance(std::span<const double> prescribed, std::span<const double> residual, std::vector<double> &u) {
+        std::vector<double> held(u.size()), load(u.size());
+        for (std::size_t i = 0; i < u.size(); ++i) {
+            held[i] = std::isnan(prescribed[i]) ? prescribed[i] : 0.0;
+            load[i] = -residual[i];
+        }
+        const auto correction = solver.solve(held, load);
+        for (std::size_t i = 0; i < u.size(); ++i)
+            u[i] += correction.displacement[i];
+        return correction.converged;
+    }
 };
 
-MixedSolver::MixedSolver(const SymmetricMatrix &stiffness, ChosenSolver &solver, const PressureSystem &pressure)
-    : impl_(std::make_unique<Impl>(stiffness, solver, pressure)) {
+MixedSolver::MixedSolver(const SymmetricMatrix &stiffness, ChosenSolver &solver, const PressureSystem &pressure,
+                         double tolerance)
+    : impl_(std::make_unique<Impl>(stiffness, solver, pressure, tolerance)) {
     impl_->norm.compute(as_eigen(pressure.norm));
 }
 MixedSolver::~MixedSolver() = default;
@@ -119,7 +136,7 @@ ConstrainedSolution MixedSolver::solve(std::span<const double> prescribed, std::
     for (std::size_t q = 0; q < num_p; ++q)
         right_hand_side[num_u + q] = -imbalance[q];
     const double size = right_hand_side.l2_norm();
-    dealii::ReductionControl control(max_iterations, 0.0, tolerance);
+    dealii::ReductionControl control(max_iterations, 0.0, impl_->tolerance);
     try {
         if (size > 0.0)
             dealii::SolverMinRes<Vector>(control).solve(matrix, unknowns, right_hand_side,
@@ -133,6 +150,10 @@ ConstrainedSolution MixedSolver::solve(std::span<const double> prescribed, std::
     for (std::size_t i = 0; i < num_u; ++i)
         u[i] += unknowns[i];
     std::ranges::copy(part(unknowns, num_u, num_p), p.begin());
+    matrix.apply(u, p, solution.residual, imbalance);
+    for (std::size_t i = 0; i < num_u; ++i)
+        solution.residual[i] -= load[i];
+    solution.converged = impl_->balance(prescribed, solution.residual, u) && solution.converged;
     matrix.apply(u, p, solution.residual, imbalance);
     solution.energy = 0.5 * dot(u, solution.residual);
     double left = dot(imbalance, imbalance);

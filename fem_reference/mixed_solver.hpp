@@ -12,16 +12,19 @@ namespace livermark::fem_reference {
 
 /// [K D^T; D -C] [u; p] = [f; 0] with some displacements prescribed, by minimal residuals. The preconditioner is the
 /// inverse of K that its solver has, and the exact inverse of the norm of the pressure; with these elements the number
-/// of iterations depends neither on the mesh nor on Poisson's ratio.
+/// of iterations depends neither on the mesh nor on Poisson's ratio. At the pressure that they end with K u = f - D^T p
+/// is then solved as tightly as the solver of K can, so that the reactions balance the loads whatever the tolerance.
 /// (C. C. Paige and M. A. Saunders 1975, SIAM J. Numer. Anal. 12(4); D. Silvester and A. Wathen 1994, SIAM J. Numer.
 /// Anal. 31(5))
 class MixedSolver {
   public:
-    static constexpr double tolerance = 1e-9; ///< of the residual in the norm of the preconditioner, over the first
+    /// Of the residual in the norm of the preconditioner, over the first.
+    static constexpr double default_tolerance = 1e-9;
     static constexpr int max_iterations = 1000;
 
     /// @param stiffness  K; it, the solver and the pressure are kept alive by the caller, the matrices unchanged
-    MixedSolver(const SymmetricMatrix &stiffness, ChosenSolver &solver, const PressureSystem &pressure);
+    MixedSolver(const SymmetricMatrix &stiffness, ChosenSolver &solver, const PressureSystem &pressure,
+                double tolerance = default_tolerance);
     ~MixedSolver();
     MixedSolver(MixedSolver &&) noexcept;
     MixedSolver &operator=(MixedSolver &&) noexcept;

@@ -26,7 +26,7 @@ struct Newmark::Impl {
 
 /// force = K u, momentum = M v
 Energy Newmark::Impl::multiply_by_matrices(const Motion &motion) {
-    multiply(stiffness, motion.displacement, force);
+    multiply_stiffness(stiffness, motion.displacement, force);
     multiply_mass(mass, motion.velocity, momentum);
     return {.kinetic = 0.5 * dot(motion.velocity, momentum), .strain = 0.5 * dot(motion.displacement, force)};
 }

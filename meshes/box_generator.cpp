@@ -9,6 +9,7 @@
 
 #include "core/input_error.hpp"
 #include "meshes/gmsh_session.hpp"
+#include "meshes/lattice_box.hpp"
 
 namespace livermark::meshes {
 
@@ -56,12 +57,7 @@ void name_sides(core::TetraMesh &mesh) {
     }
 }
 
-} // namespace
-
-core::TetraMesh generate_box(const core::Vector3 &size, double edge_length) {
-    for (int i = 0; i < 3; ++i)
-        check_length(size[i], fmt::format("size in {}", "xyz"[i]));
-    check_length(edge_length, "edge length");
+core::TetraMesh delaunay_box(const core::Vector3 &size, double edge_length) {
     core::TetraMesh mesh;
     try {
         const GmshSession session;
@@ -74,6 +70,18 @@ core::TetraMesh generate_box(const core::Vector3 &size, double edge_length) {
     } catch (const std::string &error) { // what Debian's gmsh throws
         throw std::runtime_error(fmt::format("gmsh cannot mesh the box: {}", error));
     }
+    return mesh;
+}
+
+} // namespace
+
+core::TetraMesh generate_box(const core::Vector3 &size, double edge_length, BoxTopology topology) {
+    for (int i = 0; i < 3; ++i)
+        check_length(size[i], fmt::format("size in {}", "xyz"[i]));
+    check_length(edge_length, "edge length");
+    auto mesh = topology == BoxTopology::delaunay       ? delaunay_box(size, edge_length)
+                : topology == BoxTopology::body_centred ? lattice_box(size, edge_length, Lattice::body_centred)
+                                                        : lattice_box(size, edge_length, Lattice::kuhn);
     mesh.region.assign(mesh.tetrahedra.size(), 0);
     mesh.region_names = {"solid"};
     name_sides(mesh);

@@ -9,6 +9,7 @@
 #include "core/input_error.hpp"
 #include "msm/dynamic_relaxation.hpp"
 #include "msm/equilibrium.hpp"
+#include "msm/explicit_steps.hpp"
 #include "msm/release.hpp"
 #include "msm/spectrum.hpp"
 
@@ -97,6 +98,7 @@ core::Solution solve(const core::Problem &problem, const MakeMassSprings &make, 
     solution.strain_energy = msm::elastic_energy(body, positions);
     solution.displacement = std::move(equilibrium.displacement);
     solution.springs = std::move(springs);
+    solution.explicit_steps = msm::explicit_steps(body, points, conditions);
     if (problem.load_case.release && solution.status == core::SolutionStatus::ok)
         add_motion(solution, problem, body, options.time_stepping);
     return solution;

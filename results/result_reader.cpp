@@ -191,6 +191,8 @@ core::Solution read_solution(const InputFile &file, const std::string &group, co
     solution.solve_seconds = file.number(group, "solve_seconds");
     solution.strain_energy = file.number(group, "strain_energy");
     solution.nonlinearity = file.number(group, "nonlinearity");
+    if (file.has_attribute(group, "critical_time_step"))
+        solution.explicit_steps = {file.number(group, "critical_time_step"), file.number(group, "seconds_per_step")};
     solution.displacement = file.dataset<core::Vector3>(group + "/displacement", num_nodes);
     solution.reaction = file.dataset<core::Vector3>(group + "/reaction", problem.load_case.constraint_names.size());
     if (file.texts(group + "/reaction", "patches") != problem.load_case.constraint_names)

@@ -190,6 +190,10 @@ void write_solution(hdf5::OutputFile &file, const ModelResult &model, const core
     file.number(group, "solve_seconds", solution.solve_seconds);
     file.number(group, "strain_energy", solution.strain_energy);
     file.number(group, "nonlinearity", solution.nonlinearity);
+    if (const auto &steps = solution.explicit_steps) {
+        file.number(group, "critical_time_step", steps->critical_time_step);
+        file.number(group, "seconds_per_step", steps->seconds_per_step);
+    }
     file.dataset(group + "/displacement", solution.displacement, "m");
     file.dataset(group + "/reaction", solution.reaction, "N");
     file.texts(group + "/reaction", "patches", load_case.constraint_names);

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "results/overview.hpp"
+
 namespace livermark::results {
 
 namespace {
@@ -32,7 +34,7 @@ std::vector<std::string> row_of(std::span<const Result> results, const std::stri
     for (const auto &load_case : load_cases) {
         std::string cell = "-";
         for (const auto &result : results) {
-            if (result.problem.body->name != body || result.problem.load_case.name != load_case)
+            if (body_label(result, results) != body || result.problem.load_case.name != load_case)
                 continue;
             const auto model = std::ranges::find(result.models, name, &ModelResult::name);
             if (model == result.models.end())
@@ -68,7 +70,7 @@ Layout summary(std::span<const Result> results) {
     for (const auto &result : results) {
         note(load_cases, result.problem.load_case.name);
         for (const auto &model : result.models)
-            note(entries, {result.problem.body->name, model.name});
+            note(entries, {body_label(result, results), model.name});
     }
     Layout layout;
     layout.columns = {{"body"}, {"model"}};

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <vector>
 
+#include "results/overview.hpp"
 #include "results/table_layout.hpp"
 
 namespace livermark::results {
@@ -56,10 +57,10 @@ std::string verdict(const ModelResult &model) {
                : fmt::format("missed {:.2f} +- {:.2f} %", percent * model.band->expected, percent * model.band->margin);
 }
 
-Row row_of(const ModelResult &model, const Result &result) {
+Row row_of(const ModelResult &model, const Result &result, const std::string &body) {
     const core::Solution &solution = model.solution;
     const bool reference = is_reference(model, result);
-    Row row{result.problem.body->name,
+    Row row{body,
             result.problem.load_case.name,
             reference ? model.name + " (reference)" : model.name,
             fixed(millimetres * peak_displacement(solution), 3),
@@ -90,7 +91,7 @@ Layout layout_of(std::span<const Result> results) {
     Layout layout{columns, {}};
     for (const Result &result : results)
         for (const ModelResult &model : result.models)
-            layout.rows.push_back(row_of(model, result));
+            layout.rows.push_back(row_of(model, result, body_label(result, results)));
     return layout;
 }
 
@@ -124,7 +125,7 @@ std::string histories(std::span<const Result> results, const std::string &bullet
                 remarks.push_back(model.name + " gives no motion");
         lines +=
             fmt::format("{}{}, {}: the rows are the static start; motion of the probes, relative L2 in time: {}\n",
-                        bullet, result.problem.body->name, result.problem.load_case.name, fmt::join(remarks, ", "));
+                        bullet, body_label(result, results), result.problem.load_case.name, fmt::join(remarks, ", "));
     }
     return lines.empty() ? lines : fmt::format("\n{}", lines);
 }
@@ -135,7 +136,7 @@ std::string load_scales(std::span<const Result> results) {
     for (const Result &result : results)
         if (const auto &load_case = result.problem.load_case; load_case.load_scale != 1.0)
             scales.push_back(
-                fmt::format("{} {} {:.4g}", result.problem.body->name, load_case.name, load_case.load_scale));
+                fmt::format("{} {} {:.4g}", body_label(result, results), load_case.name, load_case.load_scale));
     return scales.empty() ? "" : fmt::format("\nloads multiplied by: {}\n", fmt::join(scales, ", "));
 }
 
@@ -144,7 +145,7 @@ std::string failures(std::span<const Result> results, const std::string &bullet)
     for (const Result &result : results)
         for (const ModelResult &model : result.models)
             if (model.solution.status != core::SolutionStatus::ok)
-                lines += fmt::format("{}{}, {}, {}: {}: {}\n", bullet, result.problem.body->name,
+                lines += fmt::format("{}{}, {}, {}: {}: {}\n", bullet, body_label(result, results),
                                      result.problem.load_case.name, model.name, core::to_string(model.solution.status),
                                      model.solution.message);
     return lines.empty() ? lines : fmt::format("\n{}", lines);

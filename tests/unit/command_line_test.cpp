@@ -30,7 +30,7 @@ std::string written(const std::filesystem::path &file, const std::string &text) 
 TEST(CommandLine, HelpAndVersionAreNoErrors) {
     for (const char *arguments : {"--help", "run --help", "list --help", "mesh --help", "mesh liver --help",
                                   "mesh check --help", "modes --help", "calibrate --help", "stability --help",
-                                  "histories --help", "parameters --help", "--version"}) {
+                                  "histories --help", "parameters --help", "table --help", "--version"}) {
         const auto outcome = livermark(arguments);
         EXPECT_EQ(outcome.status, 0) << arguments << "\n" << outcome.output;
         EXPECT_FALSE(outcome.output.empty());
@@ -63,6 +63,8 @@ TEST(CommandLine, RefusesBadArgumentsWithStatusTwo) {
              {"run --model loyd", "did you mean 'lloyd'?"},
              {"run --model xyzzyxyzzy", "known are: biquadratic_springs, fem_p1"},
              {"run --body liver_healthy --body liver_healthy", "asked for twice"},
+             {"table --kind overviev", "overviev not in {"},
+             {"table /nowhere/runs", "/nowhere/runs"},
              {"run --body /nowhere/body.toml", "/nowhere/body.toml"},
              {"run --young soft", "--young"},
              {"run --young -5", "Young's modulus is -5 Pa; it has to be positive"},

@@ -112,6 +112,11 @@ void expect_equal(const core::Solution &a, const core::Solution &b) {
     EXPECT_TRUE(same_bits(a.reaction, b.reaction));
     EXPECT_TRUE(same_bits(a.strain_energy, b.strain_energy));
     EXPECT_TRUE(same_bits(a.nonlinearity, b.nonlinearity));
+    ASSERT_EQ(a.explicit_steps.has_value(), b.explicit_steps.has_value());
+    if (a.explicit_steps) {
+        EXPECT_TRUE(same_bits(a.explicit_steps->critical_time_step, b.explicit_steps->critical_time_step));
+        EXPECT_TRUE(same_bits(a.explicit_steps->seconds_per_step, b.explicit_steps->seconds_per_step));
+    }
     EXPECT_EQ(a.degrees_of_freedom, b.degrees_of_freedom);
     EXPECT_EQ(a.setup_seconds, b.setup_seconds);
     EXPECT_EQ(a.solve_seconds, b.solve_seconds);

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "results/result.hpp"
+
+namespace livermark::app {
+
+enum class TableKind { all, models, summary, overview };
+
+/// @param word  the name of a kind
+TableKind table_kind(const std::string &word);
+
+/// Prints what results say, to standard output: a row for each model, the summary by load case and, where bodies are
+/// there with several Poisson's ratios or when asked for, the overview by these.
+void print_tables(std::span<const results::Result> results, TableKind kind, bool markdown);
+
+} // namespace livermark::app

@@ -1,0 +1,75 @@
+#include <algorithm>
+#include <filesystem>
+#include <fmt/format.h>
+#include <memory>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "app/catalogue.hpp"
+#include "app/commands.hpp"
+#include "app/run_tables.hpp"
+#include "core/input_error.hpp"
+#include "results/result_file.hpp"
+
+namespace livermark::app {
+
+namespace {
+
+struct TableOptions {
+    std::vector<std::string> paths;
+    std::string kind = "all";
+    bool markdown = false;
+};
+
+/// Result files below a folder, by name; a file stands for itself.
+void add_files(const std::filesystem::path &path, std::vector<std::filesystem::path> &files) {
+    std::error_code error;
+    if (!std::filesystem::is_directory(path, error)) {
+        files.push_back(path);
+        return;
+    }
+    std::vector<std::filesystem::path> found;
+    for (auto entry = std::filesystem::recursive_directory_iterator(path, error);
+         !error && entry != std::filesystem::recursive_directory_iterator(); entry.increment(error))
+        if (entry->path().extension() == ".h5")
+            found.push_back(entry->path());
+    if (error)
+        throw core::InputError(fmt::format("{}: cannot be listed ({})", path.string(), error.message()));
+    std::ranges::sort(found);
+    std::ranges::move(found, std::back_inserter(files));
+}
+
+int print(const TableOptions &options) {
+    std::vector<std::filesystem::path> files;
+    for (const auto &path : options.paths)
+        add_files(path, files);
+    if (files.empty())
+        throw core::InputError(fmt::format("there are no result files in {}; make some with `livermark run`",
+                                           fmt::join(options.paths, ", ")));
+    std::vector<results::Result> results;
+    for (const auto &file : files)
+        results.push_back(results::read_result(file));
+    print_tables(results, table_kind(options.kind), options.markdown);
+    return 0;
+}
+
+} // namespace
+
+Command add_table(CLI::App &parent) {
+    auto *command = parent.add_subcommand("table", "Print the tables of result files that are there");
+    auto options = std::make_shared<TableOptions>();
+    options->paths = {(root_folder() / "results" / "runs").string()};
+    command->add_option("paths", options->paths, "Result files of 'livermark run', or folders of them")
+        ->capture_default_str();
+    command
+        ->add_option("--kind", options->kind,
+                     "all, models (a row for each model and load case), summary (a column for each load case), or "
+                     "overview (a column for each Poisson's ratio)")
+        ->check(CLI::IsMember({"all", "models", "summary", "overview"}))
+        ->capture_default_str();
+    command->add_flag("--markdown", options->markdown, "In Markdown");
+    return [options] { return print(*options); };
+}
+
+} // namespace livermark::app

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <vector>
+
+#include "core/solution.hpp"
+#include "msm/elastic_body.hpp"
+#include "msm/nodal_conditions.hpp"
+
+namespace livermark::msm {
+
+/// What explicit time steps of a body come to: the critical step 2 / omega_max of symplectic Euler without damping, and
+/// the time of such a step, the shortest of a few dozen that are really taken.
+/// @param positions   shape (N) [m], where the body is at rest
+/// @param conditions  loads, and which components are held
+/// @throws std::runtime_error if the highest frequency is not found
+core::ExplicitSteps explicit_steps(const ElasticBody &body, const std::vector<core::Vector3> &positions,
+                                   const NodalConditions &conditions);
+
+} // namespace livermark::msm
