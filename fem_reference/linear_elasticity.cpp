@@ -45,6 +45,22 @@ struct Discretisation {
     PressureSystem pressure; ///< empty where nothing is nearly incompressible
 };
 
+/// Linear elements on the same body, whose solver is the coarse one of the iterations of the mixed formulation: they
+/// need only an approximate inverse of K, and the factor of quadratic elements fills most of the memory and takes most
+/// of the time. Empty where the user chose a solver, or nothing has a pressure.
+struct Corners {
+    Corners() = default;
+    Corners(const core::Body &body, SolverChoice choice, const Discretisation &matrices) {
+        if (choice != SolverChoice::automatic || matrices.pressure.num_pressures() == 0)
+            return;
+        system = std::make_unique<ElasticSystem>(assemble(without_pressure(body), 1));
+        solver = std::make_unique<ChosenSolver>(*system, SolverChoice::automatic);
+    }
+
+    std::unique_ptr<ElasticSystem> system;
+    std::unique_ptr<ChosenSolver> solver;
+};
+
 /// Of the mixed formulation on a refined body, whose discretisation is wrong by percents.
 constexpr double refined_tolerance = 1e-7;
 
@@ -53,13 +69,18 @@ constexpr double refined_tolerance = 1e-7;
 struct StaticSolver::Impl {
     Impl(std::shared_ptr<const core::Body> of, int degree, SolverChoice choice, Formulation form)
         : body(std::move(of)), formulation(form), start(Clock::now()), matrices(*body, degree, form),
-          solver(matrices.system, choice) {
+          corners(*body, choice, matrices), solver(make_solver(choice)) {
         finish(MixedSolver::default_tolerance);
     }
     Impl(std::shared_ptr<const core::Body> refined, Impl &coarse)
         : body(std::move(refined)), formulation(coarse.formulation), start(Clock::now()),
           matrices(*body, 2, formulation), solver(matrices.system, coarse.matrices.system, coarse.solver) {
         finish(refined_tolerance);
+    }
+
+    ChosenSolver make_solver(SolverChoice choice) {
+        return corners.solver ? ChosenSolver(matrices.system, *corners.system, *corners.solver)
+                              : ChosenSolver(matrices.system, choice);
     }
 
     void finish(double tolerance) {
@@ -77,6 +98,7 @@ struct StaticSolver::Impl {
     Formulation formulation;
     Clock::time_point start;
     Discretisation matrices;
+    Corners corners;
     ChosenSolver solver;
     std::optional<MixedSolver> mixed;
     double assembly_seconds = 0.0;

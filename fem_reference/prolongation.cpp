@@ -11,11 +11,17 @@ namespace livermark::fem_reference {
 namespace {
 
 constexpr int num_children = 8;
-constexpr int nodes_per_cell = 10;
+constexpr int nodes_of_linear = 4;
+constexpr int nodes_of_quadratic = 10;
+constexpr const char *no_pair = "the fine system is neither that of the refined body nor the quadratic one of the same";
 
-/// Quadratic shape functions in the order of ElasticSystem::cell_nodes.
-std::array<double, nodes_per_cell> shape_functions(const Eigen::Vector4d &bary) {
-    std::array<double, nodes_per_cell> shape{};
+/// Shape functions in the order of ElasticSystem::cell_nodes; those of linear elements are zero from the fifth on.
+std::array<double, nodes_of_quadratic> shape_functions(const Eigen::Vector4d &bary, int nodes_per_cell) {
+    std::array<double, nodes_of_quadratic> shape{};
+    if (nodes_per_cell == nodes_of_linear) {
+        std::copy_n(bary.data(), nodes_of_linear, shape.data());
+        return shape;
+    }
     for (int v = 0; v < 4; ++v)
         shape[v] = bary[v] * (2.0 * bary[v] - 1.0);
     constexpr std::array<std::array<int, 2>, 6> edges{{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
@@ -24,7 +30,7 @@ std::array<double, nodes_per_cell> shape_functions(const Eigen::Vector4d &bary) 
     return shape;
 }
 
-/// Nodes of the refined mesh lie at quarters of the edges: rounding makes the coordinates exact.
+/// Nodes of the fine system lie at quarters of the edges: rounding makes the coordinates exact.
 /// @param inverse  of the matrix of the edge vectors from the first corner
 Eigen::Vector4d barycentric(const Eigen::Matrix3d &inverse, const core::Vector3 &from_first_corner) {
     constexpr double parts = 4.0;
@@ -33,7 +39,7 @@ Eigen::Vector4d barycentric(const Eigen::Matrix3d &inverse, const core::Vector3 
     const core::Vector3 rounded = exact.array().round();
     if (!((exact - rounded).cwiseAbs().maxCoeff() < largest_rounding) || rounded.minCoeff() < 0.0 ||
         rounded.sum() > parts)
-        throw std::invalid_argument("the fine system is not that of the refined body");
+        throw std::invalid_argument(no_pair);
     const core::Vector3 others = rounded / parts;
     return {1.0 - others.sum(), others[0], others[1], others[2]};
 }
@@ -41,11 +47,13 @@ Eigen::Vector4d barycentric(const Eigen::Matrix3d &inverse, const core::Vector3 
 } // namespace
 
 Prolongation prolongation(const ElasticSystem &coarse, const ElasticSystem &fine) {
+    const int nodes_per_cell = coarse.nodes_per_cell;
+    const int children = nodes_per_cell == nodes_of_linear ? 1 : num_children;
     const auto num_coarse_cells = coarse.cell_nodes.size() / nodes_per_cell;
-    if (coarse.nodes_per_cell != nodes_per_cell || fine.nodes_per_cell != nodes_per_cell ||
-        fine.cell_nodes.size() != num_children * coarse.cell_nodes.size())
-        throw std::invalid_argument("the fine system is not that of the refined body");
-    std::vector<std::array<double, nodes_per_cell>> shape(fine.points.size());
+    const auto nodes_of_children = static_cast<std::size_t>(children * nodes_of_quadratic);
+    if (fine.nodes_per_cell != nodes_of_quadratic || fine.cell_nodes.size() != num_coarse_cells * nodes_of_children)
+        throw std::invalid_argument(no_pair);
+    std::vector<std::array<double, nodes_of_quadratic>> shape(fine.points.size());
     std::vector<int> cell(fine.points.size(), -1);
     for (std::size_t t = 0; t < num_coarse_cells; ++t) {
         const int *const corners = coarse.cell_nodes.data() + t * nodes_per_cell;
@@ -54,13 +62,12 @@ Prolongation prolongation(const ElasticSystem &coarse, const ElasticSystem &fine
         for (int d = 0; d < 3; ++d)
             edges.col(d) = coarse.points[corners[d + 1]] - origin;
         const Eigen::Matrix3d inverse = edges.inverse();
-        constexpr int nodes_of_children = num_children * nodes_per_cell;
-        for (int k = 0; k < nodes_of_children; ++k) {
+        for (std::size_t k = 0; k < nodes_of_children; ++k) {
             const int node = fine.cell_nodes[t * nodes_of_children + k];
             if (cell[node] >= 0)
                 continue;
             cell[node] = static_cast<int>(t);
-            shape[node] = shape_functions(barycentric(inverse, fine.points[node] - origin));
+            shape[node] = shape_functions(barycentric(inverse, fine.points[node] - origin), nodes_per_cell);
         }
     }
 
@@ -81,7 +88,7 @@ Prolongation prolongation(const ElasticSystem &coarse, const ElasticSystem &fine
         result.row_start.push_back(static_cast<int>(result.weight.size()));
     }
     if (std::ranges::count(result.fine_node, -1) > 0)
-        throw std::invalid_argument("the fine system is not that of the refined body");
+        throw std::invalid_argument(no_pair);
     return result;
 }
 

@@ -24,8 +24,9 @@ struct Prolongation {
     void restrict_to(std::span<const double> fine, std::span<double> coarse) const;
 };
 
-/// The prolongation from a body's system to the system of core::refine(body), both of degree 2.
-/// @throws std::invalid_argument if the fine system is not that of the refined body
+/// The prolongation from a body's system to one of degree 2: from degree 2 to that of core::refine(body), or from degree
+/// 1 to that of the same body.
+/// @throws std::invalid_argument if the fine system is neither
 Prolongation prolongation(const ElasticSystem &coarse, const ElasticSystem &fine);
 
 } // namespace livermark::fem_reference

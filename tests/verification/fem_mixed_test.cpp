@@ -143,12 +143,21 @@ TEST(FemMixed, SolversAgree) {
     expect_agreement(fem_reference::solve_static(problem, 2, SolverChoice::iterative, Formulation::mixed), direct,
                      1e-7);
 
+    const auto over_corners = fem_reference::solve_static(problem, 2, SolverChoice::automatic, Formulation::mixed);
+    EXPECT_NE(over_corners.solver.find("two levels over CHOLMOD"), std::string::npos) << over_corners.solver;
+    expect_agreement(over_corners, direct, 1e-7);
+
     const auto fine = core::refine(problem);
     fem_reference::StaticSolver coarse(problem.body, 2, SolverChoice::direct, Formulation::mixed);
     fem_reference::StaticSolver two_levels(fine.body, coarse);
     const auto found = two_levels.solve(fine.load_case);
     EXPECT_NE(found.solver.find("two levels over CHOLMOD"), std::string::npos) << found.solver;
-    expect_agreement(found, fem_reference::solve_static(fine, 2, SolverChoice::direct, Formulation::mixed), 1e-7);
+    const auto exact = fem_reference::solve_static(fine, 2, SolverChoice::direct, Formulation::mixed);
+    expect_agreement(found, exact, 1e-7);
+
+    fem_reference::StaticSolver above_corners(problem.body, 2, SolverChoice::automatic, Formulation::mixed);
+    fem_reference::StaticSolver three_levels(fine.body, above_corners);
+    expect_agreement(three_levels.solve(fine.load_case), exact, 1e-7);
 }
 
 TEST(FemMixed, ReactionsBalanceTheLoads) {

@@ -78,6 +78,23 @@ TEST(Prolongation, KeepsQuadraticFields) {
         EXPECT_NEAR(fine[dof], exact[dof], 1e-14);
 }
 
+TEST(Prolongation, KeepsLinearFieldsFromLinearElementsOfTheSameBody) {
+    const NestedSystems systems;
+    const auto linear = fem_reference::assemble(*systems.problem.body, 1);
+    const auto prolongation = fem_reference::prolongation(linear, systems.coarse);
+    const auto field = [](const std::vector<Vector3> &points) {
+        std::vector<double> u;
+        for (const auto &x : points)
+            u.insert(u.end(), {1.0 + x.x(), 2.0 * x.y() - x.z(), x.x() + 3.0 * x.z()});
+        return u;
+    };
+    std::vector<double> fine(3 * systems.coarse.points.size(), 0.0);
+    prolongation.add_prolonged(field(linear.points), fine);
+    const auto exact = field(systems.coarse.points);
+    for (std::size_t dof = 0; dof < fine.size(); ++dof)
+        EXPECT_NEAR(fine[dof], exact[dof], 1e-14);
+}
+
 /// The coarse functions are fine ones: P^T K P is the coarse stiffness matrix.
 TEST(Prolongation, GivesTheCoarseStiffnessFromTheFineOne) {
     const NestedSystems systems;
