@@ -1,18 +1,13 @@
 #include "app/catalogue.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <fmt/format.h>
 
 #include "core/input_error.hpp"
+#include "core/root_folder.hpp"
 #include "core/toml_input.hpp"
 
 namespace livermark::app {
-
-std::filesystem::path root_folder() {
-    const char *root = std::getenv("LIVERMARK_ROOT");
-    return root ? root : LIVERMARK_SOURCE_DIR;
-}
 
 std::string unknown_name(const char *word, const std::string &name, const std::vector<std::string> &known) {
     const auto nearest = core::nearest_word(name, known);
@@ -23,7 +18,7 @@ std::string unknown_name(const char *word, const std::string &name, const std::v
 
 std::vector<std::filesystem::path> find_toml_files(const std::vector<std::string> &wanted, const char *folder,
                                                    const char *word) {
-    const auto path = root_folder() / folder;
+    const auto path = core::root_folder() / folder;
     const auto known = core::list_toml(path);
     if (known.empty() && wanted.empty())
         throw core::InputError(
@@ -33,7 +28,7 @@ std::vector<std::filesystem::path> find_toml_files(const std::vector<std::string
         std::filesystem::path file = name;
         if (std::ranges::find(known, name) != known.end())
             file = path / (name + ".toml");
-        else if (file.extension() != ".toml")
+        else if (file.extension() != ".toml" && !(folder == std::string_view(bodies_folder) && file.has_extension()))
             throw core::InputError(unknown_name(word, name, known));
         if (std::ranges::find(files, file) != files.end())
             throw core::InputError(fmt::format("{} '{}' is asked for twice; name it once", word, name));

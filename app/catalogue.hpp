@@ -6,15 +6,11 @@
 
 namespace livermark::app {
 
-/// Where the bodies, load cases and error bands that ship are: the environment variable LIVERMARK_ROOT, or the source
-/// tree that this program was built from.
-std::filesystem::path root_folder();
-
 /// Where bodies and load cases stand below the root.
 inline constexpr const char *bodies_folder = "meshes";
 inline constexpr const char *load_cases_folder = "load_cases";
 
-/// A .toml file for each name or path that was asked for; all that ship if none was.
+/// A .toml file, or of a body also a mesh file, for each name or path that was asked for; all that ship if none was.
 /// @param folder  bodies_folder or load_cases_folder
 /// @param word    "body" or "load case", for messages
 /// @throws core::InputError for a name that does not ship, with the nearest one that does

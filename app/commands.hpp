@@ -17,6 +17,8 @@ Command add_table(CLI::App &parent);
 /// @param command_line  kept in the result files
 Command add_calibrate(CLI::App &parent, const std::string &command_line);
 Command add_modes(CLI::App &parent, const std::string &command_line);
+Command add_export(CLI::App &parent, const std::string &command_line);
+Command add_score(CLI::App &parent, const std::string &command_line);
 Command add_run(CLI::App &parent, const std::string &command_line);
 Command add_histories(CLI::App &parent, const std::string &command_line);
 Command add_stability(CLI::App &parent, const std::string &command_line);

@@ -12,6 +12,7 @@
 #include "app/progress.hpp"
 #include "app/table_1_readings.hpp"
 #include "core/input_error.hpp"
+#include "core/root_folder.hpp"
 #include "meshes/body_reader.hpp"
 #include "msm/elastic_motion.hpp"
 #include "msm/equilibrium.hpp"
@@ -230,7 +231,7 @@ Command add_histories(CLI::App &parent, const std::string &command_line) {
         "histories", "Move the seed paper's model of one degree of freedom, and whole bodies, in its four time steps, "
                      "stable or not");
     auto options = std::make_shared<HistoriesOptions>();
-    options->output = (root_folder() / "results" / "runs").string();
+    options->output = (core::root_folder() / "results" / "runs").string();
     command->add_option("body", options->bodies,
                         "Names as in 'livermark list bodies', or paths of body .toml files; all that ship if none is "
                         "named");

@@ -8,6 +8,7 @@
 #include "app/problems.hpp"
 #include "app/progress.hpp"
 #include "core/input_error.hpp"
+#include "core/root_folder.hpp"
 #include "meshes/body_reader.hpp"
 #include "models/model_table.hpp"
 #include "results/modes_table.hpp"
@@ -83,7 +84,7 @@ int find_modes(const ModesOptions &options, const std::string &command_line) {
 Command add_modes(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand("modes", "Find the lowest frequencies and modes of bodies that are held");
     auto options = std::make_shared<ModesOptions>();
-    options->output = (root_folder() / "results" / "runs").string();
+    options->output = (core::root_folder() / "results" / "runs").string();
     command->add_option("body", options->bodies,
                         "Names as in 'livermark list bodies', or paths of body .toml files; all that ship if none is "
                         "named");

@@ -19,10 +19,12 @@ std::vector<core::Problem> read_problems(const std::vector<std::string> &bodies,
     const bool is_asked_for = !bodies.empty() && !load_cases.empty();
     std::vector<core::Problem> problems;
     std::optional<std::string> fault;
-    std::string passed_over;
+    std::string passed_over, assumed;
     const auto load_case_files = find_toml_files(load_cases, load_cases_folder, "load case");
     for (const auto &body_file : find_toml_files(bodies, bodies_folder, "body")) {
         const auto body = std::make_shared<const core::Body>(meshes::read_body(body_file, material));
+        for (const auto &assumption : body->assumptions)
+            assumed += fmt::format("livermark: {}: {}\n", body->name, assumption);
         std::vector<std::string> unfit;
         for (const auto &load_case_file : load_case_files) {
             try {
@@ -35,13 +37,14 @@ std::vector<core::Problem> read_problems(const std::vector<std::string> &bodies,
             }
         }
         if (!unfit.empty())
-            passed_over += fmt::format("livermark: passed over on {}, which lacks patches or regions of theirs: {}\n",
-                                       body->name, fmt::join(unfit, ", "));
+            passed_over +=
+                fmt::format("livermark: passed over on {}, which lacks patches, regions or places of theirs: {}\n",
+                            body->name, fmt::join(unfit, ", "));
     }
     if (problems.empty())
         throw core::InputError(fault.value());
     if (fem_reference::mpi_rank() == 0)
-        fmt::print(stderr, "{}", passed_over);
+        fmt::print(stderr, "{}{}", assumed, passed_over);
     return problems;
 }
 

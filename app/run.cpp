@@ -1,14 +1,14 @@
+#include "app/run_options.hpp"
+
 #include <algorithm>
 #include <fmt/format.h>
 #include <functional>
 #include <iterator>
-#include <map>
 #include <memory>
 #include <optional>
 
 #include "app/amplitudes.hpp"
 #include "app/catalogue.hpp"
-#include "app/commands.hpp"
 #include "app/contest.hpp"
 #include "app/load_scaling.hpp"
 #include "app/output.hpp"
@@ -16,10 +16,12 @@
 #include "app/progress.hpp"
 #include "app/run_tables.hpp"
 #include "core/input_error.hpp"
+#include "core/root_folder.hpp"
 #include "fem_reference/mpi_session.hpp"
 #include "meshes/body_reader.hpp"
 #include "results/calibration_file.hpp"
 #include "results/error_bands.hpp"
+#include "results/kept_result.hpp"
 #include "results/provenance.hpp"
 #include "results/result_file.hpp"
 #include "results/table_layout.hpp"
@@ -28,27 +30,12 @@ namespace livermark::app {
 
 namespace {
 
-struct RunOptions {
-    std::vector<std::string> bodies;
-    std::vector<std::string> load_cases;
-    std::vector<std::string> models;
-    std::vector<double> amplitudes; ///< of the loads; as they are if there are none
-    std::optional<double> young_modulus;
-    std::vector<double> poisson_ratios; ///< of every region; as the bodies say if there are none
-    std::string calibration; ///< a file; none if empty
-    std::string output;
-    bool markdown = false;
-    bool no_uncertainty = false;
-    bool only_static = false;
-    models::ModelOptions model_options;
-};
-
 /// Error bands hold for the bodies as they ship, not for other materials, and against the reference that is chosen
 /// when its uncertainty is known.
 results::ErrorBands read_bands(const RunOptions &options) {
     if (options.young_modulus || !options.poisson_ratios.empty() || options.no_uncertainty)
         return {};
-    return results::read_error_bands(root_folder() / "results" / "error_bands.toml");
+    return results::read_error_bands(core::root_folder() / "results" / "error_bands.toml");
 }
 
 models::ModelOptions model_options(const RunOptions &options) {
@@ -76,9 +63,8 @@ std::vector<core::Problem> read_all_problems(const RunOptions &options) {
         return read_problems(options.bodies, options.load_cases, {options.young_modulus, {}});
     std::vector<core::Problem> problems;
     for (const double poisson_ratio : options.poisson_ratios)
-        std::ranges::move(
-            read_problems(options.bodies, options.load_cases, {options.young_modulus, poisson_ratio}),
-            std::back_inserter(problems));
+        std::ranges::move(read_problems(options.bodies, options.load_cases, {options.young_modulus, poisson_ratio}),
+                          std::back_inserter(problems));
     return problems;
 }
 
@@ -98,6 +84,8 @@ struct Task {
 };
 
 Task prepare(const RunOptions &options) {
+    if (fem_reference::mpi_num_ranks() > 1 && options.resume)
+        throw core::InputError("--resume works on one rank only; leave it out or start without mpirun");
     if (fem_reference::mpi_num_ranks() > 1 && options.model_options.fem_solver == fem_reference::SolverChoice::direct)
         throw core::InputError("--fem-solver direct works on one rank only; leave it out or start without mpirun");
     Task task{choose_models(options.models, model_options(options), !options.no_uncertainty),
@@ -180,6 +168,8 @@ void print_all(const std::vector<results::Result> &done, const RunOptions &optio
     }
 }
 
+} // namespace
+
 int run(const RunOptions &options, const std::string &command_line) {
     const auto task = prepare_on_all_ranks(options);
     if (fem_reference::mpi_rank() != 0)
@@ -193,10 +183,19 @@ int run(const RunOptions &options, const std::string &command_line) {
         for_each_contest(
             task, options,
             [&](const core::Problem &problem) {
-                const auto result = hold_contest(
-                    problem, task.models, task.bands, results::current_provenance(command_line),
-                    [&](const auto &model) { progress.next(fmt::format("{} / {}", name_of(problem), model)); });
-                const auto file = make_output_folder(output_folder(options, problem), problem) / (problem.load_case.name + ".h5");
+                const auto file =
+                    make_output_folder(output_folder(options, problem), problem) / (problem.load_case.name + ".h5");
+                const auto provenance = results::current_provenance(command_line);
+                if (options.resume)
+                    if (auto kept = results::kept_result(file, problem, provenance)) {
+                        for (const auto &model : task.models)
+                            progress.next(fmt::format("{} / {}, kept", name_of(problem), model.name));
+                        done.push_back(std::move(*kept));
+                        return;
+                    }
+                const auto result = hold_contest(problem, task.models, task.bands, provenance, [&](const auto &model) {
+                    progress.next(fmt::format("{} / {}", name_of(problem), model));
+                });
                 results::write_result(file, result);
                 done.push_back(result);
             },
@@ -209,80 +208,6 @@ int run(const RunOptions &options, const std::string &command_line) {
         fmt::print(stderr, "livermark: failed: {}\n", failure);
     fmt::print(stderr, "Result files are in {}\n", options.output);
     return failures.empty() && std::ranges::all_of(done, all_is_well) ? 0 : 1;
-}
-
-} // namespace
-
-Command add_run(CLI::App &parent, const std::string &command_line) {
-    auto *command = parent.add_subcommand(
-        "run", "Run models on load cases and compare them with the finite element reference; everything that ships "
-               "unless told otherwise");
-    auto options = std::make_shared<RunOptions>();
-    options->output = (root_folder() / "results" / "runs").string();
-    command->add_option("--body", options->bodies, "Names as in 'livermark list bodies', or paths of body .toml files");
-    command->add_option("--load-case", options->load_cases,
-                        "Names as in 'livermark list load-cases', or paths of load case .toml files");
-    command->add_option("--model", options->models,
-                        "Names as in 'livermark list models'; the reference and the baseline always run beside them");
-    command
-        ->add_option("--amplitude", options->amplitudes,
-                     "Multiples of the loads, such as 0.1,1,10, to see where linear elasticity stops being a fair "
-                     "reference; result files are then <load case>@<amplitude>.h5")
-        ->delimiter(',')
-        ->check(CLI::PositiveNumber);
-    command->add_option("--young", options->young_modulus,
-                        "Young's modulus of the first region [Pa]; the others keep their ratio to it");
-    command
-        ->add_option("--poisson", options->poisson_ratios,
-                     "Poisson's ratios of every region, such as 0.25,0.45,0.49; result files are then in a folder "
-                     "poisson_<ratio> for each")
-        ->delimiter(',');
-    command->add_option("--calibration", options->calibration,
-                        "A file of 'livermark calibrate' for the body: its springs join as calibrated_nodal_volume");
-    command->add_option("--output", options->output, "Folder for <body>/<load case>.h5")->capture_default_str();
-    command->add_flag("--no-uncertainty", options->no_uncertainty,
-                      "Do not solve the reference on the refined mesh: quicker, but nobody knows how good it is");
-    command->add_flag("--static", options->only_static,
-                      "Leave load cases that depend on time out: motion takes as long as all the rest");
-    using enum fem_reference::SolverChoice;
-    command
-        ->add_option("--fem-solver", options->model_options.fem_solver,
-                     "How the finite elements are solved: auto (by size), direct (sparse Cholesky) or iterative "
-                     "(conjugate gradients with algebraic multigrid)")
-        ->transform(CLI::CheckedTransformer(
-            std::map<std::string, fem_reference::SolverChoice>{
-                {"auto", automatic}, {"direct", direct}, {"iterative", iterative}},
-            CLI::ignore_case))
-        ->default_str("auto");
-    command
-        ->add_option("--equilibrium", options->model_options.equilibrium,
-                     "How mass-spring models find where they come to rest: newton, or relaxation by time stepping")
-        ->transform(CLI::CheckedTransformer(
-            std::map<std::string, models::EquilibriumMethod>{{"newton", models::EquilibriumMethod::newton},
-                                                             {"relaxation", models::EquilibriumMethod::relaxation}},
-            CLI::ignore_case))
-        ->default_str("newton");
-    auto &stepping = options->model_options.time_stepping;
-    command
-        ->add_option("--integrator", stepping.integrator,
-                     "How mass-spring models move in time: a name as in 'livermark list integrators'")
-        ->capture_default_str();
-    command
-        ->add_option("--time-step", stepping.time_step,
-                     "Longest step of mass-spring models [s]; by default 0.8 of the longest that is stable")
-        ->check([](const std::string &text) {
-            double value = 0.0;
-            return CLI::detail::lexical_cast(text, value) && value > 0.0 ? "" : "a step in seconds has to be positive";
-        });
-    command->add_flag("--force-time-step", stepping.force, "Take the step even if it is too long to be stable");
-    command->add_flag("--markdown", options->markdown, "Print the table in Markdown");
-    return [options, command_line] {
-        for (auto *values : {&options->amplitudes, &options->poisson_ratios}) {
-            std::ranges::sort(*values);
-            values->erase(std::unique(values->begin(), values->end()), values->end());
-        }
-        return run(*options, command_line);
-    };
 }
 
 } // namespace livermark::app

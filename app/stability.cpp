@@ -13,6 +13,7 @@
 #include "app/problems.hpp"
 #include "app/progress.hpp"
 #include "core/input_error.hpp"
+#include "core/root_folder.hpp"
 #include "meshes/body_reader.hpp"
 #include "msm/observed_time_step.hpp"
 #include "msm/spectrum.hpp"
@@ -213,7 +214,7 @@ Command add_stability(CLI::App &parent, const std::string &command_line) {
         "stability", "Find the longest time step that the springs of a body can bear: predicted from their largest "
                      "frequency, and observed in runs");
     auto options = std::make_shared<StabilityOptions>();
-    options->output = (root_folder() / "results" / "runs").string();
+    options->output = (core::root_folder() / "results" / "runs").string();
     command->add_option("body", options->bodies,
                         "Names as in 'livermark list bodies', or paths of body .toml files; all that ship if none is "
                         "named");

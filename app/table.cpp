@@ -10,6 +10,7 @@
 #include "app/commands.hpp"
 #include "app/run_tables.hpp"
 #include "core/input_error.hpp"
+#include "core/root_folder.hpp"
 #include "results/result_file.hpp"
 
 namespace livermark::app {
@@ -22,13 +23,9 @@ struct TableOptions {
     bool markdown = false;
 };
 
-/// Result files below a folder, by name; a file stands for itself.
-void add_files(const std::filesystem::path &path, std::vector<std::filesystem::path> &files) {
+/// The result files below a folder, by name. Other commands leave other files there.
+void add_results_below(const std::filesystem::path &path, std::vector<results::Result> &results) {
     std::error_code error;
-    if (!std::filesystem::is_directory(path, error)) {
-        files.push_back(path);
-        return;
-    }
     std::vector<std::filesystem::path> found;
     for (auto entry = std::filesystem::recursive_directory_iterator(path, error);
          !error && entry != std::filesystem::recursive_directory_iterator(); entry.increment(error))
@@ -37,19 +34,25 @@ void add_files(const std::filesystem::path &path, std::vector<std::filesystem::p
     if (error)
         throw core::InputError(fmt::format("{}: cannot be listed ({})", path.string(), error.message()));
     std::ranges::sort(found);
-    std::ranges::move(found, std::back_inserter(files));
+    for (const auto &file : found)
+        try {
+            if (auto result = results::read_result(file); !result.models.empty()) // modes have files of the same kind
+                results.push_back(std::move(result));
+        } catch (const core::InputError &fault) {
+            fmt::print(stderr, "livermark: passed over: {}\n", fault.what());
+        }
 }
 
 int print(const TableOptions &options) {
-    std::vector<std::filesystem::path> files;
+    std::vector<results::Result> results;
     for (const auto &path : options.paths)
-        add_files(path, files);
-    if (files.empty())
+        if (std::filesystem::is_directory(path))
+            add_results_below(path, results);
+        else
+            results.push_back(results::read_result(path));
+    if (results.empty())
         throw core::InputError(fmt::format("there are no result files in {}; make some with `livermark run`",
                                            fmt::join(options.paths, ", ")));
-    std::vector<results::Result> results;
-    for (const auto &file : files)
-        results.push_back(results::read_result(file));
     print_tables(results, table_kind(options.kind), options.markdown);
     return 0;
 }
@@ -59,7 +62,7 @@ int print(const TableOptions &options) {
 Command add_table(CLI::App &parent) {
     auto *command = parent.add_subcommand("table", "Print the tables of result files that are there");
     auto options = std::make_shared<TableOptions>();
-    options->paths = {(root_folder() / "results" / "runs").string()};
+    options->paths = {(core::root_folder() / "results" / "runs").string()};
     command->add_option("paths", options->paths, "Result files of 'livermark run', or folders of them")
         ->capture_default_str();
     command

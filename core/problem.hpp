@@ -15,6 +15,8 @@ struct Body {
     std::string name;
     TetraMesh mesh;
     std::vector<Material> materials; ///< (R) one per mesh.region_names
+    /// Sentences on what its files do not say and somebody had to assume: units, materials, patches.
+    std::vector<std::string> assumptions{};
 };
 
 /// What every model gets: a body and the load case put on its mesh. The body is shared between load cases.

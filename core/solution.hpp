@@ -58,13 +58,13 @@ struct Solution {
     double strain_energy = 0.0;    ///< [J]
     /// |u - u_lin| / |u| with u_lin the answer of the linearised model; NaN for a linear model.
     double nonlinearity = std::numeric_limits<double>::quiet_NaN();
-    std::int64_t degrees_of_freedom = 0;  ///< unknowns, constrained ones included
-    double setup_seconds = 0.0;           ///< all that needs no loads: parameters, assembly, first factorisation
-    double solve_seconds = 0.0;           ///< the rest
-    std::string solver;                   ///< how its linear systems were solved; empty where nobody says
-    std::optional<SpringNetwork> springs; ///< what the springs were, for mass-spring models
+    std::int64_t degrees_of_freedom = 0;         ///< unknowns, constrained ones included
+    double setup_seconds = 0.0;                  ///< all that needs no loads: parameters, assembly, first factorisation
+    double solve_seconds = 0.0;                  ///< the rest
+    std::string solver;                          ///< how its linear systems were solved; empty where nobody says
+    std::optional<SpringNetwork> springs;        ///< what the springs were, for mass-spring models
     std::optional<ExplicitSteps> explicit_steps; ///< of models that move in explicit steps
-    std::optional<History> history;       ///< only for time-dependent load cases
+    std::optional<History> history;              ///< only for time-dependent load cases
 };
 
 } // namespace livermark::core

@@ -10,8 +10,8 @@ namespace {
 
 void refuse_empty(const Selection &selection, const toml::table &place) {
     if (selection.facets.empty())
-        throw core::InputError(fmt::format("{}: no facet of the body is in '{}'; choose another place or a larger one",
-                                           core::place_of(place), selection.name));
+        throw NotOnBody(fmt::format("{}: no facet of the body is in '{}'; choose another place or a larger one",
+                                    core::place_of(place), selection.name));
 }
 
 } // namespace

@@ -10,7 +10,7 @@
 
 namespace livermark::load_cases {
 
-/// A load case that names a patch or region which this body does not have. It may fit another one.
+/// A load case that names a patch, region or place which this body does not have. It may fit another one.
 class NotOnBody : public core::InputError {
   public:
     using core::InputError::InputError;
@@ -40,7 +40,7 @@ struct Selector {
 std::span<const Selector> all_selectors();
 
 /// Finds the place that a [[condition]] names, by the one selector whose key it has.
-/// @throws core::InputError if it names none or several, or if no facet is there
+/// @throws core::InputError if it names none or several, NotOnBody if no facet is there
 Selection select_facets(const toml::table &condition, const core::TetraMesh &mesh,
                         std::span<const core::FacetCondition> taken);
 

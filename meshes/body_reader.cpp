@@ -5,7 +5,8 @@
 
 #include "core/input_error.hpp"
 #include "core/toml_input.hpp"
-#include "meshes/msh_reader.hpp"
+#include "meshes/anatomical_patches.hpp"
+#include "meshes/mesh_reader.hpp"
 
 namespace livermark::meshes {
 
@@ -77,8 +78,49 @@ void apply(const MaterialOverride &override_with, std::vector<core::Material> &m
 
 toml::table read_table(const std::filesystem::path &toml_file) {
     auto table = core::parse_toml(core::read_text(toml_file), toml_file);
-    core::refuse_unknown_keys(table, {"title", "mesh", "generator", "regions", "patches"});
+    core::refuse_unknown_keys(table, {"title", "mesh", "unit", "find_patches", "generator", "regions", "patches"});
     return table;
+}
+
+void scale(core::TetraMesh &mesh, double factor) {
+    if (factor != 1.0)
+        for (auto &point : mesh.points)
+            point *= factor;
+}
+
+void append(std::vector<std::string> &all, const std::vector<std::string> &more) {
+    all.insert(all.end(), more.begin(), more.end());
+}
+
+core::Body body_of_table(const std::filesystem::path &file) {
+    const auto table = read_table(file);
+    core::required_string(table, "title");
+    core::Body body;
+    body.mesh = read_mesh(file.parent_path() / core::required_string(table, "mesh"), body.assumptions);
+    if (const auto *unit = table.get("unit"))
+        scale(body.mesh, metres_per_unit(core::required_string(table, "unit"), core::place_of(*unit)));
+    if (core::optional_flag(table, "find_patches"))
+        append(body.assumptions, find_anatomical_patches(body.mesh));
+    body.materials = read_materials(table, body.mesh);
+    check_patches(table, body.mesh);
+    return body;
+}
+
+/// A mesh that comes alone: all that is missing is assumed, and said.
+core::Body body_of_mesh(const std::filesystem::path &file) {
+    core::Body body;
+    body.mesh = read_mesh(file, body.assumptions);
+    const auto unit = guess_unit(body.mesh, file.string());
+    scale(body.mesh, metres_per_unit(unit, file.string()));
+    body.assumptions.push_back(
+        fmt::format("coordinates are taken to be in {}, from the size; a body .toml may say 'unit'", unit));
+    // As the parenchyma of the livers that ship.
+    body.materials.assign(body.mesh.region_names.size(), {1060.0, 5000.0, 0.45});
+    body.assumptions.push_back(fmt::format("all {} regions are taken to be of 1060 kg/m^3, 5000 Pa and Poisson's ratio "
+                                           "0.45; a body .toml may give each its material",
+                                           body.mesh.region_names.size()));
+    append(body.assumptions, find_anatomical_patches(body.mesh));
+    return body;
 }
 
 } // namespace
@@ -87,14 +129,9 @@ std::string body_title(const std::filesystem::path &toml_file) {
     return core::required_string(read_table(toml_file), "title");
 }
 
-core::Body read_body(const std::filesystem::path &toml_file, const MaterialOverride &override_with) {
-    const auto table = read_table(toml_file);
-    core::required_string(table, "title");
-    core::Body body;
-    body.name = toml_file.stem().string();
-    body.mesh = read_msh(toml_file.parent_path() / core::required_string(table, "mesh"));
-    body.materials = read_materials(table, body.mesh);
-    check_patches(table, body.mesh);
+core::Body read_body(const std::filesystem::path &file, const MaterialOverride &override_with) {
+    auto body = file.extension() == ".toml" ? body_of_table(file) : body_of_mesh(file);
+    body.name = file.stem().string();
     apply(override_with, body.materials);
     return body;
 }

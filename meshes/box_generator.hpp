@@ -10,7 +10,8 @@ enum class BoxTopology {
     kuhn          ///< Lattice::kuhn
 };
 
-/// A box [0, a] x [0, b] x [0, c] in tetrahedra: one region "solid", a patch for each side, "x_min", "x_max", "y_min", "y_max", "z_min", "z_max". The same arguments give the same mesh.
+/// A box [0, a] x [0, b] x [0, c] in tetrahedra: one region "solid", a patch for each side, "x_min", "x_max", "y_min",
+/// "y_max", "z_min", "z_max". The same arguments give the same mesh.
 /// @param size         a, b, c [m], > 0
 /// @param edge_length  wanted edge length [m], > 0; the mean edge comes out within about 15 % of it,
 ///                     that of fine unstructured meshes a quarter longer

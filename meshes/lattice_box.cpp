@@ -95,9 +95,7 @@ std::array<int, 4> square(const Bricks &bricks, const Cell &cell, int axis) {
 }
 
 void cut_around_middles(core::TetraMesh &mesh, const Bricks &bricks) {
-    bricks.for_each(0, [&](const Cell &cell) {
-        mesh.points.push_back(bricks.place(cell, 0.5));
-    });
+    bricks.for_each(0, [&](const Cell &cell) { mesh.points.push_back(bricks.place(cell, 0.5)); });
     const auto cut_side = [&](const std::array<int, 4> &ring, int middle, bool other_diagonal) {
         const int first = other_diagonal ? 1 : 0;
         for (const int k : {first, first + 2})
@@ -129,9 +127,7 @@ void cut_around_middles(core::TetraMesh &mesh, const Bricks &bricks) {
 core::TetraMesh lattice_box(const core::Vector3 &size, double mean_edge, Lattice lattice) {
     const auto bricks = bricks_of(size, mean_edge / mean_edge_of_unit_cube(lattice));
     core::TetraMesh mesh;
-    bricks.for_each(1, [&](const Cell &cell) {
-        mesh.points.push_back(bricks.place(cell, 0.0));
-    });
+    bricks.for_each(1, [&](const Cell &cell) { mesh.points.push_back(bricks.place(cell, 0.0)); });
     if (lattice == Lattice::kuhn)
         cut_after_kuhn(mesh, bricks);
     else

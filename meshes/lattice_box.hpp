@@ -6,7 +6,8 @@ namespace livermark::meshes {
 
 /// How the bricks of a lattice are cut into tetrahedra.
 enum class Lattice {
-    /// Nodes at the corners and in the middle of bricks, and tetrahedra around the line from one middle to the next: the
+    /// Nodes at the corners and in the middle of bricks, and tetrahedra around the line from one middle to the next:
+    /// the
     /// body-centred cubic lattice, the best regular one. At the sides of the box a brick has two to each square.
     body_centred,
     /// Six tetrahedra around the same diagonal of every brick. (H. W. Kuhn 1960, IBM J. Res. Dev. 4(5))

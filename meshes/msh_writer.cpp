@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <fstream>
 #include <iterator>
 #include <span>
 
-#include "core/input_error.hpp"
+#include "core/whole_file.hpp"
 
 namespace livermark::meshes {
 
@@ -92,17 +91,7 @@ void write_msh(const std::filesystem::path &file, const core::TetraMesh &mesh) {
     print_nodes(text, mesh);
     print_elements(text, mesh);
 
-    std::filesystem::path unfinished = file;
-    unfinished += ".part";
-    std::ofstream stream(unfinished, std::ios::binary);
-    stream.write(text.data(), static_cast<std::streamsize>(text.size()));
-    stream.close();
-    std::error_code error;
-    if (stream)
-        std::filesystem::rename(unfinished, file, error);
-    if (!stream || error)
-        throw core::InputError(fmt::format(
-            "cannot write mesh file '{}'; check that its folder exists and may be written to", file.string()));
+    core::write_whole(file, {text.data(), text.size()});
 }
 
 } // namespace livermark::meshes

@@ -4,8 +4,9 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "core/whole_file.hpp"
+#include "results/file_provenance.hpp"
 #include "results/schema.hpp"
-#include "results/whole_file.hpp"
 
 namespace livermark::results {
 
@@ -61,7 +62,7 @@ void write_calibration(const std::filesystem::path &path, const Calibration &cal
     file.dataset("/loads/held_out", calibration.held_out, "");
     file.dataset("/loads/error_before", calibration.error_before, "");
     file.dataset("/loads/error_after", calibration.error_after, "");
-    hdf5::write_whole(path, file.image());
+    core::write_whole(path, file.image());
 }
 
 Calibration read_calibration(const std::filesystem::path &path) {

@@ -2,7 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "results/whole_file.hpp"
+#include "core/whole_file.hpp"
+#include "results/file_provenance.hpp"
 
 namespace livermark::results {
 
@@ -29,7 +30,7 @@ void write_histories(const std::filesystem::path &path, const Histories &histori
             file.dataset(place + "/displacement", history.displacement, "m");
         }
     }
-    hdf5::write_whole(path, file.image());
+    core::write_whole(path, file.image());
 }
 
 } // namespace livermark::results

@@ -291,6 +291,8 @@ Result read_file(const InputFile &file) {
     body->name = file.text("/", "body");
     body->mesh = read_mesh(file);
     body->materials = read_materials(file, body->mesh.region_names.size());
+    if (file.has_attribute("/mesh", "assumptions"))
+        body->assumptions = file.texts("/mesh", "assumptions");
     result.problem.load_case = read_load_case(file, body->mesh.boundary_triangles.size(), body->mesh.points.size());
     result.problem.body = std::move(body);
     for (const std::string &name : file.children("/solutions"))

@@ -2,11 +2,12 @@
 #include <set>
 #include <stdexcept>
 
+#include "core/whole_file.hpp"
+#include "results/file_provenance.hpp"
 #include "results/hdf5_io.hpp"
 #include "results/result_file.hpp"
 #include "results/schema.hpp"
 #include "results/vtkhdf.hpp"
-#include "results/whole_file.hpp"
 
 namespace livermark::results {
 
@@ -94,6 +95,8 @@ void check_shapes(const Result &result) {
 void write_body(hdf5::OutputFile &file, const core::Body &body) {
     file.text("/", "body", body.name);
     file.group("/mesh");
+    if (!body.assumptions.empty())
+        file.texts("/mesh", "assumptions", body.assumptions);
     file.dataset("/mesh/points", body.mesh.points, "m");
     file.dataset("/mesh/tetrahedra", body.mesh.tetrahedra, "");
     file.dataset("/mesh/region", body.mesh.region, "");
@@ -272,7 +275,7 @@ std::vector<char> file_image(const Result &result) {
 
 void write_result(const std::filesystem::path &path, const Result &result) {
     check_shapes(result);
-    hdf5::write_whole(path, file_image(result));
+    core::write_whole(path, file_image(result));
 }
 
 } // namespace livermark::results

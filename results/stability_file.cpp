@@ -1,6 +1,7 @@
 #include "results/stability_file.hpp"
 
-#include "results/whole_file.hpp"
+#include "core/whole_file.hpp"
+#include "results/file_provenance.hpp"
 
 namespace livermark::results {
 
@@ -32,7 +33,7 @@ void write_stability(const std::filesystem::path &path, const Stability &stabili
     file.dataset("/critical_time_step/undamped_observed", undamped_observed, "s");
     file.dataset("/critical_time_step/damped_predicted", damped_predicted, "s");
     file.dataset("/critical_time_step/damped_observed", damped_observed, "s");
-    hdf5::write_whole(path, file.image());
+    core::write_whole(path, file.image());
 }
 
 } // namespace livermark::results

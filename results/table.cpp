@@ -81,8 +81,9 @@ Row row_of(const ModelResult &model, const Result &result, const std::string &bo
         row[7] = fixed(percent * comparison->max_error_relative, 2);
         if (!std::isnan(comparison->reaction_error)) // without a resultant there is none
             row[8] = fixed(percent * comparison->reaction_error, 2);
-        row[9] = fmt::format("{}{}", comparison->energy_error > 0.0 ? "+" : "",
-                             fixed(percent * comparison->energy_error, 2));
+        if (!std::isnan(comparison->energy_error)) // who gives displacements alone says nothing of it
+            row[9] = fmt::format("{}{}", comparison->energy_error > 0.0 ? "+" : "",
+                                 fixed(percent * comparison->energy_error, 2));
     }
     return row;
 }

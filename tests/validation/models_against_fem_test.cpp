@@ -85,7 +85,7 @@ TEST_P(ModelsAgainstFem, HasEveryModelOfTheTableUnderItsName) {
         }
     EXPECT_NE(find(reference.on_mesh), nullptr);
     EXPECT_NE(find(models::baseline_model), nullptr);
-    EXPECT_NE(find("patch_nodal_volume"), nullptr);
+    EXPECT_NE(find("lloyd"), nullptr);
 }
 
 TEST_P(ModelsAgainstFem, EverySolutionIsFoundAndComparedWithTheReference) {

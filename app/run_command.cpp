@@ -1,0 +1,106 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "app/commands.hpp"
+#include "app/run_options.hpp"
+#include "core/root_folder.hpp"
+
+namespace livermark::app {
+
+namespace {
+
+/// What the result files say: a run that was resumed comes to the same as one that was not broken off.
+std::string without_resume(std::string command_line) {
+    constexpr std::string_view word = " --resume";
+    for (auto at = command_line.find(word); at != std::string::npos; at = command_line.find(word, at)) {
+        const auto end = at + word.size();
+        if (end == command_line.size() || command_line[end] == ' ')
+            command_line.erase(at, word.size());
+        else
+            at = end;
+    }
+    return command_line;
+}
+
+} // namespace
+
+Command add_run(CLI::App &parent, const std::string &command_line) {
+    auto *command = parent.add_subcommand(
+        "run", "Run models on load cases and compare them with the finite element reference; everything that ships "
+               "unless told otherwise");
+    auto options = std::make_shared<RunOptions>();
+    options->output = (core::root_folder() / "results" / "runs").string();
+    command->add_option("--body", options->bodies, "Names as in 'livermark list bodies', or paths of body .toml files");
+    command->add_option("--load-case", options->load_cases,
+                        "Names as in 'livermark list load-cases', or paths of load case .toml files");
+    command->add_option("--model", options->models,
+                        "Names as in 'livermark list models'; the reference and the baseline always run beside them");
+    command
+        ->add_option("--amplitude", options->amplitudes,
+                     "Multiples of the loads, such as 0.1,1,10, to see where linear elasticity stops being a fair "
+                     "reference; result files are then <load case>@<amplitude>.h5")
+        ->delimiter(',')
+        ->check(CLI::PositiveNumber);
+    command->add_option("--young", options->young_modulus,
+                        "Young's modulus of the first region [Pa]; the others keep their ratio to it");
+    command
+        ->add_option("--poisson", options->poisson_ratios,
+                     "Poisson's ratios of every region, such as 0.25,0.45,0.49; result files are then in a folder "
+                     "poisson_<ratio> for each")
+        ->delimiter(',');
+    command->add_option("--calibration", options->calibration,
+                        "A file of 'livermark calibrate' for the body: its springs join as calibrated_nodal_volume");
+    command->add_option("--output", options->output, "Folder for <body>/<load case>.h5")->capture_default_str();
+    command->add_flag("--no-uncertainty", options->no_uncertainty,
+                      "Do not solve the reference on the refined mesh: quicker, but nobody knows how good it is");
+    command->add_flag("--static", options->only_static,
+                      "Leave load cases that depend on time out: motion takes as long as all the rest");
+    command->add_flag(
+        "--resume", options->resume,
+        "Keep the result files that the same command has left in the output folder, and go on from there");
+    using enum fem_reference::SolverChoice;
+    command
+        ->add_option("--fem-solver", options->model_options.fem_solver,
+                     "How the finite elements are solved: auto (by size), direct (sparse Cholesky) or iterative "
+                     "(conjugate gradients with algebraic multigrid)")
+        ->transform(CLI::CheckedTransformer(
+            std::map<std::string, fem_reference::SolverChoice>{
+                {"auto", automatic}, {"direct", direct}, {"iterative", iterative}},
+            CLI::ignore_case))
+        ->default_str("auto");
+    command
+        ->add_option("--equilibrium", options->model_options.equilibrium,
+                     "How mass-spring models find where they come to rest: newton, or relaxation by time stepping")
+        ->transform(CLI::CheckedTransformer(
+            std::map<std::string, models::EquilibriumMethod>{{"newton", models::EquilibriumMethod::newton},
+                                                             {"relaxation", models::EquilibriumMethod::relaxation}},
+            CLI::ignore_case))
+        ->default_str("newton");
+    auto &stepping = options->model_options.time_stepping;
+    command
+        ->add_option("--integrator", stepping.integrator,
+                     "How mass-spring models move in time: a name as in 'livermark list integrators'")
+        ->capture_default_str();
+    command
+        ->add_option("--time-step", stepping.time_step,
+                     "Longest step of mass-spring models [s]; by default 0.8 of the longest that is stable")
+        ->check([](const std::string &text) {
+            double value = 0.0;
+            return CLI::detail::lexical_cast(text, value) && value > 0.0 ? "" : "a step in seconds has to be positive";
+        });
+    command->add_flag("--force-time-step", stepping.force, "Take the step even if it is too long to be stable");
+    command->add_flag("--markdown", options->markdown, "Print the table in Markdown");
+    return [options, command_line] {
+        for (auto *values : {&options->amplitudes, &options->poisson_ratios}) {
+            std::ranges::sort(*values);
+            values->erase(std::unique(values->begin(), values->end()), values->end());
+        }
+        return run(*options, without_resume(command_line));
+    };
+}
+
+} // namespace livermark::app

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "models/model_table.hpp"
+
+namespace livermark::app {
+
+/// What `livermark run` was asked for.
+struct RunOptions {
+    std::vector<std::string> bodies;
+    std::vector<std::string> load_cases;
+    std::vector<std::string> models;
+    std::vector<double> amplitudes; ///< of the loads; as they are if there are none
+    std::optional<double> young_modulus;
+    std::vector<double> poisson_ratios; ///< of every region; as the bodies say if there are none
+    std::string calibration;            ///< a file; none if empty
+    std::string output;
+    bool markdown = false;
+    bool no_uncertainty = false;
+    bool only_static = false;
+    bool resume = false;
+    models::ModelOptions model_options;
+};
+
+/// Holds the contests, writes their result files and prints the tables.
+/// @param command_line  kept in the result files
+/// @return exit status: 0 all done, 1 a contest failed or a model missed its band
+/// @throws core::InputError
+int run(const RunOptions &options, const std::string &command_line);
+
+} // namespace livermark::app

@@ -1,0 +1,53 @@
+#include <cmath>
+#include <filesystem>
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+#include <fstream>
+#include <gtest/gtest.h>
+
+#include "results/result_file.hpp"
+#include "tests/livermark_command.hpp"
+#include "tests/peer/calculix.hpp"
+
+namespace livermark {
+namespace {
+
+/// The worked example of docs/your_own_model.md: a problem goes out as a file, CalculiX solves it, and its
+/// displacements come back. Its C3D4 are linear tetrahedra, so they have to score as our own.
+TEST(CalculixExample, ScoresAsLinearElements) {
+    const auto ccx = tests::find_ccx();
+    if (ccx.empty())
+        GTEST_SKIP() << "there is no ccx";
+    const auto folder = std::filesystem::path(LIVERMARK_PEER_RUNS) / "example";
+    std::filesystem::remove_all(folder);
+    const auto exported = tests::livermark(fmt::format("export liver_healthy palpation -o {}", folder.string()));
+    ASSERT_EQ(exported.status, 0) << exported.output;
+    const auto here = folder / "liver_healthy";
+    const auto solved =
+        tests::run_command(fmt::format("cd '{}' && OMP_NUM_THREADS=1 '{}' palpation", here.string(), ccx.string()));
+    ASSERT_EQ(solved.status, 0) << solved.output;
+    const auto problem = results::read_result(here / "palpation.problem.h5").problem;
+    const auto &points = problem.body->mesh.points;
+    {
+        std::ifstream dat(here / "palpation.dat");
+        const auto u = tests::read_dat(dat, static_cast<int>(points.size()));
+        std::ofstream csv(here / "answer.csv");
+        csv << "x,y,z,ux,uy,uz\n";
+        for (std::size_t i = 0; i < points.size(); ++i)
+            fmt::print(csv, "{},{},{},{},{},{}\n", points[i].x(), points[i].y(), points[i].z(), u[i].x(), u[i].y(),
+                       u[i].z());
+    }
+    const auto scored =
+        tests::livermark(fmt::format("score liver_healthy palpation {} --name calculix --no-uncertainty --output {}",
+                                     (here / "answer.csv").string(), folder.string()));
+    ASSERT_EQ(scored.status, 0) << scored.output;
+    const auto result = results::read_result(folder / "liver_healthy" / "palpation.calculix.h5");
+    const auto error_of = [&](const std::string &name) {
+        return std::ranges::find(result.models, name, &results::ModelResult::name)->comparison->relative_l2;
+    };
+    EXPECT_GT(error_of("fem_p1"), 0.05);
+    EXPECT_NEAR(error_of("calculix"), error_of("fem_p1"), 1e-6);
+}
+
+} // namespace
+} // namespace livermark
