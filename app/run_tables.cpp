@@ -13,6 +13,8 @@ TableKind table_kind(const std::string &word) {
         return TableKind::models;
     if (word == "summary")
         return TableKind::summary;
+    if (word == "means")
+        return TableKind::means;
     return word == "overview" ? TableKind::overview : TableKind::all;
 }
 
@@ -31,6 +33,8 @@ void print_tables(std::span<const results::Result> results, TableKind kind, bool
         print(as_text(results::summary(results)));
     if (kind == TableKind::overview || (is_all && results::has_several_poisson_ratios(results)))
         print(as_text(results::overview(results)));
+    if (kind == TableKind::means)
+        print(as_text(results::mean_errors(results)));
 }
 
 } // namespace livermark::app

@@ -7,13 +7,14 @@
 
 namespace livermark::app {
 
-enum class TableKind { all, models, summary, overview };
+enum class TableKind { all, models, summary, overview, means };
 
 /// @param word  the name of a kind
 TableKind table_kind(const std::string &word);
 
 /// Prints what results say, to standard output: a row for each model, the summary by load case and, where bodies are
-/// there with several Poisson's ratios or when asked for, the overview by these.
+/// there with several Poisson's ratios or when asked for, the overview by these. The means over load cases by body only
+/// when asked for.
 void print_tables(std::span<const results::Result> results, TableKind kind, bool markdown);
 
 } // namespace livermark::app

@@ -67,9 +67,9 @@ Command add_table(CLI::App &parent) {
         ->capture_default_str();
     command
         ->add_option("--kind", options->kind,
-                     "all, models (a row for each model and load case), summary (a column for each load case), or "
-                     "overview (a column for each Poisson's ratio)")
-        ->check(CLI::IsMember({"all", "models", "summary", "overview"}))
+                     "all, models (a row for each model and load case), summary (a column for each load case), "
+                     "overview (columns for each Poisson's ratio), or means (a column for each body)")
+        ->check(CLI::IsMember({"all", "models", "summary", "overview", "means"}))
         ->capture_default_str();
     command->add_flag("--markdown", options->markdown, "In Markdown");
     return [options] { return print(*options); };

@@ -120,4 +120,27 @@ Layout overview(std::span<const Result> results) {
     return layout;
 }
 
+Layout mean_errors(std::span<const Result> results) {
+    Layout layout{{{"model"}}, {}};
+    std::vector<std::string> labels, models;
+    std::vector<const Result *> first; // of each label
+    for (const auto &result : results) {
+        if (const auto label = body_label(result, results); std::ranges::find(labels, label) == labels.end()) {
+            labels.push_back(label);
+            first.push_back(&result);
+            layout.columns.push_back({label + " [%]", true});
+        }
+        for (const auto &model : result.models)
+            if (std::ranges::find(models, model.name) == models.end())
+                models.push_back(model.name);
+    }
+    for (const auto &model : models) {
+        auto &row = layout.rows.emplace_back(std::vector{model});
+        for (const auto *result : first)
+            row.push_back(
+                cells_of(collect(results, result->problem.body->name, poisson_ratio(*result), model)).front());
+    }
+    return layout;
+}
+
 } // namespace livermark::results

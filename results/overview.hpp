@@ -20,4 +20,8 @@ bool has_several_poisson_ratios(std::span<const Result> results);
 /// own uncertainty for an error. A load case that did not come to an end makes the mean "-" and its status the worst.
 Layout overview(std::span<const Result> results);
 
+/// One row per model and one column per body_label(), in the order in which they appear: the mean over all load cases
+/// of the relative L2 error of the static answer [%], as in overview().
+Layout mean_errors(std::span<const Result> results);
+
 } // namespace livermark::results

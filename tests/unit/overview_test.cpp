@@ -44,6 +44,14 @@ TEST(Overview, HasTheMeanTheWorstAndTheStepForEachPoissonsRatio) {
                                                                    "25.00", "25.00", "25.00", "2", "100"}));
 }
 
+TEST(Overview, MeansHaveAColumnForEachBody) {
+    const auto layout = mean_errors(three_results());
+    ASSERT_EQ(layout.columns.size(), 3u);
+    EXPECT_EQ(layout.columns[1].title, "box, nu 0.3 [%]");
+    EXPECT_EQ(layout.columns[2].title, "box, nu 0.45 [%]");
+    EXPECT_EQ(layout.rows.at(1), (std::vector<std::string>{"springs", "20.00", "25.00"}));
+}
+
 TEST(Overview, GivesTheReferenceItsUncertaintyAndAFailureItsStatus) {
     const auto layout = overview(three_results());
     EXPECT_EQ(row_of(layout, "fem_p2")[2], "+- 19.00");
