@@ -11,17 +11,18 @@ namespace livermark::core {
 
 namespace {
 
-void write_bytes(const std::filesystem::path &path, std::span<const char> bytes) {
+/// @param target  named in messages
+void write_bytes(const std::filesystem::path &path, const std::filesystem::path &target, std::span<const char> bytes) {
     std::ofstream stream(path, std::ios::binary | std::ios::trunc);
     if (!stream)
         throw InputError(fmt::format(
             "{}: cannot make a file in this directory; check that the directory exists and can be written to",
-            path.parent_path().string()));
+            target.string()));
     stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     stream.close();
     if (!stream)
         throw InputError(fmt::format("{}: cannot write {} bytes; make room on the disk or choose another place",
-                                     path.parent_path().string(), bytes.size()));
+                                     target.string(), bytes.size()));
 }
 
 } // namespace
@@ -32,7 +33,7 @@ void write_whole(const std::filesystem::path &path, std::span<const char> bytes)
     auto temporary = target;
     temporary += fmt::format(".{}.partial", getpid());
     try {
-        write_bytes(temporary, bytes);
+        write_bytes(temporary, target, bytes);
         std::error_code error;
         std::filesystem::rename(temporary, target, error);
         if (error)
