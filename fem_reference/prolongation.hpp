@@ -24,8 +24,8 @@ struct Prolongation {
     void restrict_to(std::span<const double> fine, std::span<double> coarse) const;
 };
 
-/// The prolongation from a body's system to one of degree 2: from degree 2 to that of core::refine(body), or from degree
-/// 1 to that of the same body.
+/// The prolongation from a body's system to one of degree 2: from degree 2 to that of core::refine(body), or from
+/// degree 1 to that of the same body.
 /// @throws std::invalid_argument if the fine system is neither
 Prolongation prolongation(const ElasticSystem &coarse, const ElasticSystem &fine);
 
