@@ -77,11 +77,16 @@ struct BlockPreconditioner {
 } // namespace
 
 struct MixedSolver::Impl {
+    Impl(const SymmetricMatrix &k, ChosenSolver &inverse_of_k, const PressureSystem &p, double of_residual)
+        : stiffness(k), solver(inverse_of_k), pressure(p), tolerance(of_residual) {
+        norm.compute(as_eigen(pressure.norm));
+    }
+
     const SymmetricMatrix &stiffness;
     ChosenSolver &solver;
     const PressureSystem &pressure;
     double tolerance;
-    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> norm{};
+    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> norm;
 
     /// Adds to u what balances the forces at the free unknowns, with the prescribed ones where they are.
     /// @param residual  shape (n) K u + D^T p - f
@@ -101,9 +106,7 @@ struct MixedSolver::Impl {
 
 MixedSolver::MixedSolver(const SymmetricMatrix &stiffness, ChosenSolver &solver, const PressureSystem &pressure,
                          double tolerance)
-    : impl_(std::make_unique<Impl>(stiffness, solver, pressure, tolerance)) {
-    impl_->norm.compute(as_eigen(pressure.norm));
-}
+    : impl_(std::make_unique<Impl>(stiffness, solver, pressure, tolerance)) {}
 MixedSolver::~MixedSolver() = default;
 MixedSolver::MixedSolver(MixedSolver &&) noexcept = default;
 MixedSolver &MixedSolver::operator=(MixedSolver &&) noexcept = default;

@@ -50,7 +50,7 @@ Prolongation prolongation(const ElasticSystem &coarse, const ElasticSystem &fine
     const int nodes_per_cell = coarse.nodes_per_cell;
     const int children = nodes_per_cell == nodes_of_linear ? 1 : num_children;
     const auto num_coarse_cells = coarse.cell_nodes.size() / nodes_per_cell;
-    const auto nodes_of_children = static_cast<std::size_t>(children * nodes_of_quadratic);
+    const auto nodes_of_children = static_cast<std::size_t>(children) * nodes_of_quadratic;
     if (fine.nodes_per_cell != nodes_of_quadratic || fine.cell_nodes.size() != num_coarse_cells * nodes_of_children)
         throw std::invalid_argument(no_pair);
     std::vector<std::array<double, nodes_of_quadratic>> shape(fine.points.size());
