@@ -85,7 +85,7 @@ def sizes_of(file):
 def sizes_of_result(file):
     return {"N": file["/mesh/points"].shape[0], "M": file["/mesh/tetrahedra"].shape[0],
             "T": file["/mesh/boundary_triangles"].shape[0], "R": file["/materials/density"].shape[0],
-            "B": len(file["/mesh/boundary_patch"].attrs["names"]),
+            "A": len(file["/mesh"].attrs["assumptions"]), "B": len(file["/mesh/boundary_patch"].attrs["names"]),
             "P": len(file["/load_case/constraint"].attrs["names"]),
             "S": file["/solutions/springs/edges"].shape[0],
             "Q": file["/load_case/release/probe"].shape[0],
