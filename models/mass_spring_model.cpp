@@ -125,7 +125,7 @@ void check(const core::Problem &problem, const MakeMassSprings &make, const Mode
 
 } // namespace
 
-core::Model mass_spring_model(std::string name, std::string summary, std::string source, MakeMassSprings make,
+core::Model mass_spring_model(std::string name, std::string summary, std::string source, const MakeMassSprings &make,
                               const ModelOptions &options) {
     return {
         .name = std::move(name),

@@ -18,7 +18,7 @@ struct MassSprings {
 using MakeMassSprings = std::function<MassSprings(const core::Body &)>;
 
 /// A model that comes to rest and moves in time as the options say.
-core::Model mass_spring_model(std::string name, std::string summary, std::string source, MakeMassSprings make,
+core::Model mass_spring_model(std::string name, std::string summary, std::string source, const MakeMassSprings &make,
                               const ModelOptions &options);
 
 } // namespace livermark::models
