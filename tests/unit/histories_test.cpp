@@ -3,7 +3,9 @@
 #include <complex>
 #include <cstdlib>
 #include <filesystem>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "results/hdf5_io.hpp"
 
@@ -20,12 +22,14 @@ double exact(double mass, double stiffness, double damping, double time) {
 class Histories : public testing::Test {
   protected:
     static void SetUpTestSuite() {
-        folder = std::filesystem::path(testing::TempDir()) / "livermark_histories";
+        // ctest runs each test in a process of its own, several at a time.
+        folder = std::filesystem::path(testing::TempDir()) / fmt::format("livermark_histories_{}", getpid());
         std::filesystem::remove_all(folder);
         status = std::system((LIVERMARK_BINARY " histories liver_healthy --duration 0.1 --output " + folder.string() +
                               " > /dev/null 2>&1")
                                  .c_str());
     }
+    static void TearDownTestSuite() { std::filesystem::remove_all(folder); }
     void SetUp() override { ASSERT_EQ(status, 0); }
 
     static std::filesystem::path folder;
