@@ -12,7 +12,7 @@ set(models core msm fem_reference models)
 set(exchange core exchange)
 set(app core exchange meshes load_cases msm fem_reference models results app)
 set(benchmarks core meshes load_cases msm fem_reference models results benchmarks)
-set(fuzz core exchange meshes load_cases results tests fuzz)
+set(fuzz core exchange meshes load_cases results fuzz)
 set(tests core exchange meshes load_cases msm fem_reference models results tests)
 set(folders core exchange meshes load_cases msm fem_reference results models app benchmarks tests fuzz)
 # Libraries that one folder alone may use.
