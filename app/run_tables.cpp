@@ -8,16 +8,6 @@
 
 namespace livermark::app {
 
-TableKind table_kind(const std::string &word) {
-    if (word == "models")
-        return TableKind::models;
-    if (word == "summary")
-        return TableKind::summary;
-    if (word == "means")
-        return TableKind::means;
-    return word == "overview" ? TableKind::overview : TableKind::all;
-}
-
 void print_tables(std::span<const results::Result> results, TableKind kind, bool markdown) {
     const bool is_all = kind == TableKind::all;
     auto print = [is_first = true](const std::string &table) mutable {

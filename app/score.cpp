@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "app/catalogue.hpp"
 #include "app/commands.hpp"
 #include "app/contest.hpp"
 #include "app/output.hpp"

@@ -6,7 +6,6 @@
 #include <system_error>
 #include <vector>
 
-#include "app/catalogue.hpp"
 #include "app/commands.hpp"
 #include "app/run_tables.hpp"
 #include "core/input_error.hpp"
@@ -53,7 +52,7 @@ int print(const TableOptions &options) {
     if (results.empty())
         throw core::InputError(fmt::format("there are no result files in {}; make some with `livermark run`",
                                            fmt::join(options.paths, ", ")));
-    print_tables(results, table_kind(options.kind), options.markdown);
+    print_tables(results, table_kinds.at(options.kind), options.markdown);
     return 0;
 }
 
@@ -69,7 +68,7 @@ Command add_table(CLI::App &parent) {
         ->add_option("--kind", options->kind,
                      "all, models (a row for each model and load case), summary (a column for each load case), "
                      "overview (columns for each Poisson's ratio), or means (a column for each body)")
-        ->check(CLI::IsMember({"all", "models", "summary", "overview", "means"}))
+        ->check(CLI::IsMember(table_kinds))
         ->capture_default_str();
     command->add_flag("--markdown", options->markdown, "In Markdown");
     return [options] { return print(*options); };

@@ -10,8 +10,11 @@
 #include <sys/wait.h>
 #include <system_error>
 #include <unistd.h>
+#include <utility>
 
 #include "core/input_error.hpp"
+#include "core/root_folder.hpp"
+#include "core/toml_input.hpp"
 
 extern char **environ; // NOLINT(readability-redundant-declaration): POSIX asks for it
 
@@ -59,6 +62,17 @@ ChildOutcome run_program(const std::vector<std::string> &words) {
         if (!line.empty())
             outcome.lines.push_back(line);
     return outcome;
+}
+
+Converted convert_by_script(const std::string &script, const std::filesystem::path &file, const std::string &remedy) {
+    const ScratchFolder scratch;
+    const auto text = scratch.path / "converted";
+    auto [status, lines] = run_program(
+        {(root_folder() / "scripts" / script).string(), std::filesystem::absolute(file).string(), text.string()});
+    if (status != 0)
+        throw InputError(fmt::format("{}: cannot be converted ({}); {}", file.string(),
+                                     lines.empty() ? "no reason given" : lines.back(), remedy));
+    return {read_text(text), std::move(lines)};
 }
 
 } // namespace livermark::core

@@ -28,4 +28,16 @@ struct ChildOutcome {
 /// @param words  its path or name, and its arguments
 ChildOutcome run_program(const std::vector<std::string> &words);
 
+/// What a script of scripts/ made of a file.
+struct Converted {
+    std::string text;
+    std::vector<std::string> remarks; ///< lines that it printed
+};
+
+/// Lets a script, in a process of its own that may fail without harm, make a text file of another one.
+/// @param script  name in scripts/; called with the file and the text file to write
+/// @param remedy  what to do if it cannot, for the message
+/// @throws InputError with the file, the last line that the script printed, and the remedy
+Converted convert_by_script(const std::string &script, const std::filesystem::path &file, const std::string &remedy);
+
 } // namespace livermark::core

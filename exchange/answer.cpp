@@ -14,7 +14,6 @@
 
 #include "core/child_process.hpp"
 #include "core/input_error.hpp"
-#include "core/root_folder.hpp"
 #include "core/toml_input.hpp"
 
 namespace livermark::exchange {
@@ -90,17 +89,9 @@ Answer read_answer(const std::filesystem::path &file) {
                                            std::strerror(errno)));
     if (file.extension() == ".csv")
         return parse_answer(core::read_text(file), file.string());
-    const core::ScratchFolder scratch;
-    const auto converted = scratch.path / "answer.csv";
-    const auto script = core::root_folder() / "scripts" / "convert_answer";
-    const auto [status, lines] =
-        core::run_program({script.string(), std::filesystem::absolute(file).string(), converted.string()});
-    if (status != 0)
-        throw core::InputError(
-            fmt::format("{}: cannot be converted ({}); give CSV, HDF5 or VTU with the displacement of "
-                        "the nodes",
-                        file.string(), lines.empty() ? "no reason given" : lines.back()));
-    return parse_answer(core::read_text(converted), file.string() + ", converted");
+    const auto converted =
+        core::convert_by_script("convert_answer", file, "give CSV, HDF5 or VTU with the displacement of the nodes");
+    return parse_answer(converted.text, file.string() + ", converted");
 }
 
 std::vector<Vector3> displacement_at_nodes(const Answer &answer, const core::TetraMesh &mesh, const std::string &file) {

@@ -29,13 +29,26 @@ std::string text(const Vector3 &value) {
     return fmt::format("{} {} {}", value.x(), value.y(), value.z());
 }
 
+/// Tractions and the acceleration: a tetrahedron's weight acts in quarters on its corners.
+std::vector<Vector3> nodal_forces(const core::Problem &problem, const Discretisation &fem) {
+    const auto &mesh = problem.body->mesh;
+    auto force = traction_forces(mesh, problem.load_case, fem);
+    const auto volumes = tetrahedron_volumes(mesh);
+    for (int t = 0; t < mesh.num_tetrahedra(); ++t)
+        for (const int node : mesh.tetrahedra[t])
+            force[node] +=
+                0.25 * problem.body->materials[mesh.region[t]].density * volumes[t] * problem.load_case.acceleration;
+    return force;
+}
+
 } // namespace
 
 void write_vtu(std::ostream &out, const core::Problem &problem) {
     const auto &mesh = problem.body->mesh;
     const auto num_nodes = mesh.points.size(), num_cells = mesh.tetrahedra.size();
-    const auto prescribed = prescribed_displacement(problem);
-    const auto force = nodal_forces(problem);
+    const auto fem = discretise(mesh, 1);
+    const auto prescribed = prescribed_displacement(problem.load_case, fem);
+    const auto force = nodal_forces(problem, fem);
     fmt::print(out,
                "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" "
                "byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n"

@@ -1,15 +1,15 @@
 #include "meshes/mesh_reader.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
 #include <fmt/format.h>
 #include <fstream>
+#include <string_view>
 
 #include "core/child_process.hpp"
 #include "core/input_error.hpp"
-#include "core/root_folder.hpp"
-#include "core/toml_input.hpp"
 #include "meshes/msh_reader.hpp"
 
 namespace livermark::meshes {
@@ -17,6 +17,14 @@ namespace livermark::meshes {
 namespace {
 
 namespace fs = std::filesystem;
+
+struct Unit {
+    std::string_view name;
+    double metres;
+    double largest_organ; ///< longest side of the bounding box, in the unit
+};
+
+constexpr std::array<Unit, 3> units{{{"m", 1.0, 2.0}, {"cm", 1e-2, 60.0}, {"mm", 1e-3, 2000.0}}};
 
 bool is_ascii_msh(const fs::path &file) {
     if (file.extension() != ".msh")
@@ -28,16 +36,11 @@ bool is_ascii_msh(const fs::path &file) {
 }
 
 core::TetraMesh read_converted(const fs::path &file, std::vector<std::string> &remarks) {
-    const core::ScratchFolder scratch;
-    const auto converted = scratch.path / "converted.msh";
-    const auto script = core::root_folder() / "scripts" / "convert_mesh";
-    const auto [status, lines] = core::run_program({script.string(), fs::absolute(file).string(), converted.string()});
-    if (status != 0)
-        throw core::InputError(fmt::format("{}: cannot be converted ({}); save it as ASCII MSH, VTU, VTK or INP with "
-                                           "tetrahedra, and see that python3-meshio is installed",
-                                           file.string(), lines.empty() ? "no reason given" : lines.back()));
-    remarks.insert(remarks.end(), lines.begin(), lines.end());
-    return parse_msh(core::read_text(converted), file.string() + ", converted");
+    const auto converted = core::convert_by_script(
+        "convert_mesh", file,
+        "save it as ASCII MSH, VTU, VTK or INP with tetrahedra, and see that python3-meshio is installed");
+    remarks.insert(remarks.end(), converted.remarks.begin(), converted.remarks.end());
+    return parse_msh(converted.text, file.string() + ", converted");
 }
 
 } // namespace
@@ -50,13 +53,10 @@ core::TetraMesh read_mesh(const fs::path &file, std::vector<std::string> &remark
 }
 
 double metres_per_unit(const std::string &unit, const std::string &place) {
-    if (unit == "m")
-        return 1.0;
-    if (unit == "cm")
-        return 1e-2;
-    if (unit == "mm")
-        return 1e-3;
-    throw core::InputError(fmt::format("{}: '{}' is no unit of length here; take m, cm or mm", place, unit));
+    const auto known = std::ranges::find(units, unit, &Unit::name);
+    if (known == units.end())
+        throw core::InputError(fmt::format("{}: '{}' is no unit of length here; take m, cm or mm", place, unit));
+    return known->metres;
 }
 
 std::string guess_unit(const core::TetraMesh &mesh, const std::string &file) {
@@ -64,15 +64,11 @@ std::string guess_unit(const core::TetraMesh &mesh, const std::string &file) {
     for (const auto &point : mesh.points)
         box.extend(point);
     const double longest = box.sizes().maxCoeff();
-    struct Guess {
-        double largest;
-        const char *unit;
-    };
-    for (const auto &[largest, unit] : std::array<Guess, 3>{{{2.0, "m"}, {60.0, "cm"}, {2000.0, "mm"}}})
-        if (longest > 0.0 && longest <= largest)
-            return unit;
-    throw core::InputError(fmt::format(
-        "{}: its longest side is {:g}, which is no organ in m, cm or mm; say which unit it is", file, longest));
+    const auto unit = std::ranges::find_if(units, [&](const Unit &u) { return longest <= u.largest_organ; });
+    if (!(longest > 0.0) || unit == units.end())
+        throw core::InputError(fmt::format(
+            "{}: its longest side is {:g}, which is no organ in m, cm or mm; say which unit it is", file, longest));
+    return std::string(unit->name);
 }
 
 } // namespace livermark::meshes

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "core/whole_file.hpp"
-#include "results/file_provenance.hpp"
+#include "results/file_parts.hpp"
 #include "results/schema.hpp"
 
 namespace livermark::results {
@@ -43,16 +43,7 @@ void write_calibration(const std::filesystem::path &path, const Calibration &cal
     file.integer("/", "iterations", calibration.iterations);
     file.number("/", "penalty", calibration.penalty);
 
-    std::vector<double> density, young_modulus, poisson_ratio;
-    for (const auto &material : calibration.springs.materials) {
-        density.push_back(material.density);
-        young_modulus.push_back(material.young_modulus);
-        poisson_ratio.push_back(material.poisson_ratio);
-    }
-    file.group("/materials");
-    file.dataset("/materials/density", density, "kg/m^3");
-    file.dataset("/materials/young_modulus", young_modulus, "Pa");
-    file.dataset("/materials/poisson_ratio", poisson_ratio, "");
+    hdf5::write_materials(file, calibration.springs.materials);
     file.group("/springs");
     file.dataset("/springs/edges", calibration.springs.edges, "");
     file.dataset("/springs/rest_length", calibration.springs.rest_length, "m");
@@ -80,11 +71,7 @@ Calibration read_calibration(const std::filesystem::path &path) {
 
     auto &springs = calibration.springs;
     springs.origin = path.string();
-    const auto density = file.dataset<double>("/materials/density");
-    const auto young_modulus = file.dataset<double>("/materials/young_modulus", density.size());
-    const auto poisson_ratio = file.dataset<double>("/materials/poisson_ratio", density.size());
-    for (std::size_t r = 0; r < density.size(); ++r)
-        springs.materials.push_back({density[r], young_modulus[r], poisson_ratio[r]});
+    springs.materials = hdf5::read_materials(file, file.dataset<double>("/materials/density").size());
     springs.edges = file.dataset<std::array<int, 2>>("/springs/edges");
     const auto of_springs = [&](const std::string &name) {
         return positive(file, name, file.dataset<double>(name, springs.edges.size()));

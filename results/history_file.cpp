@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "core/whole_file.hpp"
-#include "results/file_provenance.hpp"
+#include "results/file_parts.hpp"
 
 namespace livermark::results {
 

@@ -6,6 +6,7 @@
 #include <span>
 #include <stdexcept>
 
+#include "results/file_parts.hpp"
 #include "results/hdf5_io.hpp"
 #include "results/result_file.hpp"
 #include "results/schema.hpp"
@@ -74,24 +75,6 @@ core::TetraMesh read_mesh(const InputFile &file) {
     mesh.boundary_patch =
         indices(file, "/mesh/boundary_patch", mesh.boundary_triangles.size(), 0, mesh.patch_names.size());
     return mesh;
-}
-
-std::vector<core::Material> read_materials(const InputFile &file, std::size_t num_regions) {
-    const auto values = [&](const std::string &path, double above, double below) {
-        auto rows = file.dataset<double>(path, num_regions);
-        for (std::size_t r = 0; r < rows.size(); ++r)
-            if (!(rows[r] > above && rows[r] < below))
-                file.refuse(path, fmt::format("row {} is {}, which is not in ({}, {})", r, rows[r], above, below));
-        return rows;
-    };
-    constexpr double infinity = std::numeric_limits<double>::infinity();
-    const auto density = values("/materials/density", 0.0, infinity);
-    const auto young_modulus = values("/materials/young_modulus", 0.0, infinity);
-    const auto poisson_ratio = values("/materials/poisson_ratio", -1.0, 0.5);
-    std::vector<core::Material> materials;
-    for (std::size_t r = 0; r < num_regions; ++r)
-        materials.push_back({density[r], young_modulus[r], poisson_ratio[r]});
-    return materials;
 }
 
 core::Release read_release(const InputFile &file, std::size_t num_nodes) {
@@ -290,7 +273,7 @@ Result read_file(const InputFile &file) {
     auto body = std::make_shared<core::Body>();
     body->name = file.text("/", "body");
     body->mesh = read_mesh(file);
-    body->materials = read_materials(file, body->mesh.region_names.size());
+    body->materials = hdf5::read_materials(file, body->mesh.region_names.size());
     if (file.has_attribute("/mesh", "assumptions"))
         body->assumptions = file.texts("/mesh", "assumptions");
     result.problem.load_case = read_load_case(file, body->mesh.boundary_triangles.size(), body->mesh.points.size());

@@ -3,7 +3,7 @@
 #include <stdexcept>
 
 #include "core/whole_file.hpp"
-#include "results/file_provenance.hpp"
+#include "results/file_parts.hpp"
 #include "results/hdf5_io.hpp"
 #include "results/result_file.hpp"
 #include "results/schema.hpp"
@@ -105,18 +105,7 @@ void write_body(hdf5::OutputFile &file, const core::Body &body) {
     file.dataset("/mesh/boundary_patch", body.mesh.boundary_patch, "");
     file.texts("/mesh/boundary_patch", "names", body.mesh.patch_names);
 
-    std::vector<double> density;
-    std::vector<double> young_modulus;
-    std::vector<double> poisson_ratio;
-    for (const core::Material &material : body.materials) {
-        density.push_back(material.density);
-        young_modulus.push_back(material.young_modulus);
-        poisson_ratio.push_back(material.poisson_ratio);
-    }
-    file.group("/materials");
-    file.dataset("/materials/density", density, "kg/m^3");
-    file.dataset("/materials/young_modulus", young_modulus, "Pa");
-    file.dataset("/materials/poisson_ratio", poisson_ratio, "");
+    hdf5::write_materials(file, body.materials);
 }
 
 void write_release(hdf5::OutputFile &file, const core::Release &release) {

@@ -1,7 +1,7 @@
 #include "results/stability_file.hpp"
 
 #include "core/whole_file.hpp"
-#include "results/file_provenance.hpp"
+#include "results/file_parts.hpp"
 
 namespace livermark::results {
 

@@ -1,13 +1,11 @@
-#include <cstdlib>
 #include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
 #include <gtest/gtest.h>
 
-#include "meshes/box_generator.hpp"
-#include "meshes/msh_writer.hpp"
 #include "results/result_file.hpp"
 #include "tests/livermark_command.hpp"
+#include "tests/small_bar.hpp"
 
 namespace livermark {
 namespace {
@@ -18,14 +16,7 @@ namespace fs = std::filesystem;
 class Resume : public testing::Test {
   protected:
     void SetUp() override {
-        folder_ = fs::path(testing::TempDir()) / "livermark_resume" /
-                  testing::UnitTest::GetInstance()->current_test_info()->name();
-        fs::remove_all(folder_);
-        fs::create_directories(folder_);
-        meshes::write_msh(folder_ / "bar.msh", meshes::generate_box({0.09, 0.03, 0.03}, 0.02));
-        std::ofstream(folder_ / "bar.toml")
-            << "title = \"bar\"\nmesh = \"bar.msh\"\n[regions.solid]\ndensity = 1000.0\nyoung_modulus = 5000.0\n"
-               "poisson_ratio = 0.3\nsource = \"made up\"\n";
+        folder_ = tests::folder_with_bar("resume");
         for (const auto *name : {"first", "second"})
             write_load_case(name, 10.0);
     }

@@ -1,0 +1,55 @@
+#include "results/file_parts.hpp"
+
+#include <fmt/format.h>
+#include <limits>
+
+#include "results/schema.hpp"
+
+namespace livermark::results::hdf5 {
+
+void write_provenance(OutputFile &file, const Provenance &provenance) {
+    file.integer("/", "schema_version", schema_version);
+    file.text("/", "software_version", provenance.software_version);
+    file.text("/", "git_commit", provenance.git_commit);
+    file.text("/", "created", provenance.created);
+    file.text("/", "command", provenance.command);
+    file.text("/", "cpu", provenance.cpu);
+    file.text("/", "compiler", provenance.compiler);
+    file.text("/", "build_type", provenance.build_type);
+    file.integer("/", "threads", provenance.threads);
+}
+
+void write_materials(OutputFile &file, std::span<const core::Material> materials) {
+    std::vector<double> density;
+    std::vector<double> young_modulus;
+    std::vector<double> poisson_ratio;
+    for (const core::Material &material : materials) {
+        density.push_back(material.density);
+        young_modulus.push_back(material.young_modulus);
+        poisson_ratio.push_back(material.poisson_ratio);
+    }
+    file.group("/materials");
+    file.dataset("/materials/density", density, "kg/m^3");
+    file.dataset("/materials/young_modulus", young_modulus, "Pa");
+    file.dataset("/materials/poisson_ratio", poisson_ratio, "");
+}
+
+std::vector<core::Material> read_materials(const InputFile &file, std::size_t num_regions) {
+    const auto values = [&](const std::string &path, double above, double below) {
+        auto rows = file.dataset<double>(path, num_regions);
+        for (std::size_t r = 0; r < rows.size(); ++r)
+            if (!(rows[r] > above && rows[r] < below))
+                file.refuse(path, fmt::format("row {} is {}, which is not in ({}, {})", r, rows[r], above, below));
+        return rows;
+    };
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    const auto density = values("/materials/density", 0.0, infinity);
+    const auto young_modulus = values("/materials/young_modulus", 0.0, infinity);
+    const auto poisson_ratio = values("/materials/poisson_ratio", -1.0, 0.5);
+    std::vector<core::Material> materials;
+    for (std::size_t r = 0; r < num_regions; ++r)
+        materials.push_back({density[r], young_modulus[r], poisson_ratio[r]});
+    return materials;
+}
+
+} // namespace livermark::results::hdf5
