@@ -8,6 +8,8 @@ find_package(benchmark REQUIRED)
 find_package(Spectra 1.0 REQUIRED)
 find_package(NLopt 2.7 REQUIRED)
 find_package(Threads REQUIRED)
+find_package(hwy 1.0 REQUIRED)
+find_package(Boost REQUIRED)
 
 # The openmpi flavour of HDF5 is the one that deal.II and gmsh link; the serial one beside it breaks both.
 set(HDF5_PREFER_PARALLEL ON)

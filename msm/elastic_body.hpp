@@ -9,6 +9,8 @@
 
 namespace livermark::msm {
 
+struct StepParts;
+
 /// What of the second derivative of an energy to keep.
 enum class Tangent {
     exact,         ///< all of it
@@ -40,6 +42,10 @@ class ElasticTerm {
     /// nodes of u_i^T B_i u_i for all u.
     /// @param blocks  shape (N) [N/m]
     virtual void add_block_bound(const Eigen::VectorXd &x, std::vector<Eigen::Matrix3d> &blocks) const = 0;
+
+    /// Puts down what the fast kernels have to know of this term.
+    /// @return false if they do not know such a term
+    virtual bool describe(StepParts & /*parts*/) const { return false; }
 };
 
 /// Point masses with an elastic energy between them. Copies share the terms, which never change.

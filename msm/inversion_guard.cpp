@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "msm/step_parts.hpp"
 #include "msm/tetrahedron_volume.hpp"
 
 namespace livermark::msm {
@@ -63,6 +64,13 @@ class InversionGuard : public ElasticTerm {
     }
 
     void add_block_bound(const Eigen::VectorXd & /*x*/, std::vector<Eigen::Matrix3d> & /*blocks*/) const override {}
+
+    bool describe(StepParts &parts) const override {
+        parts.tetrahedra = tetrahedra_;
+        parts.least_volume = least_volume_;
+        parts.guard_stiffness = modulus_per_volume_;
+        return true;
+    }
 
   private:
     Eigen::Matrix<double, 12, 12> tetrahedron_hessian(const Eigen::VectorXd &x, std::size_t t, Tangent tangent) const {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "msm/mass_lumping.hpp"
+#include "msm/step_parts.hpp"
 
 namespace livermark::msm {
 
@@ -74,6 +75,13 @@ class Springs : public ElasticTerm {
             for (const int node : springs_.edges[s])
                 blocks[node] += axial;
         }
+    }
+
+    bool describe(StepParts &parts) const override {
+        parts.edges = springs_.edges;
+        parts.stiffness = springs_.stiffness;
+        parts.rest_length = springs_.rest_length;
+        return true;
     }
 
   private:

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "msm/step_parts.hpp"
 #include "msm/tetrahedron_volume.hpp"
 
 namespace livermark::msm {
@@ -15,7 +16,7 @@ using SparseRows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 class VolumePenalty : public ElasticTerm {
   public:
     VolumePenalty(const core::TetraMesh &mesh, const ControlVolumes &parts)
-        : tetrahedra_(mesh.tetrahedra), share_(parts.share),
+        : tetrahedra_(mesh.tetrahedra), share_(parts.share), centre_(parts.centre),
           modulus_(Eigen::VectorXd::Map(parts.modulus.data(), static_cast<Eigen::Index>(parts.modulus.size()))),
           rest_volume_(share_ * volumes(to_unknowns(mesh.points))) {}
 
@@ -76,7 +77,34 @@ class VolumePenalty : public ElasticTerm {
         }
     }
 
+    bool describe(StepParts &parts) const override {
+        const Eigen::VectorXd stiffness = modulus_.cwiseQuotient(rest_volume_);
+        parts.tetrahedra = tetrahedra_;
+        if (centre_.empty())
+            return describe_tetrahedra(stiffness, parts);
+        parts.centre = centre_;
+        parts.volume_stiffness.assign(stiffness.begin(), stiffness.end());
+        parts.corner_volume.resize(tetrahedra_.size());
+        for (int c = 0; c < share_.rows(); ++c)
+            for (SparseRows::InnerIterator entry(share_, c); entry; ++entry) {
+                const auto &corners = tetrahedra_[entry.col()];
+                parts.corner_volume[entry.col()][std::ranges::find(corners, centre_[c]) - corners.begin()] = c;
+            }
+        return true;
+    }
+
   private:
+    /// @return false unless each tetrahedron is a control volume of its own
+    bool describe_tetrahedra(const Eigen::VectorXd &stiffness, StepParts &parts) const {
+        if (share_.rows() != share_.cols() || share_.nonZeros() != share_.rows())
+            return false;
+        for (int c = 0; c < share_.rows(); ++c)
+            if (share_.coeff(c, c) != 1.0)
+                return false;
+        parts.tetrahedron_stiffness.assign(stiffness.begin(), stiffness.end());
+        return true;
+    }
+
     Eigen::VectorXd volumes(const Eigen::VectorXd &x) const {
         Eigen::VectorXd volume(static_cast<Eigen::Index>(tetrahedra_.size()));
         for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
@@ -124,6 +152,7 @@ class VolumePenalty : public ElasticTerm {
 
     std::vector<std::array<int, 4>> tetrahedra_;
     SparseRows share_;
+    std::vector<int> centre_;
     Eigen::VectorXd modulus_;
     Eigen::VectorXd rest_volume_;
 };

@@ -13,6 +13,7 @@ namespace livermark::msm {
 struct ControlVolumes {
     Eigen::SparseMatrix<double, Eigen::RowMajor> share; ///< (C, M) part of each tetrahedron that belongs to each, >= 0
     std::vector<double> modulus;                        ///< (C) kappa [Pa]
+    std::vector<int> centre; ///< (C) node that each is around, with a quarter of its tetrahedra; empty if they are none
 };
 
 /// U = sum over control volumes c of kappa_c / 2 (V_c - V0_c)^2 / V0_c, V_c = sum over tetrahedra t of share_ct V_t now

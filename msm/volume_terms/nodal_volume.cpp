@@ -19,8 +19,10 @@ std::shared_ptr<const ElasticTerm> make(const core::Body &body, const std::vecto
     for (int t = 0; t < mesh.num_tetrahedra(); ++t)
         for (const int node : mesh.tetrahedra[t]) {
             const auto [place, is_new] = number.try_emplace({node, mesh.region[t]}, static_cast<int>(number.size()));
-            if (is_new)
+            if (is_new) {
                 parts.modulus.push_back(modulus[mesh.region[t]]);
+                parts.centre.push_back(node);
+            }
             share.emplace_back(place->second, t, 0.25);
         }
     parts.share.resize(static_cast<Eigen::Index>(number.size()), mesh.num_tetrahedra());

@@ -1,0 +1,197 @@
+#include "msm/kernels/fast_steps.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "msm/kernels/step_workspace.hpp"
+#include "msm/kernels/team.hpp"
+
+namespace livermark::msm {
+
+class FastSteps::Implementation {
+  public:
+    virtual ~Implementation() = default;
+    virtual void set_state(const State &state) = 0;
+    virtual State state() const = 0;
+    virtual void take(int num_steps) = 0;
+    virtual std::size_t working_set() const = 0;
+};
+
+namespace {
+
+std::optional<StepScheme> find_scheme(const std::string &integrator) {
+    using Kind = StepScheme::Kind;
+    static const std::map<std::string, StepScheme, std::less<>> schemes{
+        {"explicit_euler", {.kind = Kind::runge_kutta, .weight = {1.0}}},
+        {"heun", {.kind = Kind::runge_kutta, .weight = {0.5, 0.5}, .next = {1.0}}},
+        {"runge_kutta_4",
+         {.kind = Kind::runge_kutta, .weight = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0}, .next = {0.5, 0.5, 1.0}}},
+        {"symplectic_euler", {.kind = Kind::symplectic_euler}},
+        {"velocity_verlet", {.kind = Kind::velocity_verlet}}};
+    const auto place = schemes.find(integrator);
+    return place == schemes.end() ? std::nullopt : std::optional(place->second);
+}
+
+/// Cuts what has the given running costs into parts of about equal cost.
+std::vector<Share> shares(const std::vector<int> &running_cost, int num_threads) {
+    std::vector<Share> shares(num_threads);
+    const int total = running_cost.empty() ? 0 : running_cost.back();
+    const auto cut = [&](int part) {
+        const auto wanted = static_cast<int>(static_cast<long>(total) * part / num_threads);
+        return static_cast<int>(std::ranges::lower_bound(running_cost, wanted) - running_cost.begin());
+    };
+    for (int thread = 0; thread < num_threads; ++thread)
+        shares[thread] = {cut(thread), cut(thread + 1)};
+    shares.front().first = 0;
+    shares.back().last = std::max(static_cast<int>(running_cost.size()) - 1, 0);
+    return shares;
+}
+
+/// Of things that cost the same.
+std::vector<int> running_count(int count) {
+    std::vector<int> cost;
+    for (int i = 0; i <= count; ++i)
+        cost.push_back(i);
+    return cost;
+}
+
+template <class V> std::size_t bytes(const V &values) { return values.size() * sizeof(typename V::value_type); }
+
+template <class T> class Steps : public FastSteps::Implementation {
+  public:
+    Steps(const StepParts &parts, const ElasticBody &body, const std::vector<core::Vector3> &positions,
+          const NodalConditions &conditions, const core::RayleighDamping &damping, const StepScheme &scheme,
+          double time_step, int num_threads)
+        : positions_(positions), team_(num_threads) {
+        // Rows of single precision are finest near the origin.
+        for (const auto &x : positions)
+            origin_ += x / static_cast<double>(positions.size());
+        at_.body = sliced_body<T>(parts, shifted());
+        at_.scheme = scheme;
+        at_.time_step = time_step;
+        at_.alpha = damping.alpha;
+        at_.beta = damping.beta;
+        at_.nodes.resize(at_.body.num_slices);
+        if (scheme.kind != StepScheme::Kind::symplectic_euler)
+            at_.stages.resize(at_.body.num_slices);
+        for (auto &rows : at_.rows)
+            rows.assign(4 * static_cast<std::size_t>(at_.body.num_rows), T(0));
+        if (damping.beta != 0.0)
+            at_.velocity_rows = at_.rows;
+        at_.gain.assign(static_cast<std::size_t>(at_.body.num_groups + 1) * slice_size, T(0));
+        at_.corner_force.assign(4 * static_cast<std::size_t>(at_.body.chunk_start.back() + 1), T(0));
+        share_work();
+        for (std::size_t i = 0; i < positions.size(); ++i)
+            for (int c = 0; c < 3; ++c) {
+                const bool is_free = std::isnan(conditions.displacement[i][c]);
+                of(&NodeSlice::free_per_mass, i, c) = is_free ? 1.0 / body.node_mass[i] : 0.0;
+                of(&NodeSlice::load, i, c) = conditions.force[i][c];
+            }
+        const auto size = static_cast<Eigen::Index>(3 * positions.size());
+        Steps::set_state({Eigen::VectorXd::Zero(size), Eigen::VectorXd::Zero(size)});
+    }
+
+    void set_state(const State &state) override {
+        const auto shifted = this->shifted();
+        for (std::size_t i = 0; i < positions_.size(); ++i)
+            for (int c = 0; c < 3; ++c) {
+                const auto unknown = static_cast<Eigen::Index>(3 * i) + c;
+                const bool is_free = of(&NodeSlice::free_per_mass, i, c) != 0.0;
+                of(&NodeSlice::position, i, c) = shifted[i][c] + state.displacement[unknown];
+                of(&NodeSlice::velocity, i, c) = is_free ? state.velocity[unknown] : 0.0;
+            }
+        write_rows(&NodeSlice::position, at_.rows[at_.now]);
+        if (!at_.velocity_rows[at_.now].empty())
+            write_rows(&NodeSlice::velocity, at_.velocity_rows[at_.now]);
+    }
+
+    State state() const override {
+        const auto size = static_cast<Eigen::Index>(3 * positions_.size());
+        State state{Eigen::VectorXd(size), Eigen::VectorXd(size)};
+        const auto shifted = this->shifted();
+        for (std::size_t i = 0; i < positions_.size(); ++i)
+            for (int c = 0; c < 3; ++c) {
+                const auto unknown = static_cast<Eigen::Index>(3 * i) + c;
+                state.displacement[unknown] = of(&NodeSlice::position, i, c) - shifted[i][c];
+                state.velocity[unknown] = of(&NodeSlice::velocity, i, c);
+            }
+        return state;
+    }
+
+    void take(int num_steps) override {
+        team_.run([&](int thread, Barrier &barrier) { take_steps(at_, thread, num_steps, barrier); });
+    }
+
+    std::size_t working_set() const override {
+        const auto &body = at_.body;
+        return bytes(body.neighbour) + bytes(body.stiffness) + bytes(body.pull) + bytes(body.corner) +
+               bytes(body.force_slot) + bytes(body.sum) + bytes(body.rest_volume) + bytes(body.tetrahedron_stiffness) +
+               bytes(body.least_volume) + bytes(body.guard_stiffness) + bytes(body.member) +
+               bytes(body.volume_stiffness) + bytes(at_.nodes) + bytes(at_.stages) + 2 * bytes(at_.rows[0]) +
+               2 * bytes(at_.velocity_rows[0]) + bytes(at_.gain) + bytes(at_.corner_force);
+    }
+
+  private:
+    std::vector<core::Vector3> shifted() const {
+        auto points = positions_;
+        for (auto &x : points)
+            x -= origin_;
+        return points;
+    }
+
+    void share_work() {
+        at_.slices = shares(at_.body.spring_start, team_.size());
+        at_.groups = shares(running_count(at_.body.num_groups), team_.size());
+        at_.chunks = shares(running_count(static_cast<int>(at_.body.chunk_start.size()) - 1), team_.size());
+        at_.volume_slices = shares(at_.body.volume_start, team_.size());
+    }
+
+    double &of(NodeSlice::Field NodeSlice::*field, std::size_t node, int component) {
+        const int row = at_.body.row_of_node[node];
+        return (at_.nodes[row / slice_size].*field)[component][row % slice_size];
+    }
+    double of(NodeSlice::Field NodeSlice::*field, std::size_t node, int component) const {
+        const int row = at_.body.row_of_node[node];
+        return (at_.nodes[row / slice_size].*field)[component][row % slice_size];
+    }
+
+    void write_rows(NodeSlice::Field NodeSlice::*field, Aligned<T> &rows) const {
+        for (int row = 0; row < at_.body.first_copy; ++row)
+            for (int c = 0; c < 3; ++c)
+                rows[4 * static_cast<std::size_t>(row) + c] =
+                    static_cast<T>((at_.nodes[row / slice_size].*field)[c][row % slice_size]);
+        for (std::size_t c = 0; c < at_.body.copied_row.size(); ++c)
+            std::copy_n(rows.begin() + 4 * static_cast<std::ptrdiff_t>(at_.body.copied_row[c]), 4,
+                        rows.begin() + 4 * (at_.body.first_copy + static_cast<std::ptrdiff_t>(c)));
+    }
+
+    std::vector<core::Vector3> positions_;
+    core::Vector3 origin_ = core::Vector3::Zero();
+    StepWorkspace<T> at_;
+    Team team_;
+};
+
+} // namespace
+
+std::optional<FastSteps> FastSteps::prepare(const ElasticBody &body, const std::vector<core::Vector3> &positions,
+                                            const NodalConditions &conditions, const core::RayleighDamping &damping,
+                                            const std::string &integrator, double time_step,
+                                            const FastStepOptions &options) {
+    const auto parts = step_parts(body);
+    const auto scheme = find_scheme(integrator);
+    if (!parts || !scheme)
+        return std::nullopt;
+    const auto make = [&]<class T>(T /*precision*/) {
+        return FastSteps(std::make_shared<Steps<T>>(*parts, body, positions, conditions, damping, *scheme, time_step,
+                                                    options.num_threads));
+    };
+    return options.precision == ForcePrecision::single_precision ? make(float()) : make(double());
+}
+
+void FastSteps::set_state(const State &state) { implementation_->set_state(state); }
+State FastSteps::state() const { return implementation_->state(); }
+void FastSteps::take(int num_steps) { implementation_->take(num_steps); }
+std::size_t FastSteps::working_set() const { return implementation_->working_set(); }
+
+} // namespace livermark::msm

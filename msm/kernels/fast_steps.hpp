@@ -1,0 +1,54 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/load_case.hpp"
+#include "msm/elastic_body.hpp"
+#include "msm/motion.hpp"
+#include "msm/nodal_conditions.hpp"
+
+namespace livermark::msm {
+
+/// In what precision forces are evaluated; the state is in double precision always.
+enum class ForcePrecision { single_precision, double_precision };
+
+struct FastStepOptions {
+    ForcePrecision precision = ForcePrecision::single_precision;
+    int num_threads = 1; ///< >= 1; the result does not depend on it
+};
+
+/// Explicit steps at the machine's speed: those of elastic_motion() and an integrator, with forces from vector units.
+/// Springs, their dashpots, volume terms and the inversion guard are known; biquadratic springs are not.
+///
+/// Single precision is that of positions within the body: 2^-24 of its size, and so about 1e-6 of the strain of a
+/// spring for each 1 % of it.
+class FastSteps {
+  public:
+    /// @return nothing if fast kernels do not know the integrator or a part of the body
+    /// @param positions   shape (N) [m], where the body is at rest
+    /// @param time_step   h [s], > 0
+    static std::optional<FastSteps> prepare(const ElasticBody &body, const std::vector<core::Vector3> &positions,
+                                            const NodalConditions &conditions, const core::RayleighDamping &damping,
+                                            const std::string &integrator, double time_step,
+                                            const FastStepOptions &options = {});
+
+    /// Goes on from another state; of held components it takes the displacement alone.
+    void set_state(const State &state);
+    State state() const;
+
+    /// Takes that many steps.
+    void take(int num_steps);
+
+    /// Memory that every step reads or writes [bytes].
+    std::size_t working_set() const;
+
+    class Implementation;
+
+  private:
+    explicit FastSteps(std::shared_ptr<Implementation> implementation) : implementation_(std::move(implementation)) {}
+    std::shared_ptr<Implementation> implementation_;
+};
+
+} // namespace livermark::msm

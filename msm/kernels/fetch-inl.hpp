@@ -1,0 +1,129 @@
+// Rows of four numbers at scattered places, one to a lane, as four vectors. Written once for each vector unit: see
+// take_steps.cpp.
+#if defined(LIVERMARK_FETCH_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIVERMARK_FETCH_INL_HPP
+#undef LIVERMARK_FETCH_INL_HPP
+#else
+#define LIVERMARK_FETCH_INL_HPP
+#endif
+
+#include <cstdint>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace livermark::msm::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// As many lanes as the machine has, at most a slice of float; a double has half of them.
+template <class T> using Lanes = hn::CappedTag<T, 64 / sizeof(T)>;
+
+template <class D> struct Rows {
+    hn::Vec<D> x, y, z, w;
+};
+
+#if HWY_TARGET == HWY_SCALAR
+
+template <class D, class T> HWY_INLINE Rows<D> fetch(D d, const T *rows, const std::int32_t *row) {
+    const T *at = rows + 4 * static_cast<std::ptrdiff_t>(*row);
+    return {hn::Set(d, at[0]), hn::Set(d, at[1]), hn::Set(d, at[2]), hn::Set(d, at[3])};
+}
+
+template <class D, class V, class T> HWY_INLINE void scatter_add(D d, V x, V y, V z, T *rows, const std::int32_t *row) {
+    const auto was = fetch(d, rows, row);
+    hn::StoreInterleaved4(hn::Add(was.x, x), hn::Add(was.y, y), hn::Add(was.z, z), was.w, d,
+                          rows + 4 * static_cast<std::ptrdiff_t>(*row));
+}
+
+#else
+
+/// 16 bytes from each of several places: block b of the result from the place of lane `stride * b`.
+template <class D, class T = hn::TFromD<D>>
+HWY_INLINE hn::Vec<D> blocks(D d, const T *rows, const std::int32_t *row, int stride) {
+    constexpr hn::Full128<T> block;
+    const auto load = [&](int b) HWY_ATTR { return hn::LoadU(block, rows + 4 * static_cast<std::ptrdiff_t>(row[b])); };
+    if constexpr (hn::MaxLanes(d) * sizeof(T) == 16) {
+        return load(0);
+    } else if constexpr (hn::MaxLanes(d) * sizeof(T) == 32) {
+        return hn::Combine(d, load(stride), load(0));
+    } else {
+        const hn::Half<D> half;
+        return hn::Combine(d, hn::Combine(half, load(3 * stride), load(2 * stride)),
+                           hn::Combine(half, load(stride), load(0)));
+    }
+}
+
+/// Hardware gathers three vectors in three times the time that these loads and the transposition take.
+template <class D> HWY_INLINE Rows<D> fetch(D d, const float *rows, const std::int32_t *row) {
+    const hn::RepartitionToWide<decltype(hn::RebindToUnsigned<D>())> pairs;
+    const auto r0 = blocks(d, rows, row, 4), r1 = blocks(d, rows, row + 1, 4);
+    const auto r2 = blocks(d, rows, row + 2, 4), r3 = blocks(d, rows, row + 3, 4);
+    const auto xy01 = hn::BitCast(pairs, hn::InterleaveLower(d, r0, r1));
+    const auto zw01 = hn::BitCast(pairs, hn::InterleaveUpper(d, r0, r1));
+    const auto xy23 = hn::BitCast(pairs, hn::InterleaveLower(d, r2, r3));
+    const auto zw23 = hn::BitCast(pairs, hn::InterleaveUpper(d, r2, r3));
+    return {hn::BitCast(d, hn::InterleaveLower(pairs, xy01, xy23)),
+            hn::BitCast(d, hn::InterleaveUpper(pairs, xy01, xy23)),
+            hn::BitCast(d, hn::InterleaveLower(pairs, zw01, zw23)),
+            hn::BitCast(d, hn::InterleaveUpper(pairs, zw01, zw23))};
+}
+
+template <class D> HWY_INLINE Rows<D> fetch(D d, const double *rows, const std::int32_t *row) {
+    const auto xy0 = blocks(d, rows, row, 2), xy1 = blocks(d, rows, row + 1, 2);
+    const auto zw0 = blocks(d, rows + 2, row, 2), zw1 = blocks(d, rows + 2, row + 1, 2);
+    return {hn::InterleaveLower(d, xy0, xy1), hn::InterleaveUpper(d, xy0, xy1), hn::InterleaveLower(d, zw0, zw1),
+            hn::InterleaveUpper(d, zw0, zw1)};
+}
+
+/// Adds 16 bytes to each of several places, one after the other, so that two of these may be one.
+template <class D, class V, class T = hn::TFromD<D>>
+HWY_INLINE void add_blocks(D /*d*/, V blocks, T *rows, const std::int32_t *row, int stride) {
+    using Place = hn::Full128<T>;
+    constexpr Place block;
+    const auto store = [&](hn::Vec<Place> part, int b) HWY_ATTR {
+        T *place = rows + 4 * static_cast<std::ptrdiff_t>(row[b]);
+        hn::StoreU(hn::Add(hn::LoadU(block, place), part), block, place);
+    };
+    if constexpr (hn::MaxLanes(D()) * sizeof(T) == 16) {
+        store(blocks, 0);
+    } else if constexpr (hn::MaxLanes(D()) * sizeof(T) == 32) {
+        store(hn::LowerHalf(block, blocks), 0);
+        store(hn::UpperHalf(block, blocks), stride);
+    } else {
+        const hn::Half<D> half;
+        const auto lower = hn::LowerHalf(half, blocks), upper = hn::UpperHalf(half, blocks);
+        store(hn::LowerHalf(block, lower), 0);
+        store(hn::UpperHalf(block, lower), stride);
+        store(hn::LowerHalf(block, upper), 2 * stride);
+        store(hn::UpperHalf(block, upper), 3 * stride);
+    }
+}
+
+/// Adds rows (x, y, z, 0) at scattered places.
+template <class D, class V> HWY_INLINE void scatter_add(D d, V x, V y, V z, float *rows, const std::int32_t *row) {
+    const hn::RepartitionToWide<decltype(hn::RebindToUnsigned<D>())> pairs;
+    const auto zero = hn::Zero(d);
+    const auto xy01 = hn::BitCast(pairs, hn::InterleaveLower(d, x, y));
+    const auto xy23 = hn::BitCast(pairs, hn::InterleaveUpper(d, x, y));
+    const auto zw01 = hn::BitCast(pairs, hn::InterleaveLower(d, z, zero));
+    const auto zw23 = hn::BitCast(pairs, hn::InterleaveUpper(d, z, zero));
+    add_blocks(d, hn::BitCast(d, hn::InterleaveLower(pairs, xy01, zw01)), rows, row, 4);
+    add_blocks(d, hn::BitCast(d, hn::InterleaveUpper(pairs, xy01, zw01)), rows, row + 1, 4);
+    add_blocks(d, hn::BitCast(d, hn::InterleaveLower(pairs, xy23, zw23)), rows, row + 2, 4);
+    add_blocks(d, hn::BitCast(d, hn::InterleaveUpper(pairs, xy23, zw23)), rows, row + 3, 4);
+}
+
+template <class D, class V> HWY_INLINE void scatter_add(D d, V x, V y, V z, double *rows, const std::int32_t *row) {
+    const auto zero = hn::Zero(d);
+    add_blocks(d, hn::InterleaveLower(d, x, y), rows, row, 2);
+    add_blocks(d, hn::InterleaveUpper(d, x, y), rows, row + 1, 2);
+    add_blocks(d, hn::InterleaveLower(d, z, zero), rows + 2, row, 2);
+    add_blocks(d, hn::InterleaveUpper(d, z, zero), rows + 2, row + 1, 2);
+}
+
+#endif
+
+} // namespace livermark::msm::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif // LIVERMARK_FETCH_INL_HPP

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <boost/align/aligned_allocator.hpp>
+#include <cstdint>
+#include <vector>
+
+#include "core/tetra_mesh.hpp"
+#include "msm/step_parts.hpp"
+
+namespace livermark::msm {
+
+/// Nodes of a slice, tetrahedra of a group: as many as the widest vectors have lanes. Narrower ones take a slice in
+/// several goes, so that one layout serves every machine.
+inline constexpr int slice_size = 16;
+
+/// Groups of tetrahedra whose forces are summed together: few enough that their nodes stay in the fastest cache.
+inline constexpr int chunk_size = 64;
+
+/// Starts at a cache line.
+template <class T> using Aligned = std::vector<T, boost::alignment::aligned_allocator<T, 64>>;
+
+/// The parts of a body for vector units: sliced ELLPACK (SELL-C-sigma of Kreutzer et al. 2014, SIAM J. Sci. Comput.
+/// 36(5)). A slice is 16 nodes of about the same degree; the d-th neighbours of all of them are next to each other, and
+/// slices with fewer are filled up with springs of no stiffness. Every spring is kept at both of its ends, so that each
+/// node collects its own force and no two write to one place.
+///
+/// Where nodes are is kept in rows of four numbers, x y z and the pressure around the node, which one load brings. A
+/// node on a boundary between regions has a control volume in each: the first is in its own row, the others have copies
+/// of the row behind those of all nodes.
+/// @tparam T  of everything that forces are made from
+template <class T> struct SlicedBody {
+    int num_slices = 0; ///< of nodes
+    int num_rows = 0;   ///< a multiple of 16, copies included
+    std::vector<int> row_of_node;
+    std::vector<int> copy_start; ///< (slices + 1) first of its copies
+    std::vector<int> copied_row; ///< what to copy, for each copy
+    int first_copy = 0;          ///< the row of the first
+
+    std::vector<int> spring_start;   ///< (slices + 1), in units of 16
+    Aligned<std::int32_t> neighbour; ///< row at the other end
+    Aligned<T> stiffness;            ///< k [N/m]
+    Aligned<T> pull;                 ///< k l0 [N]
+
+    int num_groups = 0;               ///< of 16 tetrahedra
+    Aligned<std::int32_t> corner;     ///< (groups, 4, 16) row of each corner
+    Aligned<std::int32_t> force_slot; ///< (groups, 4, 16) where the force on it is added
+    std::vector<int> chunk_start;     ///< (chunks + 1) first place of each chunk: one for every node that it touches
+    Aligned<T> rest_volume;           ///< (groups, 16) [m^3]
+    Aligned<T> tetrahedron_stiffness; ///< (groups, 16) [Pa/m^3]; empty if there is none, as are the following
+    Aligned<T> least_volume;          ///< (groups, 16) [m^3]
+    Aligned<T> guard_stiffness;       ///< (groups, 16) [Pa/m^3]
+    std::vector<int> sum_start;       ///< (slices + 1) places to sum for the nodes of a slice, in units of 16
+    Aligned<std::int32_t> sum;        ///< one of these places; one behind the last, where nothing is added, as filling
+
+    std::vector<int> volume_start;  ///< (rows / 16 + 1) tetrahedra around the nodes of the rows, in units of 16
+    Aligned<std::int32_t> member;   ///< the tetrahedron; one behind the last where there is none
+    Aligned<T> volume_stiffness;    ///< (rows) a quarter of the pressure for each m^3 gained [Pa/m^3]
+};
+
+/// @param positions  shape (N) [m], at rest
+template <class T>
+SlicedBody<T> sliced_body(const StepParts &parts, const std::vector<core::Vector3> &positions);
+
+} // namespace livermark::msm

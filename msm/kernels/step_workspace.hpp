@@ -1,0 +1,67 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "msm/kernels/sliced_body.hpp"
+
+namespace livermark::msm {
+
+class Barrier;
+
+/// How the explicit integrators go from one force to the next.
+struct StepScheme {
+    enum class Kind { symplectic_euler, velocity_verlet, runge_kutta };
+    Kind kind = Kind::symplectic_euler;
+    /// Of Runge-Kutta methods whose stages each start from the one before: what each stage adds to the step, and where
+    /// the next one stands, both as parts of the step.
+    std::vector<double> weight{1.0};
+    std::vector<double> next{};
+    int num_stages() const { return kind == Kind::velocity_verlet ? 2 : static_cast<int>(weight.size()); }
+};
+
+/// Nodes of one slice, in double precision whatever the forces have, one component behind the other.
+struct alignas(64) NodeSlice {
+    using Field = std::array<std::array<double, slice_size>, 3>;
+    Field position;      ///< x less the origin [m]
+    Field velocity;      ///< [m/s]
+    Field free_per_mass; ///< 1/m [1/kg], 0 where held
+    Field load;          ///< [N]
+};
+
+/// What methods of several stages keep between these.
+struct alignas(64) StageSlice {
+    NodeSlice::Field position;     ///< of the step so far
+    NodeSlice::Field velocity;     ///< of the step so far; for velocity Verlet the first acceleration
+    NodeSlice::Field stage_velocity;
+};
+
+/// Part of the work that one thread does.
+struct Share {
+    int first = 0, last = 0;
+};
+
+/// Everything that the steps of a body read and write.
+template <class T> struct StepWorkspace {
+    SlicedBody<T> body;
+    StepScheme scheme;
+    double time_step = 0.0;
+    double alpha = 0.0, beta = 0.0; ///< Rayleigh damping
+
+    std::vector<NodeSlice> nodes;
+    std::vector<StageSlice> stages; ///< empty for one stage
+    /// What forces are made from, (rows, 4) each: x, y, z and pressure; velocities, where stiffness damps. One is read
+    /// while the other is written.
+    std::array<Aligned<T>, 2> rows, velocity_rows;
+    int now = 0;            ///< which of the two is read
+    Aligned<T> gain;        ///< (groups * 16 + 16) volume gained by each tetrahedron, and zeros for nobody's [m^3]
+    Aligned<T> corner_force; ///< (places of all chunks and one that stays zero, 4) [N]
+
+    std::vector<Share> slices, groups, volume_slices, chunks; ///< of each thread
+};
+
+/// Takes steps, with the widest vectors that the machine has; every thread of a team calls it. The result does not
+/// depend on how many there are: everything is written by one thread, from what was there before a barrier.
+template <class T> void take_steps(StepWorkspace<T> &workspace, int thread, int num_steps, Barrier &barrier);
+
+} // namespace livermark::msm

@@ -1,0 +1,92 @@
+// Highway compiles this file once for each vector unit, and the machine's best one is taken when the program runs.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "msm/kernels/take_steps.cpp"
+#include <hwy/foreach_target.h> // has to come before highway.h
+
+#include "msm/kernels/schemes-inl.hpp"
+#include "msm/kernels/team.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace livermark::msm::HWY_NAMESPACE {
+
+template <class Scheme, bool is_damped, class T>
+void run(StepWorkspace<T> &at, int thread, int num_steps, Barrier &barrier) {
+    const auto [first_slice, last_slice] = at.slices[thread];
+    const auto [first_group, last_group] = at.groups[thread];
+    const auto [first_chunk, last_chunk] = at.chunks[thread];
+    const auto [first_volume, last_volume] = at.volume_slices[thread];
+    const bool has_volumes = !at.body.volume_stiffness.empty(), has_tetrahedra = at.body.num_groups > 0;
+    const int num_stages = at.scheme.num_stages();
+    for (int step = 0; step < num_steps; ++step)
+        for (int stage = 0; stage < num_stages; ++stage) {
+            if (has_volumes) {
+                for (int group = first_group; group < last_group; ++group)
+                    volume_gains<is_damped>(at, group);
+                barrier.wait();
+                for (int slice = first_volume; slice < last_volume; ++slice)
+                    pressures(at, slice);
+                barrier.wait();
+            }
+            if (has_tetrahedra) {
+                for (int chunk = first_chunk; chunk < last_chunk; ++chunk)
+                    chunk_forces<is_damped>(at, chunk);
+                barrier.wait();
+            }
+            for (int slice = first_slice; slice < last_slice; ++slice) {
+                SliceForce<T> force;
+                spring_forces<is_damped>(at, slice, force);
+                if (has_tetrahedra)
+                    add_corner_forces(at, slice, force);
+                advance<Scheme, is_damped>(at, slice, stage, force);
+            }
+            barrier.wait();
+            if (thread == 0)
+                at.now = 1 - at.now;
+            barrier.wait();
+        }
+}
+
+template <class T> void take(StepWorkspace<T> &at, int thread, int num_steps, Barrier &barrier) {
+    const auto with = [&]<class Scheme>(Scheme /*scheme*/) {
+        if (at.beta != 0.0)
+            run<Scheme, true>(at, thread, num_steps, barrier);
+        else
+            run<Scheme, false>(at, thread, num_steps, barrier);
+    };
+    switch (at.scheme.kind) {
+    case StepScheme::Kind::symplectic_euler:
+        return with(SymplecticEuler());
+    case StepScheme::Kind::velocity_verlet:
+        return with(VelocityVerlet());
+    case StepScheme::Kind::runge_kutta:
+        return with(RungeKutta());
+    }
+}
+
+void take_with_float(StepWorkspace<float> &at, int thread, int num_steps, Barrier &barrier) {
+    take(at, thread, num_steps, barrier);
+}
+void take_with_double(StepWorkspace<double> &at, int thread, int num_steps, Barrier &barrier) {
+    take(at, thread, num_steps, barrier);
+}
+
+} // namespace livermark::msm::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace livermark::msm {
+
+namespace {
+HWY_EXPORT(take_with_float);
+HWY_EXPORT(take_with_double);
+} // namespace
+
+template <> void take_steps(StepWorkspace<float> &workspace, int thread, int num_steps, Barrier &barrier) {
+    HWY_DYNAMIC_DISPATCH(take_with_float)(workspace, thread, num_steps, barrier);
+}
+template <> void take_steps(StepWorkspace<double> &workspace, int thread, int num_steps, Barrier &barrier) {
+    HWY_DYNAMIC_DISPATCH(take_with_double)(workspace, thread, num_steps, barrier);
+}
+
+} // namespace livermark::msm
+#endif

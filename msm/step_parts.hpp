@@ -1,0 +1,32 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "msm/elastic_body.hpp"
+
+namespace livermark::msm {
+
+/// What fast kernels know how to move: springs, the volume around nodes or of tetrahedra, and the guard against
+/// inversion, as plain arrays. Empty arrays stand for a part that is not there.
+struct StepParts {
+    std::vector<std::array<int, 2>> edges; ///< (S) node numbers
+    std::vector<double> stiffness;         ///< (S) [N/m]
+    std::vector<double> rest_length;       ///< (S) [m]
+
+    std::vector<std::array<int, 4>> tetrahedra; ///< (M) node numbers, of all that follows
+    /// (M) pressure of a tetrahedron for each m^3 that it has gained [Pa/m^3]
+    std::vector<double> tetrahedron_stiffness;
+    /// (C) node in the middle of each control volume, to which every tetrahedron in it gives a quarter of its own
+    std::vector<int> centre;
+    std::vector<double> volume_stiffness;          ///< (C) pressure for each m^3 that it has gained [Pa/m^3]
+    std::vector<std::array<int, 4>> corner_volume; ///< (M) control volume around each corner
+    std::vector<double> least_volume;              ///< (M) [m^3] below which a tetrahedron is pushed back
+    std::vector<double> guard_stiffness;           ///< (M) pressure for each m^3 that it then lacks [Pa/m^3]
+};
+
+/// @return nothing if the body has a part that fast kernels do not know
+std::optional<StepParts> step_parts(const ElasticBody &body);
+
+} // namespace livermark::msm

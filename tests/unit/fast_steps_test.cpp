@@ -1,0 +1,239 @@
+#include <cmath>
+#include <functional>
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+#include <limits>
+#include <random>
+
+#include "msm/elastic_motion.hpp"
+#include "msm/integrator.hpp"
+#include "msm/inversion_guard.hpp"
+#include "msm/kernels/fast_steps.hpp"
+#include "msm/spring_network.hpp"
+#include "msm/volume_term.hpp"
+#include "tests/test_meshes.hpp"
+
+namespace livermark {
+namespace {
+
+using core::Vector3;
+using msm::FastSteps;
+using msm::ForcePrecision;
+using msm::State;
+
+constexpr double step = 1e-4;
+
+/// Point masses, where they are, and what is done to them.
+struct Sample {
+    msm::ElasticBody body{{}, {}};
+    std::vector<Vector3> positions;
+    msm::NodalConditions conditions;
+};
+
+double random_value(std::mt19937 &random, double lowest, double highest) {
+    return std::uniform_real_distribution<double>(lowest, highest)(random);
+}
+
+Vector3 random_vector(std::mt19937 &random, double largest) {
+    return {random_value(random, -largest, largest), random_value(random, -largest, largest),
+            random_value(random, -largest, largest)};
+}
+
+/// Every fifth node is held, half of these in one direction only; the others bear loads.
+msm::NodalConditions some_conditions(std::size_t num_nodes, std::mt19937 &random) {
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    msm::NodalConditions conditions;
+    conditions.displacement.assign(num_nodes, Vector3::Constant(nan));
+    conditions.constraint.assign(num_nodes, {-1, -1, -1});
+    conditions.force.assign(num_nodes, Vector3::Zero());
+    for (std::size_t i = 0; i < num_nodes; ++i)
+        if (i % 5 != 2)
+            conditions.force[i] = random_vector(random, 0.01);
+        else if (i % 2 == 0)
+            conditions.displacement[i].setZero();
+        else
+            conditions.displacement[i].y() = 0.0;
+    return conditions;
+}
+
+/// Springs between nodes at random places, each with its neighbours in number and with some others.
+Sample random_springs(int num_nodes) {
+    std::mt19937 random(num_nodes);
+    Sample sample;
+    core::SpringNetwork springs;
+    for (int i = 0; i < num_nodes; ++i) {
+        sample.positions.emplace_back(random_vector(random, 0.1));
+        springs.node_mass.push_back(random_value(random, 0.001, 0.003));
+        for (int j = 0; j < i; ++j)
+            if (i - j < 3 || random() % 50 == 0) {
+                springs.edges.push_back({j, i});
+                springs.rest_length.push_back((sample.positions[i] - sample.positions[j]).norm());
+                springs.stiffness.push_back(random_value(random, 10.0, 100.0));
+            }
+    }
+    sample.body = springs;
+    sample.conditions = some_conditions(sample.positions.size(), random);
+    return sample;
+}
+
+/// The first tetrahedra of a box of two materials, with springs, a volume term if one is named, and the guard.
+Sample tetrahedra(int num_tetrahedra, const std::string &volume_term) {
+    auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {3, 3, 2});
+    mesh.tetrahedra.resize(num_tetrahedra);
+    mesh.region_names = {"soft", "hard"};
+    mesh.region.assign(num_tetrahedra, 0);
+    for (int t = 0; t < num_tetrahedra; ++t)
+        mesh.region[t] = mesh.points[mesh.tetrahedra[t][0]].x() < 0.04 ? 0 : 1;
+    Sample sample;
+    sample.positions = mesh.points;
+    std::mt19937 random(num_tetrahedra);
+    sample.conditions = some_conditions(mesh.points.size(), random);
+    const core::Body body{.name = "two", .mesh = mesh, .materials = {{1060.0, 5e3, 0.4}, {1060.0, 2e4, 0.45}}};
+    auto springs = msm::spring_network(body, msm::all_spring_laws().front());
+    springs.node_mass.assign(mesh.points.size(), 0.002); // nodes of no tetrahedron would have none
+    sample.body = springs;
+    for (const auto &term : msm::all_volume_terms())
+        if (term.name == volume_term)
+            sample.body.terms.push_back(term.make(body, {7e3, 2e4}));
+    sample.body.terms.push_back(msm::inversion_guard(body));
+    return sample;
+}
+
+/// So far from rest that some tetrahedra are inverted; held components stand still.
+State shaken(const Sample &sample) {
+    std::mt19937 random(5);
+    const auto size = static_cast<Eigen::Index>(3 * sample.positions.size());
+    State state{Eigen::VectorXd::Zero(size), Eigen::VectorXd::Zero(size)};
+    for (std::size_t i = 0; i < sample.positions.size(); ++i)
+        for (int c = 0; c < 3; ++c)
+            if (std::isnan(sample.conditions.displacement[i][c])) {
+                state.displacement[static_cast<Eigen::Index>(3 * i) + c] = random_value(random, -0.01, 0.01);
+                state.velocity[static_cast<Eigen::Index>(3 * i) + c] = random_value(random, -0.5, 0.5);
+            }
+    return state;
+}
+
+State by_the_oracle(const Sample &sample, const core::RayleighDamping &damping, const std::string &integrator,
+                    int num_steps) {
+    const auto equation = msm::elastic_motion(sample.body, sample.positions, sample.conditions, damping);
+    const auto take_step = msm::find_integrator(integrator).prepare(equation, step);
+    auto state = shaken(sample);
+    for (int s = 0; s < num_steps; ++s)
+        take_step(state);
+    return state;
+}
+
+State by_the_kernel(const Sample &sample, const core::RayleighDamping &damping, const std::string &integrator,
+                    int num_steps, const msm::FastStepOptions &options) {
+    auto steps = FastSteps::prepare(sample.body, sample.positions, sample.conditions, damping, integrator, step, options);
+    EXPECT_TRUE(steps.has_value());
+    steps->set_state(shaken(sample));
+    steps->take(num_steps);
+    return steps->state();
+}
+
+/// Largest difference of velocities and displacements, as parts of the largest changes that the steps have made.
+double error(const State &found, const State &expected, const Sample &sample) {
+    const auto start = shaken(sample);
+    const auto part = [](const Eigen::VectorXd &difference, const Eigen::VectorXd &change) {
+        const double largest = difference.lpNorm<Eigen::Infinity>();
+        return largest > 0.0 ? largest / change.lpNorm<Eigen::Infinity>() : 0.0;
+    };
+    return std::max(part(found.velocity - expected.velocity, expected.velocity - start.velocity),
+                    part(found.displacement - expected.displacement, expected.displacement - start.displacement));
+}
+
+double tolerance(ForcePrecision precision) { return precision == ForcePrecision::double_precision ? 1e-12 : 1e-5; }
+
+constexpr auto both_precisions = {ForcePrecision::single_precision, ForcePrecision::double_precision};
+
+/// A vector unit that this machine has and this binary was built for.
+class EveryVectorUnit : public testing::TestWithParam<int64_t> {
+  protected:
+    EveryVectorUnit() { choose(GetParam()); }
+    ~EveryVectorUnit() override { choose(0); }
+
+  private:
+    /// Nought stands for the best one.
+    static void choose(int64_t target) {
+        hwy::SetSupportedTargetsForTest(target);
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    }
+};
+
+TEST_P(EveryVectorUnit, MovesAnyNumberOfNodesAsTheOracleDoes) {
+    for (const int num_nodes : {0, 1, 2, 3, 5, 7, 8, 9, 15, 16, 17, 31, 32, 33, 300})
+        for (const auto &damping : {core::RayleighDamping{0.0, 0.0}, core::RayleighDamping{3.0, 0.002}})
+            for (const auto precision : both_precisions) {
+                SCOPED_TRACE(num_nodes);
+                const auto sample = random_springs(num_nodes);
+                const auto expected = by_the_oracle(sample, damping, "symplectic_euler", 3);
+                const auto found = by_the_kernel(sample, damping, "symplectic_euler", 3, {.precision = precision});
+                if (num_nodes > 0) {
+                    EXPECT_LT(error(found, expected, sample), tolerance(precision));
+                }
+            }
+}
+
+TEST_P(EveryVectorUnit, MovesAnyNumberOfTetrahedraAsTheOracleDoes) {
+    for (const int count : {1, 2, 15, 16, 17, 33, 108})
+        for (const auto *term : {"", "nodal_volume", "tetrahedral_volume"})
+            for (const auto &damping : {core::RayleighDamping{0.0, 0.0}, core::RayleighDamping{3.0, 0.002}})
+                for (const auto precision : both_precisions) {
+                    SCOPED_TRACE(testing::Message() << count << " " << term);
+                    const auto sample = tetrahedra(count, term);
+                    const auto expected = by_the_oracle(sample, damping, "symplectic_euler", 3);
+                    const auto found = by_the_kernel(sample, damping, "symplectic_euler", 3, {.precision = precision});
+                    EXPECT_LT(error(found, expected, sample), tolerance(precision));
+                }
+}
+
+TEST_P(EveryVectorUnit, KnowsEveryExplicitIntegrator) {
+    const auto sample = tetrahedra(108, "nodal_volume");
+    for (const auto &integrator : msm::all_integrators()) {
+        if (!integrator.is_explicit)
+            continue;
+        for (const auto precision : both_precisions) {
+            SCOPED_TRACE(integrator.name);
+            const core::RayleighDamping damping{3.0, 0.002};
+            const auto expected = by_the_oracle(sample, damping, integrator.name, 4);
+            const auto found = by_the_kernel(sample, damping, integrator.name, 4, {.precision = precision});
+            EXPECT_LT(error(found, expected, sample), tolerance(precision));
+        }
+    }
+}
+
+TEST_P(EveryVectorUnit, GivesTheSameForAnyNumberOfThreads) {
+    const auto sample = tetrahedra(108, "nodal_volume");
+    for (const auto precision : both_precisions) {
+        const auto one = by_the_kernel(sample, {3.0, 0.002}, "runge_kutta_4", 10, {precision, 1});
+        for (const int num_threads : {2, 3, 7, 20}) {
+            const auto many = by_the_kernel(sample, {3.0, 0.002}, "runge_kutta_4", 10, {precision, num_threads});
+            EXPECT_EQ(one.displacement, many.displacement) << num_threads;
+            EXPECT_EQ(one.velocity, many.velocity) << num_threads;
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(FastSteps, EveryVectorUnit, testing::ValuesIn(hwy::SupportedAndGeneratedTargets()),
+                         [](const auto &info) { return std::string(hwy::TargetName(info.param)); });
+
+TEST(FastSteps, GoOnWhereTheyStopped) {
+    const auto sample = tetrahedra(108, "nodal_volume");
+    const core::RayleighDamping damping{3.0, 0.002};
+    auto steps = FastSteps::prepare(sample.body, sample.positions, sample.conditions, damping, "velocity_verlet", step);
+    ASSERT_TRUE(steps.has_value());
+    steps->set_state(shaken(sample));
+    for (int s = 0; s < 5; ++s)
+        steps->take(1);
+    EXPECT_EQ(steps->state().velocity, by_the_kernel(sample, damping, "velocity_verlet", 5, {}).velocity);
+}
+
+TEST(FastSteps, AreNotThereForImplicitIntegrators) {
+    const auto sample = random_springs(5);
+    EXPECT_FALSE(
+        FastSteps::prepare(sample.body, sample.positions, sample.conditions, {}, "implicit_euler", step).has_value());
+}
+
+} // namespace
+} // namespace livermark
