@@ -24,24 +24,25 @@ template <class D> struct Rows {
 
 #if HWY_TARGET == HWY_SCALAR
 
-template <class D, class T> HWY_INLINE Rows<D> fetch(D d, const T *rows, const std::int32_t *row) {
-    const T *at = rows + 4 * static_cast<std::ptrdiff_t>(*row);
+template <class D, class T> HWY_INLINE Rows<D> fetch(D d, const T *rows, const std::int32_t *place) {
+    const T *at = rows + *place;
     return {hn::Set(d, at[0]), hn::Set(d, at[1]), hn::Set(d, at[2]), hn::Set(d, at[3])};
 }
 
-template <class D, class V, class T> HWY_INLINE void scatter_add(D d, V x, V y, V z, T *rows, const std::int32_t *row) {
-    const auto was = fetch(d, rows, row);
+template <class D, class V, class T> HWY_INLINE void scatter_add(D d, V x, V y, V z, T *rows, const std::int32_t *place) {
+    const auto was = fetch(d, rows, place);
     hn::StoreInterleaved4(hn::Add(was.x, x), hn::Add(was.y, y), hn::Add(was.z, z), was.w, d,
-                          rows + 4 * static_cast<std::ptrdiff_t>(*row));
+                          rows + *place);
 }
 
 #else
 
-/// 16 bytes from each of several places: block b of the result from the place of lane `stride * b`.
+/// 16 bytes from each of several places: block b of the result from the place of lane `stride * b`. A place is four
+/// times a row: the processor would need an instruction more for each to find that out.
 template <class D, class T = hn::TFromD<D>>
-HWY_INLINE hn::Vec<D> blocks(D d, const T *rows, const std::int32_t *row, int stride) {
+HWY_INLINE hn::Vec<D> blocks(D d, const T *rows, const std::int32_t *place, int stride) {
     constexpr hn::Full128<T> block;
-    const auto load = [&](int b) HWY_ATTR { return hn::LoadU(block, rows + 4 * static_cast<std::ptrdiff_t>(row[b])); };
+    const auto load = [&](int b) HWY_ATTR { return hn::LoadU(block, rows + place[b]); };
     if constexpr (hn::MaxLanes(d) * sizeof(T) == 16) {
         return load(0);
     } else if constexpr (hn::MaxLanes(d) * sizeof(T) == 32) {
@@ -54,10 +55,10 @@ HWY_INLINE hn::Vec<D> blocks(D d, const T *rows, const std::int32_t *row, int st
 }
 
 /// Hardware gathers three vectors in three times the time that these loads and the transposition take.
-template <class D> HWY_INLINE Rows<D> fetch(D d, const float *rows, const std::int32_t *row) {
+template <class D> HWY_INLINE Rows<D> fetch(D d, const float *rows, const std::int32_t *place) {
     const hn::RepartitionToWide<decltype(hn::RebindToUnsigned<D>())> pairs;
-    const auto r0 = blocks(d, rows, row, 4), r1 = blocks(d, rows, row + 1, 4);
-    const auto r2 = blocks(d, rows, row + 2, 4), r3 = blocks(d, rows, row + 3, 4);
+    const auto r0 = blocks(d, rows, place, 4), r1 = blocks(d, rows, place + 1, 4);
+    const auto r2 = blocks(d, rows, place + 2, 4), r3 = blocks(d, rows, place + 3, 4);
     const auto xy01 = hn::BitCast(pairs, hn::InterleaveLower(d, r0, r1));
     const auto zw01 = hn::BitCast(pairs, hn::InterleaveUpper(d, r0, r1));
     const auto xy23 = hn::BitCast(pairs, hn::InterleaveLower(d, r2, r3));
@@ -68,57 +69,47 @@ template <class D> HWY_INLINE Rows<D> fetch(D d, const float *rows, const std::i
             hn::BitCast(d, hn::InterleaveUpper(pairs, zw01, zw23))};
 }
 
-template <class D> HWY_INLINE Rows<D> fetch(D d, const double *rows, const std::int32_t *row) {
-    const auto xy0 = blocks(d, rows, row, 2), xy1 = blocks(d, rows, row + 1, 2);
-    const auto zw0 = blocks(d, rows + 2, row, 2), zw1 = blocks(d, rows + 2, row + 1, 2);
+template <class D> HWY_INLINE Rows<D> fetch(D d, const double *rows, const std::int32_t *place) {
+    const auto xy0 = blocks(d, rows, place, 2), xy1 = blocks(d, rows, place + 1, 2);
+    const auto zw0 = blocks(d, rows + 2, place, 2), zw1 = blocks(d, rows + 2, place + 1, 2);
     return {hn::InterleaveLower(d, xy0, xy1), hn::InterleaveUpper(d, xy0, xy1), hn::InterleaveLower(d, zw0, zw1),
             hn::InterleaveUpper(d, zw0, zw1)};
 }
 
-/// Adds 16 bytes to each of several places, one after the other, so that two of these may be one.
+/// Adds 16 bytes to each of several places, one after the other, so that two of these may be one. They take the way
+/// through memory, because the unit that takes vectors apart has more to do than the one that loads.
 template <class D, class V, class T = hn::TFromD<D>>
-HWY_INLINE void add_blocks(D /*d*/, V blocks, T *rows, const std::int32_t *row, int stride) {
-    using Place = hn::Full128<T>;
-    constexpr Place block;
-    const auto store = [&](hn::Vec<Place> part, int b) HWY_ATTR {
-        T *place = rows + 4 * static_cast<std::ptrdiff_t>(row[b]);
-        hn::StoreU(hn::Add(hn::LoadU(block, place), part), block, place);
-    };
-    if constexpr (hn::MaxLanes(D()) * sizeof(T) == 16) {
-        store(blocks, 0);
-    } else if constexpr (hn::MaxLanes(D()) * sizeof(T) == 32) {
-        store(hn::LowerHalf(block, blocks), 0);
-        store(hn::UpperHalf(block, blocks), stride);
-    } else {
-        const hn::Half<D> half;
-        const auto lower = hn::LowerHalf(half, blocks), upper = hn::UpperHalf(half, blocks);
-        store(hn::LowerHalf(block, lower), 0);
-        store(hn::UpperHalf(block, lower), stride);
-        store(hn::LowerHalf(block, upper), 2 * stride);
-        store(hn::UpperHalf(block, upper), 3 * stride);
+HWY_INLINE void add_blocks(D d, V blocks, T *rows, const std::int32_t *place, int stride) {
+    constexpr hn::Full128<T> block;
+    constexpr int block_size = 16 / sizeof(T);
+    HWY_ALIGN T parts[hn::MaxLanes(D())];
+    hn::Store(blocks, d, parts);
+    for (int b = 0; b < static_cast<int>(hn::MaxLanes(D())) / block_size; ++b) {
+        T *at = rows + place[b * stride];
+        hn::StoreU(hn::Add(hn::LoadU(block, at), hn::Load(block, parts + b * block_size)), block, at);
     }
 }
 
 /// Adds rows (x, y, z, 0) at scattered places.
-template <class D, class V> HWY_INLINE void scatter_add(D d, V x, V y, V z, float *rows, const std::int32_t *row) {
+template <class D, class V> HWY_INLINE void scatter_add(D d, V x, V y, V z, float *rows, const std::int32_t *place) {
     const hn::RepartitionToWide<decltype(hn::RebindToUnsigned<D>())> pairs;
     const auto zero = hn::Zero(d);
     const auto xy01 = hn::BitCast(pairs, hn::InterleaveLower(d, x, y));
     const auto xy23 = hn::BitCast(pairs, hn::InterleaveUpper(d, x, y));
     const auto zw01 = hn::BitCast(pairs, hn::InterleaveLower(d, z, zero));
     const auto zw23 = hn::BitCast(pairs, hn::InterleaveUpper(d, z, zero));
-    add_blocks(d, hn::BitCast(d, hn::InterleaveLower(pairs, xy01, zw01)), rows, row, 4);
-    add_blocks(d, hn::BitCast(d, hn::InterleaveUpper(pairs, xy01, zw01)), rows, row + 1, 4);
-    add_blocks(d, hn::BitCast(d, hn::InterleaveLower(pairs, xy23, zw23)), rows, row + 2, 4);
-    add_blocks(d, hn::BitCast(d, hn::InterleaveUpper(pairs, xy23, zw23)), rows, row + 3, 4);
+    add_blocks(d, hn::BitCast(d, hn::InterleaveLower(pairs, xy01, zw01)), rows, place, 4);
+    add_blocks(d, hn::BitCast(d, hn::InterleaveUpper(pairs, xy01, zw01)), rows, place + 1, 4);
+    add_blocks(d, hn::BitCast(d, hn::InterleaveLower(pairs, xy23, zw23)), rows, place + 2, 4);
+    add_blocks(d, hn::BitCast(d, hn::InterleaveUpper(pairs, xy23, zw23)), rows, place + 3, 4);
 }
 
-template <class D, class V> HWY_INLINE void scatter_add(D d, V x, V y, V z, double *rows, const std::int32_t *row) {
+template <class D, class V> HWY_INLINE void scatter_add(D d, V x, V y, V z, double *rows, const std::int32_t *place) {
     const auto zero = hn::Zero(d);
-    add_blocks(d, hn::InterleaveLower(d, x, y), rows, row, 2);
-    add_blocks(d, hn::InterleaveUpper(d, x, y), rows, row + 1, 2);
-    add_blocks(d, hn::InterleaveLower(d, z, zero), rows + 2, row, 2);
-    add_blocks(d, hn::InterleaveUpper(d, z, zero), rows + 2, row + 1, 2);
+    add_blocks(d, hn::InterleaveLower(d, x, y), rows, place, 2);
+    add_blocks(d, hn::InterleaveUpper(d, x, y), rows, place + 1, 2);
+    add_blocks(d, hn::InterleaveLower(d, z, zero), rows + 2, place, 2);
+    add_blocks(d, hn::InterleaveUpper(d, z, zero), rows + 2, place + 1, 2);
 }
 
 #endif

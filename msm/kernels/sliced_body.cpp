@@ -48,7 +48,7 @@ template <class T> void slice_springs(const StepParts &parts, SlicedBody<T> &bod
         for (int end = 0; end < 2; ++end) {
             const int row = body.row_of_node[parts.edges[s][end]];
             const auto at = place(body.spring_start, row, used[row]);
-            body.neighbour[at] = body.row_of_node[parts.edges[s][1 - end]];
+            body.neighbour[at] = 4 * body.row_of_node[parts.edges[s][1 - end]];
             body.stiffness[at] = static_cast<T>(parts.stiffness[s]);
             body.pull[at] = static_cast<T>(parts.stiffness[s] * parts.rest_length[s]);
         }
@@ -146,13 +146,13 @@ template <class T> void slice_sums(const StepParts &parts, const std::vector<int
         for (std::size_t t = first; t < end; ++t)
             for (int a = 0; a < 4; ++a) {
                 auto &slot = body.force_slot[corner_place(t, a)];
-                slot = body.chunk_start.back(); // what fills up a group adds nothing
+                slot = 4 * body.chunk_start.back(); // what fills up a group adds nothing
                 if (order[t] == none)
                     continue;
                 auto &of_node = places[body.row_of_node[parts.tetrahedra[order[t]][a]]];
                 if (of_node.empty() || of_node.back() < body.chunk_start.back())
                     of_node.push_back(num_places++);
-                slot = of_node.back();
+                slot = 4 * of_node.back();
             }
         body.chunk_start.push_back(num_places);
     }
@@ -160,10 +160,10 @@ template <class T> void slice_sums(const StepParts &parts, const std::vector<int
     for (const auto &of_node : places)
         count.push_back(static_cast<int>(of_node.size()));
     body.sum_start = starts(count);
-    body.sum.assign(static_cast<std::size_t>(body.sum_start.back()) * slice_size, num_places);
+    body.sum.assign(static_cast<std::size_t>(body.sum_start.back()) * slice_size, 4 * num_places);
     for (int row = 0; row < body.first_copy; ++row)
         for (int used = 0; used < count[row];) {
-            const int slot = places[row][used];
+            const int slot = 4 * places[row][used];
             body.sum[place(body.sum_start, row, used)] = slot;
         }
 }
@@ -187,9 +187,9 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
     body.corner.assign(size, 0);
     for (std::size_t t = 0; t < order.size(); ++t)
         for (int a = 0; a < 4 && order[t] != none; ++a)
-            body.corner[corner_place(t, a)] = parts.centre.empty()
-                                                  ? body.row_of_node[parts.tetrahedra[order[t]][a]]
-                                                  : row_of_volume[parts.corner_volume[order[t]][a]];
+            body.corner[corner_place(t, a)] = 4 * (parts.centre.empty()
+                                                       ? body.row_of_node[parts.tetrahedra[order[t]][a]]
+                                                       : row_of_volume[parts.corner_volume[order[t]][a]]);
     slice_sums(parts, order, body);
     if (!parts.centre.empty())
         slice_volumes(parts, row_of_volume, order, body);

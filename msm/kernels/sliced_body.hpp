@@ -37,12 +37,12 @@ template <class T> struct SlicedBody {
     int first_copy = 0;          ///< the row of the first
 
     std::vector<int> spring_start;   ///< (slices + 1), in units of 16
-    Aligned<std::int32_t> neighbour; ///< row at the other end
+    Aligned<std::int32_t> neighbour; ///< place of the other end: four times its row
     Aligned<T> stiffness;            ///< k [N/m]
     Aligned<T> pull;                 ///< k l0 [N]
 
     int num_groups = 0;               ///< of 16 tetrahedra
-    Aligned<std::int32_t> corner;     ///< (groups, 4, 16) row of each corner
+    Aligned<std::int32_t> corner;     ///< (groups, 4, 16) place of each corner
     Aligned<std::int32_t> force_slot; ///< (groups, 4, 16) where the force on it is added
     std::vector<int> chunk_start;     ///< (chunks + 1) first place of each chunk: one for every node that it touches
     Aligned<T> rest_volume;           ///< (groups, 16) [m^3]
