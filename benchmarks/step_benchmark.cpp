@@ -1,0 +1,99 @@
+// Time of one step of everything that moves a body, as step/<integrator>/<contestant>/<body>; see README.md.
+#include <benchmark/benchmark.h>
+#include <cmath>
+#include <fmt/format.h>
+#include <optional>
+
+#include "benchmarks/bodies.hpp"
+#include "benchmarks/contestant.hpp"
+#include "benchmarks/program.hpp"
+#include "msm/time_step.hpp"
+
+namespace {
+
+using livermark::benchmarks::Contestant;
+using livermark::benchmarks::Method;
+using livermark::benchmarks::Run;
+using livermark::benchmarks::Scene;
+
+/// Stands for the critical step where every step is stable: the interval of the load case `release` [s].
+constexpr double step_of_implicit = 0.004;
+
+/// Makes nothing twice that takes seconds: Google Benchmark calls a benchmark several times to find out how long it
+/// takes, and asks for all contestants of a body one after the other.
+const Scene &scene_of(const std::string &body) {
+    static std::optional<Scene> scene;
+    if (!scene || scene->problem.body->name != body)
+        scene = livermark::benchmarks::make_scene(livermark::benchmarks::make_body(body));
+    return *scene;
+}
+
+/// A run at its start that has been checked.
+struct Checked {
+    std::string name;
+    double critical_time_step = 0.0; ///< [s]
+    Run run;
+    std::string fault; ///< what is wrong with its steps, empty if nothing is
+};
+
+Checked check(const std::string &name, const Method &method, const Scene &scene) {
+    Checked checked{.name = name, .critical_time_step = method.critical_time_step(scene), .run = {}, .fault = {}};
+    if (!std::isfinite(checked.critical_time_step))
+        checked.critical_time_step = step_of_implicit;
+    const double time_step = livermark::msm::default_safety_factor * checked.critical_time_step;
+    auto first = method.make(scene, time_step);
+    checked.fault = method.check(scene, time_step, first);
+    checked.run = method.make(scene, time_step);
+    return checked;
+}
+
+void time_steps(benchmark::State &state, const std::string &name, const Method &method, const std::string &body) {
+    static std::optional<Checked> last;
+    const auto &scene = scene_of(body);
+    if (scene.springs.edges.size() > method.max_springs) {
+        state.SkipWithError("too large for this contestant");
+        return;
+    }
+    if (!last || last->name != name) {
+        last.reset(); // frees the memory of the one before first
+        last = check(name, method, scene);
+    }
+    if (!last->fault.empty()) {
+        state.SkipWithError(last->fault.c_str());
+        return;
+    }
+    for (auto _ : state)
+        last->run.step();
+
+    using benchmark::Counter;
+    const auto num_springs = static_cast<double>(scene.springs.edges.size());
+    const double forces = method.forces_per_step;
+    state.counters["springs"] = num_springs;
+    state.counters["time_per_spring"] =
+        Counter(num_springs * forces, Counter::kIsIterationInvariantRate | Counter::kInvert);
+    state.counters["steps_per_second"] = Counter(1.0, Counter::kIsIterationInvariantRate);
+    state.counters["critical_time_step"] = last->critical_time_step;
+    state.counters["real_time_factor"] = Counter(last->critical_time_step, Counter::kIsIterationInvariantRate);
+}
+
+/// One contestant on every body of benchmarks. Bodies are the outer loop of main(), so that each is made once.
+void add(const Contestant &contestant, const std::string &body) {
+    for (const auto &method : contestant.methods) {
+        const auto name = fmt::format("step/{}/{}/{}", method.integrator, contestant.name, body);
+        auto *added = benchmark::RegisterBenchmark(
+            name.c_str(), [name, method, body](benchmark::State &state) { time_steps(state, name, method, body); });
+        if (method.num_threads > 1)
+            added->UseRealTime(); // the processor time of one thread says nothing
+        added->Unit(benchmark::kMicrosecond);
+    }
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    return livermark::benchmarks::run_program(argc, argv, [] {
+        for (const auto &body : livermark::benchmarks::body_names())
+            for (const auto &peer : livermark::benchmarks::all_peers())
+                add(peer, body);
+    });
+}
