@@ -6,6 +6,7 @@
 #include <map>
 
 #include "msm/elastic_motion.hpp"
+#include "msm/extent.hpp"
 #include "msm/integrator.hpp"
 
 namespace livermark::benchmarks {
@@ -46,6 +47,15 @@ std::string differs_from(const std::vector<core::Vector3> &wanted, const Scene &
         return {};
     return fmt::format("a node is {:.3g} of the largest motion from where it should be, and {:.3g} is allowed",
                        largest_error / largest_motion, tolerance);
+}
+
+std::string has_left(const Scene &scene, const Run &run) {
+    const auto positions = run.positions();
+    const double bound = msm::extent(scene.start);
+    for (std::size_t i = 0; i < positions.size(); ++i)
+        if (const double motion = (positions[i] - scene.start[i]).norm(); !(motion < bound))
+            return fmt::format("node {} has gone {:.3g} m", i, motion);
+    return {};
 }
 
 Method spring_method(std::string integrator, std::function<Run(const Scene &, double)> make, double tolerance) {

@@ -18,6 +18,11 @@ std::string differs_from_oracle(const Scene &scene, const std::string &integrato
 std::string differs_from(const std::vector<core::Vector3> &wanted, const Scene &scene, const Run &run,
                          double tolerance);
 
+/// Whether a run has gone further than the size of the body, or nowhere: what it then computes need not take the time
+/// that it takes in use.
+/// @return what is wrong, empty if nothing is
+std::string has_left(const Scene &scene, const Run &run);
+
 /// A method of explicit steps of the springs of a scene, which are held against the oracle.
 Method spring_method(std::string integrator, std::function<Run(const Scene &, double)> make, double tolerance);
 
