@@ -23,6 +23,14 @@ const std::array<std::string, 4> names{"liver_healthy", "liver_tumours", "liver_
 const std::array<Recipe, names.size()> recipes{
     {{"liver_healthy", 0}, {"liver_tumours", 0}, {"liver_healthy", 1}, {"liver_healthy", 2}}};
 
+const Recipe &find_recipe(const std::string &name) {
+    const auto found = std::ranges::find(names, name);
+    if (found == names.end())
+        throw core::InputError(
+            fmt::format("there is no body {} for benchmarks; take {}", name, fmt::join(names, ", ")));
+    return recipes[found - names.begin()];
+}
+
 } // namespace
 
 std::span<const std::string> body_names() {
@@ -30,11 +38,7 @@ std::span<const std::string> body_names() {
 }
 
 std::shared_ptr<const core::Body> make_body(const std::string &name) {
-    const auto found = std::ranges::find(names, name);
-    if (found == names.end())
-        throw core::InputError(
-            fmt::format("there is no body {} for benchmarks; take {}", name, fmt::join(names, ", ")));
-    const auto &recipe = recipes[found - names.begin()];
+    const auto &recipe = find_recipe(name);
     auto body = meshes::read_body(core::root_folder() / "meshes" / (recipe.file + ".toml"));
     for (int r = 0; r < recipe.num_refinements; ++r)
         body = core::refine(body);
@@ -44,6 +48,10 @@ std::shared_ptr<const core::Body> make_body(const std::string &name) {
     }
     body.name = name;
     return std::make_shared<const core::Body>(std::move(body));
+}
+
+int num_refinements(const std::string &name) {
+    return find_recipe(name).num_refinements;
 }
 
 core::LoadCase held(const core::Body &body) {

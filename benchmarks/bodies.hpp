@@ -18,6 +18,10 @@ std::span<const std::string> body_names();
 /// @throws core::InputError if there is none of that name
 std::shared_ptr<const core::Body> make_body(const std::string &name);
 
+/// How often the tetrahedra of a body were cut into eight.
+/// @throws core::InputError if there is none of that name
+int num_refinements(const std::string &name);
+
 /// Held where ligaments and veins hold a liver, the patch `posterior`; no loads.
 /// @throws core::InputError if the body has no such patch
 core::LoadCase held(const core::Body &body);

@@ -14,6 +14,8 @@ namespace livermark::benchmarks {
 struct Run {
     std::function<void()> step;                            ///< moves on by one step
     std::function<std::vector<core::Vector3>()> positions; ///< (N) [m], in the numbering of the mesh
+    /// Of the equations that the next step solves, relative to their largest term; empty where it solves none.
+    std::function<double()> residual{};
 };
 
 /// Something that moves a scene in steps.
@@ -29,8 +31,8 @@ struct Method {
     /// Looks whether the steps of a run at its start are right, before anything is timed.
     /// @return what is wrong, empty if nothing is
     std::function<std::string(const Scene &, double time_step, Run &)> check;
-    /// Bodies with more springs take too much time or memory.
-    std::size_t max_springs = std::numeric_limits<std::size_t>::max();
+    /// Bodies that are refined more often take too much time or memory.
+    int max_refinements = std::numeric_limits<int>::max();
 };
 
 /// One that takes part in the contest for the shortest step: a kernel of ours, or what people would pick instead. Peers
