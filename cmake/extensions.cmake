@@ -1,12 +1,12 @@
-# livermark_extensions(<target> <folder> TYPE <type> HEADER <header>)
+# livermark_extensions(<target> <folder> TYPE <type> HEADER <header> [EXCLUDE <regex>])
 # Collects the one-file extensions of a folder into a table. Every <stem>.cpp in the folder defines
 #   <type> livermark::<parent>::<folder>::<stem>();
 # and the generated function
 #   std::span<const <type>> livermark::<parent>::all_<folder>();
 # returns them all in alphabetical order, each with its name set to <stem>. (Static self-registration in a static
-# library would silently register nothing.)
+# library would silently register nothing.) Stems that match the regular expression are left out.
 function(livermark_extensions target folder)
-  cmake_parse_arguments(PARSE_ARGV 2 arg "" "TYPE;HEADER" "")
+  cmake_parse_arguments(PARSE_ARGV 2 arg "" "TYPE;HEADER;EXCLUDE" "")
   cmake_path(GET CMAKE_CURRENT_SOURCE_DIR FILENAME parent)
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
   list(SORT sources)
@@ -14,6 +14,10 @@ function(livermark_extensions target folder)
   set(entries "")
   foreach(source IN LISTS sources)
     cmake_path(GET source STEM stem)
+    if(arg_EXCLUDE AND stem MATCHES "${arg_EXCLUDE}")
+      list(REMOVE_ITEM sources ${source})
+      continue()
+    endif()
     string(APPEND declarations "${arg_TYPE} ${stem}();\n")
     string(APPEND entries "        named(\"${stem}\", ${folder}::${stem}()),\n")
   endforeach()

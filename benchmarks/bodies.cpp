@@ -1,0 +1,76 @@
+#include "benchmarks/bodies.hpp"
+
+#include <algorithm>
+#include <array>
+#include <fmt/format.h>
+
+#include "benchmarks/node_order.hpp"
+#include "core/input_error.hpp"
+#include "core/refinement.hpp"
+#include "core/root_folder.hpp"
+#include "meshes/body_reader.hpp"
+
+namespace livermark::benchmarks {
+
+namespace {
+
+struct Recipe {
+    std::string file; ///< stem of the .toml
+    int num_refinements;
+};
+
+const std::array<std::string, 4> names{"liver_healthy", "liver_tumours", "liver_refined_once", "liver_refined_twice"};
+const std::array<Recipe, names.size()> recipes{
+    {{"liver_healthy", 0}, {"liver_tumours", 0}, {"liver_healthy", 1}, {"liver_healthy", 2}}};
+
+const Recipe &find_recipe(const std::string &name) {
+    const auto found = std::ranges::find(names, name);
+    if (found == names.end())
+        throw core::InputError(
+            fmt::format("there is no body {} for benchmarks; take {}", name, fmt::join(names, ", ")));
+    return recipes[found - names.begin()];
+}
+
+} // namespace
+
+std::span<const std::string> body_names() {
+    return names;
+}
+
+std::shared_ptr<const core::Body> make_body(const std::string &name) {
+    const auto &recipe = find_recipe(name);
+    auto body = meshes::read_body(core::root_folder() / "meshes" / (recipe.file + ".toml"));
+    for (int r = 0; r < recipe.num_refinements; ++r)
+        body = core::refine(body);
+    if (recipe.num_refinements > 0) {
+        const auto edges = core::edge_table(body.mesh.tetrahedra).edges;
+        body = renumbered(std::move(body), reverse_cuthill_mckee(edges, body.mesh.num_nodes()));
+    }
+    body.name = name;
+    return std::make_shared<const core::Body>(std::move(body));
+}
+
+int num_refinements(const std::string &name) {
+    return find_recipe(name).num_refinements;
+}
+
+core::LoadCase held(const core::Body &body) {
+    const auto &mesh = body.mesh;
+    const auto patch = std::ranges::find(mesh.patch_names, "posterior");
+    if (patch == mesh.patch_names.end())
+        throw core::InputError(fmt::format("{} has no patch 'posterior' to be held at", body.name));
+    core::LoadCase load_case;
+    load_case.name = "held";
+    load_case.title = "Held at the back, no loads";
+    load_case.constraint_names = {*patch};
+    for (const int at : mesh.boundary_patch) {
+        const bool is_held = at == patch - mesh.patch_names.begin();
+        load_case.condition.push_back(is_held ? core::FacetCondition::prescribed_displacement
+                                              : core::FacetCondition::free);
+        load_case.constraint.push_back(is_held ? 0 : -1);
+        load_case.value.emplace_back(core::Vector3::Zero());
+    }
+    return load_case;
+}
+
+} // namespace livermark::benchmarks

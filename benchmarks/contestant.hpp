@@ -1,0 +1,50 @@
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "benchmarks/scene.hpp"
+
+namespace livermark::benchmarks {
+
+/// A scene on its way.
+struct Run {
+    std::function<void()> step;                            ///< moves on by one step
+    std::function<std::vector<core::Vector3>()> positions; ///< (N) [m], in the numbering of the mesh
+    /// Of the equations that the next step solves, relative to their largest term; empty where it solves none.
+    std::function<double()> residual{};
+};
+
+/// Something that moves a scene in steps.
+struct Method {
+    std::string integrator;  ///< as in msm/integrators/, or the usual word for another rule
+    int forces_per_step = 1; ///< evaluations of all forces
+    int num_threads = 1;     ///< of several, wall clock time counts, else processor time
+    /// The longest step that is stable [s]; infinity where every one is.
+    std::function<double(const Scene &)> critical_time_step;
+    /// Puts a scene at its start.
+    /// @param time_step  h [s], > 0
+    std::function<Run(const Scene &, double time_step)> make;
+    /// Looks whether the steps of a run at its start are right, before anything is timed.
+    /// @return what is wrong, empty if nothing is
+    std::function<std::string(const Scene &, double time_step, Run &)> check;
+    /// Bodies that are refined more often take too much time or memory.
+    int max_refinements = std::numeric_limits<int>::max();
+};
+
+/// One that takes part in the contest for the shortest step: a kernel of ours, or what people would pick instead. Peers
+/// have one file each in peers/, named as the peer.
+struct Contestant {
+    std::string name;    ///< the file stem; set by the table
+    std::string summary; ///< one line
+    std::string source;  ///< who made it
+    std::vector<Method> methods;
+};
+
+/// Every peer of peers/, in alphabetical order.
+std::span<const Contestant> all_peers();
+
+} // namespace livermark::benchmarks

@@ -1,0 +1,104 @@
+// What this machine can do at best on one core: fetch the neighbours of nodes, stream, calculate; see README.md.
+#include <benchmark/benchmark.h>
+#include <cmath>
+#include <fmt/format.h>
+#include <memory>
+
+#include "benchmarks/bodies.hpp"
+#include "benchmarks/limit_kernels.hpp"
+#include "benchmarks/limits.hpp"
+#include "benchmarks/program.hpp"
+
+namespace {
+
+namespace benchmarks = livermark::benchmarks;
+using benchmark::Counter;
+
+void time_fetch(benchmark::State &state, const std::string &body_name) {
+    const auto body = benchmarks::make_body(body_name);
+    const auto edges = livermark::core::edge_table(body->mesh.tetrahedra).edges;
+    const auto neighbours = benchmarks::neighbours(edges, body->mesh.num_nodes());
+    benchmarks::FetchCase at(neighbours);
+    std::array<float, 4> sum{};
+    benchmarks::fetch(at.positions.data(), at.offsets, sum.data());
+    if (sum[0] != at.sum) {
+        state.SkipWithError("the sum of the positions is wrong");
+        return;
+    }
+    for (auto _ : state) {
+        benchmarks::fetch(at.positions.data(), at.offsets, sum.data());
+        benchmark::DoNotOptimize(sum);
+    }
+    state.counters["springs"] = neighbours.num_springs();
+    state.counters["time_per_spring"] =
+        Counter(neighbours.num_springs(), Counter::kIsIterationInvariantRate | Counter::kInvert);
+}
+
+void time_triad(benchmark::State &state, std::size_t bytes) {
+    const std::size_t size = bytes / (3 * 64 * sizeof(float)) * 64;
+    benchmarks::AlignedFloats a(size), b(size), c(size);
+    for (std::size_t i = 0; i < size; ++i) {
+        b.data()[i] = static_cast<float>(i % 1000);
+        c.data()[i] = 2.0F;
+    }
+    benchmarks::triad(a.data(), b.data(), c.data(), 0.5F, size);
+    for (std::size_t i = 0; i < size; ++i)
+        if (a.data()[i] != static_cast<float>(i % 1000 + 1)) {
+            state.SkipWithError("the triad is wrong");
+            return;
+        }
+    for (auto _ : state) {
+        benchmarks::triad(a.data(), b.data(), c.data(), 0.5F, size);
+        benchmark::ClobberMemory();
+    }
+    state.counters["kilobytes"] = static_cast<double>(bytes) / 1024.0;
+    state.SetBytesProcessed(static_cast<std::int64_t>(3 * sizeof(float) * size) * state.iterations());
+}
+
+void time_read(benchmark::State &state, std::size_t bytes) {
+    const std::size_t size = bytes / (64 * sizeof(float)) * 64;
+    benchmarks::AlignedFloats a(size);
+    for (std::size_t i = 0; i < size; i += 64)
+        a.data()[i] = 1.0F;
+    if (benchmarks::add_up(a.data(), size) != static_cast<float>(size / 64)) {
+        state.SkipWithError("the sum is wrong");
+        return;
+    }
+    for (auto _ : state)
+        benchmark::DoNotOptimize(benchmarks::add_up(a.data(), size));
+    state.counters["kilobytes"] = static_cast<double>(bytes) / 1024.0;
+    state.SetBytesProcessed(static_cast<std::int64_t>(sizeof(float) * size) * state.iterations());
+}
+
+void time_arithmetic(benchmark::State &state) {
+    constexpr std::size_t length = 100'000;
+    // Each chain ends where y = y / 2 + 1.
+    if (const float sum = benchmarks::multiply_add(1.0F, 0.5F, 1.0F, length);
+        sum != 2.0F * static_cast<float>(benchmarks::num_chains)) {
+        state.SkipWithError("the chains do not end where they should");
+        return;
+    }
+    for (auto _ : state)
+        benchmark::DoNotOptimize(benchmarks::multiply_add(1.0F, 0.5F, 1.0F, length));
+    state.counters["flop_per_second"] = Counter(static_cast<double>(length * benchmarks::operations_of_multiply_add()),
+                                                Counter::kIsIterationInvariantRate);
+    state.SetLabel(benchmarks::instruction_set());
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    return benchmarks::run_program(argc, argv, [] {
+        for (const auto &body : benchmarks::body_names())
+            benchmark::RegisterBenchmark(fmt::format("limit/fetch/{}", body).c_str(), [body](benchmark::State &state) {
+                time_fetch(state, body);
+            })->Unit(benchmark::kMicrosecond);
+        for (const auto &[name, bytes] : benchmarks::memory_levels()) {
+            benchmark::RegisterBenchmark(fmt::format("limit/read/{}", name).c_str(),
+                                         [bytes = bytes](benchmark::State &state) { time_read(state, bytes); });
+            benchmark::RegisterBenchmark(fmt::format("limit/triad/{}", name).c_str(),
+                                         [bytes = bytes](benchmark::State &state) { time_triad(state, bytes); });
+        }
+        benchmark::RegisterBenchmark("limit/arithmetic", time_arithmetic)->Unit(benchmark::kMicrosecond);
+    });
+}

@@ -1,0 +1,80 @@
+#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
+#include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
+#include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
+#include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
+
+#include "benchmarks/oracle.hpp"
+#include "benchmarks/peers/bullet_body.hpp"
+
+namespace livermark::benchmarks::peers {
+
+namespace {
+
+/// What a world is made of, in the order in which it is to be taken apart from below.
+struct World {
+    explicit World(const Scene &scene) : body(make_bullet_body(scene, world.getWorldInfo())) {
+        body->m_materials[0]->m_kLST = 1.0F;
+        world.setGravity({0.0F, 0.0F, 0.0F});
+        world.addSoftBody(body.get());
+    }
+    ~World() { world.removeSoftBody(body.get()); }
+    World(const World &) = delete;
+    World &operator=(const World &) = delete;
+
+    btSoftBodyRigidBodyCollisionConfiguration configuration;
+    btCollisionDispatcher dispatcher{&configuration};
+    btDbvtBroadphase broadphase;
+    btSequentialImpulseConstraintSolver solver;
+    btSoftRigidDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
+    std::unique_ptr<btSoftBody> body;
+};
+
+/// What one step from rest is to do: a pass over the links, in their order, that moves both ends of each along it by
+/// shares of their inverse masses until its squared length is right to first order.
+/// (Jakobsen 2001, Advanced character physics, Game Developers Conference)
+std::vector<core::Vector3> relaxed(const Scene &scene) {
+    auto x = scene.start;
+    const auto &springs = scene.springs;
+    const auto inverse_mass = [&](int i) { return scene.is_held[i] ? 0.0 : 1.0 / springs.node_mass[i]; };
+    for (std::size_t s = 0; s < springs.edges.size(); ++s) {
+        const auto [i, j] = springs.edges[s];
+        const double sum = inverse_mass(i) + inverse_mass(j);
+        if (sum == 0.0)
+            continue;
+        const core::Vector3 span = x[j] - x[i];
+        const double wanted = springs.rest_length[s] * springs.rest_length[s], is = span.squaredNorm();
+        const core::Vector3 correction = (wanted - is) / (sum * (wanted + is)) * span;
+        x[i] -= inverse_mass(i) * correction;
+        x[j] += inverse_mass(j) * correction;
+    }
+    return x;
+}
+
+/// Single precision, of which a coordinate takes more digits than the motion: 2e-4 to 5e-4 were seen.
+constexpr double tolerance = 2e-3;
+
+Run make(const Scene &scene, double time_step) {
+    auto world = std::make_shared<World>(scene);
+    return {.step = [world, h = static_cast<btScalar>(time_step)] { world->world.stepSimulation(h, 0); },
+            .positions = [world] { return positions(*world->body); }};
+}
+
+} // namespace
+
+Contestant bullet_soft_body() {
+    Method method;
+    method.integrator = "position_based";
+    method.critical_time_step = [](const Scene &) { return std::numeric_limits<double>::infinity(); };
+    method.make = make;
+    method.check = [](const Scene &scene, double, Run &run) {
+        run.step();
+        return differs_from(relaxed(scene), scene, run, tolerance);
+    };
+    return {.name = {},
+            .summary = "Bullet's btSoftBody: links made as long as they should be one after the other, once per step; "
+                       "stiffness comes from the step",
+            .source = "Coumans and others, Bullet 3.24",
+            .methods = {method}};
+}
+
+} // namespace livermark::benchmarks::peers

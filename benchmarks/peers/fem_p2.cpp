@@ -1,0 +1,13 @@
+#include "benchmarks/newmark_method.hpp"
+
+namespace livermark::benchmarks::peers {
+
+Contestant fem_p2() {
+    return {.name = {},
+            .summary =
+                "linear elasticity, quadratic tetrahedra, a step of Newmark's with a factor that is kept (CHOLMOD)",
+            .source = "fem_reference/, with deal.II and SuiteSparse",
+            .methods = {newmark_method(2, 0)}};
+}
+
+} // namespace livermark::benchmarks::peers
