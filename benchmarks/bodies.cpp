@@ -9,6 +9,7 @@
 #include "core/refinement.hpp"
 #include "core/root_folder.hpp"
 #include "meshes/body_reader.hpp"
+#include "msm/kernels/node_order.hpp"
 
 namespace livermark::benchmarks {
 
@@ -44,7 +45,7 @@ std::shared_ptr<const core::Body> make_body(const std::string &name) {
         body = core::refine(body);
     if (recipe.num_refinements > 0) {
         const auto edges = core::edge_table(body.mesh.tetrahedra).edges;
-        body = renumbered(std::move(body), reverse_cuthill_mckee(edges, body.mesh.num_nodes()));
+        body = renumbered(std::move(body), msm::reverse_cuthill_mckee(edges, body.mesh.num_nodes()));
     }
     body.name = name;
     return std::make_shared<const core::Body>(std::move(body));

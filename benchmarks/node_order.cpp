@@ -1,8 +1,8 @@
 #include "benchmarks/node_order.hpp"
 
-#include <boost/graph/adjacency_list.hpp>
-#include <boost/graph/cuthill_mckee_ordering.hpp>
 #include <numeric>
+
+#include "msm/kernels/node_order.hpp"
 
 namespace livermark::benchmarks {
 
@@ -16,18 +16,6 @@ std::vector<int> inverse(std::span<const int> order) {
 }
 
 } // namespace
-
-std::vector<int> reverse_cuthill_mckee(std::span<const std::array<int, 2>> edges, int num_nodes) {
-    using Properties = boost::property<boost::vertex_color_t, boost::default_color_type>;
-    using Graph = boost::adjacency_list<boost::vecS, boost::vecS, boost::undirectedS, Properties>;
-    Graph graph(num_nodes);
-    for (const auto &[i, j] : edges)
-        boost::add_edge(i, j, graph);
-    std::vector<int> order(num_nodes);
-    boost::cuthill_mckee_ordering(graph, order.rbegin(), get(boost::vertex_color, graph),
-                                  boost::make_degree_map(graph));
-    return order;
-}
 
 core::Body renumbered(core::Body body, std::span<const int> order) {
     const auto number = inverse(order);
@@ -46,7 +34,7 @@ core::Body renumbered(core::Body body, std::span<const int> order) {
 }
 
 Neighbours neighbours(std::span<const std::array<int, 2>> edges, int num_nodes) {
-    const auto number = inverse(reverse_cuthill_mckee(edges, num_nodes));
+    const auto number = inverse(msm::reverse_cuthill_mckee(edges, num_nodes));
     Neighbours result{.start = std::vector<int>(num_nodes + 1, 0), .neighbour = std::vector<int>(2 * edges.size())};
     for (const auto &edge : edges)
         for (const int node : edge)

@@ -8,12 +8,6 @@
 
 namespace livermark::benchmarks {
 
-/// An order of nodes in which neighbours stand close to each other: reverse Cuthill and McKee (Boost.Graph).
-/// (Cuthill, McKee 1969, Proc. 24th ACM National Conference; George 1971)
-/// @param edges  shape (S), node numbers below num_nodes
-/// @return shape (N), the old number of each new node
-std::vector<int> reverse_cuthill_mckee(std::span<const std::array<int, 2>> edges, int num_nodes);
-
 /// The same body with its nodes in another order.
 /// @param order  shape (N), the old number of each new node
 core::Body renumbered(core::Body body, std::span<const int> order);

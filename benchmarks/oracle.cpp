@@ -18,10 +18,10 @@ constexpr int num_checked_steps = 3;
 
 } // namespace
 
-std::string differs_from_oracle(const Scene &scene, const std::string &integrator, double time_step, Run &run,
-                                double tolerance) {
+std::string differs_from_oracle(const Scene &scene, const msm::ElasticBody &body, const std::string &integrator,
+                                double time_step, Run &run, double tolerance) {
     const auto &rest = scene.problem.body->mesh.points;
-    const auto equation = msm::elastic_motion(scene.springs, rest, scene.conditions, {});
+    const auto equation = msm::elastic_motion(body, rest, scene.conditions, {});
     const auto step = msm::find_integrator(integrator).prepare(equation, time_step);
     const Eigen::VectorXd at_rest = msm::to_unknowns(rest);
     msm::State state{msm::to_unknowns(scene.start) - at_rest, Eigen::VectorXd::Zero(at_rest.size())};
@@ -58,16 +58,20 @@ std::string has_left(const Scene &scene, const Run &run) {
     return {};
 }
 
-Method spring_method(std::string integrator, std::function<Run(const Scene &, double)> make, double tolerance) {
+int forces_per_step(const std::string &integrator) {
     static const std::map<std::string, int> forces{
         {"symplectic_euler", 1}, {"explicit_euler", 1}, {"heun", 2}, {"velocity_verlet", 2}, {"runge_kutta_4", 4}};
+    return forces.at(integrator);
+}
+
+Method spring_method(std::string integrator, std::function<Run(const Scene &, double)> make, double tolerance) {
     Method method;
     method.integrator = integrator;
-    method.forces_per_step = forces.at(integrator);
+    method.forces_per_step = forces_per_step(integrator);
     method.critical_time_step = [integrator](const Scene &scene) { return critical_time_step(scene, integrator); };
     method.make = std::move(make);
     method.check = [integrator, tolerance](const Scene &scene, double time_step, Run &run) {
-        return differs_from_oracle(scene, integrator, time_step, run, tolerance);
+        return differs_from_oracle(scene, scene.springs, integrator, time_step, run, tolerance);
     };
     return method;
 }

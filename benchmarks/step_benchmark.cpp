@@ -6,6 +6,7 @@
 
 #include "benchmarks/bodies.hpp"
 #include "benchmarks/contestant.hpp"
+#include "benchmarks/kernels.hpp"
 #include "benchmarks/limits.hpp"
 #include "benchmarks/oracle.hpp"
 #include "benchmarks/program.hpp"
@@ -112,8 +113,12 @@ void add(const Contestant &contestant, const std::string &body) {
 
 int main(int argc, char **argv) {
     return livermark::benchmarks::run_program(argc, argv, [] {
-        for (const auto &body : livermark::benchmarks::body_names())
+        const auto kernels = livermark::benchmarks::our_kernels();
+        for (const auto &body : livermark::benchmarks::body_names()) {
+            for (const auto &kernel : kernels)
+                add(kernel, body);
             for (const auto &peer : livermark::benchmarks::all_peers())
                 add(peer, body);
+        }
     });
 }

@@ -56,7 +56,9 @@ std::vector<int> running_count(int count) {
     return cost;
 }
 
-template <class V> std::size_t bytes(const V &values) { return values.size() * sizeof(typename V::value_type); }
+template <class V> std::size_t bytes(const V &values) {
+    return values.size() * sizeof(typename V::value_type);
+}
 
 template <class T> class Steps : public FastSteps::Implementation {
   public:
@@ -189,9 +191,17 @@ std::optional<FastSteps> FastSteps::prepare(const ElasticBody &body, const std::
     return options.precision == ForcePrecision::single_precision ? make(float()) : make(double());
 }
 
-void FastSteps::set_state(const State &state) { implementation_->set_state(state); }
-State FastSteps::state() const { return implementation_->state(); }
-void FastSteps::take(int num_steps) { implementation_->take(num_steps); }
-std::size_t FastSteps::working_set() const { return implementation_->working_set(); }
+void FastSteps::set_state(const State &state) {
+    implementation_->set_state(state);
+}
+State FastSteps::state() const {
+    return implementation_->state();
+}
+void FastSteps::take(int num_steps) {
+    implementation_->take(num_steps);
+}
+std::size_t FastSteps::working_set() const {
+    return implementation_->working_set();
+}
 
 } // namespace livermark::msm

@@ -18,9 +18,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// As many lanes as the machine has, at most a slice of float; a double has half of them.
 template <class T> using Lanes = hn::CappedTag<T, 64 / sizeof(T)>;
 
-template <class D> struct Rows {
-    hn::Vec<D> x, y, z, w;
-};
+template <class D> struct Rows { hn::Vec<D> x, y, z, w; };
 
 #if HWY_TARGET == HWY_SCALAR
 
@@ -29,10 +27,10 @@ template <class D, class T> HWY_INLINE Rows<D> fetch(D d, const T *rows, const s
     return {hn::Set(d, at[0]), hn::Set(d, at[1]), hn::Set(d, at[2]), hn::Set(d, at[3])};
 }
 
-template <class D, class V, class T> HWY_INLINE void scatter_add(D d, V x, V y, V z, T *rows, const std::int32_t *place) {
+template <class D, class V, class T>
+HWY_INLINE void scatter_add(D d, V x, V y, V z, T *rows, const std::int32_t *place) {
     const auto was = fetch(d, rows, place);
-    hn::StoreInterleaved4(hn::Add(was.x, x), hn::Add(was.y, y), hn::Add(was.z, z), was.w, d,
-                          rows + *place);
+    hn::StoreInterleaved4(hn::Add(was.x, x), hn::Add(was.y, y), hn::Add(was.z, z), was.w, d, rows + *place);
 }
 
 #else
@@ -63,10 +61,9 @@ template <class D> HWY_INLINE Rows<D> fetch(D d, const float *rows, const std::i
     const auto zw01 = hn::BitCast(pairs, hn::InterleaveUpper(d, r0, r1));
     const auto xy23 = hn::BitCast(pairs, hn::InterleaveLower(d, r2, r3));
     const auto zw23 = hn::BitCast(pairs, hn::InterleaveUpper(d, r2, r3));
-    return {hn::BitCast(d, hn::InterleaveLower(pairs, xy01, xy23)),
-            hn::BitCast(d, hn::InterleaveUpper(pairs, xy01, xy23)),
-            hn::BitCast(d, hn::InterleaveLower(pairs, zw01, zw23)),
-            hn::BitCast(d, hn::InterleaveUpper(pairs, zw01, zw23))};
+    return {
+        hn::BitCast(d, hn::InterleaveLower(pairs, xy01, xy23)), hn::BitCast(d, hn::InterleaveUpper(pairs, xy01, xy23)),
+        hn::BitCast(d, hn::InterleaveLower(pairs, zw01, zw23)), hn::BitCast(d, hn::InterleaveUpper(pairs, zw01, zw23))};
 }
 
 template <class D> HWY_INLINE Rows<D> fetch(D d, const double *rows, const std::int32_t *place) {

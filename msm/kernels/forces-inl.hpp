@@ -15,9 +15,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
 
-template <class D> struct Vec3 {
-    hn::Vec<D> x, y, z;
-};
+template <class D> struct Vec3 { hn::Vec<D> x, y, z; };
 
 template <class D> HWY_INLINE Vec3<D> difference(const Rows<D> &a, const Rows<D> &b) {
     return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
@@ -45,9 +43,7 @@ template <class D, class V> HWY_INLINE V inverse_root(D d, V v) {
 }
 
 /// Forces on the nodes of a slice.
-template <class T> struct alignas(64) SliceForce {
-    T x[slice_size], y[slice_size], z[slice_size];
-};
+template <class T> struct alignas(64) SliceForce { T x[slice_size], y[slice_size], z[slice_size]; };
 
 /// k (l - l0 + beta l') n over the springs at each node.
 template <bool is_damped, class T>
@@ -74,8 +70,8 @@ HWY_INLINE void spring_forces(const StepWorkspace<T> &at, int slice, SliceForce<
             auto tension = hn::NegMulAdd(hn::Load(d, body.pull.data() + s), inverse_length, stiffness);
             if constexpr (is_damped) {
                 const auto rate = dot(span, difference(fetch(d, velocities, row), moving));
-                tension = hn::MulAdd(hn::Mul(beta, stiffness),
-                                     hn::Mul(rate, hn::Mul(inverse_length, inverse_length)), tension);
+                tension = hn::MulAdd(hn::Mul(beta, stiffness), hn::Mul(rate, hn::Mul(inverse_length, inverse_length)),
+                                     tension);
             }
             x = hn::MulAdd(tension, span.x, x);
             y = hn::MulAdd(tension, span.y, y);

@@ -11,24 +11,30 @@ namespace {
 /// Large enough to find equals, small enough to stay near: 256 positions are 4 kB.
 constexpr std::size_t window = 256;
 
-using Graph = boost::adjacency_list<
-    boost::vecS, boost::vecS, boost::undirectedS,
-    boost::property<boost::vertex_color_t, boost::default_color_type, boost::property<boost::vertex_degree_t, int>>>;
-
 } // namespace
 
-std::vector<int> neighbourly_order(int num_nodes, const std::vector<std::array<int, 2>> &edges) {
+std::vector<int> reverse_cuthill_mckee(std::span<const std::array<int, 2>> edges, int num_nodes) {
+    using Properties = boost::property<boost::vertex_color_t, boost::default_color_type>;
+    using Graph = boost::adjacency_list<boost::vecS, boost::vecS, boost::undirectedS, Properties>;
     Graph graph(num_nodes);
     for (const auto &[i, j] : edges)
         boost::add_edge(i, j, graph);
-    std::vector<Graph::vertex_descriptor> reversed;
-    boost::cuthill_mckee_ordering(graph, std::back_inserter(reversed), boost::get(boost::vertex_color, graph),
+    std::vector<int> order(num_nodes);
+    boost::cuthill_mckee_ordering(graph, order.rbegin(), get(boost::vertex_color, graph),
                                   boost::make_degree_map(graph));
-    std::vector<int> order(reversed.rbegin(), reversed.rend());
+    return order;
+}
+
+std::vector<int> order_by_degree(std::span<const std::array<int, 2>> edges, int num_nodes) {
+    auto order = reverse_cuthill_mckee(edges, num_nodes);
+    std::vector<int> degree(num_nodes, 0);
+    for (const auto &edge : edges)
+        for (const int node : edge)
+            ++degree[node];
     for (std::size_t first = 0; first < order.size(); first += window) {
         const auto begin = order.begin() + static_cast<std::ptrdiff_t>(first);
         const auto end = order.begin() + static_cast<std::ptrdiff_t>(std::min(first + window, order.size()));
-        std::stable_sort(begin, end, [&](int a, int b) { return boost::degree(a, graph) > boost::degree(b, graph); });
+        std::stable_sort(begin, end, [&](int a, int b) { return degree[a] > degree[b]; });
     }
     return order;
 }

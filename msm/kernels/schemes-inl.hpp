@@ -17,12 +17,16 @@ using Doubles = hn::CappedTag<double, 8>;
 using DoubleVec = hn::Vec<Doubles>;
 
 /// Forces of either precision, as doubles.
-HWY_INLINE DoubleVec as_double(const double *force) { return hn::Load(Doubles(), force); }
+HWY_INLINE DoubleVec as_double(const double *force) {
+    return hn::Load(Doubles(), force);
+}
 HWY_INLINE DoubleVec as_double(const float *force) {
     return hn::PromoteTo(Doubles(), hn::Load(hn::Rebind<float, Doubles>(), force));
 }
 
-HWY_INLINE void store_as(DoubleVec v, double *place) { hn::Store(v, Doubles(), place); }
+HWY_INLINE void store_as(DoubleVec v, double *place) {
+    hn::Store(v, Doubles(), place);
+}
 HWY_INLINE void store_as(DoubleVec v, float *place) {
     const hn::Rebind<float, Doubles> narrow;
     hn::Store(hn::DemoteTo(narrow, v), narrow, place);
@@ -134,7 +138,7 @@ HWY_INLINE void advance(StepWorkspace<T> &at, int slice, int stage, const SliceF
     StageSlice *stages = Scheme::has_stages ? &at.stages[slice] : nullptr;
     const T *const forces[] = {force.x, force.y, force.z};
     T *const positions[] = {position.x, position.y, position.z}, *const velocities[] = {velocity.x, velocity.y,
-                                                                                          velocity.z};
+                                                                                        velocity.z};
     for (int c = 0; c < 3; ++c)
         for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
             Component component{.position = node.position[c].data() + lane,

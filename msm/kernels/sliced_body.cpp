@@ -15,7 +15,9 @@ namespace {
 /// A place without a tetrahedron.
 constexpr int none = -1;
 
-constexpr int padded(int count) { return (count + slice_size - 1) / slice_size * slice_size; }
+constexpr int padded(int count) {
+    return (count + slice_size - 1) / slice_size * slice_size;
+}
 
 /// Where the longest list of each slice ends, counted in rows of 16.
 std::vector<int> starts(const std::vector<int> &length_of_row) {
@@ -187,9 +189,9 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
     body.corner.assign(size, 0);
     for (std::size_t t = 0; t < order.size(); ++t)
         for (int a = 0; a < 4 && order[t] != none; ++a)
-            body.corner[corner_place(t, a)] = 4 * (parts.centre.empty()
-                                                       ? body.row_of_node[parts.tetrahedra[order[t]][a]]
-                                                       : row_of_volume[parts.corner_volume[order[t]][a]]);
+            body.corner[corner_place(t, a)] =
+                4 * (parts.centre.empty() ? body.row_of_node[parts.tetrahedra[order[t]][a]]
+                                          : row_of_volume[parts.corner_volume[order[t]][a]]);
     slice_sums(parts, order, body);
     if (!parts.centre.empty())
         slice_volumes(parts, row_of_volume, order, body);
@@ -197,11 +199,10 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
 
 } // namespace
 
-template <class T>
-SlicedBody<T> sliced_body(const StepParts &parts, const std::vector<core::Vector3> &positions) {
+template <class T> SlicedBody<T> sliced_body(const StepParts &parts, const std::vector<core::Vector3> &positions) {
     SlicedBody<T> body;
     const int num_nodes = static_cast<int>(positions.size());
-    const auto order = neighbourly_order(num_nodes, parts.edges);
+    const auto order = order_by_degree(parts.edges, num_nodes);
     body.row_of_node.resize(num_nodes);
     for (int row = 0; row < num_nodes; ++row)
         body.row_of_node[order[row]] = row;

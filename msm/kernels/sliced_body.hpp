@@ -52,13 +52,12 @@ template <class T> struct SlicedBody {
     std::vector<int> sum_start;       ///< (slices + 1) places to sum for the nodes of a slice, in units of 16
     Aligned<std::int32_t> sum;        ///< one of these places; one behind the last, where nothing is added, as filling
 
-    std::vector<int> volume_start;  ///< (rows / 16 + 1) tetrahedra around the nodes of the rows, in units of 16
-    Aligned<std::int32_t> member;   ///< the tetrahedron; one behind the last where there is none
-    Aligned<T> volume_stiffness;    ///< (rows) a quarter of the pressure for each m^3 gained [Pa/m^3]
+    std::vector<int> volume_start; ///< (rows / 16 + 1) tetrahedra around the nodes of the rows, in units of 16
+    Aligned<std::int32_t> member;  ///< the tetrahedron; one behind the last where there is none
+    Aligned<T> volume_stiffness;   ///< (rows) a quarter of the pressure for each m^3 gained [Pa/m^3]
 };
 
 /// @param positions  shape (N) [m], at rest
-template <class T>
-SlicedBody<T> sliced_body(const StepParts &parts, const std::vector<core::Vector3> &positions);
+template <class T> SlicedBody<T> sliced_body(const StepParts &parts, const std::vector<core::Vector3> &positions);
 
 } // namespace livermark::msm

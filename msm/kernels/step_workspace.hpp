@@ -31,8 +31,8 @@ struct alignas(64) NodeSlice {
 
 /// What methods of several stages keep between these.
 struct alignas(64) StageSlice {
-    NodeSlice::Field position;     ///< of the step so far
-    NodeSlice::Field velocity;     ///< of the step so far; for velocity Verlet the first acceleration
+    NodeSlice::Field position; ///< of the step so far
+    NodeSlice::Field velocity; ///< of the step so far; for velocity Verlet the first acceleration
     NodeSlice::Field stage_velocity;
 };
 
@@ -53,8 +53,8 @@ template <class T> struct StepWorkspace {
     /// What forces are made from, (rows, 4) each: x, y, z and pressure; velocities, where stiffness damps. One is read
     /// while the other is written.
     std::array<Aligned<T>, 2> rows, velocity_rows;
-    int now = 0;            ///< which of the two is read
-    Aligned<T> gain;        ///< (groups * 16 + 16) volume gained by each tetrahedron, and zeros for nobody's [m^3]
+    int now = 0;             ///< which of the two is read
+    Aligned<T> gain;         ///< (groups * 16 + 16) volume gained by each tetrahedron, and zeros for nobody's [m^3]
     Aligned<T> corner_force; ///< (places of all chunks and one that stays zero, 4) [N]
 
     std::vector<Share> slices, groups, volume_slices, chunks; ///< of each thread

@@ -125,7 +125,8 @@ State by_the_oracle(const Sample &sample, const core::RayleighDamping &damping, 
 
 State by_the_kernel(const Sample &sample, const core::RayleighDamping &damping, const std::string &integrator,
                     int num_steps, const msm::FastStepOptions &options) {
-    auto steps = FastSteps::prepare(sample.body, sample.positions, sample.conditions, damping, integrator, step, options);
+    auto steps =
+        FastSteps::prepare(sample.body, sample.positions, sample.conditions, damping, integrator, step, options);
     EXPECT_TRUE(steps.has_value());
     steps->set_state(shaken(sample));
     steps->take(num_steps);
@@ -143,7 +144,9 @@ double error(const State &found, const State &expected, const Sample &sample) {
                     part(found.displacement - expected.displacement, expected.displacement - start.displacement));
 }
 
-double tolerance(ForcePrecision precision) { return precision == ForcePrecision::double_precision ? 1e-12 : 1e-5; }
+double tolerance(ForcePrecision precision) {
+    return precision == ForcePrecision::double_precision ? 1e-12 : 1e-5;
+}
 
 constexpr auto both_precisions = {ForcePrecision::single_precision, ForcePrecision::double_precision};
 

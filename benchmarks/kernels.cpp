@@ -1,0 +1,146 @@
+#include "benchmarks/kernels.hpp"
+
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include "benchmarks/oracle.hpp"
+#include "models/springs_with_volume.hpp"
+#include "msm/elastic_motion.hpp"
+#include "msm/integrator.hpp"
+#include "msm/kernels/fast_steps.hpp"
+#include "msm/spectrum.hpp"
+#include "msm/time_step.hpp"
+
+namespace livermark::benchmarks {
+
+namespace {
+
+/// Springs with a volume term have a wide spectrum, and 1.2 million take minutes until it is found.
+constexpr int max_refinements_with_volume = 1;
+
+/// Single precision: 2^-24 of the size of the body, against motions in the first steps of a thousandth of that.
+constexpr double tolerance_of_single = 1e-4;
+/// Nothing but the order of operations is different.
+constexpr double tolerance_of_double = 1e-10;
+
+/// What a kernel moves.
+struct Matter {
+    std::string suffix; ///< to the name of a kernel
+    std::string summary;
+    int max_refinements;
+    std::function<msm::ElasticBody(const Scene &)> make;
+    std::function<double(const Scene &)> largest_angular_frequency;
+};
+
+msm::ElasticBody springs_with_nodal_volume(const Scene &scene) {
+    const auto &body = *scene.problem.body;
+    return models::springs_with_volume(body, models::springs_beside_volume(body, msm::all_spring_laws().front()),
+                                       models::find_volume_term("nodal_volume"))
+        .body;
+}
+
+std::vector<Matter> all_matter() {
+    return {{.suffix = {},
+             .summary = "springs",
+             .max_refinements = std::numeric_limits<int>::max(),
+             .make = [](const Scene &scene) { return msm::ElasticBody(scene.springs); },
+             .largest_angular_frequency = [](const Scene &scene) { return scene.largest_angular_frequency; }},
+            {.suffix = "_nodal_volume",
+             .summary = "springs, the volume around nodes, and the inversion guard",
+             .max_refinements = max_refinements_with_volume,
+             .make = springs_with_nodal_volume,
+             .largest_angular_frequency = [](const Scene &scene) {
+                 return msm::largest_angular_frequency(springs_with_nodal_volume(scene),
+                                                       scene.problem.body->mesh.points, scene.conditions);
+             }}};
+}
+
+msm::State start_of(const Scene &scene) {
+    const Eigen::VectorXd rest = msm::to_unknowns(scene.problem.body->mesh.points);
+    return {msm::to_unknowns(scene.start) - rest, Eigen::VectorXd::Zero(rest.size())};
+}
+
+std::vector<core::Vector3> positions(const Scene &scene, const msm::State &state) {
+    return msm::to_field(msm::to_unknowns(scene.problem.body->mesh.points) + state.displacement);
+}
+
+Run run_scalar(const Scene &scene, const msm::ElasticBody &body, const std::string &integrator, double time_step) {
+    struct Motion {
+        msm::EquationOfMotion equation;
+        msm::Step step;
+        msm::State state;
+    };
+    auto motion = std::make_shared<Motion>();
+    motion->equation = msm::elastic_motion(body, scene.problem.body->mesh.points, scene.conditions, {});
+    motion->step = msm::find_integrator(integrator).prepare(motion->equation, time_step);
+    motion->state = start_of(scene);
+    return {.step = [motion] { motion->step(motion->state); },
+            .positions = [motion, &scene] { return positions(scene, motion->state); }};
+}
+
+Run run_fast(const Scene &scene, const msm::ElasticBody &body, const std::string &integrator, double time_step,
+             const msm::FastStepOptions &options) {
+    auto steps =
+        std::make_shared<msm::FastSteps>(msm::FastSteps::prepare(body, scene.problem.body->mesh.points,
+                                                                 scene.conditions, {}, integrator, time_step, options)
+                                             .value());
+    steps->set_state(start_of(scene));
+    return {.step = [steps] { steps->take(1); },
+            .positions = [steps, &scene] { return positions(scene, steps->state()); }};
+}
+
+/// @param options  nothing for the slow kernel
+Contestant kernel(std::string name, std::string precision, const Matter &matter,
+                  const std::optional<msm::FastStepOptions> &options) {
+    Contestant contestant{.name = std::move(name),
+                          .summary = matter.summary + ", " + std::move(precision),
+                          .source = "msm/kernels",
+                          .methods = {}};
+    for (const auto *integrator : {"runge_kutta_4", "symplectic_euler"}) {
+        Method method;
+        method.integrator = integrator;
+        method.forces_per_step = forces_per_step(integrator);
+        method.num_threads = options ? options->num_threads : 1;
+        method.max_refinements = matter.max_refinements;
+        method.critical_time_step = [matter, integrator](const Scene &scene) {
+            const double highest = matter.largest_angular_frequency(scene);
+            return msm::critical_time_step(msm::find_integrator(integrator), {}, highest, highest);
+        };
+        method.make = [matter, integrator, options](const Scene &scene, double time_step) {
+            const auto body = matter.make(scene);
+            return options ? run_fast(scene, body, integrator, time_step, *options)
+                           : run_scalar(scene, body, integrator, time_step);
+        };
+        const bool is_single = options && options->precision == msm::ForcePrecision::single_precision;
+        method.check = [matter, integrator, tolerance = is_single ? tolerance_of_single : tolerance_of_double](
+                           const Scene &scene, double time_step, Run &run) {
+            return differs_from_oracle(scene, matter.make(scene), integrator, time_step, run, tolerance);
+        };
+        contestant.methods.push_back(std::move(method));
+    }
+    return contestant;
+}
+
+} // namespace
+
+std::vector<Contestant> our_kernels() {
+    using enum msm::ForcePrecision;
+    const int num_cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+    std::vector<Contestant> kernels;
+    for (const auto &matter : all_matter()) {
+        const auto add = [&](const std::string &name, const std::string &precision,
+                             const std::optional<msm::FastStepOptions> &options) {
+            kernels.push_back(kernel(name + matter.suffix, precision, matter, options));
+        };
+        add("scalar", "double precision, one after the other", std::nullopt);
+        add("simd_double", "double precision, vectors", msm::FastStepOptions{double_precision, 1});
+        add("simd_float", "single precision forces, vectors", msm::FastStepOptions{single_precision, 1});
+        if (num_cores > 1)
+            add("simd_float_all_threads", "single precision forces, vectors and threads",
+                msm::FastStepOptions{single_precision, num_cores});
+    }
+    return kernels;
+}
+
+} // namespace livermark::benchmarks
