@@ -81,7 +81,7 @@ template <class T> class Steps : public FastSteps::Implementation {
             rows.assign(4 * static_cast<std::size_t>(at_.body.num_rows), T(0));
         if (damping.beta != 0.0)
             at_.velocity_rows = at_.rows;
-        at_.gain.assign(static_cast<std::size_t>(at_.body.num_groups + 1) * slice_size, T(0));
+        at_.gain.assign(at_.body.rest_volume.size() + slice_size, T(0));
         at_.corner_force.assign(4 * static_cast<std::size_t>(at_.body.chunk_start.back() + 1), T(0));
         share_work();
         for (std::size_t i = 0; i < positions.size(); ++i)
@@ -128,10 +128,10 @@ template <class T> class Steps : public FastSteps::Implementation {
     std::size_t working_set() const override {
         const auto &body = at_.body;
         return bytes(body.neighbour) + bytes(body.stiffness) + bytes(body.pull) + bytes(body.corner) +
-               bytes(body.force_slot) + bytes(body.sum) + bytes(body.rest_volume) + bytes(body.tetrahedron_stiffness) +
-               bytes(body.least_volume) + bytes(body.guard_stiffness) + bytes(body.member) +
-               bytes(body.volume_stiffness) + bytes(at_.nodes) + bytes(at_.stages) + 2 * bytes(at_.rows[0]) +
-               2 * bytes(at_.velocity_rows[0]) + bytes(at_.gain) + bytes(at_.corner_force);
+               bytes(body.force_slot) + bytes(body.sum) + bytes(body.rest_volume) + bytes(body.volume_share) +
+               bytes(body.tetrahedron_stiffness) + bytes(body.least_volume) + bytes(body.guard_stiffness) +
+               bytes(body.member) + bytes(body.volume_stiffness) + bytes(at_.nodes) + bytes(at_.stages) +
+               2 * bytes(at_.rows[0]) + 2 * bytes(at_.velocity_rows[0]) + bytes(at_.gain) + bytes(at_.corner_force);
     }
 
   private:
@@ -144,7 +144,7 @@ template <class T> class Steps : public FastSteps::Implementation {
 
     void share_work() {
         at_.slices = shares(at_.body.spring_start, team_.size());
-        at_.groups = shares(running_count(at_.body.num_groups), team_.size());
+        at_.fan_slices = shares(at_.body.fan_start, team_.size());
         at_.chunks = shares(running_count(static_cast<int>(at_.body.chunk_start.size()) - 1), team_.size());
         at_.volume_slices = shares(at_.body.volume_start, team_.size());
     }

@@ -1,4 +1,4 @@
-// Forces of springs and volumes for slices of nodes and groups of tetrahedra. Written once for each vector unit: see
+// Forces of springs and volumes for slices of nodes and of fans of tetrahedra. Written once for each vector unit: see
 // take_steps.cpp.
 #if defined(LIVERMARK_FORCES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIVERMARK_FORCES_INL_HPP
@@ -103,50 +103,97 @@ template <class T> HWY_INLINE void add_corner_forces(const StepWorkspace<T> &at,
     }
 }
 
-/// The corners of a tetrahedron, as edges from the first, and six times the gradients of its volume at the others.
-template <class D> struct Corners {
-    Vec3<D> a, b, c;
-    Vec3<D> at_a, at_b, at_c;
-    hn::Vec<D> pressure; ///< sum over the corners
+/// What a fan of tetrahedra turns around.
+template <class D> struct Axis {
+    Rows<D> start;
+    Vec3<D> direction;
+    hn::Vec<D> pressure; ///< sum over both ends
 };
 
-template <class D, class T> HWY_INLINE Corners<D> corners(D d, const T *rows, const std::int32_t *corner) {
-    const auto origin = fetch(d, rows, corner), a = fetch(d, rows, corner + slice_size);
-    const auto b = fetch(d, rows, corner + 2 * slice_size), c = fetch(d, rows, corner + 3 * slice_size);
-    Corners<D> t;
-    t.a = difference(a, origin);
-    t.b = difference(b, origin);
-    t.c = difference(c, origin);
-    t.at_a = cross(t.b, t.c);
-    t.at_b = cross(t.c, t.a);
-    t.at_c = cross(t.a, t.b);
-    t.pressure = hn::Add(hn::Add(origin.w, a.w), hn::Add(b.w, c.w));
-    return t;
+/// A node of its rim.
+template <class D> struct RimNode {
+    Vec3<D> arm;   ///< from the start of the axis
+    Vec3<D> lever; ///< axis x arm: six times the gradient of the volume at the next node
+    hn::Vec<D> pressure;
+};
+
+template <class D, class T> HWY_INLINE Axis<D> fetch_axis(D d, const T *rows, const std::int32_t *corner) {
+    const auto start = fetch(d, rows, corner), end = fetch(d, rows, corner + slice_size);
+    return {start, difference(end, start), hn::Add(start.w, end.w)};
 }
 
-/// Six times the rate at which volumes grow.
 template <class D, class T>
-HWY_INLINE hn::Vec<D> growth(D d, const Corners<D> &t, const T *velocities, const std::int32_t *corner) {
-    const auto origin = fetch(d, velocities, corner);
-    const auto a = difference(fetch(d, velocities, corner + slice_size), origin);
-    const auto b = difference(fetch(d, velocities, corner + 2 * slice_size), origin);
-    const auto c = difference(fetch(d, velocities, corner + 3 * slice_size), origin);
-    return hn::Add(dot(t.at_a, a), hn::Add(dot(t.at_b, b), dot(t.at_c, c)));
+HWY_INLINE RimNode<D> fetch_rim(D d, const Axis<D> &axis, const T *rows, const std::int32_t *corner) {
+    const auto node = fetch(d, rows, corner);
+    const auto arm = difference(node, axis.start);
+    return {arm, cross(axis.direction, arm), node.w};
 }
 
-/// Volume that each tetrahedron of a group has gained, and beta times how fast it does.
-template <bool is_damped, class T> HWY_INLINE void volume_gains(StepWorkspace<T> &at, int group) {
-    constexpr Lanes<T> d;
+/// The velocities of a fan, where they matter.
+template <bool is_damped, class D> struct FanRates {
+    template <class T>
+    HWY_INLINE void begin(D /*d*/, const StepWorkspace<T> & /*at*/, const std::int32_t * /*corner*/) {}
+};
+template <class D> struct FanRates<true, D> {
+    Rows<D> start;
+    Vec3<D> axis, arm;
+
+    template <class T> HWY_INLINE void begin(D d, const StepWorkspace<T> &at, const std::int32_t *corner) {
+        const T *velocities = at.velocity_rows[at.now].data();
+        start = fetch(d, velocities, corner);
+        axis = difference(fetch(d, velocities, corner + slice_size), start);
+        arm = difference(fetch(d, velocities, corner + 2 * slice_size), start);
+    }
+};
+
+/// Six times the volume between two nodes of the rim, and beta times how fast it grows.
+template <bool is_damped, class D, class T>
+HWY_INLINE hn::Vec<D> volume_between(D d, const StepWorkspace<T> &at, const RimNode<D> &from, const RimNode<D> &to,
+                                     const std::int32_t *corner_of_to, FanRates<is_damped, D> &rates) {
+    auto volume = dot(from.lever, to.arm);
+    if constexpr (is_damped) {
+        const auto next = difference(fetch(d, at.velocity_rows[at.now].data(), corner_of_to), rates.start);
+        const auto growth =
+            hn::Add(hn::Sub(dot(from.lever, next), dot(to.lever, rates.arm)), dot(cross(from.arm, to.arm), rates.axis));
+        volume = hn::MulAdd(hn::Set(d, static_cast<T>(at.beta)), growth, volume);
+        rates.arm = next;
+    }
+    return volume;
+}
+
+/// Where the fans of a slice have their numbers.
+struct FanLines {
+    std::size_t corner, first, end; ///< of the start of the axis, of the first tetrahedron, and behind the last
+
+    template <class T>
+    FanLines(const SlicedBody<T> &body, int slice, std::size_t lane)
+        : corner(static_cast<std::size_t>(body.fan_start[slice] + 3 * slice) * slice_size + lane),
+          first(static_cast<std::size_t>(body.fan_start[slice]) * slice_size + lane),
+          end(static_cast<std::size_t>(body.fan_start[slice + 1]) * slice_size) {}
+};
+
+/// Volume that each tetrahedron of the fans of a slice has gained, and beta times how fast it does.
+template <bool is_damped, class T> HWY_INLINE void volume_gains(StepWorkspace<T> &at, int slice) {
+    using D = Lanes<T>;
+    constexpr D d;
+    const auto &body = at.body;
+    const T *rows = at.rows[at.now].data();
     const auto sixth = hn::Set(d, T(1.0 / 6.0));
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
-        const auto *corner = at.body.corner.data() + static_cast<std::size_t>(group) * 4 * slice_size + lane;
-        const std::size_t t = static_cast<std::size_t>(group) * slice_size + lane;
-        const auto now = corners(d, at.rows[at.now].data(), corner);
-        auto volume = dot(now.a, now.at_a);
-        if constexpr (is_damped)
-            volume = hn::MulAdd(hn::Set(d, static_cast<T>(at.beta)),
-                                growth(d, now, at.velocity_rows[at.now].data(), corner), volume);
-        hn::Store(hn::MulSub(volume, sixth, hn::Load(d, at.body.rest_volume.data() + t)), d, at.gain.data() + t);
+        const FanLines lines(body, slice, lane);
+        const auto *corner = body.corner.data() + lines.corner;
+        const auto axis = fetch_axis(D(), rows, corner);
+        FanRates<is_damped, D> rates;
+        rates.begin(d, at, corner);
+        corner += 2 * slice_size;
+        auto from = fetch_rim(D(), axis, rows, corner);
+        for (std::size_t t = lines.first; t < lines.end; t += slice_size) {
+            corner += slice_size;
+            const auto to = fetch_rim(D(), axis, rows, corner);
+            const auto volume = volume_between<is_damped>(D(), at, from, to, corner, rates);
+            hn::Store(hn::MulSub(volume, sixth, hn::Load(d, body.rest_volume.data() + t)), d, at.gain.data() + t);
+            from = to;
+        }
     }
 }
 
@@ -177,53 +224,96 @@ template <class T> HWY_INLINE void pressures(StepWorkspace<T> &at, int volume_sl
         rows[4 * i + 3] = pressure[i];
 }
 
-/// What the pressures around the nodes, its own, and the guard against inversion do to the corners of each tetrahedron
-/// of a group.
-template <bool is_damped, class T> HWY_INLINE void corner_forces(StepWorkspace<T> &at, int group) {
-    constexpr Lanes<T> d;
-    const auto &body = at.body;
+/// What pushes the corners of tetrahedra outwards: the pressures around the nodes, their own, and the guard against
+/// inversion.
+/// @param pressure  sum over the corners
+/// @param volume    six times the volume, with what damps it
+/// @param plain     six times the volume
+/// @param t         place on the lines
+/// @return a sixth of the push
+template <class D, class T>
+HWY_INLINE hn::Vec<D> push_on(D d, const SlicedBody<T> &body, hn::Vec<D> pressure, hn::Vec<D> volume, hn::Vec<D> plain,
+                              std::size_t t) {
     const auto sixth = hn::Set(d, T(1.0 / 6.0));
+    auto push = hn::Zero(d);
+    if (!body.volume_stiffness.empty())
+        push = hn::NegMulAdd(pressure, hn::Load(d, body.volume_share.data() + t), push);
+    if (!body.tetrahedron_stiffness.empty()) {
+        const auto gain = hn::MulSub(volume, sixth, hn::Load(d, body.rest_volume.data() + t));
+        push = hn::NegMulAdd(hn::Load(d, body.tetrahedron_stiffness.data() + t), gain, push);
+    }
+    if (!body.guard_stiffness.empty()) {
+        const auto least = hn::Load(d, body.least_volume.data() + t);
+        const auto lack = hn::Max(hn::NegMulAdd(plain, sixth, least), hn::Zero(d));
+        push = hn::MulAdd(hn::Load(d, body.guard_stiffness.data() + t), lack, push);
+    }
+    return hn::Mul(push, sixth);
+}
+
+template <class D> HWY_INLINE Vec3<D> scaled(hn::Vec<D> factor, const Vec3<D> &v) {
+    return {hn::Mul(factor, v.x), hn::Mul(factor, v.y), hn::Mul(factor, v.z)};
+}
+
+template <class D> HWY_INLINE Vec3<D> plus(const Vec3<D> &a, const Vec3<D> &b) {
+    return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)};
+}
+
+template <class D> HWY_INLINE Vec3<D> minus(const Vec3<D> &a, const Vec3<D> &b) {
+    return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
+}
+
+template <class D, class T>
+HWY_INLINE void add_force(D d, const Vec3<D> &force, Aligned<T> &forces, const std::int32_t *slot) {
+    scatter_add(d, force.x, force.y, force.z, forces.data(), slot);
+}
+
+/// What they do to the nodes of the fans of a slice. Each node of a rim gets one force from the tetrahedra before and
+/// after it; the forces of a tetrahedron have no resultant, so the start of the axis gets what is left.
+template <bool is_damped, class T> HWY_INLINE void fan_forces(StepWorkspace<T> &at, int slice) {
+    using D = Lanes<T>;
+    constexpr D d;
+    const auto &body = at.body;
+    const T *rows = at.rows[at.now].data();
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
-        const std::size_t first = static_cast<std::size_t>(group) * 4 * slice_size + lane;
-        const std::size_t t = static_cast<std::size_t>(group) * slice_size + lane;
-        const auto *corner = body.corner.data() + first;
-        const auto now = corners(d, at.rows[at.now].data(), corner);
-        auto push = body.volume_stiffness.empty() ? hn::Zero(d) : hn::Neg(now.pressure);
-        if (!body.tetrahedron_stiffness.empty()) {
-            auto volume = dot(now.a, now.at_a);
-            if constexpr (is_damped)
-                volume = hn::MulAdd(hn::Set(d, static_cast<T>(at.beta)),
-                                    growth(d, now, at.velocity_rows[at.now].data(), corner), volume);
-            const auto gain = hn::MulSub(volume, sixth, hn::Load(d, body.rest_volume.data() + t));
-            push = hn::NegMulAdd(hn::Load(d, body.tetrahedron_stiffness.data() + t), gain, push);
+        const FanLines lines(body, slice, lane);
+        const auto *corner = body.corner.data() + lines.corner;
+        const auto *slot = body.force_slot.data() + lines.corner;
+        const auto axis = fetch_axis(D(), rows, corner);
+        FanRates<is_damped, D> rates;
+        rates.begin(d, at, corner);
+        corner += 2 * slice_size;
+        auto from = fetch_rim(D(), axis, rows, corner);
+        const auto zero = hn::Zero(d);
+        Vec3<D> before{zero, zero, zero}, on_rim = before, on_end = before;
+        const auto *rim_slot = slot + 2 * slice_size;
+        for (std::size_t t = lines.first; t < lines.end; t += slice_size, rim_slot += slice_size) {
+            corner += slice_size;
+            const auto to = fetch_rim(D(), axis, rows, corner);
+            const auto volume = volume_between<is_damped>(D(), at, from, to, corner, rates);
+            const auto plain = is_damped ? dot(from.lever, to.arm) : volume;
+            const auto pressure = hn::Add(axis.pressure, hn::Add(from.pressure, to.pressure));
+            const auto push = push_on(D(), body, pressure, volume, plain, t);
+            const auto force = minus(before, scaled<D>(push, to.lever));
+            add_force(D(), force, at.corner_force, rim_slot);
+            on_rim = plus(on_rim, force);
+            on_end = plus(on_end, scaled<D>(push, cross(from.arm, to.arm)));
+            before = scaled<D>(push, from.lever);
+            from = to;
         }
-        if (!body.guard_stiffness.empty()) {
-            const auto least = hn::Load(d, body.least_volume.data() + t);
-            const auto lack = hn::Max(hn::NegMulAdd(dot(now.a, now.at_a), sixth, least), hn::Zero(d));
-            push = hn::MulAdd(hn::Load(d, body.guard_stiffness.data() + t), lack, push);
-        }
-        push = hn::Mul(push, sixth);
-        const Vec3<Lanes<T>> a{hn::Mul(push, now.at_a.x), hn::Mul(push, now.at_a.y), hn::Mul(push, now.at_a.z)};
-        const Vec3<Lanes<T>> b{hn::Mul(push, now.at_b.x), hn::Mul(push, now.at_b.y), hn::Mul(push, now.at_b.z)};
-        const Vec3<Lanes<T>> c{hn::Mul(push, now.at_c.x), hn::Mul(push, now.at_c.y), hn::Mul(push, now.at_c.z)};
-        T *forces = at.corner_force.data();
-        const auto *slot = body.force_slot.data() + first;
-        scatter_add(d, hn::Neg(hn::Add(a.x, hn::Add(b.x, c.x))), hn::Neg(hn::Add(a.y, hn::Add(b.y, c.y))),
-                    hn::Neg(hn::Add(a.z, hn::Add(b.z, c.z))), forces, slot);
-        scatter_add(d, a.x, a.y, a.z, forces, slot + slice_size);
-        scatter_add(d, b.x, b.y, b.z, forces, slot + 2 * slice_size);
-        scatter_add(d, c.x, c.y, c.z, forces, slot + 3 * slice_size);
+        add_force(D(), before, at.corner_force, rim_slot);
+        add_force(D(), on_end, at.corner_force, slot + slice_size);
+        const Vec3<D> nothing{zero, zero, zero};
+        add_force(D(), minus(nothing, plus(plus(on_rim, before), on_end)), at.corner_force, slot);
     }
 }
 
-/// The corner forces of all groups of a chunk.
+/// The corner forces of all fans of a chunk.
 template <bool is_damped, class T> HWY_INLINE void chunk_forces(StepWorkspace<T> &at, int chunk) {
     const auto &body = at.body;
     std::fill(at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk]),
               at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk + 1]), T(0));
-    const int end = std::min((chunk + 1) * chunk_size, body.num_groups);
-    for (int group = chunk * chunk_size; group < end; ++group)
-        corner_forces<is_damped>(at, group);
+    for (int slice = body.chunk_fans[chunk]; slice < body.chunk_fans[chunk + 1]; ++slice)
+        fan_forces<is_damped>(at, slice);
 }
 
 } // namespace livermark::msm::HWY_NAMESPACE

@@ -9,12 +9,13 @@
 
 namespace livermark::msm {
 
-/// Nodes of a slice, tetrahedra of a group: as many as the widest vectors have lanes. Narrower ones take a slice in
+/// Nodes, or fans of tetrahedra, in a slice: as many as the widest vectors have lanes. Narrower ones take a slice in
 /// several goes, so that one layout serves every machine.
 inline constexpr int slice_size = 16;
 
-/// Groups of tetrahedra whose forces are summed together: few enough that their nodes stay in the fastest cache.
-inline constexpr int chunk_size = 64;
+/// Fans whose forces are summed together: few enough that their nodes stay in the fastest cache, enough to find sixteen
+/// of the same length.
+inline constexpr int chunk_size = 512;
 
 /// Starts at a cache line.
 template <class T> using Aligned = std::vector<T, boost::alignment::aligned_allocator<T, 64>>;
@@ -27,6 +28,9 @@ template <class T> using Aligned = std::vector<T, boost::alignment::aligned_allo
 /// Where nodes are is kept in rows of four numbers, x y z and the pressure around the node, which one load brings. A
 /// node on a boundary between regions has a control volume in each: the first is in its own row, the others have copies
 /// of the row behind those of all nodes.
+///
+/// Tetrahedra come in fans around edges, so that one node has to be fetched for most of them, and not four. Every chunk
+/// of fans adds up forces in places of its own, which the nodes then collect.
 /// @tparam T  of everything that forces are made from
 template <class T> struct SlicedBody {
     int num_slices = 0; ///< of nodes
@@ -41,14 +45,19 @@ template <class T> struct SlicedBody {
     Aligned<T> stiffness;            ///< k [N/m]
     Aligned<T> pull;                 ///< k l0 [N]
 
-    int num_groups = 0;               ///< of 16 tetrahedra
-    Aligned<std::int32_t> corner;     ///< (groups, 4, 16) place of each corner
-    Aligned<std::int32_t> force_slot; ///< (groups, 4, 16) where the force on it is added
-    std::vector<int> chunk_start;     ///< (chunks + 1) first place of each chunk: one for every node that it touches
-    Aligned<T> rest_volume;           ///< (groups, 16) [m^3]
-    Aligned<T> tetrahedron_stiffness; ///< (groups, 16) [Pa/m^3]; empty if there is none, as are the following
-    Aligned<T> least_volume;          ///< (groups, 16) [m^3]
-    Aligned<T> guard_stiffness;       ///< (groups, 16) [Pa/m^3]
+    /// (fan slices + 1) tetrahedra of 16 fans, one of each on a line, in units of 16; short fans are filled up with
+    /// tetrahedra without volume
+    std::vector<int> fan_start;
+    /// (lines + 3 for each fan slice, 16) places of the nodes: both ends of the axis, and the rim
+    Aligned<std::int32_t> corner;
+    Aligned<std::int32_t> force_slot; ///< of the same shape: where the force on each is added
+    Aligned<T> rest_volume;           ///< (lines, 16) [m^3]
+    Aligned<T> volume_share;          ///< (lines, 16) 1, and 0 where there is no tetrahedron
+    Aligned<T> tetrahedron_stiffness; ///< (lines, 16) [Pa/m^3]; empty if there is none, as are the following
+    Aligned<T> least_volume;          ///< (lines, 16) [m^3]
+    Aligned<T> guard_stiffness;       ///< (lines, 16) [Pa/m^3]
+    std::vector<int> chunk_fans;      ///< (chunks + 1) first fan slice of each
+    std::vector<int> chunk_start;     ///< (chunks + 1) first place of each: one for every node that it touches
     std::vector<int> sum_start;       ///< (slices + 1) places to sum for the nodes of a slice, in units of 16
     Aligned<std::int32_t> sum;        ///< one of these places; one behind the last, where nothing is added, as filling
 

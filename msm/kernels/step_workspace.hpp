@@ -54,10 +54,10 @@ template <class T> struct StepWorkspace {
     /// while the other is written.
     std::array<Aligned<T>, 2> rows, velocity_rows;
     int now = 0;             ///< which of the two is read
-    Aligned<T> gain;         ///< (groups * 16 + 16) volume gained by each tetrahedron, and zeros for nobody's [m^3]
+    Aligned<T> gain;         ///< (lines * 16 + 16) volume gained by each tetrahedron, and zeros for nobody's [m^3]
     Aligned<T> corner_force; ///< (places of all chunks and one that stays zero, 4) [N]
 
-    std::vector<Share> slices, groups, volume_slices, chunks; ///< of each thread
+    std::vector<Share> slices, fan_slices, volume_slices, chunks; ///< of each thread
 };
 
 /// Takes steps, with the widest vectors that the machine has; every thread of a team calls it. The result does not

@@ -12,16 +12,16 @@ namespace livermark::msm::HWY_NAMESPACE {
 template <class Scheme, bool is_damped, class T>
 void run(StepWorkspace<T> &at, int thread, int num_steps, Barrier &barrier) {
     const auto [first_slice, last_slice] = at.slices[thread];
-    const auto [first_group, last_group] = at.groups[thread];
+    const auto [first_fan, last_fan] = at.fan_slices[thread];
     const auto [first_chunk, last_chunk] = at.chunks[thread];
     const auto [first_volume, last_volume] = at.volume_slices[thread];
-    const bool has_volumes = !at.body.volume_stiffness.empty(), has_tetrahedra = at.body.num_groups > 0;
+    const bool has_volumes = !at.body.volume_stiffness.empty(), has_tetrahedra = !at.body.rest_volume.empty();
     const int num_stages = at.scheme.num_stages();
     for (int step = 0; step < num_steps; ++step)
         for (int stage = 0; stage < num_stages; ++stage) {
             if (has_volumes) {
-                for (int group = first_group; group < last_group; ++group)
-                    volume_gains<is_damped>(at, group);
+                for (int slice = first_fan; slice < last_fan; ++slice)
+                    volume_gains<is_damped>(at, slice);
                 barrier.wait();
                 for (int slice = first_volume; slice < last_volume; ++slice)
                     pressures(at, slice);

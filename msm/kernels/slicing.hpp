@@ -1,0 +1,39 @@
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "msm/kernels/sliced_body.hpp"
+
+/// How lists of different lengths are put side by side in slices of 16 rows.
+namespace livermark::msm {
+
+/// Where a slice is filled up.
+inline constexpr int none = -1;
+
+constexpr int padded(int count) {
+    return (count + slice_size - 1) / slice_size * slice_size;
+}
+
+/// Where the longest list of each slice ends, counted in lines of 16.
+inline std::vector<int> starts(const std::vector<int> &length_of_row) {
+    std::vector<int> start{0};
+    for (std::size_t first = 0; first < length_of_row.size(); first += slice_size) {
+        const auto begin = length_of_row.begin() + static_cast<std::ptrdiff_t>(first);
+        start.push_back(start.back() + *std::max_element(begin, begin + slice_size));
+    }
+    return start;
+}
+
+/// Place of the next entry of a row, of which it has `used` already.
+inline std::size_t place(const std::vector<int> &start, int row, int &used) {
+    const auto line = static_cast<std::size_t>(start[row / slice_size] + used++);
+    return line * slice_size + row % slice_size;
+}
+
+/// The part of sliced_body() that tetrahedra have: fans, corner forces and volumes.
+/// @param body  with its nodes
+template <class T>
+void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &positions, SlicedBody<T> &body);
+
+} // namespace livermark::msm
