@@ -60,6 +60,9 @@ template <class V> std::size_t bytes(const V &values) {
     return values.size() * sizeof(typename V::value_type);
 }
 
+/// Where springs end that only fill up a slice: so far from any body that they have a length [m].
+constexpr float far = 1e4F;
+
 template <class T> class Steps : public FastSteps::Implementation {
   public:
     Steps(const StepParts &parts, const ElasticBody &body, const std::vector<core::Vector3> &positions,
@@ -78,18 +81,20 @@ template <class T> class Steps : public FastSteps::Implementation {
         if (scheme.kind != StepScheme::Kind::symplectic_euler)
             at_.stages.resize(at_.body.num_slices);
         for (auto &rows : at_.rows)
-            rows.assign(4 * static_cast<std::size_t>(at_.body.num_rows), T(0));
+            rows.assign(4 * static_cast<std::size_t>(at_.body.num_rows + 1), T(0));
         if (damping.beta != 0.0)
             at_.velocity_rows = at_.rows;
+        for (auto &rows : at_.rows)
+            std::fill(rows.end() - 4, rows.end(), static_cast<T>(far));
         at_.gain.assign(at_.body.rest_volume.size() + slice_size, T(0));
         at_.corner_force.assign(4 * static_cast<std::size_t>(at_.body.chunk_start.back() + 1), T(0));
         share_work();
         for (std::size_t i = 0; i < positions.size(); ++i)
             for (int c = 0; c < 3; ++c) {
                 const bool is_free = std::isnan(conditions.displacement[i][c]);
-                of(&NodeSlice::free_per_mass, i, c) = is_free ? 1.0 / body.node_mass[i] : 0.0;
-                of(&NodeSlice::load, i, c) = conditions.force[i][c];
+                of(&NodeSlice<T>::free_per_mass, i, c) = is_free ? static_cast<T>(1.0 / body.node_mass[i]) : T(0);
             }
+        set_loads(conditions.force);
         const auto size = static_cast<Eigen::Index>(3 * positions.size());
         Steps::set_state({Eigen::VectorXd::Zero(size), Eigen::VectorXd::Zero(size)});
     }
@@ -99,13 +104,13 @@ template <class T> class Steps : public FastSteps::Implementation {
         for (std::size_t i = 0; i < positions_.size(); ++i)
             for (int c = 0; c < 3; ++c) {
                 const auto unknown = static_cast<Eigen::Index>(3 * i) + c;
-                const bool is_free = of(&NodeSlice::free_per_mass, i, c) != 0.0;
-                of(&NodeSlice::position, i, c) = shifted[i][c] + state.displacement[unknown];
-                of(&NodeSlice::velocity, i, c) = is_free ? state.velocity[unknown] : 0.0;
+                const bool is_free = of(&NodeSlice<T>::free_per_mass, i, c) != 0.0;
+                of(&NodeSlice<T>::position, i, c) = shifted[i][c] + state.displacement[unknown];
+                of(&NodeSlice<T>::velocity, i, c) = is_free ? state.velocity[unknown] : 0.0;
             }
-        write_rows(&NodeSlice::position, at_.rows[at_.now]);
+        write_rows(&NodeSlice<T>::position, at_.rows[at_.now]);
         if (!at_.velocity_rows[at_.now].empty())
-            write_rows(&NodeSlice::velocity, at_.velocity_rows[at_.now]);
+            write_rows(&NodeSlice<T>::velocity, at_.velocity_rows[at_.now]);
     }
 
     State state() const override {
@@ -115,8 +120,8 @@ template <class T> class Steps : public FastSteps::Implementation {
         for (std::size_t i = 0; i < positions_.size(); ++i)
             for (int c = 0; c < 3; ++c) {
                 const auto unknown = static_cast<Eigen::Index>(3 * i) + c;
-                state.displacement[unknown] = of(&NodeSlice::position, i, c) - shifted[i][c];
-                state.velocity[unknown] = of(&NodeSlice::velocity, i, c);
+                state.displacement[unknown] = of(&NodeSlice<T>::position, i, c) - shifted[i][c];
+                state.velocity[unknown] = of(&NodeSlice<T>::velocity, i, c);
             }
         return state;
     }
@@ -127,11 +132,12 @@ template <class T> class Steps : public FastSteps::Implementation {
 
     std::size_t working_set() const override {
         const auto &body = at_.body;
-        return bytes(body.neighbour) + bytes(body.stiffness) + bytes(body.pull) + bytes(body.corner) +
+        return bytes(body.neighbour) + bytes(body.stiffness) + bytes(body.half_pull) + bytes(body.corner) +
                bytes(body.force_slot) + bytes(body.sum) + bytes(body.rest_volume) + bytes(body.volume_share) +
                bytes(body.tetrahedron_stiffness) + bytes(body.least_volume) + bytes(body.guard_stiffness) +
-               bytes(body.member) + bytes(body.volume_stiffness) + bytes(at_.nodes) + bytes(at_.stages) +
-               2 * bytes(at_.rows[0]) + 2 * bytes(at_.velocity_rows[0]) + bytes(at_.gain) + bytes(at_.corner_force);
+               bytes(body.member) + bytes(body.volume_stiffness) + bytes(at_.nodes) + bytes(at_.loads) +
+               bytes(at_.stages) + 2 * bytes(at_.rows[0]) + 2 * bytes(at_.velocity_rows[0]) + bytes(at_.gain) +
+               bytes(at_.corner_force);
     }
 
   private:
@@ -142,6 +148,17 @@ template <class T> class Steps : public FastSteps::Implementation {
         return points;
     }
 
+    void set_loads(const std::vector<core::Vector3> &force) {
+        if (std::ranges::all_of(force, [](const auto &f) { return f.isZero(0.0); }))
+            return;
+        at_.loads.assign(at_.body.num_slices, {});
+        for (std::size_t i = 0; i < force.size(); ++i)
+            for (int c = 0; c < 3; ++c) {
+                const int row = at_.body.row_of_node[i];
+                at_.loads[row / slice_size][c][row % slice_size] = static_cast<T>(force[i][c]);
+            }
+    }
+
     void share_work() {
         at_.slices = shares(at_.body.spring_start, team_.size());
         at_.fan_slices = shares(at_.body.fan_start, team_.size());
@@ -149,16 +166,16 @@ template <class T> class Steps : public FastSteps::Implementation {
         at_.volume_slices = shares(at_.body.volume_start, team_.size());
     }
 
-    double &of(NodeSlice::Field NodeSlice::*field, std::size_t node, int component) {
+    template <class U> U &of(SliceField<U> NodeSlice<T>::*field, std::size_t node, int component) {
         const int row = at_.body.row_of_node[node];
         return (at_.nodes[row / slice_size].*field)[component][row % slice_size];
     }
-    double of(NodeSlice::Field NodeSlice::*field, std::size_t node, int component) const {
+    template <class U> U of(SliceField<U> NodeSlice<T>::*field, std::size_t node, int component) const {
         const int row = at_.body.row_of_node[node];
         return (at_.nodes[row / slice_size].*field)[component][row % slice_size];
     }
 
-    void write_rows(NodeSlice::Field NodeSlice::*field, Aligned<T> &rows) const {
+    void write_rows(SliceField<double> NodeSlice<T>::*field, Aligned<T> &rows) const {
         for (int row = 0; row < at_.body.first_copy; ++row)
             for (int c = 0; c < 3; ++c)
                 rows[4 * static_cast<std::size_t>(row) + c] =

@@ -30,16 +30,28 @@ template <class D> HWY_INLINE Vec3<D> cross(const Vec3<D> &a, const Vec3<D> &b) 
             hn::MulSub(a.x, b.y, hn::Mul(a.y, b.x))};
 }
 
-/// 1 / sqrt(v)
-template <class D, class V> HWY_INLINE V inverse_root(D d, V v) {
-    if constexpr (sizeof(hn::TFromD<D>) == 4 && HWY_TARGET != HWY_SCALAR) {
-        // One step of Newton's method makes 23 bits of the 11 or 14 that the instruction has.
-        const auto guess = hn::ApproximateReciprocalSqrt(v);
-        const auto half = hn::Mul(v, hn::Set(d, 0.5F));
-        return hn::Mul(guess, hn::NegMulAdd(hn::Mul(half, guess), guess, hn::Set(d, 1.5F)));
+/// One step of Newton's method for 1 / sqrt(v), which doubles the digits of a guess.
+template <class D, class V> HWY_INLINE V refined(D d, V v, V guess) {
+    using T = hn::TFromD<D>;
+    const auto half = hn::Mul(v, hn::Set(d, T(0.5)));
+    return hn::Mul(guess, hn::NegMulAdd(hn::Mul(half, guess), guess, hn::Set(d, T(1.5))));
+}
+
+/// 1 / sqrt(v) to half the digits at least: what one more step makes precise. The instructions that take a root and
+/// divide need several times as long.
+template <class D, class V> HWY_INLINE V guess_of_inverse_root(D d, V v) {
+#if HWY_TARGET == HWY_SCALAR
+    return hn::Div(hn::Set(d, hn::TFromD<D>(1)), hn::Sqrt(v));
+#else
+    if constexpr (sizeof(hn::TFromD<D>) == 4) {
+        return hn::ApproximateReciprocalSqrt(v);
     } else {
-        return hn::Div(hn::Set(d, hn::TFromD<D>(1)), hn::Sqrt(v));
+        const hn::Rebind<float, D> narrow;
+        const auto in_single = hn::DemoteTo(narrow, v);
+        const auto guess = refined(narrow, in_single, hn::ApproximateReciprocalSqrt(in_single));
+        return refined(d, v, hn::PromoteTo(d, guess));
     }
+#endif
 }
 
 /// Forces on the nodes of a slice.
@@ -51,7 +63,7 @@ HWY_INLINE void spring_forces(const StepWorkspace<T> &at, int slice, SliceForce<
     constexpr Lanes<T> d;
     const auto &body = at.body;
     const T *rows = at.rows[at.now].data(), *velocities = at.velocity_rows[at.now].data();
-    const auto tiny = hn::Set(d, T(1e-30)); // springs that fill up a slice have no length
+    const auto three = hn::Set(d, T(3)), half = hn::Set(d, T(0.5));
     const auto beta = hn::Set(d, static_cast<T>(at.beta));
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const std::size_t own = (static_cast<std::size_t>(slice) * slice_size + lane) * 4;
@@ -65,10 +77,14 @@ HWY_INLINE void spring_forces(const StepWorkspace<T> &at, int slice, SliceForce<
              s += slice_size) {
             const auto *row = body.neighbour.data() + s;
             const auto span = difference(fetch(d, rows, row), here);
-            const auto inverse_length = inverse_root(d, hn::Max(dot(span, span), tiny));
+            const auto square = dot(span, span);
             const auto stiffness = hn::Load(d, body.stiffness.data() + s);
-            auto tension = hn::NegMulAdd(hn::Load(d, body.pull.data() + s), inverse_length, stiffness);
+            // The last step of Newton's method, 1 / l = guess (3 - l^2 guess^2) / 2, is part of the tension.
+            const auto guess = guess_of_inverse_root(Lanes<T>(), square);
+            const auto correction = hn::NegMulAdd(hn::Mul(square, guess), guess, three);
+            auto tension = hn::NegMulAdd(hn::Mul(hn::Load(d, body.half_pull.data() + s), guess), correction, stiffness);
             if constexpr (is_damped) {
+                const auto inverse_length = hn::Mul(hn::Mul(guess, half), correction);
                 const auto rate = dot(span, difference(fetch(d, velocities, row), moving));
                 tension = hn::MulAdd(hn::Mul(beta, stiffness), hn::Mul(rate, hn::Mul(inverse_length, inverse_length)),
                                      tension);

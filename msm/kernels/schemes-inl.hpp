@@ -32,32 +32,38 @@ HWY_INLINE void store_as(DoubleVec v, float *place) {
     hn::Store(hn::DemoteTo(narrow, v), narrow, place);
 }
 
-/// A component of some nodes before the next stage, and where that is to be evaluated.
+/// A component of some nodes where the next stage is to be evaluated.
 struct Motion {
     DoubleVec position, velocity;
 };
 
-/// One component of some nodes of a slice: where its numbers are, and how its acceleration is found.
-struct Component {
+/// Where the numbers of one component of some nodes are.
+template <class T> struct Component {
     double *position, *velocity;
-    const double *free_per_mass, *load;
-    double *stage_position, *stage_velocity_sum, *stage_velocity; ///< not looked at by methods of one stage
-
-    DoubleVec acceleration(DoubleVec force, DoubleVec velocity_now, DoubleVec alpha) const HWY_ATTR {
-        constexpr Doubles d;
-        const auto total = hn::Add(force, hn::Load(d, load));
-        return hn::NegMulAdd(alpha, velocity_now, hn::Mul(total, hn::Load(d, free_per_mass)));
-    }
+    T *acceleration, *for_position, *for_velocity; ///< not looked at by methods of one stage
 };
+
+template <class T> HWY_INLINE DoubleVec add_to(T *sum, bool is_first, DoubleVec value) {
+    const auto total = is_first ? value : hn::Add(as_double(sum), value);
+    store_as(total, sum);
+    return total;
+}
 
 struct SymplecticEuler {
     static constexpr bool has_stages = false;
-    static HWY_INLINE Motion advance(const StepScheme & /*scheme*/, int /*stage*/, double step, double alpha,
-                                     DoubleVec force, const Component &at) {
+
+    template <class T>
+    static HWY_INLINE DoubleVec velocity_now(const StepScheme & /*scheme*/, int /*stage*/, double /*step*/,
+                                             const Component<T> &at) {
+        return hn::Load(Doubles(), at.velocity);
+    }
+
+    template <class T>
+    static HWY_INLINE Motion advance(const StepScheme & /*scheme*/, int /*stage*/, double step, DoubleVec a,
+                                     const Component<T> &at) {
         constexpr Doubles d;
         const auto h = hn::Set(d, step);
-        auto velocity = hn::Load(d, at.velocity);
-        velocity = hn::MulAdd(h, at.acceleration(force, velocity, hn::Set(d, alpha)), velocity);
+        const auto velocity = hn::MulAdd(h, a, hn::Load(d, at.velocity));
         const auto position = hn::MulAdd(h, velocity, hn::Load(d, at.position));
         hn::Store(velocity, d, at.velocity);
         hn::Store(position, d, at.position);
@@ -67,50 +73,69 @@ struct SymplecticEuler {
 
 struct VelocityVerlet {
     static constexpr bool has_stages = true;
-    static HWY_INLINE Motion advance(const StepScheme & /*scheme*/, int stage, double step, double alpha,
-                                     DoubleVec force, const Component &at) {
+
+    /// The second evaluation is at a guess, v + h a.
+    template <class T>
+    static HWY_INLINE DoubleVec velocity_now(const StepScheme & /*scheme*/, int stage, double step,
+                                             const Component<T> &at) {
+        const auto velocity = hn::Load(Doubles(), at.velocity);
+        return stage == 0 ? velocity : hn::MulAdd(hn::Set(Doubles(), step), as_double(at.acceleration), velocity);
+    }
+
+    template <class T>
+    static HWY_INLINE Motion advance(const StepScheme & /*scheme*/, int stage, double step, DoubleVec a,
+                                     const Component<T> &at) {
         constexpr Doubles d;
         const auto h = hn::Set(d, step), half = hn::Set(d, 0.5 * step);
         const auto velocity = hn::Load(d, at.velocity), position = hn::Load(d, at.position);
         if (stage == 0) {
-            const auto a = at.acceleration(force, velocity, hn::Set(d, alpha));
             const auto moved = hn::MulAdd(h, hn::MulAdd(half, a, velocity), position);
-            const auto guess = hn::MulAdd(h, a, velocity);
             hn::Store(moved, d, at.position);
-            hn::Store(a, d, at.stage_velocity_sum);
-            hn::Store(guess, d, at.stage_velocity);
-            return {moved, guess};
+            store_as(a, at.acceleration);
+            return {moved, hn::MulAdd(h, a, velocity)};
         }
-        const auto a = at.acceleration(force, hn::Load(d, at.stage_velocity), hn::Set(d, alpha));
-        const auto later = hn::MulAdd(half, hn::Add(hn::Load(d, at.stage_velocity_sum), a), velocity);
+        const auto later = hn::MulAdd(half, hn::Add(as_double(at.acceleration), a), velocity);
         hn::Store(later, d, at.velocity);
         return {position, later};
     }
 };
 
+/// Stage s is evaluated at v_s = v + h c_(s-1) a_(s-1) and x_s = x + h c_(s-1) v_(s-1). With the weights w_s, which add
+/// up to one, the step is v + h sum w_s a_s and x + h v + h^2 sum w_(s+1) c_s a_s: sums of accelerations, which need no
+/// more digits than the forces have.
 struct RungeKutta {
     static constexpr bool has_stages = true;
-    static HWY_INLINE Motion advance(const StepScheme &scheme, int stage, double step, double alpha, DoubleVec force,
-                                     const Component &at) {
+
+    template <class T>
+    static HWY_INLINE DoubleVec velocity_now(const StepScheme &scheme, int stage, double step, const Component<T> &at) {
+        const auto velocity = hn::Load(Doubles(), at.velocity);
+        return stage == 0 ? velocity
+                          : hn::MulAdd(hn::Set(Doubles(), step * scheme.next[stage - 1]), as_double(at.acceleration),
+                                       velocity);
+    }
+
+    template <class T>
+    static HWY_INLINE Motion advance(const StepScheme &scheme, int stage, double step, DoubleVec a,
+                                     const Component<T> &at) {
         constexpr Doubles d;
-        const auto weight = hn::Set(d, step * scheme.weight[stage]);
+        const auto h = hn::Set(d, step);
         const auto position = hn::Load(d, at.position), velocity = hn::Load(d, at.velocity);
         const bool is_first = stage == 0;
-        const auto now = is_first ? velocity : hn::Load(d, at.stage_velocity);
-        const auto a = at.acceleration(force, now, hn::Set(d, alpha));
-        const auto position_sum = hn::MulAdd(weight, now, is_first ? position : hn::Load(d, at.stage_position));
-        const auto velocity_sum = hn::MulAdd(weight, a, is_first ? velocity : hn::Load(d, at.stage_velocity_sum));
+        const auto for_velocity = add_to(at.for_velocity, is_first, hn::Mul(hn::Set(d, scheme.weight[stage]), a));
         if (stage + 1 == scheme.num_stages()) {
-            hn::Store(position_sum, d, at.position);
-            hn::Store(velocity_sum, d, at.velocity);
-            return {position_sum, velocity_sum};
+            const auto sum = is_first ? hn::Zero(d) : as_double(at.for_position);
+            const auto moved = hn::MulAdd(h, hn::MulAdd(h, sum, velocity), position);
+            const auto later = hn::MulAdd(h, for_velocity, velocity);
+            hn::Store(moved, d, at.position);
+            hn::Store(later, d, at.velocity);
+            return {moved, later};
         }
-        const auto next = hn::Set(d, step * scheme.next[stage]);
-        const auto stage_velocity = hn::MulAdd(next, a, velocity);
-        hn::Store(position_sum, d, at.stage_position);
-        hn::Store(velocity_sum, d, at.stage_velocity_sum);
-        hn::Store(stage_velocity, d, at.stage_velocity);
-        return {hn::MulAdd(next, now, position), stage_velocity};
+        const double next = scheme.next[stage];
+        add_to(at.for_position, is_first, hn::Mul(hn::Set(d, scheme.weight[stage + 1] * next), a));
+        const auto c = hn::Set(d, step * next);
+        const auto moved = hn::MulAdd(c, velocity_now(scheme, stage, step, at), position);
+        store_as(a, at.acceleration);
+        return {moved, hn::MulAdd(c, a, velocity)};
     }
 };
 
@@ -134,27 +159,27 @@ template <class Scheme, bool is_damped, class T>
 HWY_INLINE void advance(StepWorkspace<T> &at, int slice, int stage, const SliceForce<T> &force) {
     constexpr Doubles d;
     SliceForce<T> position, velocity;
-    NodeSlice &node = at.nodes[slice];
-    StageSlice *stages = Scheme::has_stages ? &at.stages[slice] : nullptr;
+    NodeSlice<T> &node = at.nodes[slice];
     const T *const forces[] = {force.x, force.y, force.z};
-    T *const positions[] = {position.x, position.y, position.z}, *const velocities[] = {velocity.x, velocity.y,
-                                                                                        velocity.z};
+    T *const positions[] = {position.x, position.y, position.z};
+    T *const velocities[] = {velocity.x, velocity.y, velocity.z};
+    const auto alpha = hn::Set(d, at.alpha);
     for (int c = 0; c < 3; ++c)
         for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
-            Component component{.position = node.position[c].data() + lane,
-                                .velocity = node.velocity[c].data() + lane,
-                                .free_per_mass = node.free_per_mass[c].data() + lane,
-                                .load = node.load[c].data() + lane,
-                                .stage_position = nullptr,
-                                .stage_velocity_sum = nullptr,
-                                .stage_velocity = nullptr};
+            Component<T> component{node.position[c].data() + lane, node.velocity[c].data() + lane, nullptr, nullptr,
+                                   nullptr};
             if constexpr (Scheme::has_stages) {
-                component.stage_position = stages->position[c].data() + lane;
-                component.stage_velocity_sum = stages->velocity[c].data() + lane;
-                component.stage_velocity = stages->stage_velocity[c].data() + lane;
+                auto &stages = at.stages[slice];
+                component.acceleration = stages.acceleration[c].data() + lane;
+                component.for_position = stages.for_position[c].data() + lane;
+                component.for_velocity = stages.for_velocity[c].data() + lane;
             }
-            const auto next =
-                Scheme::advance(at.scheme, stage, at.time_step, at.alpha, as_double(forces[c] + lane), component);
+            auto total = as_double(forces[c] + lane);
+            if (!at.loads.empty())
+                total = hn::Add(total, as_double(at.loads[slice][c].data() + lane));
+            const auto now = Scheme::velocity_now(at.scheme, stage, at.time_step, component);
+            const auto a = hn::NegMulAdd(alpha, now, hn::Mul(total, as_double(node.free_per_mass[c].data() + lane)));
+            const auto next = Scheme::advance(at.scheme, stage, at.time_step, a, component);
             store_as(next.position, positions[c] + lane);
             if constexpr (is_damped)
                 store_as(next.velocity, velocities[c] + lane);

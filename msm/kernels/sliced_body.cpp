@@ -14,9 +14,9 @@ template <class T> void slice_springs(const StepParts &parts, SlicedBody<T> &bod
             ++degree[body.row_of_node[node]];
     body.spring_start = starts(degree);
     const std::size_t size = static_cast<std::size_t>(body.spring_start.back()) * slice_size;
-    body.neighbour.assign(size, 0);
+    body.neighbour.assign(size, 4 * body.num_rows);
     body.stiffness.assign(size, T(0));
-    body.pull.assign(size, T(0));
+    body.half_pull.assign(size, T(0));
     std::vector<int> used(degree.size(), 0);
     for (std::size_t s = 0; s < parts.edges.size(); ++s)
         for (int end = 0; end < 2; ++end) {
@@ -24,7 +24,7 @@ template <class T> void slice_springs(const StepParts &parts, SlicedBody<T> &bod
             const auto at = place(body.spring_start, row, used[row]);
             body.neighbour[at] = 4 * body.row_of_node[parts.edges[s][1 - end]];
             body.stiffness[at] = static_cast<T>(parts.stiffness[s]);
-            body.pull[at] = static_cast<T>(parts.stiffness[s] * parts.rest_length[s]);
+            body.half_pull[at] = static_cast<T>(0.5 * parts.stiffness[s] * parts.rest_length[s]);
         }
 }
 
@@ -39,8 +39,8 @@ template <class T> SlicedBody<T> sliced_body(const StepParts &parts, const std::
         body.row_of_node[order[row]] = row;
     body.first_copy = body.num_rows = padded(num_nodes);
     body.num_slices = body.first_copy / slice_size;
+    slice_tetrahedra(parts, positions, body); // finds out how many rows there are
     slice_springs(parts, body);
-    slice_tetrahedra(parts, positions, body);
     return body;
 }
 

@@ -34,7 +34,7 @@ template <class T> using Aligned = std::vector<T, boost::alignment::aligned_allo
 /// @tparam T  of everything that forces are made from
 template <class T> struct SlicedBody {
     int num_slices = 0; ///< of nodes
-    int num_rows = 0;   ///< a multiple of 16, copies included
+    int num_rows = 0;   ///< a multiple of 16, copies included; one more is the far one
     std::vector<int> row_of_node;
     std::vector<int> copy_start; ///< (slices + 1) first of its copies
     std::vector<int> copied_row; ///< what to copy, for each copy
@@ -43,7 +43,7 @@ template <class T> struct SlicedBody {
     std::vector<int> spring_start;   ///< (slices + 1), in units of 16
     Aligned<std::int32_t> neighbour; ///< place of the other end: four times its row
     Aligned<T> stiffness;            ///< k [N/m]
-    Aligned<T> pull;                 ///< k l0 [N]
+    Aligned<T> half_pull;            ///< k l0 / 2 [N]
 
     /// (fan slices + 1) tetrahedra of 16 fans, one of each on a line, in units of 16; short fans are filled up with
     /// tetrahedra without volume

@@ -20,20 +20,21 @@ struct StepScheme {
     int num_stages() const { return kind == Kind::velocity_verlet ? 2 : static_cast<int>(weight.size()); }
 };
 
-/// Nodes of one slice, in double precision whatever the forces have, one component behind the other.
-struct alignas(64) NodeSlice {
-    using Field = std::array<std::array<double, slice_size>, 3>;
-    Field position;      ///< x less the origin [m]
-    Field velocity;      ///< [m/s]
-    Field free_per_mass; ///< 1/m [1/kg], 0 where held
-    Field load;          ///< [N]
+/// A vector at each node of a slice, one component behind the other.
+template <class T> using SliceField = std::array<std::array<T, slice_size>, 3>;
+
+/// Nodes of one slice. Where they are and how fast they go is in double precision, whatever the forces have.
+template <class T> struct alignas(64) NodeSlice {
+    SliceField<double> position; ///< x less the origin [m]
+    SliceField<double> velocity; ///< [m/s]
+    SliceField<T> free_per_mass; ///< 1/m [1/kg], 0 where held
 };
 
-/// What methods of several stages keep between these.
-struct alignas(64) StageSlice {
-    NodeSlice::Field position; ///< of the step so far
-    NodeSlice::Field velocity; ///< of the step so far; for velocity Verlet the first acceleration
-    NodeSlice::Field stage_velocity;
+/// What methods of several stages keep between these; see schemes-inl.hpp.
+template <class T> struct alignas(64) StageSlice {
+    SliceField<T> acceleration; ///< at the stage before
+    SliceField<T> for_position; ///< sums of accelerations
+    SliceField<T> for_velocity;
 };
 
 /// Part of the work that one thread does.
@@ -48,10 +49,11 @@ template <class T> struct StepWorkspace {
     double time_step = 0.0;
     double alpha = 0.0, beta = 0.0; ///< Rayleigh damping
 
-    std::vector<NodeSlice> nodes;
-    std::vector<StageSlice> stages; ///< empty for one stage
-    /// What forces are made from, (rows, 4) each: x, y, z and pressure; velocities, where stiffness damps. One is read
-    /// while the other is written.
+    std::vector<NodeSlice<T>> nodes;
+    std::vector<SliceField<T>> loads;  ///< [N]; empty if there are none
+    std::vector<StageSlice<T>> stages; ///< empty for one stage
+    /// What forces are made from, (rows + 1, 4) each: x, y, z and pressure; velocities, where stiffness damps. One is
+    /// read while the other is written.
     std::array<Aligned<T>, 2> rows, velocity_rows;
     int now = 0;             ///< which of the two is read
     Aligned<T> gain;         ///< (lines * 16 + 16) volume gained by each tetrahedron, and zeros for nobody's [m^3]
