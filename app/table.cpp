@@ -1,16 +1,12 @@
-#include <algorithm>
 #include <filesystem>
-#include <fmt/format.h>
 #include <memory>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "app/commands.hpp"
 #include "app/run_tables.hpp"
-#include "core/input_error.hpp"
 #include "core/root_folder.hpp"
-#include "results/result_file.hpp"
+#include "results/result_files.hpp"
 
 namespace livermark::app {
 
@@ -22,36 +18,9 @@ struct TableOptions {
     bool markdown = false;
 };
 
-/// The result files below a folder, by name. Other commands leave other files there.
-void add_results_below(const std::filesystem::path &path, std::vector<results::Result> &results) {
-    std::error_code error;
-    std::vector<std::filesystem::path> found;
-    for (auto entry = std::filesystem::recursive_directory_iterator(path, error);
-         !error && entry != std::filesystem::recursive_directory_iterator(); entry.increment(error))
-        if (entry->path().extension() == ".h5")
-            found.push_back(entry->path());
-    if (error)
-        throw core::InputError(fmt::format("{}: cannot be listed ({})", path.string(), error.message()));
-    std::ranges::sort(found);
-    for (const auto &file : found)
-        try {
-            if (auto result = results::read_result(file); !result.models.empty()) // modes have files of the same kind
-                results.push_back(std::move(result));
-        } catch (const core::InputError &fault) {
-            fmt::print(stderr, "livermark: passed over: {}\n", fault.what());
-        }
-}
-
 int print(const TableOptions &options) {
-    std::vector<results::Result> results;
-    for (const auto &path : options.paths)
-        if (std::filesystem::is_directory(path))
-            add_results_below(path, results);
-        else
-            results.push_back(results::read_result(path));
-    if (results.empty())
-        throw core::InputError(fmt::format("there are no result files in {}; make some with `livermark run`",
-                                           fmt::join(options.paths, ", ")));
+    const std::vector<std::filesystem::path> paths(options.paths.begin(), options.paths.end());
+    const auto results = results::read_results(paths);
     print_tables(results, table_kinds.at(options.kind), options.markdown);
     return 0;
 }

@@ -51,7 +51,7 @@ void time_triad(benchmark::State &state, std::size_t bytes) {
         benchmarks::triad(a.data(), b.data(), c.data(), 0.5F, size);
         benchmark::ClobberMemory();
     }
-    state.counters["kilobytes"] = static_cast<double>(bytes) / 1024.0;
+    state.counters["bytes"] = static_cast<double>(bytes);
     state.SetBytesProcessed(static_cast<std::int64_t>(3 * sizeof(float) * size) * state.iterations());
 }
 
@@ -66,7 +66,7 @@ void time_read(benchmark::State &state, std::size_t bytes) {
     }
     for (auto _ : state)
         benchmark::DoNotOptimize(benchmarks::add_up(a.data(), size));
-    state.counters["kilobytes"] = static_cast<double>(bytes) / 1024.0;
+    state.counters["bytes"] = static_cast<double>(bytes);
     state.SetBytesProcessed(static_cast<std::int64_t>(sizeof(float) * size) * state.iterations());
 }
 

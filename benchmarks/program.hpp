@@ -5,9 +5,10 @@
 namespace livermark::benchmarks {
 
 /// The main function of a benchmark program: says on the terminal and in the output of --benchmark_out which machine,
-/// compiler and commit were at work, and runs what is asked for.
+/// compiler and commit were at work, and runs what is asked for. With --hdf5=FILE it also writes the timing file of
+/// results/schema.md.
 /// @param register_all  registers the benchmarks
-/// @return exit status: 0, 1 if one of them failed or could not be made, 2 for arguments that nobody knows
+/// @return exit status: 0, 1 if one of them refused an answer or could not be made, 2 for wrong arguments
 int run_program(int argc, char **argv, const std::function<void()> &register_all);
 
 } // namespace livermark::benchmarks

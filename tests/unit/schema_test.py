@@ -8,7 +8,7 @@ import sys
 
 import h5py
 
-OTHER_FILES = ["Stability files", "History files", "Calibration files"]
+OTHER_FILES = ["Stability files", "History files", "Calibration files", "Timing files"]
 PROVENANCE = "Where it comes from"
 TYPES = {"float64": "<f8", "int64": "<i8", "int32": "<i4", "uint8": "|u1"}
 
@@ -31,7 +31,9 @@ def read_tables(path, wanted_section):
 
 
 def general(path, file):
-    """The path with <model> for the name of a model, <case> for that of a history, <n> for the number of a step."""
+    """The path with <model> for the name of a model, <case> for that of a history, <n> for the number of a step, and
+    <benchmark> for that of a benchmark."""
+    path = re.sub(r"^/timings/[^@]+?(/seconds)?(?=@|$)", r"/timings/<benchmark>\1", path)
     path = re.sub(r"^/histories/[^/@]+(/\d+)?", lambda found: "/histories/<case>" + ("/<n>" if found[1] else ""), path)
     for model in file.get("/solutions", ()):
         path = re.sub(rf"(/solutions/|/comparisons/|/modes/|displacement_|error_){model}(?=[/@]|$)", r"\1<model>", path)
@@ -75,6 +77,8 @@ def sizes_of(file):
     if "springs" in file:
         return {"R": file["/materials/density"].shape[0], "S": file["/springs/edges"].shape[0],
                 "L": file["/loads/held_out"].shape[0]}
+    if "timings" in file:
+        return {"K": file["/timings/step/newmark/fem_p1/box/seconds"].shape[0]}
     if "histories" in file:
         return {"K": file["/histories/release/0/time"].shape[0]}
     sizes = sizes_of_result(file)

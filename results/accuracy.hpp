@@ -1,0 +1,33 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "results/result.hpp"
+#include "results/table_layout.hpp"
+
+namespace livermark::results {
+
+/// What something costs and how wrong it is; NaN where that is not known.
+struct CostAndError {
+    double cost;
+    double error;
+};
+
+/// Which of several are on the Pareto front: no other is at least as good in both and better in one. What has a NaN is
+/// not.
+/// @return shape of points
+std::vector<bool> pareto_front(std::span<const CostAndError> points);
+
+/// Error against cost at rest. One row per body_label() and model that moves in time, in the order in which they
+/// appear: the mean over all load cases of the relative L2 error of the static answer [%]; the time step, 0.8 of the
+/// shortest critical one over the load cases, or that of its history [ms]; and the seconds of one core that a simulated
+/// second takes with it. The Pareto front of each body is marked.
+Layout static_accuracy(std::span<const Result> results);
+
+/// Error against cost in motion. One row per body_label(), load case, model, integrator and time step: the relative L2
+/// error of the history [%] and the seconds of one core that a simulated second took. The Pareto front of each body and
+/// load case is marked. Results of one problem may come from several runs.
+Layout motion_accuracy(std::span<const Result> results);
+
+} // namespace livermark::results

@@ -1,0 +1,54 @@
+#include "results/result_files.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <string>
+#include <system_error>
+
+#include "core/input_error.hpp"
+#include "results/result_file.hpp"
+
+namespace livermark::results {
+
+namespace {
+
+/// The result files below a folder, by name. Other commands leave other files there.
+void add_results_below(const std::filesystem::path &path, std::vector<Result> &results) {
+    std::error_code error;
+    std::vector<std::filesystem::path> found;
+    for (auto entry = std::filesystem::recursive_directory_iterator(path, error);
+         !error && entry != std::filesystem::recursive_directory_iterator(); entry.increment(error))
+        if (entry->path().extension() == ".h5")
+            found.push_back(entry->path());
+    if (error)
+        throw core::InputError(fmt::format("{}: cannot be listed ({})", path.string(), error.message()));
+    std::ranges::sort(found);
+    for (const auto &file : found)
+        try {
+            if (auto result = read_result(file); !result.models.empty()) // modes have files of the same kind
+                results.push_back(std::move(result));
+        } catch (const core::InputError &fault) {
+            fmt::print(stderr, "livermark: passed over: {}\n", fault.what());
+        }
+}
+
+} // namespace
+
+std::vector<Result> read_results(std::span<const std::filesystem::path> paths) {
+    std::vector<Result> results;
+    for (const auto &path : paths)
+        if (std::filesystem::is_directory(path))
+            add_results_below(path, results);
+        else
+            results.push_back(read_result(path));
+    if (results.empty()) {
+        std::vector<std::string> names;
+        for (const auto &path : paths)
+            names.push_back(path.string());
+        throw core::InputError(
+            fmt::format("there are no result files in {}; make some with `livermark run`", fmt::join(names, ", ")));
+    }
+    return results;
+}
+
+} // namespace livermark::results

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "results/result.hpp"
+
+namespace livermark::results {
+
+/// Reads result files, and what is below folders, by name. In folders, files that other commands leave there and that
+/// have no models are left out, and what cannot be read is passed over with a line on standard error.
+/// @throws core::InputError if a folder cannot be listed, a file that is named cannot be read, or nothing is there
+std::vector<Result> read_results(std::span<const std::filesystem::path> paths);
+
+} // namespace livermark::results
