@@ -363,7 +363,12 @@ TEST_F(ResultFile, RefusesWhatIsNoResultFile) {
     std::ofstream(path_) << "time,displacement\n0,0\n";
     EXPECT_NE(refusal(path_).find("not an HDF5 file"), std::string::npos);
     fs::remove(path_);
-    H5Fclose(H5Fcreate(path_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT));
+    H5Fclose(H5Fcreate(path_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT)); // in the oldest format
+    EXPECT_NE(refusal(path_).find("not an HDF5 file in the format"), std::string::npos);
+    const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+    H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110);
+    H5Fclose(H5Fcreate(path_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access));
+    H5Pclose(access);
     EXPECT_NE(refusal(path_).find("schema_version"), std::string::npos);
 }
 
@@ -422,7 +427,7 @@ TEST_F(ResultFile, NamesThePlaceOfEveryFault) {
          [&](hid_t file) {
              replace(file, "/load_case/acceleration", H5T_IEEE_F32LE, {3}, row_of_zeros, H5T_NATIVE_DOUBLE);
          }},
-        {"/load_case/condition", "holds 64-bit floating point numbers instead of 8-bit integers",
+        {"/load_case/condition", "holds 64-bit floating point numbers instead of 8-bit unsigned integers",
          [&](hid_t file) {
              replace(file, "/load_case/condition", H5T_IEEE_F64LE, {20}, row_of_zeros, H5T_NATIVE_DOUBLE);
          }},

@@ -47,7 +47,7 @@ def entries(file):
             if isinstance(item, h5py.Group):
                 yield from walk(item, f"{prefix}/{name}")
             else:
-                yield f"{prefix}/{name}", item.shape, item.dtype, item.attrs.get("units", "")
+                yield f"{prefix}/{name}", item.shape, item.dtype, item.attrs.get("units", b"").decode()
                 yield from attributes(item, f"{prefix}/{name}")
 
     def attributes(item, path):
@@ -62,7 +62,7 @@ def entries(file):
 def check_type(path, dtype, said):
     text = h5py.check_string_dtype(dtype)
     if said == "text":
-        assert text and text.length is None and text.encoding == "utf-8", f"{path} is {dtype}"
+        assert text and text.length is not None and text.encoding == "utf-8", f"{path} is {dtype}"
     elif said == "ASCII":
         assert text and text.length is not None and text.encoding == "ascii", f"{path} is {dtype}"
     else:

@@ -52,8 +52,8 @@ def main(path):
         np.testing.assert_array_equal(cell_arrays["region"], file["/mesh/region"])
 
         # What else Python users rely on.
-        assert list(file["/mesh/region"].attrs["names"]) == ["parenchyma", "tumour"]
-        assert file["/mesh/points"].attrs["units"] == "m"
+        assert list(file["/mesh/region"].attrs["names"]) == [b"parenchyma", b"tumour"]
+        assert file["/mesh/points"].attrs["units"] == b"m"
         assert file.attrs["schema_version"] == 1
 
 

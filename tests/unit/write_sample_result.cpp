@@ -1,5 +1,5 @@
-// write_sample_result <result.h5> <stability.h5> <histories.h5> <calibration.h5>: the files that schema_test.py and
-// vtkhdf_reader_test.py look at.
+// write_sample_result <result.h5> <stability.h5> <histories.h5> <calibration.h5> <small_result.h5>: the files that
+// schema_test.py and vtkhdf_reader_test.py look at, and a result small enough to be printed and fuzzed.
 #include "results/calibration_file.hpp"
 #include "results/history_file.hpp"
 #include "results/result_file.hpp"
@@ -8,7 +8,7 @@
 #include "tests/sample_result.hpp"
 
 int main(int argc, char **argv) {
-    if (argc != 5)
+    if (argc != 6)
         return 2;
     // Enough bricks that the larger datasets are chunked and compressed, as those of a liver are.
     const auto result = livermark::tests::sample_result(1000);
@@ -28,4 +28,5 @@ int main(int argc, char **argv) {
                        {"release", "", {{"alpha", 1.0}, {"beta", 2.0}}, 0.1, {history}}};
     livermark::results::write_histories(argv[3], histories);
     livermark::results::write_calibration(argv[4], livermark::tests::sample_calibration(*result.problem.body));
+    livermark::results::write_result(argv[5], livermark::tests::sample_result());
 }
