@@ -66,6 +66,9 @@ template <> struct RowTypeOf<double> {
 template <> struct RowTypeOf<Eigen::Vector3d> {
     static RowType get() { return {H5T_NATIVE_DOUBLE, H5T_IEEE_F64LE, 3}; }
 };
+template <> struct RowTypeOf<Eigen::Vector3f> {
+    static RowType get() { return {H5T_NATIVE_FLOAT, H5T_IEEE_F32LE, 3}; }
+};
 template <> struct RowTypeOf<int> {
     static RowType get() { return {H5T_NATIVE_INT, H5T_STD_I32LE, 1}; }
 };
