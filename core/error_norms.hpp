@@ -18,6 +18,7 @@ struct HistoryComparison {
     /// r_kq over the norms of both, of those that still meet, is greatest; between records by a parabola, and not
     /// beyond a quarter of the time.
     double lag = 0.0;
+    std::vector<Eigen::Vector3f> error{}; ///< (F, N) u - r of the frames [m]
 
     bool operator==(const HistoryComparison &) const = default;
 };
@@ -47,7 +48,7 @@ Comparison compare(const TetraMesh &mesh, const Solution &solution, const Soluti
 
 /// Compares the motion of the probes. What is not finite gives a comparison that is not finite.
 /// @param reference_name  kept in the comparison
-/// @throws std::invalid_argument if they were recorded at other times or probes, or at fewer than two times
+/// @throws std::invalid_argument if they were recorded at other times, probes or nodes, or at fewer than two times
 HistoryComparison compare(const History &history, const History &reference, const std::string &reference_name);
 
 } // namespace livermark::core

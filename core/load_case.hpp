@@ -26,6 +26,12 @@ struct Release {
     double output_interval = 0.0; ///< between two records of the probes [s], > 0
     RayleighDamping damping;      ///< the same for every model
     std::vector<Probe> probes;    ///< at least one
+
+    /// Whole fields are kept of every so many records only, so that there are no more than 51 of them.
+    int records_per_frame() const { return (num_steps + 49) / 50; }
+    /// F, the static start included
+    int num_frames() const { return num_steps / records_per_frame() + 1; }
+    bool is_frame(int record) const { return record % records_per_frame() == 0; }
 };
 
 /// A load case put on a mesh: everything lives on boundary triangles or in the volume, never on single nodes, so that

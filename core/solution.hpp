@@ -39,6 +39,9 @@ struct History {
     double diverged_at = std::numeric_limits<double>::quiet_NaN();
     double setup_seconds = 0.0; ///< all that precedes the first step and is not in those of the Solution
     double solve_seconds = 0.0; ///< the steps
+    /// (F, N) displacement of all nodes [m], frame after frame, for pictures: see Release::is_frame(). Single
+    /// precision.
+    std::vector<Eigen::Vector3f> frames{};
 };
 
 /// What explicit time stepping of a model comes to: symplectic Euler without damping.

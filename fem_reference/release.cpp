@@ -26,6 +26,9 @@ core::History release(const core::Body &body, const ElasticSystem &system, const
         history.time.push_back(step * plan.output_interval);
         for (const auto &probe : plan.probes)
             history.displacement.emplace_back(core::Vector3::Map(&motion.displacement[3 * probe.node]));
+        if (plan.is_frame(step)) // the nodes of the mesh come first
+            for (std::size_t i = 0; i < body.mesh.points.size(); ++i)
+                history.frames.emplace_back(core::Vector3::Map(&motion.displacement[3 * i]).cast<float>());
     };
     const auto record_energy = [&](const Energy &energy) {
         history.kinetic_energy.push_back(energy.kinetic);

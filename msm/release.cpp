@@ -72,6 +72,10 @@ core::History release(const core::Problem &problem, const ElasticBody &body, con
                 is_lost ? core::Vector3::Constant(nan)
                         : core::Vector3(state.displacement.segment<3>(3 * static_cast<Eigen::Index>(probe.node))));
         auto moved = to_field(state.displacement);
+        if (wanted.is_frame(interval))
+            for (const auto &displacement_of_node : moved)
+                history.frames.emplace_back(is_lost ? Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN())
+                                                    : Eigen::Vector3f(displacement_of_node.cast<float>()));
         for (std::size_t i = 0; i < moved.size(); ++i)
             moved[i] += points[i];
         history.kinetic_energy.push_back(is_lost ? nan : kinetic_energy(equation, state));

@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 
 #include "core/input_error.hpp"
-#include "results/hdf5_io.hpp"
+#include "results/hdf5_checks.hpp"
+#include "results/hdf5_text.hpp"
 
 namespace livermark::results::hdf5 {
 
@@ -15,26 +16,28 @@ Handle open_file(const std::filesystem::path &path, const std::string &maker) {
     if (!std::filesystem::is_regular_file(path, ignored))
         throw core::InputError(
             fmt::format("{}: there is no such file; check the path, or make it with `{}`", name, maker));
-    Handle file(H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-    if (file.valid())
-        return file;
-    if (H5Fis_hdf5(name.c_str()) > 0)
+    if (has_checksums(path)) {
+        Handle file(H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+        if (file.valid())
+            return file;
         throw core::InputError(
             fmt::format("{}: the file is truncated or damaged; make it again with `{}`", name, maker));
-    throw core::InputError(
-        fmt::format("{}: this is not an HDF5 file that can be read; give a file that `{}` wrote", name, maker));
+    }
+    throw core::InputError(fmt::format(
+        "{}: this is not an HDF5 file in the format of this version; give a file that `{}` wrote", name, maker));
 }
 
 std::string shape_text(std::span<const hsize_t> shape) {
     return shape.size() == 1 ? fmt::format("({})", shape[0]) : fmt::format("({})", fmt::join(shape, ","));
 }
 
-std::string type_text(H5T_class_t type_class, std::size_t bytes) {
-    switch (type_class) {
+std::string type_text(hid_t type) {
+    const std::size_t bits = 8 * H5Tget_size(type);
+    switch (H5Tget_class(type)) {
     case H5T_INTEGER:
-        return fmt::format("{}-bit integers", 8 * bytes);
+        return fmt::format("{}-bit {}integers", bits, H5Tget_sign(type) == H5T_SGN_NONE ? "unsigned " : "");
     case H5T_FLOAT:
-        return fmt::format("{}-bit floating point numbers", 8 * bytes);
+        return fmt::format("{}-bit floating point numbers", bits);
     case H5T_STRING:
         return "text";
     default:
@@ -99,11 +102,8 @@ Handle InputFile::open_dataset(const std::string &path, const RowType &type, con
     if (!dataset.valid())
         refuse(path, "is not a dataset");
     const Handle found(H5Dget_type(dataset.get()), H5Tclose);
-    const H5T_class_t wanted_class = H5Tget_class(type.file);
-    if (H5Tget_class(found.get()) != wanted_class || H5Tget_size(found.get()) != H5Tget_size(type.file))
-        refuse(path,
-               fmt::format("holds {} instead of {}", type_text(H5Tget_class(found.get()), H5Tget_size(found.get())),
-                           type_text(wanted_class, H5Tget_size(type.file))));
+    if (H5Tequal(found.get(), type.file) <= 0)
+        refuse(path, fmt::format("holds {} instead of {}", type_text(found.get()), type_text(type.file)));
     const Handle space(H5Dget_space(dataset.get()), H5Sclose);
     const std::size_t wanted_rank = shape.size() + (type.columns == 1 ? 0 : 1);
     const int rank = H5Sget_simple_extent_ndims(space.get());
@@ -122,6 +122,8 @@ Handle InputFile::open_dataset(const std::string &path, const RowType &type, con
     }
     if (extent != wanted)
         refuse(path, fmt::format("has shape {} instead of {}", shape_text(extent), shape_text(wanted)));
+    if (const auto fault = fault_of_storage(dataset.get()); !fault.empty())
+        refuse(path, fault);
     return dataset;
 }
 
@@ -146,19 +148,19 @@ Handle InputFile::open_attribute(const std::string &path, const std::string &nam
 
 std::vector<std::string> InputFile::read_texts(const Handle &attribute, const std::string &where) const {
     const Handle type(H5Aget_type(attribute.get()), H5Tclose);
-    if (H5Tis_variable_str(type.get()) <= 0)
-        refuse(where, "is not text of variable length");
+    if (const auto fault = fault_of_text_type(type.get()); !fault.empty())
+        refuse(where, fault);
     const Handle space(H5Aget_space(attribute.get()), H5Sclose);
-    std::vector<char *> characters(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space.get())), nullptr);
-    if (characters.empty())
-        return {};
-    if (H5Aread(attribute.get(), type.get(), characters.data()) < 0)
+    const std::size_t length = H5Tget_size(type.get());
+    const hssize_t count = H5Sget_simple_extent_npoints(space.get());
+    if (count < 0 || static_cast<std::size_t>(count) > longest_text)
+        refuse(where, fmt::format("has {} entries", count));
+    if (H5Aget_storage_size(attribute.get()) != static_cast<hsize_t>(count) * length)
         refuse(where, "is damaged");
-    std::vector<std::string> values;
-    for (const char *value : characters)
-        values.emplace_back(value == nullptr ? "" : value);
-    H5Dvlen_reclaim(type.get(), space.get(), H5P_DEFAULT, characters.data());
-    return values;
+    std::string characters(static_cast<std::size_t>(count) * length, '\0');
+    if (!characters.empty() && H5Aread(attribute.get(), type.get(), characters.data()) < 0)
+        refuse(where, "is damaged");
+    return unpadded(characters, length);
 }
 
 std::string InputFile::text(const std::string &path, const std::string &name) const {
@@ -173,27 +175,28 @@ std::vector<std::string> InputFile::texts(const std::string &path, const std::st
     return read_texts(open_attribute(path, name), fmt::format("{} attribute {}", path, name));
 }
 
-void InputFile::read_number(const std::string &path, const std::string &name, H5T_class_t type_class, hid_t memory_type,
+void InputFile::read_number(const std::string &path, const std::string &name, hid_t file_type, hid_t memory_type,
                             void *value) const {
     const std::string where = fmt::format("{} attribute {}", path, name);
     const Handle attribute = open_attribute(path, name);
     const Handle type(H5Aget_type(attribute.get()), H5Tclose);
     const Handle space(H5Aget_space(attribute.get()), H5Sclose);
-    if (H5Tget_class(type.get()) != type_class || H5Sget_simple_extent_npoints(space.get()) != 1)
-        refuse(where, fmt::format("is not one {} number", type_class == H5T_INTEGER ? "integer" : "floating point"));
-    if (H5Aread(attribute.get(), memory_type, value) < 0)
+    if (H5Tequal(type.get(), file_type) <= 0 || H5Sget_simple_extent_npoints(space.get()) != 1)
+        refuse(where, fmt::format("is not one of {}", type_text(file_type)));
+    if (H5Aget_storage_size(attribute.get()) != H5Tget_size(file_type) ||
+        H5Aread(attribute.get(), memory_type, value) < 0)
         refuse(where, "is damaged");
 }
 
 double InputFile::number(const std::string &path, const std::string &name) const {
     double value = 0.0;
-    read_number(path, name, H5T_FLOAT, H5T_NATIVE_DOUBLE, &value);
+    read_number(path, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value);
     return value;
 }
 
 std::int64_t InputFile::integer(const std::string &path, const std::string &name) const {
     std::int64_t value = 0;
-    read_number(path, name, H5T_INTEGER, H5T_NATIVE_INT64, &value);
+    read_number(path, name, H5T_STD_I64LE, H5T_NATIVE_INT64, &value);
     return value;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <hdf5.h>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -65,6 +66,9 @@ template <> struct RowTypeOf<double> {
 template <> struct RowTypeOf<Eigen::Vector3d> {
     static RowType get() { return {H5T_NATIVE_DOUBLE, H5T_IEEE_F64LE, 3}; }
 };
+template <> struct RowTypeOf<Eigen::Vector3f> {
+    static RowType get() { return {H5T_NATIVE_FLOAT, H5T_IEEE_F32LE, 3}; }
+};
 template <> struct RowTypeOf<int> {
     static RowType get() { return {H5T_NATIVE_INT, H5T_STD_I32LE, 1}; }
 };
@@ -103,9 +107,10 @@ class OutputFile {
         write(path, RowTypeOf<T>::get(), {rows.size() / rows_per_block, rows_per_block}, rows.data(), units);
     }
 
+    /// Texts are UTF-8 of fixed length, padded with null characters to the longest: see hdf5_text.hpp.
     void text(const std::string &path, const std::string &name, const std::string &value);
     void texts(const std::string &path, const std::string &name, const std::vector<std::string> &values);
-    /// A string of ASCII characters of fixed length, which is what VTK asks for.
+    /// The same of ASCII characters, which is what VTK asks for.
     void ascii(const std::string &path, const std::string &name, const std::string &value);
     void number(const std::string &path, const std::string &name, double value);
     void integer(const std::string &path, const std::string &name, std::int64_t value);
@@ -114,7 +119,8 @@ class OutputFile {
     /// A second name for a dataset.
     void hard_link(const std::string &existing, const std::string &path);
 
-    /// The whole file, byte by byte.
+    /// Closes the file, which is then of no more use.
+    /// @return all of it, byte by byte
     std::vector<char> image();
 
   private:
@@ -125,6 +131,7 @@ class OutputFile {
                    const std::optional<hsize_t> &length, const void *data);
 
     Quiet quiet_;
+    std::shared_ptr<void> kept_; ///< memory of the file when HDF5 has closed it
     Handle file_;
 };
 
@@ -175,7 +182,7 @@ class InputFile {
     void read(const Handle &dataset, const std::string &path, const RowType &type, void *rows) const;
     Handle open_attribute(const std::string &path, const std::string &name) const;
     std::vector<std::string> read_texts(const Handle &attribute, const std::string &where) const;
-    void read_number(const std::string &path, const std::string &name, H5T_class_t type_class, hid_t memory_type,
+    void read_number(const std::string &path, const std::string &name, hid_t file_type, hid_t memory_type,
                      void *value) const;
 
     Quiet quiet_;

@@ -1,9 +1,12 @@
 #include <algorithm>
 #include <array>
+#include <cstdlib>
+#include <cstring>
 #include <fmt/format.h>
+#include <memory>
 #include <stdexcept>
 
-#include "results/hdf5_io.hpp"
+#include "results/hdf5_text.hpp"
 
 namespace livermark::results::hdf5 {
 
@@ -27,17 +30,44 @@ void require(herr_t code, const std::string &what) {
         throw std::runtime_error("HDF5 cannot write " + what);
 }
 
-Handle create_in_memory() {
+/// Memory of a file comes from here, and what HDF5 would free when it closes the file stays with us. (The other way to
+/// it, H5Fget_file_image, clears a flag in the superblock behind the back of its checksum.)
+struct KeptMemory {
+    static void *allocate(std::size_t size, H5FD_file_image_op_t, void *) { return std::malloc(size); }
+    static void *copy(void *to, const void *from, std::size_t size, H5FD_file_image_op_t, void *) {
+        return std::memcpy(to, from, size);
+    }
+    static void *resize(void *memory, std::size_t size, H5FD_file_image_op_t, void *) {
+        return std::realloc(memory, size);
+    }
+    static herr_t free(void *memory, H5FD_file_image_op_t reason, void *kept) {
+        if (reason == H5FD_FILE_IMAGE_OP_FILE_CLOSE)
+            static_cast<std::shared_ptr<void> *>(kept)->reset(memory, std::free);
+        else
+            std::free(memory);
+        return 0;
+    }
+    static void *same(void *kept) { return kept; }
+    static herr_t leave(void *) { return 0; }
+};
+
+Handle create_in_memory(std::shared_ptr<void> &kept) {
     const Handle access = made(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "a property list");
     require(H5Pset_fapl_core(access.get(), memory_increment, false), "to memory");
+    H5FD_file_image_callbacks_t callbacks{KeptMemory::allocate,
+                                          KeptMemory::copy,
+                                          KeptMemory::resize,
+                                          KeptMemory::free,
+                                          KeptMemory::same,
+                                          KeptMemory::leave,
+                                          &kept};
+    require(H5Pset_file_image_callbacks(access.get(), &callbacks), "to memory");
+    // No room is taken in advance, so that the file does not shrink when it is closed.
+    require(H5Pset_meta_block_size(access.get(), 0), "to memory");
+    require(H5Pset_small_data_block_size(access.get(), 0), "to memory");
+    // The formats of HDF5 1.10 have checksums in all that describes the data: damage is found before it is believed.
+    require(H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110), "the formats of version 1.10");
     return made(H5Fcreate("result", H5F_ACC_TRUNC, H5P_DEFAULT, access.get()), H5Fclose, "a file in memory");
-}
-
-Handle utf8_text() {
-    Handle type = made(H5Tcopy(H5T_C_S1), H5Tclose, "a string type");
-    require(H5Tset_size(type.get(), H5T_VARIABLE), "a string type");
-    require(H5Tset_cset(type.get(), H5T_CSET_UTF8), "a string type");
-    return type;
 }
 
 } // namespace
@@ -51,7 +81,7 @@ Quiet::~Quiet() {
     H5Eset_auto2(H5E_DEFAULT, function_, data_);
 }
 
-OutputFile::OutputFile() : file_(create_in_memory()) {}
+OutputFile::OutputFile() : file_(create_in_memory(kept_)) {}
 
 void OutputFile::group(const std::string &path, bool keep_order) {
     const Handle properties = made(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, "a property list");
@@ -100,23 +130,17 @@ void OutputFile::attribute(const std::string &path, const std::string &name, hid
 }
 
 void OutputFile::text(const std::string &path, const std::string &name, const std::string &value) {
-    const Handle type = utf8_text();
-    const char *characters = value.c_str();
-    attribute(path, name, type.get(), type.get(), std::nullopt, &characters);
+    const auto type = text_type(common_length({&value, 1}), H5T_CSET_UTF8);
+    attribute(path, name, type.get(), type.get(), std::nullopt, padded({&value, 1}, H5Tget_size(type.get())).data());
 }
 
 void OutputFile::texts(const std::string &path, const std::string &name, const std::vector<std::string> &values) {
-    const Handle type = utf8_text();
-    std::vector<const char *> characters;
-    for (const std::string &value : values)
-        characters.push_back(value.c_str());
-    attribute(path, name, type.get(), type.get(), characters.size(), characters.data());
+    const auto type = text_type(common_length(values), H5T_CSET_UTF8);
+    attribute(path, name, type.get(), type.get(), values.size(), padded(values, H5Tget_size(type.get())).data());
 }
 
 void OutputFile::ascii(const std::string &path, const std::string &name, const std::string &value) {
-    const Handle type = made(H5Tcopy(H5T_C_S1), H5Tclose, "a string type");
-    require(H5Tset_size(type.get(), value.size()), name);
-    require(H5Tset_strpad(type.get(), H5T_STR_NULLPAD), name);
+    const auto type = text_type(value.size(), H5T_CSET_ASCII);
     attribute(path, name, type.get(), type.get(), std::nullopt, value.data());
 }
 
@@ -139,12 +163,11 @@ void OutputFile::hard_link(const std::string &existing, const std::string &path)
 std::vector<char> OutputFile::image() {
     require(H5Fflush(file_.get(), H5F_SCOPE_GLOBAL), "the file in memory");
     const ssize_t size = H5Fget_file_image(file_.get(), nullptr, 0);
-    if (size <= 0)
+    file_ = Handle(-1, H5Fclose);
+    if (size <= 0 || !kept_)
         throw std::runtime_error("HDF5 cannot hand over the file in memory");
-    std::vector<char> bytes(static_cast<std::size_t>(size));
-    if (H5Fget_file_image(file_.get(), bytes.data(), bytes.size()) != size)
-        throw std::runtime_error("HDF5 cannot hand over the file in memory");
-    return bytes;
+    const auto *bytes = static_cast<const char *>(kept_.get());
+    return {bytes, bytes + size};
 }
 
 } // namespace livermark::results::hdf5

@@ -84,6 +84,9 @@ core::Release read_release(const InputFile &file, std::size_t num_nodes) {
     if (num_steps < 1 || num_steps >= std::numeric_limits<int>::max())
         file.refuse(group, fmt::format("attribute num_steps is {}", num_steps));
     release.num_steps = static_cast<int>(num_steps);
+    if (const auto found = file.integer(group, "records_per_frame"); found != release.records_per_frame())
+        file.refuse(group,
+                    fmt::format("attribute records_per_frame is {} instead of {}", found, release.records_per_frame()));
     release.output_interval = file.number(group, "output_interval");
     release.damping = {file.number(group, "alpha"), file.number(group, "beta")};
     if (!(release.output_interval > 0.0 && release.damping.alpha >= 0.0 && release.damping.beta >= 0.0))
@@ -134,7 +137,13 @@ core::SolutionStatus read_status(const InputFile &file, const std::string &group
     file.refuse(group, fmt::format("attribute status is '{}', which is none of ok, diverged, not_converged", word));
 }
 
-core::History read_history(const InputFile &file, const std::string &group, const core::LoadCase &load_case) {
+std::size_t num_frame_rows(const core::Problem &problem) {
+    return static_cast<std::size_t>(problem.load_case.release->num_frames()) * problem.body->mesh.points.size();
+}
+
+core::History read_history(const InputFile &file, const std::string &model, const core::Problem &problem) {
+    const std::string group = history_group(model);
+    const auto &load_case = problem.load_case;
     if (!load_case.release)
         file.refuse(group, "is there, and /load_case/release is not");
     core::History history;
@@ -150,6 +159,7 @@ core::History read_history(const InputFile &file, const std::string &group, cons
         file.blocks<core::Vector3>(group + "/displacement", num_records, load_case.release->probes.size());
     history.kinetic_energy = file.dataset<double>(group + "/kinetic_energy", num_records);
     history.strain_energy = file.dataset<double>(group + "/strain_energy", num_records);
+    history.frames = file.dataset<Eigen::Vector3f>(frames_of(model), num_frame_rows(problem));
     return history;
 }
 
@@ -162,7 +172,8 @@ core::Modes read_modes(const InputFile &file, const std::string &group, std::siz
     return modes;
 }
 
-core::Solution read_solution(const InputFile &file, const std::string &group, const core::Problem &problem) {
+core::Solution read_solution(const InputFile &file, const std::string &model, const core::Problem &problem) {
+    const std::string group = solution_group(model);
     const std::size_t num_nodes = problem.body->mesh.points.size();
     core::Solution solution;
     solution.status = read_status(file, group);
@@ -188,11 +199,12 @@ core::Solution read_solution(const InputFile &file, const std::string &group, co
         springs.rest_length = file.dataset<double>(group + "/rest_length", springs.edges.size());
     }
     if (file.has(group + "/history"))
-        solution.history = read_history(file, group + "/history", problem.load_case);
+        solution.history = read_history(file, model, problem);
     return solution;
 }
 
-core::Comparison read_comparison(const InputFile &file, const std::string &group, std::size_t num_nodes) {
+core::Comparison read_comparison(const InputFile &file, const std::string &model, const core::Problem &problem) {
+    const std::string group = comparison_group(model);
     core::Comparison comparison;
     comparison.reference = file.text(group, "reference");
     if (!file.has(solution_group(comparison.reference)))
@@ -204,12 +216,15 @@ core::Comparison read_comparison(const InputFile &file, const std::string &group
     comparison.energy_error = file.number(group, "energy_error");
     comparison.reaction_error = file.number(group, "reaction_error");
     if (file.has_attribute(group, "history_relative_l2")) {
+        if (!problem.load_case.release)
+            file.refuse(group, "has a history, and /load_case/release is not there");
         comparison.history = {.reference = file.text(group, "history_reference"),
                               .relative_l2 = file.number(group, "history_relative_l2"),
                               .amplitude_error = file.number(group, "history_amplitude_error"),
-                              .lag = file.number(group, "history_lag")};
+                              .lag = file.number(group, "history_lag"),
+                              .error = file.dataset<Eigen::Vector3f>(error_frames_of(model), num_frame_rows(problem))};
     }
-    comparison.error = file.dataset<core::Vector3>(group + "/error", num_nodes);
+    comparison.error = file.dataset<core::Vector3>(group + "/error", problem.body->mesh.points.size());
     return comparison;
 }
 
@@ -219,13 +234,13 @@ ModelResult read_model(const InputFile &file, const std::string &name, const cor
     const std::string solution = solution_group(name);
     model.summary = file.text(solution, "summary");
     model.source = file.text(solution, "source");
-    model.solution = read_solution(file, solution, problem);
+    model.solution = read_solution(file, name, problem);
     const std::string comparison = comparison_group(name);
     if (!file.has(comparison))
         return model;
     // A model that could not be compared may have a band all the same: the one that it missed.
     if (file.has_attribute(comparison, "reference") || !file.has_attribute(comparison, "band_expected"))
-        model.comparison = read_comparison(file, comparison, problem.body->mesh.points.size());
+        model.comparison = read_comparison(file, name, problem);
     if (file.has_attribute(comparison, "band_expected")) {
         model.band = {file.number(comparison, "band_expected"), file.number(comparison, "band_margin"),
                       file.text(comparison, "band_origin")};

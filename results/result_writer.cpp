@@ -46,6 +46,10 @@ void check_model(const ModelResult &model, const core::Problem &problem) {
                      "the history of the displacement of " + model.name);
         require_size(history->kinetic_energy.size(), num_records, "the history of the energy of " + model.name);
         require_size(history->strain_energy.size(), num_records, "the history of the energy of " + model.name);
+        const std::size_t num_rows = static_cast<std::size_t>(problem.load_case.release->num_frames()) * num_nodes;
+        require_size(history->frames.size(), num_rows, "the list of frames of " + model.name);
+        if (model.comparison && model.comparison->history)
+            require_size(model.comparison->history->error.size(), num_rows, "the error in the frames of " + model.name);
     }
     if (model.comparison)
         require_size(model.comparison->error.size(), num_nodes, "the error of " + model.name);
@@ -118,6 +122,7 @@ void write_release(hdf5::OutputFile &file, const core::Release &release) {
     file.group("/load_case/release");
     file.integer("/load_case/release", "num_steps", release.num_steps);
     file.number("/load_case/release", "output_interval", release.output_interval);
+    file.integer("/load_case/release", "records_per_frame", release.records_per_frame());
     file.number("/load_case/release", "alpha", release.damping.alpha);
     file.number("/load_case/release", "beta", release.damping.beta);
     file.dataset("/load_case/release/probe", probe, "");
@@ -144,8 +149,9 @@ void write_load_case(hdf5::OutputFile &file, const core::LoadCase &load_case) {
         write_release(file, *load_case.release);
 }
 
-void write_history(hdf5::OutputFile &file, const std::string &group, const core::History &history,
+void write_history(hdf5::OutputFile &file, const std::string &model, const core::History &history,
                    const core::Release &release) {
+    const std::string group = history_group(model);
     file.group(group);
     file.number(group, "setup_seconds", history.setup_seconds);
     file.number(group, "solve_seconds", history.solve_seconds);
@@ -157,6 +163,7 @@ void write_history(hdf5::OutputFile &file, const std::string &group, const core:
     file.blocks(group + "/displacement", history.displacement, release.probes.size(), "m");
     file.dataset(group + "/kinetic_energy", history.kinetic_energy, "J");
     file.dataset(group + "/strain_energy", history.strain_energy, "J");
+    file.dataset(frames_of(model), history.frames, "m");
 }
 
 void write_modes(hdf5::OutputFile &file, const ModelModes &model, std::size_t num_nodes) {
@@ -196,7 +203,7 @@ void write_solution(hdf5::OutputFile &file, const ModelResult &model, const core
         file.dataset(group + "/rest_length", springs->rest_length, "m");
     }
     if (solution.history)
-        write_history(file, history_group(model.name), *solution.history, load_case.release.value());
+        write_history(file, model.name, *solution.history, load_case.release.value());
 }
 
 void write_uncertainty(hdf5::OutputFile &file, const ReferenceUncertainty &uncertainty) {
@@ -227,6 +234,7 @@ void write_comparison(hdf5::OutputFile &file, const ModelResult &model, const Re
             file.number(group, "history_amplitude_error", motion->amplitude_error);
             file.number(group, "history_lag", motion->lag);
             file.text(group, "history_reference", motion->reference);
+            file.dataset(error_frames_of(model.name), motion->error, "m");
         }
         file.dataset(group + "/error", comparison->error, "m");
     }

@@ -18,6 +18,13 @@ inline std::string comparison_group(const std::string &model) {
 inline std::string history_group(const std::string &model) {
     return solution_group(model) + "/history";
 }
+/// Whole fields of a motion, frame after frame, and what they are off the reference.
+inline std::string frames_of(const std::string &model) {
+    return history_group(model) + "/frames";
+}
+inline std::string error_frames_of(const std::string &model) {
+    return comparison_group(model) + "/error_frames";
+}
 inline std::string modes_group(const std::string &model) {
     return "/modes/" + model;
 }

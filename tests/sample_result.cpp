@@ -30,7 +30,7 @@ core::Problem sample_problem(int num_bricks) {
     prescribe(load_case, body->mesh, "z_max", {nan, nan, 1e-3});
     pull(load_case, body->mesh, "x_max", {120.0, 0.0, -3.0});
     load_case.acceleration = {0.0, 0.0, -9.81};
-    load_case.release = core::Release{4, 0.01, {1.5, 1e-4}, {{"tip", 3}, {"dome", 0}, {"edge", 5}}};
+    load_case.release = core::Release{52, 0.01, {1.5, 1e-4}, {{"tip", 3}, {"dome", 0}, {"edge", 5}}};
     return {std::move(body), std::move(load_case)};
 }
 
@@ -48,7 +48,7 @@ core::Solution stretched(const core::Problem &problem, double scale) {
 }
 
 /// Motion of the probes with all entries different.
-core::History swinging(const core::Release &release, double scale) {
+core::History swinging(const core::Release &release, int num_nodes, double scale) {
     core::History history;
     history.setup_seconds = 0.5;
     history.solve_seconds = 1.0 / 7.0;
@@ -61,6 +61,8 @@ core::History swinging(const core::Release &release, double scale) {
         history.strain_energy.push_back(1.0 - 0.11 * k);
         for (std::size_t q = 0; q < release.probes.size(); ++q)
             history.displacement.emplace_back(scale * core::Vector3(k + 1.0, 0.1 * static_cast<double>(q), k / 3.0));
+        for (int i = 0; release.is_frame(k) && i < num_nodes; ++i)
+            history.frames.emplace_back((scale * core::Vector3(i / 3.0, k + 0.1, 0.2 * i)).cast<float>());
     }
     return history;
 }
@@ -100,7 +102,7 @@ results::Result sample_result(int num_bricks) {
     const core::TetraMesh &mesh = result.problem.body->mesh;
     const core::Release &release = *result.problem.load_case.release;
     core::Solution reference = stretched(result.problem, 0.01);
-    reference.history = swinging(release, 0.01);
+    reference.history = swinging(release, mesh.num_nodes(), 0.01);
     result.models.push_back({"fem_p2", "Quadratic tetrahedra", "Hughes 1987", reference, std::nullopt, std::nullopt});
     result.models.back().solution.solver = "CHOLMOD";
 
@@ -108,7 +110,7 @@ results::Result sample_result(int num_bricks) {
     springs.nonlinearity = 0.03;
     springs.explicit_steps = {0.004, 1.5e-4};
     springs.springs = springs_of(mesh);
-    springs.history = swinging(release, 0.012);
+    springs.history = swinging(release, mesh.num_nodes(), 0.012);
     auto comparison = core::compare(mesh, springs, reference, "fem_p2");
     comparison.history = core::compare(*springs.history, *reference.history, "fem_p2");
     result.models.push_back(
@@ -134,6 +136,17 @@ results::Result sample_result(int num_bricks) {
                                     .energy_error = 0.02,
                                     .reaction_error = 0.01};
     result.modes.push_back({"fem_p2", some_modes(mesh)});
+    return result;
+}
+
+results::Result without_motion(results::Result result) {
+    result.problem.load_case.release.reset();
+    result.modes.clear();
+    for (auto &model : result.models) {
+        model.solution.history.reset();
+        if (model.comparison)
+            model.comparison->history.reset();
+    }
     return result;
 }
 

@@ -10,4 +10,7 @@ namespace livermark::tests {
 /// an uncertainty of 19 %, a little less than the error of "springs". The numbers are made up: no model was solved.
 results::Result sample_result(int num_bricks = 2);
 
+/// The same under a load case that does not depend on time.
+results::Result without_motion(results::Result result);
+
 } // namespace livermark::tests

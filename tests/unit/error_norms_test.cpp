@@ -81,6 +81,20 @@ TEST(HistoryError, IsRelativeOverAllRecordsAndProbes) {
     EXPECT_THROW(core::compare(history, reference, "r"), std::invalid_argument);
 }
 
+TEST(HistoryError, IsGivenInEveryFrame) {
+    core::History reference{.time = {0.0, 0.1},
+                            .displacement = {{1.0, 0.0, 0.0}, {2.0, 0.0, 0.0}},
+                            .kinetic_energy = {},
+                            .strain_energy = {}};
+    reference.frames = {{1.0F, 0.0F, 0.0F}, {0.0F, 2.0F, 0.0F}, {0.0F, 0.0F, 4.0F}};
+    auto history = reference;
+    history.frames[1] = {0.5F, 2.0F, -1.0F};
+    const std::vector<Eigen::Vector3f> expected{{0.0F, 0.0F, 0.0F}, {0.5F, 0.0F, -1.0F}, {0.0F, 0.0F, 0.0F}};
+    EXPECT_EQ(core::compare(history, reference, "r").error, expected);
+    history.frames.pop_back();
+    EXPECT_THROW(core::compare(history, reference, "r"), std::invalid_argument);
+}
+
 /// Two probes swing with a period of 0.5 s, seen every 10 ms; the other motion is larger by a tenth and late or early.
 TEST(HistoryError, TellsAmplitudeFromDelay) {
     const auto swing = [](double amplitude, double delay) {

@@ -1,5 +1,6 @@
 #include "core/load_case.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
@@ -10,6 +11,19 @@ namespace livermark {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+TEST(Release, KeepsAtMostFiftyOneFramesAndTheFirst) {
+    for (const int num_steps : {1, 49, 50, 51, 99, 100, 101, 300, 1'000'000}) {
+        const core::Release release{.num_steps = num_steps, .output_interval = 0.1, .damping = {}, .probes = {}};
+        int count = 0;
+        for (int record = 0; record <= num_steps; ++record)
+            count += release.is_frame(record) ? 1 : 0;
+        EXPECT_EQ(release.num_frames(), count) << num_steps;
+        EXPECT_TRUE(release.is_frame(0));
+        EXPECT_LE(count, 51) << num_steps;
+        EXPECT_GE(count, std::min(num_steps + 1, 26)) << num_steps;
+    }
+}
 
 TEST(LoadScaling, MultipliesAllThatDrivesAndLeavesTheRest) {
     const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {1, 1, 1});

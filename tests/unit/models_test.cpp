@@ -64,6 +64,35 @@ TEST(EveryModel, AnswersInTheShapesOfTheProblem) {
     }
 }
 
+/// The whole field of every second record: it begins with the static answer, and its probes are the probes.
+TEST(EveryModel, ThatMovesKeepsFramesOfItsMotion) {
+    const auto body = tests::make_body(tests::box_mesh({0.1, 0.05, 0.05}, {4, 1, 1}), {1060.0, 5e3, 0.25});
+    auto load_case = tests::empty_load_case(body->mesh);
+    tests::prescribe(load_case, body->mesh, "x_min", core::Vector3::Zero());
+    tests::pull(load_case, body->mesh, "x_max", {0.0, 0.0, 0.5});
+    const int num_nodes = body->mesh.num_nodes();
+    const core::Release release{52, 0.002, {1.0, 1e-4}, {{"tip", num_nodes - 1}, {"middle", num_nodes / 2}}};
+    load_case.release = release;
+    int num_moving = 0;
+    for (const auto &model : models::all_models()) {
+        const auto solution = model.solve({body, load_case});
+        ASSERT_EQ(solution.status, core::SolutionStatus::ok) << model.name << ": " << solution.message;
+        if (!solution.history)
+            continue;
+        ++num_moving;
+        const auto &history = *solution.history;
+        ASSERT_EQ(history.frames.size(), 27U * body->mesh.points.size()) << model.name;
+        for (int i = 0; i < num_nodes; ++i)
+            EXPECT_EQ(history.frames[i], solution.displacement[i].cast<float>()) << model.name;
+        for (int frame = 0; frame < release.num_frames(); ++frame)
+            for (int q = 0; q < 2; ++q)
+                EXPECT_EQ(history.frames[frame * num_nodes + release.probes[q].node],
+                          history.displacement[2 * frame * 2 + q].cast<float>())
+                    << model.name << ", frame " << frame;
+    }
+    EXPECT_GE(num_moving, 3);
+}
+
 TEST(EveryModel, FollowsARigidTranslationOfAllThatIsPrescribed) {
     const auto body = tests::make_body(tests::box_mesh({0.1, 0.05, 0.05}, {4, 2, 2}), {1060.0, 5e3, 0.25});
     auto load_case = tests::empty_load_case(body->mesh);

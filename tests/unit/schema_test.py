@@ -3,6 +3,7 @@
 A result file is what all sections say but those of other files; one of these is the section named and where it comes from.
 """
 
+import math
 import re
 import sys
 
@@ -10,7 +11,7 @@ import h5py
 
 OTHER_FILES = ["Stability files", "History files", "Calibration files", "Timing files"]
 PROVENANCE = "Where it comes from"
-TYPES = {"float64": "<f8", "int64": "<i8", "int32": "<i4", "uint8": "|u1"}
+TYPES = {"float64": "<f8", "float32": "<f4", "int64": "<i8", "int32": "<i4", "uint8": "|u1"}
 
 
 def read_tables(path, wanted_section):
@@ -49,7 +50,7 @@ def entries(file):
             if isinstance(item, h5py.Group):
                 yield from walk(item, f"{prefix}/{name}")
             else:
-                yield f"{prefix}/{name}", item.shape, item.dtype, item.attrs.get("units", "")
+                yield f"{prefix}/{name}", item.shape, item.dtype, item.attrs.get("units", b"").decode()
                 yield from attributes(item, f"{prefix}/{name}")
 
     def attributes(item, path):
@@ -64,7 +65,7 @@ def entries(file):
 def check_type(path, dtype, said):
     text = h5py.check_string_dtype(dtype)
     if said == "text":
-        assert text and text.length is None and text.encoding == "utf-8", f"{path} is {dtype}"
+        assert text and text.length is not None and text.encoding == "utf-8", f"{path} is {dtype}"
     elif said == "ASCII":
         assert text and text.length is not None and text.encoding == "ascii", f"{path} is {dtype}"
     else:
@@ -94,13 +95,22 @@ def sizes_of_result(file):
             "S": file["/solutions/springs/edges"].shape[0],
             "Q": file["/load_case/release/probe"].shape[0],
             "K": file["/load_case/release"].attrs["num_steps"] + 1,
+            "F": file["/VTKHDF/Steps"].attrs["NSteps"],
             "C": file["/modes/fem_p2/angular_frequency"].shape[0]}
 
 
 def size(text, sizes):
-    """Of 3, N, 4M or M+1."""
-    factor, symbol, addend = re.fullmatch(r"(\d*)([A-Z]?)(?:\+(\d+))?", text).groups()
-    return int(factor or 1) * (sizes[symbol] if symbol else 1) + int(addend or 0)
+    """Of 3, N, 4M, FN or M+1."""
+    factor, symbols, addend = re.fullmatch(r"(\d*)([A-Z]*)(?:\+(\d+))?", text).groups()
+    return int(factor or 1) * math.prod(sizes[symbol] for symbol in symbols) + int(addend or 0)
+
+
+def check_shape_and_type(path, shape, dtype, said_shapes, said_types, sizes):
+    """Shape and type are those said; where there is a choice, the first shape goes with the first type."""
+    shapes = [tuple(size(text, sizes) for text in said.strip("()").split(",") if text)
+              for said in said_shapes.split(" or ")]
+    assert shape in shapes, f"{path} has shape {shape} and not {said_shapes} = {shapes}"
+    check_type(path, dtype, said_types.split(" or ")[shapes.index(shape)] if " or " in said_types else said_types)
 
 
 def main(schema, result, section=""):
@@ -114,9 +124,7 @@ def main(schema, result, section=""):
             assert line in tables, f"{path} is in the file, and {line} not in {schema}"
             found.add(line)
             said_shape, said_type, said_unit = tables[line]
-            wanted = tuple(size(text, sizes) for text in said_shape.strip("()").split(",") if text)
-            assert shape == wanted, f"{path} has shape {shape} and not {said_shape} = {wanted}"
-            check_type(path, dtype, said_type)
+            check_shape_and_type(path, shape, dtype, said_shape, said_type, sizes)
             assert units == said_unit, f"{path} has units '{units}' and not '{said_unit}'"
     missing = set(tables) - found
     assert not missing, f"in {schema} and not in the file: {sorted(missing)}"

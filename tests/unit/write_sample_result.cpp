@@ -1,5 +1,7 @@
-// write_sample_result <result.h5> <stability.h5> <histories.h5> <calibration.h5> <timings.h5>: the files that
-// schema_test.py and vtkhdf_reader_test.py look at.
+// write_sample_result <folder>: the files that schema_test.py and vtkhdf_reader_test.py look at, and a result small
+// enough to be printed and fuzzed.
+#include <filesystem>
+
 #include "results/calibration_file.hpp"
 #include "results/history_file.hpp"
 #include "results/result_file.hpp"
@@ -9,26 +11,32 @@
 #include "tests/sample_result.hpp"
 #include "tests/sample_timings.hpp"
 
-int main(int argc, char **argv) {
-    if (argc != 6)
-        return 2;
-    // Enough bricks that the larger datasets are chunked and compressed, as those of a liver are.
-    const auto result = livermark::tests::sample_result(1000);
-    livermark::results::write_result(argv[1], result);
-    livermark::results::Stability stability;
-    stability.limits = {{"symplectic_euler", {1e-3, 1.1e-3}, {2e-3}}, {"explicit_euler", {}, {3e-3, 3.1e-3}}};
-    livermark::results::write_stability(argv[2], stability);
+namespace results = livermark::results;
+namespace tests = livermark::tests;
 
-    const livermark::results::StepHistory history{
-        .time_step = 0.5, .time = {0.0, 0.5, 1.0}, .displacement = {1.0, 0.5, 0.1}};
-    livermark::results::Histories histories;
+int main(int argc, char **argv) {
+    if (argc != 2)
+        return 2;
+    const std::filesystem::path folder = argv[1];
+    // Enough bricks that the larger datasets are chunked and compressed, as those of a liver are.
+    const auto result = tests::sample_result(1000);
+    results::write_result(folder / "sample_result.h5", result);
+    results::write_result(folder / "still_result.h5", tests::without_motion(result));
+    results::write_result(folder / "small_result.h5", tests::sample_result());
+
+    results::Stability stability;
+    stability.limits = {{"symplectic_euler", {1e-3, 1.1e-3}, {2e-3}}, {"explicit_euler", {}, {3e-3, 3.1e-3}}};
+    results::write_stability(folder / "sample_stability.h5", stability);
+
+    const results::StepHistory history{.time_step = 0.5, .time = {0.0, 0.5, 1.0}, .displacement = {1.0, 0.5, 0.1}};
+    results::Histories histories;
     histories.cases = {{"as_printed_with_tumour_release",
                         "",
                         {{"mass", 1.0}, {"stiffness", 2.0}, {"damping", 3.0}},
                         0.1,
                         {history, history}},
                        {"release", "", {{"alpha", 1.0}, {"beta", 2.0}}, 0.1, {history}}};
-    livermark::results::write_histories(argv[3], histories);
-    livermark::results::write_calibration(argv[4], livermark::tests::sample_calibration(*result.problem.body));
-    livermark::results::write_timings(argv[5], livermark::tests::sample_timings());
+    results::write_histories(folder / "sample_histories.h5", histories);
+    results::write_calibration(folder / "sample_calibration.h5", tests::sample_calibration(*result.problem.body));
+    results::write_timings(folder / "sample_timings.h5", tests::sample_timings());
 }
