@@ -15,6 +15,7 @@
 #include "app/problems.hpp"
 #include "app/progress.hpp"
 #include "app/run_tables.hpp"
+#include "app/time_spent.hpp"
 #include "core/input_error.hpp"
 #include "core/root_folder.hpp"
 #include "fem_reference/mpi_session.hpp"
@@ -171,6 +172,9 @@ void print_all(const std::vector<results::Result> &done, const RunOptions &optio
 } // namespace
 
 int run(const RunOptions &options, const std::string &command_line) {
+    constexpr auto *other_work = "bodies, loads, comparisons, files";
+    TimeSpent spent;
+    spent.begin(other_work);
     const auto task = prepare_on_all_ranks(options);
     if (fem_reference::mpi_rank() != 0)
         return help_first_rank(task, options, command_line);
@@ -195,15 +199,19 @@ int run(const RunOptions &options, const std::string &command_line) {
                     }
                 const auto result = hold_contest(problem, task.models, task.bands, provenance, [&](const auto &model) {
                     progress.next(fmt::format("{} / {}", name_of(problem), model));
+                    spent.begin(model);
                 });
+                spent.begin(other_work);
                 results::write_result(file, result);
                 done.push_back(result);
             },
             [&](const core::Problem &problem, const char *reason) {
+                spent.begin(other_work);
                 failures.push_back(fmt::format("{}: {}", name_of(problem), reason));
             });
     }
     print_all(done, options);
+    fmt::print(stderr, "\n{}\n", spent.text());
     for (const auto &failure : failures)
         fmt::print(stderr, "livermark: failed: {}\n", failure);
     fmt::print(stderr, "Result files are in {}\n", options.output);

@@ -6,12 +6,20 @@ namespace livermark::fem_reference {
 
 namespace {
 
-Eigen::Vector3f at(std::span<const double> vector, int node) {
-    return Eigen::Vector3d::Map(vector.data() + 3 * node).cast<float>();
+Eigen::Vector4f padded(const double *components) {
+    Eigen::Vector4f result = Eigen::Vector4f::Zero();
+    result.head<3>() = Eigen::Vector3d::Map(components).cast<float>();
+    return result;
 }
 
-void put(std::span<double> vector, int node, const Eigen::Vector3f &value) {
-    Eigen::Vector3d::Map(vector.data() + 3 * node) = value.cast<double>();
+Eigen::Matrix<float, 4, 3> padded(const Eigen::Matrix3d &block) {
+    Eigen::Matrix<float, 4, 3> result = Eigen::Matrix<float, 4, 3>::Zero();
+    result.topRows<3>() = block.cast<float>();
+    return result;
+}
+
+Eigen::Vector4f times(const Eigen::Matrix<float, 4, 3> &block, const Eigen::Vector4f &vector) {
+    return block.col(0) * vector[0] + block.col(1) * vector[1] + block.col(2) * vector[2];
 }
 
 } // namespace
@@ -34,40 +42,55 @@ BlockGaussSeidel::BlockGaussSeidel(const SymmetricMatrix &matrix, const std::vec
                                       : (node == other && i == j ? 1.0 : 0.0);
             if (node == other) {
                 diagonal_.push_back(static_cast<int>(column_.size()));
-                inverse_diagonal_.push_back(block.inverse().cast<float>());
+                inverse_diagonal_.push_back(padded(block.inverse()));
             }
             column_.push_back(other);
-            block_.push_back(block.cast<float>());
+            block_.push_back(padded(block));
         }
         row_start_.push_back(static_cast<int>(column_.size()));
     }
+    now_.assign(static_cast<std::size_t>(num_nodes), Padded::Zero());
 }
 
-void BlockGaussSeidel::sweep_forward_from_zero(std::span<const double> right_hand_side, std::span<double> u) const {
-    for (int node = 0; node + 1 < static_cast<int>(row_start_.size()); ++node) {
-        Eigen::Vector3f sum = at(right_hand_side, node);
-        for (int k = row_start_[node]; k < diagonal_[node]; ++k)
-            sum.noalias() -= block_[k] * at(u, column_[k]);
-        put(u, node, inverse_diagonal_[node] * sum);
+BlockGaussSeidel::Padded BlockGaussSeidel::less_blocks(Padded sum, int begin, int end) const {
+    for (int k = begin; k < end; ++k) {
+        const auto &block = block_[k];
+        const auto &other = now_[column_[k]];
+        sum -= block.col(0) * other[0] + block.col(1) * other[1] + block.col(2) * other[2];
     }
+    return sum;
 }
 
-void BlockGaussSeidel::residual_after_forward(std::span<const double> u, std::span<double> residual) const {
-    for (int node = 0; node + 1 < static_cast<int>(row_start_.size()); ++node) {
-        Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-        for (int k = diagonal_[node] + 1; k < row_start_[node + 1]; ++k)
-            sum.noalias() -= block_[k] * at(u, column_[k]);
-        put(residual, node, sum);
-    }
+void BlockGaussSeidel::load(std::span<const double> u) {
+    for (std::size_t node = 0; node < now_.size(); ++node)
+        now_[node] = padded(&u[3 * node]);
 }
 
-void BlockGaussSeidel::sweep_backward(std::span<const double> right_hand_side, std::span<double> u) const {
-    for (int node = static_cast<int>(row_start_.size()) - 2; node >= 0; --node) {
-        Eigen::Vector3f sum = at(right_hand_side, node);
-        for (int k = row_start_[node]; k < row_start_[node + 1]; ++k)
-            if (k != diagonal_[node])
-                sum.noalias() -= block_[k] * at(u, column_[k]);
-        put(u, node, inverse_diagonal_[node] * sum);
+void BlockGaussSeidel::put(int node, const Padded &value, std::span<double> u) {
+    now_[node] = value;
+    Eigen::Vector3d::Map(u.data() + 3 * node) = value.head<3>().cast<double>();
+}
+
+void BlockGaussSeidel::sweep_forward_from_zero(std::span<const double> right_hand_side, std::span<double> u) {
+    for (int node = 0; node < static_cast<int>(now_.size()); ++node)
+        put(node,
+            times(inverse_diagonal_[node],
+                  less_blocks(padded(&right_hand_side[3 * node]), row_start_[node], diagonal_[node])),
+            u);
+}
+
+void BlockGaussSeidel::residual_after_forward(std::span<const double> u, std::span<double> residual) {
+    load(u);
+    for (int node = 0; node < static_cast<int>(now_.size()); ++node)
+        Eigen::Vector3d::Map(residual.data() + 3 * node) =
+            less_blocks(Padded::Zero(), diagonal_[node] + 1, row_start_[node + 1]).head<3>().cast<double>();
+}
+
+void BlockGaussSeidel::sweep_backward(std::span<const double> right_hand_side, std::span<double> u) {
+    load(u);
+    for (int node = static_cast<int>(now_.size()) - 1; node >= 0; --node) {
+        const Padded before = less_blocks(padded(&right_hand_side[3 * node]), row_start_[node], diagonal_[node]);
+        put(node, times(inverse_diagonal_[node], less_blocks(before, diagonal_[node] + 1, row_start_[node + 1])), u);
     }
 }
 

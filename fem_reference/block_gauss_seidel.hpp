@@ -9,7 +9,8 @@
 namespace livermark::fem_reference {
 
 /// Gauss-Seidel sweeps over the nodes of a system, three components at a time. Kept in single precision: a smoother
-/// lives from the memory that it does not move.
+/// lives from the memory that it does not move. Vectors of three are padded to four, so that a processor takes them
+/// at once.
 class BlockGaussSeidel {
   public:
     /// @param matrix   of 3 x 3 blocks, as ElasticSystem has it
@@ -19,21 +20,30 @@ class BlockGaussSeidel {
     /// One sweep from the first node to the last, from zero.
     /// @param right_hand_side  shape (3 n), zero where not free
     /// @param u                shape (3 n), what it was does not matter
-    void sweep_forward_from_zero(std::span<const double> right_hand_side, std::span<double> u) const;
+    void sweep_forward_from_zero(std::span<const double> right_hand_side, std::span<double> u);
 
     /// right_hand_side - K u after sweep_forward_from_zero: of the rows only what lies behind the diagonal is left.
-    void residual_after_forward(std::span<const double> u, std::span<double> residual) const;
+    void residual_after_forward(std::span<const double> u, std::span<double> residual);
 
     /// One sweep from the last node to the first: the adjoint of the forward one.
     /// @param u  shape (3 n), improved
-    void sweep_backward(std::span<const double> right_hand_side, std::span<double> u) const;
+    void sweep_backward(std::span<const double> right_hand_side, std::span<double> u);
 
   private:
-    std::vector<int> row_start_;                    ///< (n + 1)
-    std::vector<int> diagonal_;                     ///< (n) place of the diagonal block in column_
-    std::vector<int> column_;                       ///< (blocks) node
-    std::vector<Eigen::Matrix3f> block_;            ///< (blocks)
-    std::vector<Eigen::Matrix3f> inverse_diagonal_; ///< (n)
+    using Block = Eigen::Matrix<float, 4, 3>; ///< the last row is zero
+    using Padded = Eigen::Vector4f;           ///< the last component is zero
+
+    /// sum - (blocks from begin to end) now_
+    Padded less_blocks(Padded sum, int begin, int end) const;
+    void load(std::span<const double> u);
+    void put(int node, const Padded &value, std::span<double> u);
+
+    std::vector<int> row_start_;          ///< (n + 1)
+    std::vector<int> diagonal_;           ///< (n) place of the diagonal block in column_
+    std::vector<int> column_;             ///< (blocks) node
+    std::vector<Block> block_;            ///< (blocks)
+    std::vector<Block> inverse_diagonal_; ///< (n)
+    std::vector<Padded> now_;             ///< (n) what a sweep works on
 };
 
 } // namespace livermark::fem_reference

@@ -53,8 +53,8 @@ void ChosenSolver::set_up(std::span<const double> prescribed) {
         iterative_->set_up(prescribed);
 }
 
-ConstrainedSolution ChosenSolver::solve(std::span<const double> prescribed, std::span<const double> load) {
-    return direct_ ? direct_->solve(prescribed, load) : iterative_->solve(prescribed, load);
+ConstrainedSolution ChosenSolver::solve(std::span<const double> prescribed, std::span<const double> load, double size) {
+    return direct_ ? direct_->solve(prescribed, load) : iterative_->solve(prescribed, load, size);
 }
 
 double ChosenSolver::setup_seconds() const {

@@ -25,7 +25,8 @@ class ChosenSolver {
     void set_up(std::span<const double> prescribed);
 
     /// Sets up if need be, and solves.
-    ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load);
+    /// @param size  what the tolerance of iterations is relative to; the norm of the right-hand side where it is 0
+    ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load, double size = 0.0);
 
     /// Seconds that the set-up in use took, also when it was made for an earlier solve.
     double setup_seconds() const;

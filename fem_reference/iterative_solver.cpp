@@ -24,23 +24,24 @@ struct Ending {
 /// Conjugate gradients for the free rows (Hestenes and Stiefel 1952). Each direction is made conjugate to the last one
 /// outright, which forgives a preconditioner that is symmetric only to single precision.
 /// @param residual  shape (n), the right-hand side, zero where not free; used up
+/// @param size      what the residual is relative to; its own norm where it is 0
 /// @param u         shape (n), the solution is added to its free entries
 Ending conjugate_gradients(const SymmetricMatrix &matrix, const std::vector<bool> &is_free,
                            Preconditioner &preconditioner, int max_iterations, std::vector<double> residual,
-                           std::vector<double> &u) {
-    const std::size_t size = u.size();
+                           double size, std::vector<double> &u) {
     const double start = std::sqrt(dot(residual, residual));
     Ending ending;
     if (start == 0.0)
         return ending;
-    std::vector<double> direction(size, 0.0), image(size, 0.0), correction(size, 0.0);
+    const double whole = size > 0.0 ? size : start;
+    std::vector<double> direction(u.size(), 0.0), image(u.size(), 0.0), correction(u.size(), 0.0);
     double curvature = 1.0; // p^T K p
-    ending.relative_residual = 1.0;
+    ending.relative_residual = start / whole;
     while (ending.relative_residual > IterativeSolver::tolerance && ending.iterations < max_iterations) {
         preconditioner.apply(residual, correction);
         // The image still holds K times the last direction, to which the new one has to be conjugate.
         const double beta = -dot(image, correction) / curvature;
-        for (std::size_t i = 0; i < size; ++i)
+        for (std::size_t i = 0; i < u.size(); ++i)
             direction[i] = correction[i] + beta * direction[i];
         multiply_stiffness(matrix, direction, image);
         keep_free(is_free, image);
@@ -48,12 +49,12 @@ Ending conjugate_gradients(const SymmetricMatrix &matrix, const std::vector<bool
         const double alpha = dot(residual, direction) / curvature;
         if (!(curvature > 0.0) || !std::isfinite(alpha))
             break; // not positive definite: what there is so far is the answer, and it has not converged
-        for (std::size_t i = 0; i < size; ++i) {
+        for (std::size_t i = 0; i < u.size(); ++i) {
             u[i] += alpha * direction[i];
             residual[i] -= alpha * image[i];
         }
         ++ending.iterations;
-        ending.relative_residual = std::sqrt(dot(residual, residual)) / start;
+        ending.relative_residual = std::sqrt(dot(residual, residual)) / whole;
     }
     return ending;
 }
@@ -79,7 +80,8 @@ bool IterativeSolver::set_up(std::span<const double> prescribed) {
     return unique;
 }
 
-ConstrainedSolution IterativeSolver::solve(std::span<const double> prescribed, std::span<const double> load) {
+ConstrainedSolution IterativeSolver::solve(std::span<const double> prescribed, std::span<const double> load,
+                                           double size) {
     ConstrainedSolution solution;
     solution.unique = set_up(prescribed);
     if (!solution.unique)
@@ -97,8 +99,8 @@ ConstrainedSolution IterativeSolver::solve(std::span<const double> prescribed, s
     };
     auto right_hand_side = imbalance();
     keep_free(is_free_, right_hand_side);
-    const auto ending =
-        conjugate_gradients(*stiffness_, is_free_, *preconditioner_, max_iterations_, std::move(right_hand_side), u);
+    const auto ending = conjugate_gradients(*stiffness_, is_free_, *preconditioner_, max_iterations_,
+                                            std::move(right_hand_side), size, u);
     solution.iterations = ending.iterations;
     solution.relative_residual = ending.relative_residual;
     solution.converged = ending.relative_residual <= tolerance;

@@ -27,7 +27,8 @@ class IterativeSolver {
     /// Sets up if need be, and solves. A solution that has not converged says so and is the last iterate.
     /// @param prescribed  shape (n), NaN where an unknown is free
     /// @param load        shape (n), loads on prescribed unknowns count in the residual
-    ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load);
+    /// @param size        what the tolerance is relative to; the norm of the right-hand side where it is 0
+    ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load, double size = 0.0);
 
     Preconditioner &preconditioner() const { return *preconditioner_; }
 

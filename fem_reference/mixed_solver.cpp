@@ -4,9 +4,9 @@
 #include <deal.II/lac/solver_minres.h>
 #include <deal.II/lac/vector.h>
 
-#include <Eigen/SparseCholesky>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 
 #include "fem_reference/mass_matrix.hpp"
 
@@ -15,11 +15,6 @@ namespace livermark::fem_reference {
 namespace {
 
 using Vector = dealii::Vector<double>;
-
-Eigen::Map<const Eigen::SparseMatrix<double>> as_eigen(const SymmetricMatrix &matrix) {
-    return {matrix.num_rows(),       matrix.num_rows(),    static_cast<Eigen::Index>(matrix.value.size()),
-            matrix.row_start.data(), matrix.column.data(), matrix.value.data()};
-}
 
 std::span<double> part(Vector &vector, std::size_t first, std::size_t count) {
     return {vector.begin() + first, count};
@@ -63,14 +58,13 @@ struct BlockMatrix {
 
 struct BlockPreconditioner {
     Preconditioner &inverse;
-    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> &norm;
+    ConstrainedSolver &norm;
     std::size_t num_u;
 
     void vmult(Vector &out, const Vector &in) const {
-        const auto num_p = static_cast<Eigen::Index>(in.size() - num_u);
+        const std::size_t num_p = in.size() - num_u;
         inverse.apply(part(in, 0, num_u), part(out, 0, num_u));
-        Eigen::Map<Eigen::VectorXd>(out.begin() + num_u, num_p) =
-            norm.solve(Eigen::Map<const Eigen::VectorXd>(in.begin() + num_u, num_p));
+        norm.solve_held(part(in, num_u, num_p), part(out, num_u, num_p));
     }
 };
 
@@ -78,26 +72,30 @@ struct BlockPreconditioner {
 
 struct MixedSolver::Impl {
     Impl(const SymmetricMatrix &k, ChosenSolver &inverse_of_k, const PressureSystem &p, double of_residual)
-        : stiffness(k), solver(inverse_of_k), pressure(p), tolerance(of_residual) {
-        norm.compute(as_eigen(pressure.norm));
+        : stiffness(k), solver(inverse_of_k), pressure(p), tolerance(of_residual), norm(pressure.norm) {
+        const std::vector<double> all_free(static_cast<std::size_t>(pressure.num_pressures()),
+                                           std::numeric_limits<double>::quiet_NaN());
+        norm.factorise(all_free);
     }
 
     const SymmetricMatrix &stiffness;
     ChosenSolver &solver;
     const PressureSystem &pressure;
     double tolerance;
-    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> norm;
+    ConstrainedSolver norm; ///< nothing is held
 
     /// Adds to u what balances the forces at the free unknowns, with the prescribed ones where they are.
     /// @param residual  shape (n) K u + D^T p - f
+    /// @param size      of the forces at work: what is left is to be small beside them, not beside what there is
     /// @return whether the solver of K converged
-    bool balance(std::span<const double> prescribed, std::span<const double> residual, std::vector<double> &u) {
+    bool balance(std::span<const double> prescribed, std::span<const double> residual, double size,
+                 std::vector<double> &u) {
         std::vector<double> held(u.size()), load(u.size());
         for (std::size_t i = 0; i < u.size(); ++i) {
             held[i] = std::isnan(prescribed[i]) ? prescribed[i] : 0.0;
             load[i] = -residual[i];
         }
-        const auto correction = solver.solve(held, load);
+        const auto correction = solver.solve(held, load, size);
         for (std::size_t i = 0; i < u.size(); ++i)
             u[i] += correction.displacement[i];
         return correction.converged;
@@ -139,6 +137,8 @@ ConstrainedSolution MixedSolver::solve(std::span<const double> prescribed, std::
     for (std::size_t q = 0; q < num_p; ++q)
         right_hand_side[num_u + q] = -imbalance[q];
     const double size = right_hand_side.l2_norm();
+    const auto forces = part(std::as_const(right_hand_side), 0, num_u);
+    const double size_of_forces = std::sqrt(dot(forces, forces));
     dealii::ReductionControl control(max_iterations, 0.0, impl_->tolerance);
     try {
         if (size > 0.0)
@@ -156,7 +156,7 @@ ConstrainedSolution MixedSolver::solve(std::span<const double> prescribed, std::
     matrix.apply(u, p, solution.residual, imbalance);
     for (std::size_t i = 0; i < num_u; ++i)
         solution.residual[i] -= load[i];
-    solution.converged = impl_->balance(prescribed, solution.residual, u) && solution.converged;
+    solution.converged = impl_->balance(prescribed, solution.residual, size_of_forces, u) && solution.converged;
     matrix.apply(u, p, solution.residual, imbalance);
     solution.energy = 0.5 * dot(u, solution.residual);
     double left = dot(imbalance, imbalance);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
+#include <memory>
+#include <optional>
 #include <utility>
 
 #include "core/input_error.hpp"
@@ -59,45 +61,88 @@ void add_motion(core::Solution &solution, const core::Problem &problem, const ms
     }
 }
 
-/// An equilibrium, and in words how it was found.
-std::pair<msm::Equilibrium, std::string> come_to_rest(const msm::ElasticBody &body,
-                                                      const std::vector<core::Vector3> &points,
-                                                      const msm::NodalConditions &conditions,
-                                                      const ModelOptions &options) {
-    if (options.equilibrium == EquilibriumMethod::newton) {
-        auto found = msm::find_equilibrium(body, points, conditions);
-        return {std::move(found), fmt::format("Newton, {} iterations, CHOLMOD", found.num_iterations)};
+/// What a model has of the last body, and the factor of its stiffness at rest for the components that were held last.
+/// The seconds are those that it took when it was made.
+class Kept {
+  public:
+    explicit Kept(MakeMassSprings make) : make_(std::move(make)) {}
+
+    const MassSprings &on(const std::shared_ptr<const core::Body> &body) {
+        if (body_ != body) {
+            rest_.reset();
+            const auto start = Clock::now();
+            parts_ = make_(*body);
+            make_seconds_ = seconds(Clock::now() - start);
+            body_ = body;
+        }
+        return *parts_;
     }
-    const auto &integrator = msm::find_integrator(options.time_stepping.integrator);
-    auto found = msm::relax(integrator, body, points, conditions);
-    return {std::move(found.equilibrium),
-            fmt::format("dynamic relaxation, {} steps of {:.3g} s, {}", found.equilibrium.num_iterations,
-                        found.time_step, integrator.name)};
+
+    /// @param body  of the last on()
+    const msm::RestStiffness &at_rest(const msm::NodalConditions &conditions) {
+        if (!rest_ || !rest_->holds(conditions.displacement)) {
+            rest_.reset(); // the old factor goes before the new one needs the memory
+            const auto start = Clock::now();
+            rest_.emplace(parts_->body, body_->mesh.points, conditions.displacement);
+            rest_seconds_ = seconds(Clock::now() - start);
+        }
+        return *rest_;
+    }
+
+    double make_seconds() const { return make_seconds_; }
+    double rest_seconds() const { return rest_seconds_; }
+
+  private:
+    MakeMassSprings make_;
+    std::shared_ptr<const core::Body> body_;
+    std::optional<MassSprings> parts_;
+    std::optional<msm::RestStiffness> rest_;
+    double make_seconds_ = 0.0;
+    double rest_seconds_ = 0.0;
+};
+
+/// Puts into a solution where the body comes to rest.
+void come_to_rest(core::Solution &solution, const core::Problem &problem, const msm::NodalConditions &conditions,
+                  Kept &kept, const ModelOptions &options) {
+    const auto &body = kept.on(problem.body).body;
+    const auto &points = problem.body->mesh.points;
+    solution.setup_seconds = kept.make_seconds();
+    auto start = Clock::now();
+    msm::Equilibrium found;
+    if (options.equilibrium == EquilibriumMethod::newton) {
+        const auto &rest = kept.at_rest(conditions);
+        solution.setup_seconds += kept.rest_seconds();
+        start = Clock::now();
+        found = msm::find_equilibrium(body, points, conditions, rest);
+        solution.solver =
+            fmt::format("Newton, {} steps on {} factors, CHOLMOD", found.num_iterations, found.num_factors + 1);
+    } else {
+        const auto &integrator = msm::find_integrator(options.time_stepping.integrator);
+        auto relaxed = msm::relax(integrator, body, points, conditions);
+        found = std::move(relaxed.equilibrium);
+        solution.solver = fmt::format("dynamic relaxation, {} steps of {:.3g} s, {}", found.num_iterations,
+                                      relaxed.time_step, integrator.name);
+    }
+    solution.solve_seconds = seconds(Clock::now() - start);
+    solution.status = found.status;
+    solution.message = found.message;
+    solution.reaction = msm::constraint_forces(problem, conditions, found.constraint_force);
+    solution.nonlinearity = nonlinearity(found);
+    solution.displacement = std::move(found.displacement);
 }
 
-core::Solution solve(const core::Problem &problem, const MakeMassSprings &make, const ModelOptions &options) {
-    const auto start = Clock::now();
-    auto [springs, body] = make(*problem.body);
-    const auto ready = Clock::now();
+core::Solution solve(const core::Problem &problem, Kept &kept, const ModelOptions &options) {
+    const auto &[springs, body] = kept.on(problem.body);
     const auto &points = problem.body->mesh.points;
     const auto conditions = msm::nodal_conditions(problem, body.node_mass);
-    auto [equilibrium, how] = come_to_rest(body, points, conditions, options);
-
     core::Solution solution;
-    solution.solver = std::move(how);
-    solution.status = equilibrium.status;
-    solution.message = equilibrium.message;
-    solution.reaction = msm::constraint_forces(problem, conditions, equilibrium.constraint_force);
-    solution.nonlinearity = nonlinearity(equilibrium);
+    come_to_rest(solution, problem, conditions, kept, options);
     solution.degrees_of_freedom = static_cast<std::int64_t>(3 * points.size());
-    solution.setup_seconds = seconds(ready - start);
-    solution.solve_seconds = seconds(Clock::now() - ready);
     auto positions = points;
     for (std::size_t i = 0; i < positions.size(); ++i)
-        positions[i] += equilibrium.displacement[i];
+        positions[i] += solution.displacement[i];
     solution.strain_energy = msm::elastic_energy(body, positions);
-    solution.displacement = std::move(equilibrium.displacement);
-    solution.springs = std::move(springs);
+    solution.springs = springs;
     solution.explicit_steps = msm::explicit_steps(body, points, conditions);
     if (problem.load_case.release && solution.status == core::SolutionStatus::ok)
         add_motion(solution, problem, body, options.time_stepping);
@@ -131,7 +176,8 @@ core::Model mass_spring_model(std::string name, std::string summary, std::string
         .name = std::move(name),
         .summary = std::move(summary),
         .source = std::move(source),
-        .solve = [=](const core::Problem &problem) { return solve(problem, make, options); },
+        .solve = [kept = std::make_shared<Kept>(make),
+                  options](const core::Problem &problem) { return solve(problem, *kept, options); },
         .modes = [=](const core::Problem &problem, int count) { return modes(problem, make, count); },
         .check = [=](const core::Problem &problem) { check(problem, make, options); },
     };

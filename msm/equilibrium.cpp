@@ -1,13 +1,8 @@
 #include "msm/equilibrium.hpp"
 
-#include <Eigen/CholmodSupport>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <limits>
-
-#include "msm/extent.hpp"
-#include "msm/free_components.hpp"
 
 namespace livermark::msm {
 
@@ -15,45 +10,138 @@ namespace {
 
 using Field = std::vector<core::Vector3>;
 
+/// Steps after which one factor has to have brought the residual down tenfold, or another is made. A hundred steps cost
+/// about as much as a factor.
+constexpr int steps_between_looks = 10;
+constexpr double least_reduction = 0.1;
+
+/// Part of what compression makes negative in the second derivative that is left out first where all of it is too much.
+constexpr double smallest_part_left_out = 1.0 / 16.0;
+
 Field sum(const Field &a, const Field &b) {
     Field result(a.size());
     std::ranges::transform(a, b, result.begin(), [](const auto &x, const auto &y) -> core::Vector3 { return x + y; });
     return result;
 }
 
-/// The Newton iteration on one body, loads and constraints.
-class Newton {
+/// What the last steps say of the second derivative: the inverse of a factor with their corrections of rank two (the
+/// two loops of Nocedal 1980, Updating quasi-Newton matrices with limited storage, Math. Comput. 35).
+class CorrectedInverse {
   public:
-    Newton(const ElasticBody &body, const Field &positions, const NodalConditions &conditions)
-        : body_(body), positions_(positions), conditions_(conditions), free_(conditions.displacement) {
-        solver_.cholmod().print = 0;
+    explicit CorrectedInverse(const Cholesky &factor) : factor_(factor) {}
+
+    Eigen::VectorXd times(Eigen::VectorXd vector) const {
+        std::vector<double> part(pairs_.size());
+        for (std::size_t p = pairs_.size(); p-- > 0;) {
+            part[p] = pairs_[p].step.dot(vector) / pairs_[p].curvature;
+            vector -= part[p] * pairs_[p].change;
+        }
+        vector = factor_.solve(vector);
+        for (std::size_t p = 0; p < pairs_.size(); ++p)
+            vector += (part[p] - pairs_[p].change.dot(vector) / pairs_[p].curvature) * pairs_[p].step;
+        return vector;
     }
 
-    /// Answer of the body linearised at rest: K_ff u_f = f_f - K_fc u_c.
-    bool solve_linear(Field &displacement) {
-        displacement.assign(positions_.size(), core::Vector3::Zero());
-        Eigen::VectorXd prescribed = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * positions_.size()));
-        for (std::size_t i = 0; i < positions_.size(); ++i)
-            for (int c = 0; c < 3; ++c)
-                if (!std::isnan(conditions_.displacement[i][c]))
-                    displacement[i][c] = prescribed[static_cast<Eigen::Index>(3 * i) + c] =
-                        conditions_.displacement[i][c];
-        const auto stiffness = elastic_hessian(body_, positions_, Tangent::exact);
-        const Eigen::VectorXd pull = stiffness * prescribed;
-        Field load = conditions_.force;
-        for (std::size_t i = 0; i < load.size(); ++i)
-            load[i] -= pull.segment<3>(static_cast<Eigen::Index>(3 * i));
-        const auto restricted = free_.restrict(stiffness);
-        rounding_force_ = std::numeric_limits<double>::epsilon() * extent(positions_) * restricted.diagonal().norm();
-        solver_.analyzePattern(restricted);
-        solver_.factorize(restricted);
-        if (solver_.info() != Eigen::Success)
-            return false;
-        free_.add(displacement, solver_.solve(free_.gather(load)), 1.0);
-        return true;
+    /// Learns from a step and the change of the gradient on it. Where the energy bends downwards there is nothing to be
+    /// learnt for an inverse that is to stay positive definite.
+    void learn(Eigen::VectorXd step, Eigen::VectorXd change) {
+        const double curvature = step.dot(change);
+        if (curvature > 0.0)
+            pairs_.push_back({std::move(step), std::move(change), curvature});
     }
 
-    /// U(x) - f . u
+  private:
+    struct Pair {
+        Eigen::VectorXd step, change;
+        double curvature;
+    };
+    const Cholesky &factor_;
+    std::vector<Pair> pairs_;
+};
+
+/// The way down in the potential U(x) - f . u of one body, loads and constraints.
+class Descent {
+  public:
+    Descent(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
+            const RestStiffness &rest, const EquilibriumOptions &options, Equilibrium &state)
+        : body_(body), positions_(positions), conditions_(conditions), rest_(rest), free_(rest.free()),
+          options_(options), state_(state), unbalanced_(unbalanced_force()) {}
+
+    /// What holds each node where it is, beyond the loads: zero on free components in equilibrium.
+    const Field &unbalanced() const { return unbalanced_; }
+
+    /// Norm of the free part of the unbalanced force, relative to all forces at work.
+    double relative_residual() const {
+        double all = 0.0;
+        for (std::size_t i = 0; i < unbalanced_.size(); ++i)
+            all += unbalanced_[i].squaredNorm() + conditions_.force[i].squaredNorm();
+        return all > 0.0 ? free_.gather(unbalanced_).norm() / std::sqrt(all) : 0.0;
+    }
+
+    /// Whether the free part of the unbalanced force is within the tolerance, or within what rounding leaves of it.
+    bool is_balanced() const {
+        return relative_residual() <= options_.tolerance || free_.gather(unbalanced_).norm() <= rest_.rounding_force();
+    }
+
+    /// Goes down as long as a factor is good for it.
+    /// @return number of steps, 0 where there was none downhill
+    int follow(const Cholesky &factor) {
+        CorrectedInverse inverse(factor);
+        double last_look = relative_residual();
+        Eigen::VectorXd gradient = free_.gather(unbalanced_);
+        int steps = 0;
+        while (!is_balanced() && state_.num_iterations < options_.max_iterations) {
+            const Eigen::VectorXd direction = -inverse.times(gradient);
+            const double scale = search_line(direction, gradient.dot(direction));
+            if (scale == 0.0)
+                break;
+            ++steps, ++state_.num_iterations;
+            unbalanced_ = unbalanced_force();
+            const Eigen::VectorXd there = free_.gather(unbalanced_);
+            inverse.learn(scale * direction, there - gradient);
+            gradient = there;
+            if (steps % steps_between_looks == 0) {
+                const double residual = relative_residual();
+                if (residual > least_reduction * last_look)
+                    break;
+                last_look = residual;
+            }
+        }
+        return steps;
+    }
+
+    /// The same with a factor of the second derivative where it is now. Where that is not positive definite, a part
+    /// of what compression makes negative is left out of it, more and more until it is. All of it is safe, but then the
+    /// way out along a direction that bends downwards is taken in steps that grow by a few percent each.
+    /// @return whether there was a step downhill
+    bool follow_tangent() {
+        const Field x = sum(positions_, state_.displacement);
+        const auto exact = free_.restrict(elastic_hessian(body_, x, Tangent::exact));
+        Eigen::SparseMatrix<double> compression;
+        while (true) {
+            if (part_left_out_ > 0.0 && compression.size() == 0)
+                compression = free_.restrict(elastic_hessian(body_, x, Tangent::semi_definite)) - exact;
+            const bool is_definite = factor_.factorize(
+                part_left_out_ > 0.0 ? Eigen::SparseMatrix<double>(exact + part_left_out_ * compression) : exact);
+            ++state_.num_factors;
+            if (is_definite && follow(factor_) > 0) {
+                part_left_out_ = part_left_out_ > smallest_part_left_out ? 0.5 * part_left_out_ : 0.0;
+                return true;
+            }
+            if (part_left_out_ == 1.0)
+                return false;
+            part_left_out_ = std::min(1.0, std::max(smallest_part_left_out, 2.0 * part_left_out_));
+        }
+    }
+
+  private:
+    Field unbalanced_force() const {
+        Field force = elastic_gradient(body_, sum(positions_, state_.displacement));
+        for (std::size_t i = 0; i < force.size(); ++i)
+            force[i] -= conditions_.force[i];
+        return force;
+    }
+
     double potential(const Field &displacement) const {
         double energy = elastic_energy(body_, sum(positions_, displacement));
         for (std::size_t i = 0; i < displacement.size(); ++i)
@@ -61,64 +149,32 @@ class Newton {
         return energy;
     }
 
-    /// What holds each node where it is, beyond the loads: zero on free components in equilibrium.
-    Field unbalanced_force(const Field &displacement) const {
-        Field force = elastic_gradient(body_, sum(positions_, displacement));
-        for (std::size_t i = 0; i < force.size(); ++i)
-            force[i] -= conditions_.force[i];
-        return force;
-    }
-
-    /// Norm of the free part of the unbalanced force, relative to all forces at work.
-    double relative_residual(const Field &unbalanced) const {
-        double all = 0.0;
-        for (std::size_t i = 0; i < unbalanced.size(); ++i)
-            all += unbalanced[i].squaredNorm() + conditions_.force[i].squaredNorm();
-        return all > 0.0 ? free_.gather(unbalanced).norm() / std::sqrt(all) : 0.0;
-    }
-
-    /// Whether the free part of the unbalanced force is within the tolerance, or within what rounding leaves of it.
-    bool is_balanced(const Field &unbalanced, double tolerance) const {
-        return relative_residual(unbalanced) <= tolerance || free_.gather(unbalanced).norm() <= rounding_force_;
-    }
-
-    /// One step downhill in the potential.
-    /// @return false where no step was found
-    bool step(Field &displacement, const Field &unbalanced) {
-        const Eigen::VectorXd gradient = free_.gather(unbalanced);
-        for (const Tangent tangent : {Tangent::exact, Tangent::semi_definite}) {
-            solver_.factorize(free_.restrict(elastic_hessian(body_, sum(positions_, displacement), tangent)));
-            if (solver_.info() != Eigen::Success)
-                continue;
-            const Eigen::VectorXd direction = -solver_.solve(gradient);
-            if (search_line(displacement, direction, gradient.dot(direction)))
-                return true;
-        }
-        return false;
-    }
-
-  private:
-    bool search_line(Field &displacement, const Eigen::VectorXd &direction, double slope) const {
-        const double start = potential(displacement);
+    /// @return part of the direction that was gone, 0 where nothing of it leads downhill
+    double search_line(const Eigen::VectorXd &direction, double slope) {
+        const double start = potential(state_.displacement);
         // Close to the minimum the decrease is lost in rounding; a full step is then judged by the residual instead.
         const double rounding = 1e-13 * (std::abs(start) + std::abs(slope));
         for (double scale = 1.0; scale > 1e-6; scale *= 0.5) {
-            Field trial = displacement;
+            Field trial = state_.displacement;
             free_.add(trial, direction, scale);
             if (potential(trial) <= start + 1e-4 * scale * slope + rounding) {
-                displacement = std::move(trial);
-                return true;
+                state_.displacement = std::move(trial);
+                return scale;
             }
         }
-        return false;
+        return 0.0;
     }
 
     const ElasticBody &body_;
     const Field &positions_;
     const NodalConditions &conditions_;
-    FreeComponents free_;
-    double rounding_force_ = 0.0; ///< the forces that the last digit of the positions makes [N]
-    Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix<double>> solver_;
+    const RestStiffness &rest_;
+    const FreeComponents &free_;
+    const EquilibriumOptions &options_;
+    Equilibrium &state_; // displacement and numbers of steps
+    Field unbalanced_;
+    Cholesky factor_;
+    double part_left_out_ = 0.0;
 };
 
 /// Only constrained nodes carry a constraint force; what is left on the free ones is the residual.
@@ -134,35 +190,39 @@ Field constraint_part(Field unbalanced, const NodalConditions &conditions) {
 
 Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
                              const EquilibriumOptions &options) {
-    Newton newton(body, positions, conditions);
+    return find_equilibrium(body, positions, conditions, RestStiffness(body, positions, conditions.displacement),
+                            options);
+}
+
+Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
+                             const RestStiffness &rest, const EquilibriumOptions &options) {
     Equilibrium result;
     const auto give_up = [&result](std::string why) {
         result.status = core::SolutionStatus::not_converged;
         result.message = std::move(why);
     };
-    if (!newton.solve_linear(result.linear_displacement)) {
+    result.linear_displacement = rest.solve(conditions.displacement, conditions.force);
+    result.displacement = result.linear_displacement;
+    if (!rest.is_definite()) {
         give_up("the body at rest is not stiff in every direction; hold the body at more facets");
-        result.displacement = result.linear_displacement;
         result.constraint_force.assign(positions.size(), core::Vector3::Zero());
         return result;
     }
-    result.displacement = result.linear_displacement;
-    Field unbalanced = newton.unbalanced_force(result.displacement);
-    while (!newton.is_balanced(unbalanced, options.tolerance)) {
+    Descent descent(body, positions, conditions, rest, options, result);
+    descent.follow(rest.factor());
+    while (!descent.is_balanced()) {
         if (result.num_iterations == options.max_iterations) {
-            give_up(fmt::format("a relative residual of {1:.1e} is left after {0} Newton steps; lower the load",
-                                result.num_iterations, newton.relative_residual(unbalanced)));
+            give_up(fmt::format("a relative residual of {1:.1e} is left after {0} steps; lower the load",
+                                result.num_iterations, descent.relative_residual()));
             break;
         }
-        if (!newton.step(result.displacement, unbalanced)) {
+        if (!descent.follow_tangent()) {
             give_up(fmt::format("no step downhill from a relative residual of {:.1e}; lower the load",
-                                newton.relative_residual(unbalanced)));
+                                descent.relative_residual()));
             break;
         }
-        ++result.num_iterations;
-        unbalanced = newton.unbalanced_force(result.displacement);
     }
-    result.constraint_force = constraint_part(std::move(unbalanced), conditions);
+    result.constraint_force = constraint_part(descent.unbalanced(), conditions);
     return result;
 }
 

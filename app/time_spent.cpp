@@ -1,0 +1,43 @@
+#include "app/time_spent.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <functional>
+
+#include "results/table_layout.hpp"
+
+namespace livermark::app {
+
+void TimeSpent::stop() {
+    if (is_running_)
+        stages_[current_].second += std::chrono::duration<double>(Clock::now() - start_).count();
+    is_running_ = false;
+}
+
+void TimeSpent::begin(const std::string &stage) {
+    stop();
+    using Stage = decltype(stages_)::value_type;
+    const auto found = std::ranges::find(stages_, stage, &Stage::first);
+    current_ = static_cast<std::size_t>(found - stages_.begin());
+    if (found == stages_.end())
+        stages_.emplace_back(stage, 0.0);
+    is_running_ = true;
+    start_ = Clock::now();
+}
+
+std::string TimeSpent::text() {
+    stop();
+    constexpr double smallest_part = 0.01;
+    double total = 0.0;
+    for (const auto &[name, seconds] : stages_)
+        total += seconds;
+    auto longest_first = stages_;
+    std::ranges::stable_sort(longest_first, std::greater<>{}, &decltype(stages_)::value_type::second);
+    results::Layout layout{{{"stage"}, {"time [s]", true}, {"part [%]", true}}, {}};
+    for (const auto &[name, seconds] : longest_first)
+        if (seconds >= smallest_part * total)
+            layout.rows.push_back({name, results::fixed(seconds, 1), results::fixed(100.0 * seconds / total, 0)});
+    return fmt::format("Where the {:.1f} s went:\n\n{}", total, results::to_text(layout));
+}
+
+} // namespace livermark::app

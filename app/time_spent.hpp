@@ -1,0 +1,30 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace livermark::app {
+
+/// Where the time goes: a clock that is always in one of several stages.
+class TimeSpent {
+  public:
+    /// Ends the stage that it was in, if any. A stage that comes again goes on where it was.
+    void begin(const std::string &stage);
+
+    /// A sentence, then a line for each stage that took a hundredth of the time or more, the longest first. The clock
+    /// stops.
+    std::string text();
+
+  private:
+    using Clock = std::chrono::steady_clock;
+    void stop();
+
+    std::vector<std::pair<std::string, double>> stages_; ///< [s]
+    std::size_t current_ = 0;
+    bool is_running_ = false;
+    Clock::time_point start_;
+};
+
+} // namespace livermark::app

@@ -1,0 +1,66 @@
+#include "msm/rest_stiffness.hpp"
+
+#include <Eigen/CholmodSupport>
+#include <cmath>
+#include <limits>
+
+#include "msm/extent.hpp"
+
+namespace livermark::msm {
+
+struct Cholesky::Impl {
+    Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix<double>> solver;
+    bool is_ordered = false;
+};
+
+Cholesky::Cholesky() : impl_(std::make_unique<Impl>()) {
+    auto &common = impl_->solver.cholmod();
+    common.print = 0;
+    common.nmethods = 1;
+    common.method[0].ordering = CHOLMOD_METIS;
+}
+Cholesky::~Cholesky() = default;
+Cholesky::Cholesky(Cholesky &&) noexcept = default;
+Cholesky &Cholesky::operator=(Cholesky &&) noexcept = default;
+
+bool Cholesky::factorize(const Eigen::SparseMatrix<double> &matrix) {
+    if (!impl_->is_ordered)
+        impl_->solver.analyzePattern(matrix);
+    impl_->is_ordered = true;
+    impl_->solver.factorize(matrix);
+    return impl_->solver.info() == Eigen::Success;
+}
+
+Eigen::VectorXd Cholesky::solve(const Eigen::VectorXd &right_hand_side) const {
+    return impl_->solver.solve(right_hand_side);
+}
+
+RestStiffness::RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions,
+                             const std::vector<core::Vector3> &prescribed)
+    : free_(prescribed), stiffness_(elastic_hessian(body, positions, Tangent::exact)) {
+    const auto restricted = free_.restrict(stiffness_);
+    rounding_force_ = std::numeric_limits<double>::epsilon() * extent(positions) * restricted.diagonal().norm();
+    is_definite_ = factor_.factorize(restricted);
+}
+
+bool RestStiffness::holds(const std::vector<core::Vector3> &prescribed) const {
+    for (std::size_t i = 0; i < prescribed.size(); ++i)
+        for (int c = 0; c < 3; ++c)
+            if (std::isnan(prescribed[i][c]) != free_.is_free(static_cast<Eigen::Index>(3 * i) + c))
+                return false;
+    return true;
+}
+
+std::vector<core::Vector3> RestStiffness::solve(const std::vector<core::Vector3> &prescribed,
+                                                const std::vector<core::Vector3> &force) const {
+    auto displacement = prescribed;
+    for (auto &node : displacement)
+        node = node.array().isNaN().select(core::Vector3::Zero(), node);
+    if (!is_definite_)
+        return displacement;
+    const Eigen::VectorXd load = to_unknowns(force) - stiffness_ * to_unknowns(displacement);
+    free_.add(displacement, factor_.solve(free_.gather(to_field(load))), 1.0);
+    return displacement;
+}
+
+} // namespace livermark::msm
