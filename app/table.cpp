@@ -8,6 +8,7 @@
 
 #include "app/commands.hpp"
 #include "app/run_tables.hpp"
+#include "app/usage.hpp"
 #include "core/input_error.hpp"
 #include "core/root_folder.hpp"
 #include "results/result_file.hpp"
@@ -18,7 +19,7 @@ namespace {
 
 struct TableOptions {
     std::vector<std::string> paths;
-    std::string kind = "all";
+    TableKind kind = TableKind::all;
     bool markdown = false;
 };
 
@@ -31,7 +32,8 @@ void add_results_below(const std::filesystem::path &path, std::vector<results::R
         if (entry->path().extension() == ".h5")
             found.push_back(entry->path());
     if (error)
-        throw core::InputError(fmt::format("{}: cannot be listed ({})", path.string(), error.message()));
+        throw core::InputError(
+            fmt::format("{}: cannot be listed ({}); see who may read it", path.string(), error.message()));
     std::ranges::sort(found);
     for (const auto &file : found)
         try {
@@ -45,14 +47,14 @@ void add_results_below(const std::filesystem::path &path, std::vector<results::R
 int print(const TableOptions &options) {
     std::vector<results::Result> results;
     for (const auto &path : options.paths)
-        if (std::filesystem::is_directory(path))
+        if (std::error_code ignored; std::filesystem::is_directory(path, ignored))
             add_results_below(path, results);
         else
             results.push_back(results::read_result(path));
     if (results.empty())
         throw core::InputError(fmt::format("there are no result files in {}; make some with `livermark run`",
                                            fmt::join(options.paths, ", ")));
-    print_tables(results, table_kinds.at(options.kind), options.markdown);
+    print_tables(results, options.kind, options.markdown);
     return 0;
 }
 
@@ -68,8 +70,8 @@ Command add_table(CLI::App &parent) {
         ->add_option("--kind", options->kind,
                      "all, models (a row for each model and load case), summary (a column for each load case), "
                      "overview (columns for each Poisson's ratio), or means (a column for each body)")
-        ->check(CLI::IsMember(table_kinds))
-        ->capture_default_str();
+        ->transform(one_of(table_kinds))
+        ->default_str("all");
     command->add_flag("--markdown", options->markdown, "In Markdown");
     return [options] { return print(*options); };
 }
