@@ -12,6 +12,7 @@
 #include "app/patch_loads.hpp"
 #include "app/progress.hpp"
 #include "core/input_error.hpp"
+#include "core/whole_file.hpp"
 #include "fem_reference/mpi_session.hpp"
 #include "meshes/body_reader.hpp"
 #include "models/model_table.hpp"
@@ -219,6 +220,7 @@ int calibrate(const CalibrateOptions &options, const std::string &command_line) 
     const auto body_file = find_toml_files({options.body}, bodies_folder, "body").front();
     const auto body = std::make_shared<const core::Body>(meshes::read_body(body_file, options.material));
     const auto file = output_file(options, body_file);
+    core::check_place(file);
     auto calibration = begin(options, *body);
     if (!options.restart && std::filesystem::exists(file))
         calibration = resume(file, calibration, *body);

@@ -3,6 +3,7 @@
 
 #include "app/catalogue.hpp"
 #include "app/commands.hpp"
+#include "app/usage.hpp"
 #include "load_cases/load_case_reader.hpp"
 #include "meshes/body_reader.hpp"
 #include "models/model_table.hpp"
@@ -49,7 +50,7 @@ Command add_list(CLI::App &parent) {
     auto what = std::make_shared<std::string>();
     command->add_option("what", *what, "bodies, load-cases, models, spring-laws or integrators")
         ->required()
-        ->check(CLI::IsMember({"bodies", "load-cases", "models", "spring-laws", "integrators"}));
+        ->check(one_of({"bodies", "load-cases", "models", "spring-laws", "integrators"}));
     return [what] {
         if (*what == "bodies")
             list_bodies();

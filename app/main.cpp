@@ -1,5 +1,9 @@
 #include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <fmt/format.h>
 #include <iostream>
@@ -8,21 +12,12 @@
 #include <string>
 #include <vector>
 
-#include "app/catalogue.hpp"
 #include "app/commands.hpp"
+#include "app/usage.hpp"
 #include "core/input_error.hpp"
 #include "fem_reference/mpi_session.hpp"
 
 namespace {
-
-/// CLI11 would only say that a subcommand is missing.
-void refuse_unknown_subcommand(const CLI::App &app, const std::string &word) {
-    std::vector<std::string> known;
-    for (const auto *subcommand : app.get_subcommands({}))
-        known.push_back(subcommand->get_name());
-    if (!word.starts_with('-') && std::ranges::find(known, word) == known.end())
-        throw livermark::core::InputError(livermark::app::unknown_name("subcommand", word, known));
-}
 
 constexpr int failed = 1;
 constexpr int bad_input = 2;
@@ -47,15 +42,14 @@ int run(int argc, char **argv) {
         livermark::app::add_score(app, command_line),
         livermark::app::add_calibrate(app, command_line),
     };
-    if (argc > 1)
-        refuse_unknown_subcommand(app, argv[1]);
+    livermark::app::refuse_unknown_subcommand(app, {argv + 1, argv + argc});
     try {
         app.parse(argc, argv);
-    } catch (const CLI::ParseError &error) {
+    } catch (const CLI::Success &help_or_version) {
         std::ostream nowhere(nullptr);
-        const bool speaks = livermark::fem_reference::mpi_rank() == 0;
-        const int status = app.exit(error, speaks ? std::cout : nowhere, speaks ? std::cerr : nowhere);
-        return status == 0 ? 0 : bad_input; // help and version are no errors
+        return app.exit(help_or_version, livermark::fem_reference::mpi_rank() == 0 ? std::cout : nowhere);
+    } catch (const CLI::ParseError &error) {
+        throw livermark::core::InputError(livermark::app::usage_sentence(app, error));
     }
     const auto subcommands = app.get_subcommands({});
     if (livermark::fem_reference::mpi_rank() != 0 && !app.got_subcommand("run"))
@@ -66,21 +60,43 @@ int run(int argc, char **argv) {
     return bad_input;
 }
 
+/// What files and words from outside hold may break the line of a message.
+std::string one_line(std::string message) {
+    std::ranges::replace_if(
+        message, [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; }, ' ');
+    return message;
+}
+
+int refuse(const std::string &message) {
+    if (livermark::fem_reference::mpi_rank() == 0)
+        fmt::print(stderr, "livermark: {}\n", one_line(message));
+    return bad_input;
+}
+
+int refuse_output(const char *reason) {
+    return refuse(
+        fmt::format("standard output: cannot be written ({}); make room on the disk, or let it go elsewhere", reason));
+}
+
 } // namespace
 
 int main(int argc, char **argv) {
     using namespace livermark::fem_reference;
+    // Beyond a limit on the size of files, writing fails as on a full disk, with a message.
+    std::signal(SIGXFSZ, SIG_IGN);
     // Outlives every exception: all ranks have to end MPI together.
     std::optional<MpiSession> session;
     if (started_on_many_ranks())
         session.emplace();
     try {
-        return run(argc, argv);
+        const int status = run(argc, argv);
+        // Text stays in a buffer until the end, and nobody else would notice that it went nowhere.
+        return std::fflush(stdout) == 0 && std::ferror(stdout) == 0 ? status : refuse_output(std::strerror(errno));
     } catch (const livermark::core::InputError &error) {
-        if (mpi_rank() == 0)
-            fmt::print(stderr, "livermark: {}\n", error.what());
-        return bad_input;
+        return refuse(error.what());
     } catch (const std::exception &error) {
+        if (std::ferror(stdout) != 0)
+            return refuse_output(error.what());
         if (mpi_num_ranks() > 1)
             abort_all_ranks(error.what());
         fmt::print(stderr, "livermark: failed: {}\n", error.what());

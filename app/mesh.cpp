@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "app/commands.hpp"
+#include "app/usage.hpp"
+#include "core/whole_file.hpp"
 #include "meshes/box_generator.hpp"
 #include "meshes/liver_generator.hpp"
 #include "meshes/mesh_figures.hpp"
@@ -34,11 +36,13 @@ int write_mesh(const std::string &output, const core::TetraMesh &mesh) {
 }
 
 int make_box(const BoxCommand &command) {
+    core::check_place(command.output);
     const core::Vector3 size(command.size.at(0), command.size.at(1), command.size.at(2));
     return write_mesh(command.output, meshes::generate_box(size, command.edge, command.topology));
 }
 
 int make_liver(const LiverCommand &command) {
+    core::check_place(command.output);
     return write_mesh(command.output, meshes::generate_liver(command.options));
 }
 
@@ -64,7 +68,7 @@ Command add_mesh(CLI::App &parent) {
         ->add_option("--topology", box->topology,
                      "delaunay (unstructured, gmsh), body_centred (the regular lattice of the best shapes) or kuhn "
                      "(six to a cube)")
-        ->transform(CLI::CheckedTransformer(std::map<std::string, meshes::BoxTopology>{
+        ->transform(one_of(std::map<std::string, meshes::BoxTopology>{
             {"delaunay", delaunay}, {"body_centred", body_centred}, {"kuhn", kuhn}}))
         ->default_str("delaunay");
     make_a_box->add_option("-o,--output", box->output, "The .msh file to write")->required();

@@ -8,6 +8,7 @@
 #include "app/commands.hpp"
 #include "app/problems.hpp"
 #include "app/seed_paper.hpp"
+#include "app/usage.hpp"
 #include "core/input_error.hpp"
 #include "meshes/body_reader.hpp"
 #include "results/table_layout.hpp"
@@ -166,10 +167,8 @@ Command add_parameters(CLI::App &parent) {
             "--damping", options->damping.kind,
             "By the mass or the stiffness alone (the ratio is that of the first mode), or rayleigh: both, with "
             "the ratio at two frequencies")
-        ->transform(CLI::CheckedTransformer(std::map<std::string, DampingKind>{{"mass", DampingKind::mass},
-                                                                               {"stiffness", DampingKind::stiffness},
-                                                                               {"rayleigh", DampingKind::rayleigh}},
-                                            CLI::ignore_case))
+        ->transform(one_of(std::map<std::string, DampingKind>{
+            {"mass", DampingKind::mass}, {"stiffness", DampingKind::stiffness}, {"rayleigh", DampingKind::rayleigh}}))
         ->default_str("rayleigh");
     command
         ->add_option("--damping-frequencies", options->damping.frequencies,

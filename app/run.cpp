@@ -94,13 +94,14 @@ Task prepare(const RunOptions &options) {
     if (options.only_static)
         std::erase_if(task.problems,
                       [](const core::Problem &problem) { return problem.load_case.release.has_value(); });
-    if (fem_reference::mpi_rank() == 0)
-        for (const auto &problem : task.problems) {
+    if (fem_reference::mpi_rank() == 0) {
+        for (const auto &problem : task.problems)
             for (const auto &model : task.models)
                 if (model.check)
                     model.check(problem);
+        for (const auto &problem : task.problems)
             make_output_folder(output_folder(options, problem), problem);
-        }
+    }
     return task;
 }
 
@@ -128,11 +129,17 @@ using Contest = std::function<void(const core::Problem &)>;
 
 /// Holds one contest for each problem and amplitude, in the same order on all ranks: what is collective in it would
 /// wait for ever otherwise, so a failure of one keeps nobody from the next.
+/// @throws core::InputError on one rank, if a result cannot be kept
 void for_each_contest(const Task &task, const RunOptions &options, const Contest &hold,
                       const std::function<void(const core::Problem &, const char *)> &failed) {
     const auto guarded = [&](const core::Problem &problem, const Contest &action) {
         try {
             action(problem);
+        } catch (const core::InputError &error) {
+            // All else was checked before: results have no place any more. Other ranks would wait for this one.
+            if (fem_reference::mpi_num_ranks() == 1)
+                throw;
+            failed(problem, error.what());
         } catch (const std::exception &error) {
             failed(problem, error.what());
         }
@@ -154,6 +161,14 @@ int help_first_rank(const Task &task, const RunOptions &options, const std::stri
         },
         [](const auto &, const char *) {});
     return 0;
+}
+
+void keep(const std::filesystem::path &file, const results::Result &result) {
+    try {
+        results::write_result(file, result);
+    } catch (const core::InputError &error) {
+        throw core::InputError(fmt::format("{}, and go on with --resume", error.what()));
+    }
 }
 
 std::string name_of(const core::Problem &problem) {
@@ -202,7 +217,7 @@ int run(const RunOptions &options, const std::string &command_line) {
                     spent.begin(model);
                 });
                 spent.begin(other_work);
-                results::write_result(file, result);
+                keep(file, result);
                 done.push_back(result);
             },
             [&](const core::Problem &problem, const char *reason) {

@@ -7,6 +7,7 @@
 
 #include "app/commands.hpp"
 #include "app/run_options.hpp"
+#include "app/usage.hpp"
 #include "core/root_folder.hpp"
 
 namespace livermark::app {
@@ -44,7 +45,7 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
                      "Multiples of the loads, such as 0.1,1,10, to see where linear elasticity stops being a fair "
                      "reference; result files are then <load case>@<amplitude>.h5")
         ->delimiter(',')
-        ->check(CLI::PositiveNumber);
+        ->check(positive_number());
     command->add_option("--young", options->young_modulus,
                         "Young's modulus of the first region [Pa]; the others keep their ratio to it");
     command
@@ -67,18 +68,14 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
         ->add_option("--fem-solver", options->model_options.fem_solver,
                      "How the finite elements are solved: auto (by size), direct (sparse Cholesky) or iterative "
                      "(conjugate gradients with algebraic multigrid)")
-        ->transform(CLI::CheckedTransformer(
-            std::map<std::string, fem_reference::SolverChoice>{
-                {"auto", automatic}, {"direct", direct}, {"iterative", iterative}},
-            CLI::ignore_case))
+        ->transform(one_of(std::map<std::string, fem_reference::SolverChoice>{
+            {"auto", automatic}, {"direct", direct}, {"iterative", iterative}}))
         ->default_str("auto");
     command
         ->add_option("--equilibrium", options->model_options.equilibrium,
                      "How mass-spring models find where they come to rest: newton, or relaxation by time stepping")
-        ->transform(CLI::CheckedTransformer(
-            std::map<std::string, models::EquilibriumMethod>{{"newton", models::EquilibriumMethod::newton},
-                                                             {"relaxation", models::EquilibriumMethod::relaxation}},
-            CLI::ignore_case))
+        ->transform(one_of(std::map<std::string, models::EquilibriumMethod>{
+            {"newton", models::EquilibriumMethod::newton}, {"relaxation", models::EquilibriumMethod::relaxation}}))
         ->default_str("newton");
     auto &stepping = options->model_options.time_stepping;
     command
@@ -88,10 +85,7 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
     command
         ->add_option("--time-step", stepping.time_step,
                      "Longest step of mass-spring models [s]; by default 0.8 of the longest that is stable")
-        ->check([](const std::string &text) {
-            double value = 0.0;
-            return CLI::detail::lexical_cast(text, value) && value > 0.0 ? "" : "a step in seconds has to be positive";
-        });
+        ->check(positive_number());
     command->add_flag("--force-time-step", stepping.force, "Take the step even if it is too long to be stable");
     command->add_flag("--markdown", options->markdown, "Print the table in Markdown");
     return [options, command_line] {

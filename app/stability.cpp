@@ -12,6 +12,7 @@
 #include "app/output.hpp"
 #include "app/problems.hpp"
 #include "app/progress.hpp"
+#include "app/usage.hpp"
 #include "core/input_error.hpp"
 #include "core/root_folder.hpp"
 #include "meshes/body_reader.hpp"
@@ -181,8 +182,6 @@ bool is_as_predicted(const results::Stability &stability) {
 }
 
 int find_stability(const StabilityOptions &options, const std::string &command_line) {
-    if (!std::isfinite(options.damping_ratio))
-        throw core::InputError("--damping-ratio has to be a finite number");
     const auto law = find_spring_law(options.law);
     const auto integrators = find_integrators(options.integrators);
     const auto problems = read_scaled_problems(options.bodies, options.load_case, options.material);
@@ -224,10 +223,10 @@ Command add_stability(CLI::App &parent, const std::string &command_line) {
     command->add_option("--integrator", options->integrators,
                         "Names as in 'livermark list integrators'; all if none is named");
     command->add_option("--damping-ratio", options->damping_ratio, "Of critical, at two frequencies")
-        ->check(CLI::NonNegativeNumber)
+        ->check(number_not_below_zero())
         ->capture_default_str();
     command->add_option("--damping-frequencies", options->damping_frequencies, "These two [Hz]")
-        ->check(CLI::PositiveNumber)
+        ->check(positive_number())
         ->capture_default_str();
     command->add_option("--young", options->material.young_modulus,
                         "Young's modulus of the first region [Pa]; the others keep their ratio to it");

@@ -5,6 +5,7 @@
 
 #include "app/commands.hpp"
 #include "app/run_tables.hpp"
+#include "app/usage.hpp"
 #include "core/root_folder.hpp"
 #include "results/result_files.hpp"
 
@@ -14,14 +15,14 @@ namespace {
 
 struct TableOptions {
     std::vector<std::string> paths;
-    std::string kind = "all";
+    TableKind kind = TableKind::all;
     bool markdown = false;
 };
 
 int print(const TableOptions &options) {
     const std::vector<std::filesystem::path> paths(options.paths.begin(), options.paths.end());
     const auto results = results::read_results(paths);
-    print_tables(results, table_kinds.at(options.kind), options.markdown);
+    print_tables(results, options.kind, options.markdown);
     return 0;
 }
 
@@ -37,8 +38,8 @@ Command add_table(CLI::App &parent) {
         ->add_option("--kind", options->kind,
                      "all, models (a row for each model and load case), summary (a column for each load case), "
                      "overview (columns for each Poisson's ratio), or means (a column for each body)")
-        ->check(CLI::IsMember(table_kinds))
-        ->capture_default_str();
+        ->transform(one_of(table_kinds))
+        ->default_str("all");
     command->add_flag("--markdown", options->markdown, "In Markdown");
     return [options] { return print(*options); };
 }

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <stdexcept>
+#include <string>
+#include <string_view>
 
 namespace livermark::core {
 
@@ -10,5 +12,8 @@ class InputError : public std::runtime_error {
   public:
     using std::runtime_error::runtime_error;
 };
+
+/// A piece of a damaged file as a message can show it: printable, and not longer than a few words.
+std::string shown(std::string_view text);
 
 } // namespace livermark::core

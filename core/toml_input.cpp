@@ -1,7 +1,9 @@
 #include "core/toml_input.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <fmt/format.h>
 #include <fstream>
 #include <limits>
@@ -39,16 +41,21 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 } // namespace
 
 std::string read_text(const std::filesystem::path &file) {
+    std::error_code ignored;
+    if (std::filesystem::is_directory(file, ignored))
+        throw InputError(fmt::format("{}: this is a directory; give a file", file.string()));
     std::ifstream stream(file, std::ios::binary);
+    if (!stream)
+        throw InputError(fmt::format("{}: cannot be read ({}); check the path and who may read it", file.string(),
+                                     std::strerror(errno)));
     std::ostringstream text;
-    if (!stream || std::filesystem::is_directory(file) || !(text << stream.rdbuf()))
-        throw InputError(
-            fmt::format("{}: cannot be read, or is empty; check the path and the permissions", file.string()));
+    if (!(text << stream.rdbuf()))
+        throw InputError(fmt::format("{}: the file is empty; save it again", file.string()));
     return text.str();
 }
 
 std::vector<std::string> list_toml(const std::filesystem::path &folder) {
-    if (!std::filesystem::is_directory(folder))
+    if (std::error_code ignored; !std::filesystem::is_directory(folder, ignored))
         throw InputError(fmt::format("{}: there is no such folder; check the path", folder.string()));
     std::vector<std::string> stems;
     for (const auto &file : std::filesystem::directory_iterator(folder))

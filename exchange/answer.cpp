@@ -39,8 +39,8 @@ std::array<double, 6> six_numbers(const std::string &line, const std::string &pl
         const auto [next, error] = std::from_chars(at, end, numbers[k]);
         const bool is_last = k + 1 == numbers.size();
         if (error != std::errc{} || !std::isfinite(numbers[k]) || (is_last ? next != end : next == end || *next != ','))
-            throw core::InputError(
-                fmt::format("{}: '{}' is not six finite numbers x,y,z,ux,uy,uz; correct the line", place, line));
+            throw core::InputError(fmt::format("{}: '{}' is not six finite numbers x,y,z,ux,uy,uz; correct the line",
+                                               place, core::shown(line)));
         at = next + (is_last ? 0 : 1);
     }
     return numbers;

@@ -11,6 +11,7 @@
 #include "core/input_error.hpp"
 #include "core/toml_input.hpp"
 #include "load_cases/facets.hpp"
+#include "load_cases/free_body.hpp"
 #include "load_cases/release_reader.hpp"
 #include "load_cases/selector.hpp"
 
@@ -152,10 +153,11 @@ void refuse_contradictions(const core::TetraMesh &mesh, const core::LoadCase &lo
                 if (std::isnan(so_far))
                     so_far = wanted;
                 else if (!std::isnan(wanted) && wanted != so_far)
-                    throw core::InputError(fmt::format("{}: '{}' prescribes a displacement of {} m at a node where "
-                                                       "another place prescribes {} m; keep them apart",
-                                                       file, load_case.constraint_names[load_case.constraint[f]],
-                                                       wanted, so_far));
+                    throw core::InputError(fmt::format(
+                        "{}: '{}' prescribes a displacement of {} m in {} at the node at ({:g}, {:g}, {:g}) m, where "
+                        "another place prescribes {} m; keep them apart",
+                        file, load_case.constraint_names[load_case.constraint[f]], wanted, "xyz"[c],
+                        mesh.points[node].x(), mesh.points[node].y(), mesh.points[node].z(), so_far));
             }
     }
 }
@@ -218,6 +220,7 @@ core::LoadCase parse_load_case(const std::string &text, const std::filesystem::p
         throw core::InputError(fmt::format("{}: a [[probe]] records motion, and nothing moves without a [release]; "
                                            "add one or remove the probe",
                                            core::place_of(*table.get("probe"))));
+    refuse_free_body(mesh, load_case, file.string());
     return load_case;
 }
 

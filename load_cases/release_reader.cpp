@@ -71,8 +71,9 @@ std::vector<core::Probe> read_probes(const toml::table &table, const core::Tetra
                                      const core::LoadCase &load_case) {
     const auto *node = table.get("probe");
     if (!node || !node->is_array_of_tables())
-        throw core::InputError(fmt::format(
-            "{}: a release without a [[probe]] records nothing; add one with a name and a patch", load_case.name));
+        throw core::InputError(
+            fmt::format("{}: a release without a [[probe]] records nothing; add one with a name and a patch",
+                        core::place_of(*table.get("release"))));
     std::vector<core::Probe> probes;
     for (const auto &entry : *node->as_array()) {
         const auto &probe = *entry.as_table();

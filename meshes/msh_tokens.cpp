@@ -15,14 +15,6 @@ bool is_space(char c) {
     return std::isspace(static_cast<unsigned char>(c)) != 0;
 }
 
-/// A word of a damaged file as it can be shown: printable, and not too long.
-std::string shown(std::string_view word) {
-    std::string result;
-    for (const char c : word.substr(0, 30))
-        result += std::isprint(static_cast<unsigned char>(c)) != 0 ? c : '?';
-    return result;
-}
-
 } // namespace
 
 void MshTokens::fail(const std::string &what) const {
@@ -60,7 +52,7 @@ std::int64_t MshTokens::integer() {
     std::int64_t value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc{} || end != text.data() + text.size())
-        fail(fmt::format("'{}' has to be an integer", shown(text)));
+        fail(fmt::format("'{}' has to be an integer", core::shown(text)));
     return value;
 }
 
@@ -76,13 +68,13 @@ double MshTokens::number() {
     double value = 0.0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc{} || end != text.data() + text.size())
-        fail(fmt::format("'{}' has to be a number", shown(text)));
+        fail(fmt::format("'{}' has to be a number", core::shown(text)));
     return value;
 }
 
 void MshTokens::expect(std::string_view wanted) {
     if (const auto found = word(); found != wanted)
-        fail(fmt::format("'{}' has to stand here, not '{}'", wanted, shown(found)));
+        fail(fmt::format("'{}' has to stand here, not '{}'", wanted, core::shown(found)));
 }
 
 void MshTokens::skip_words(std::int64_t num_words) {

@@ -21,7 +21,8 @@ void add_results_below(const std::filesystem::path &path, std::vector<Result> &r
         if (entry->path().extension() == ".h5")
             found.push_back(entry->path());
     if (error)
-        throw core::InputError(fmt::format("{}: cannot be listed ({})", path.string(), error.message()));
+        throw core::InputError(
+            fmt::format("{}: cannot be listed ({}); see who may read it", path.string(), error.message()));
     std::ranges::sort(found);
     for (const auto &file : found)
         try {
@@ -37,7 +38,7 @@ void add_results_below(const std::filesystem::path &path, std::vector<Result> &r
 std::vector<Result> read_results(std::span<const std::filesystem::path> paths) {
     std::vector<Result> results;
     for (const auto &path : paths)
-        if (std::filesystem::is_directory(path))
+        if (std::error_code ignored; std::filesystem::is_directory(path, ignored))
             add_results_below(path, results);
         else
             results.push_back(read_result(path));

@@ -18,6 +18,10 @@ patch = "x_min"
 displacement = [0.0, "free", 0.001]
 
 [[condition]]
+patch = "y_min"
+displacement = ["free", 0.0, "free"]
+
+[[condition]]
 disc = { patch = "z_max", radius = 0.02 }
 pressure = 300
 )";
@@ -51,7 +55,7 @@ TEST(LoadCaseReader, KeepsNameTextAndNumbers) {
 TEST(LoadCaseReader, PutsDisplacementsOnThePatchWithFreeComponents) {
     const auto mesh = block();
     const auto load_case = parse(good);
-    EXPECT_EQ(load_case.constraint_names, std::vector<std::string>{"x_min"});
+    EXPECT_EQ(load_case.constraint_names, (std::vector<std::string>{"x_min", "y_min"}));
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
         if (mesh.boundary_patch[f] == 0) {
             EXPECT_EQ(load_case.condition[f], core::FacetCondition::prescribed_displacement);
@@ -60,7 +64,7 @@ TEST(LoadCaseReader, PutsDisplacementsOnThePatchWithFreeComponents) {
             EXPECT_EQ(load_case.value[f].z(), 0.001);
             EXPECT_EQ(load_case.constraint[f], 0);
         } else
-            EXPECT_EQ(load_case.constraint[f], -1);
+            EXPECT_EQ(load_case.constraint[f], mesh.boundary_patch[f] == 2 ? 1 : -1);
 }
 
 TEST(LoadCaseReader, PressureOnADiscPushesInwardInItsMiddle) {
@@ -133,14 +137,15 @@ const std::vector<BadLoadCase> bad_load_cases{
     {"MisspeltKey",
      replaced(good, "acceleration", "accelleration"),
      {"press.toml:3:", "unknown key 'accelleration'", "did you mean 'acceleration'"}},
-    {"MisspeltConditionKey", replaced(good, "pressure", "presure"), {"press.toml:11:", "did you mean 'pressure'"}},
+    {"MisspeltConditionKey", replaced(good, "pressure", "presure"), {"press.toml:15:", "did you mean 'pressure'"}},
     {"UnknownPatch",
      replaced(good, "patch = \"x_min\"", "patch = \"xmin\""),
      {"press.toml:6:", "no patch 'xmin'", "x_min"}},
     {"NoCondition", "title = \"t\"\ntarget_peak_displacement = 1.0\n", {"no [[condition]]"}},
     {"ConditionIsNoTable", "title = \"t\"\ntarget_peak_displacement = 1.0\ncondition = 3\n", {"no [[condition]]"}},
     {"NothingHolds",
-     replaced(good, "displacement = [0.0, \"free\", 0.001]", "traction = [1.0, 0.0, 0.0]"),
+     replaced(replaced(good, "displacement = [0.0, \"free\", 0.001]", "traction = [1.0, 0.0, 0.0]"),
+              "displacement = [\"free\", 0.0, \"free\"]", "traction = [1.0, 0.0, 0.0]"),
      {"nothing holds the body", "displacement"}},
     {"FreeInEveryDirection",
      replaced(good, "[0.0, \"free\", 0.001]", "[\"free\", \"free\", \"free\"]"),
@@ -155,14 +160,21 @@ const std::vector<BadLoadCase> bad_load_cases{
     {"NegativeRadius", replaced(good, "radius = 0.02", "radius = -0.02"), {"positive"}},
     {"Overlap", good + "\n[[condition]]\npatch = \"z_max\"\npressure = 1.0\n", {"have a condition already"}},
     {"Contradiction",
-     good + "\n[[condition]]\npatch = \"y_min\"\ndisplacement = [0.0, 0.0, 0.002]\n",
+     good + "\n[[condition]]\npatch = \"z_min\"\ndisplacement = [0.0, 0.0, 0.002]\n",
      {"prescribes a displacement of", "keep them apart"}},
+    {"BodyThatSlides",
+     replaced(good, "[\"free\", 0.0, \"free\"]", "[\"free\", \"free\", 0.001]"),
+     {"press.toml: ", "slide along y", "not \"free\" in y"}},
+    {"BodyThatTurns",
+     replaced(good, "[0.0, \"free\"", "[\"free\", \"free\"") +
+         "\n[[condition]]\npatch = \"z_min\"\ndisplacement = [0.0, \"free\", \"free\"]\n",
+     {"press.toml: ", "turn about y;", "in the way"}},
     {"ReleaseOfNothing",
      replaced(letting_go, "pressure = 300", "displacement = [0.0, 0.0, 0.0]"),
-     {"press.toml:13:", "nothing to let go", "traction"}},
+     {"press.toml:17:", "nothing to let go", "traction"}},
     {"DurationIsNoMultiple",
      replaced(letting_go, "duration = 1", "duration = 1.05"),
-     {"press.toml:13:", "not a whole number", "change one"}},
+     {"press.toml:17:", "not a whole number", "change one"}},
     {"EndlessRelease", replaced(letting_go, "duration = 1", "duration = 1e9"), {"not a whole number"}},
     {"NegativeDuration", replaced(letting_go, "duration = 1", "duration = -1"), {"'duration' is -1", "positive"}},
     {"NoInterval", replaced(letting_go, "output_interval = 0.1\n", ""), {"'output_interval' is missing"}},
@@ -171,13 +183,13 @@ const std::vector<BadLoadCase> bad_load_cases{
     {"DampingAtOneFrequency", replaced(letting_go, "[2, 7.5]", "[2]"), {"two numbers"}},
     {"DampingWithoutFrequency",
      replaced(letting_go, "damping_frequencies = [2, 7.5]\n", ""),
-     {"press.toml:13:", "give one of the two pairs"}},
+     {"press.toml:17:", "give one of the two pairs"}},
     {"DampingTwice", replaced(letting_go, "[[probe]]", "alpha = 1.0\n[[probe]]"), {"give one of the two pairs"}},
     {"NoDamping",
      replaced(letting_go, "damping_ratio = 0.05\ndamping_frequencies = [2, 7.5]\n", ""),
      {"give one of the two pairs"}},
     {"MisspeltReleaseKey", replaced(letting_go, "duration", "duraton"), {"did you mean 'duration'"}},
-    {"ProbeWithoutRelease", good + "[[probe]]\nname = \"a\"\npatch = \"z_max\"\n", {"press.toml:12:", "[release]"}},
+    {"ProbeWithoutRelease", good + "[[probe]]\nname = \"a\"\npatch = \"z_max\"\n", {"press.toml:16:", "[release]"}},
     {"ReleaseWithoutProbe", letting_go.substr(0, letting_go.find("[[probe]]")), {"without a [[probe]]"}},
     {"ProbeOnUnknownPatch", replaced(letting_go, "patch = \"x_max\"", "patch = \"xmax\""), {"no patch 'xmax'"}},
     {"TwoProbesOfOneName", replaced(letting_go, "\"side\"", "\"middle\""), {"a name of its own"}},
