@@ -8,12 +8,12 @@
 #include <numeric>
 
 #include "benchmarks/bodies.hpp"
-#include "benchmarks/node_order.hpp"
 #include "benchmarks/program.hpp"
 #include "benchmarks/scene.hpp"
 #include "fem_reference/constrained_solver.hpp"
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/mass_matrix.hpp"
+#include "msm/kernels/node_order.hpp"
 #include "msm/spectrum.hpp"
 #include "msm/spring_network.hpp"
 
@@ -52,7 +52,7 @@ void time_springs(benchmark::State &state, const core::Body &body, const msm::Sp
 
 void time_order(benchmark::State &state, const core::Body &body) {
     const auto edges = core::edge_table(body.mesh.tetrahedra).edges;
-    auto order = benchmarks::reverse_cuthill_mckee(edges, body.mesh.num_nodes());
+    auto order = msm::reverse_cuthill_mckee(edges, body.mesh.num_nodes());
     std::ranges::sort(order);
     std::vector<int> all(body.mesh.points.size());
     std::iota(all.begin(), all.end(), 0);
@@ -61,7 +61,7 @@ void time_order(benchmark::State &state, const core::Body &body) {
         return;
     }
     for (auto _ : state)
-        benchmark::DoNotOptimize(benchmarks::reverse_cuthill_mckee(edges, body.mesh.num_nodes()));
+        benchmark::DoNotOptimize(msm::reverse_cuthill_mckee(edges, body.mesh.num_nodes()));
     count(state, "nodes", all.size());
 }
 
