@@ -86,6 +86,14 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
         ->add_option("--time-step", stepping.time_step,
                      "Longest step of mass-spring models [s]; by default 0.8 of the longest that is stable")
         ->check(positive_number());
+    using enum msm::StepKernel;
+    command
+        ->add_option("--kernel", stepping.kernel,
+                     "What evaluates the forces of mass-spring models in motion: simd_float (vector units, single "
+                     "precision), simd_double, or scalar (slow and obvious)")
+        ->transform(one_of(std::map<std::string, msm::StepKernel>{
+            {"simd_float", simd_float}, {"simd_double", simd_double}, {"scalar", scalar}}))
+        ->default_str("simd_float");
     command->add_flag("--force-time-step", stepping.force, "Take the step even if it is too long to be stable");
     command->add_flag("--markdown", options->markdown, "Print the table in Markdown");
     return [options, command_line] {

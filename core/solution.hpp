@@ -32,6 +32,7 @@ struct History {
     std::vector<double> kinetic_energy; ///< (K) [J]
     std::vector<double> strain_energy;  ///< (K) [J]
     std::string integrator{};           ///< the rule that took the steps
+    std::string kernel{};               ///< what evaluated the forces; empty where there is but one
     double time_step = 0.0;             ///< of its steps; the records may be further apart [s]
     /// The longest step that would be stable [s]; infinity where every one is.
     double critical_time_step = std::numeric_limits<double>::infinity();
@@ -49,6 +50,7 @@ struct ExplicitSteps {
     /// The longest step that is stable [s]; infinity where nothing moves.
     double critical_time_step = std::numeric_limits<double>::infinity();
     double seconds_per_step = 0.0; ///< that one takes, on one core
+    std::string kernel{};          ///< what evaluated the forces
 };
 
 /// What a model answers to a problem, in the numbering of the mesh file. To a time-dependent load case that is the

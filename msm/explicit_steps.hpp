@@ -9,7 +9,8 @@
 namespace livermark::msm {
 
 /// What explicit time steps of a body come to: the critical step 2 / omega_max of symplectic Euler without damping, and
-/// the time of such a step, the shortest of a few dozen that are really taken.
+/// the time of such a step on the fastest kernel that knows the body, the shortest of a few dozen that are
+/// really taken.
 /// @param positions   shape (N) [m], where the body is at rest
 /// @param conditions  loads, and which components are held
 /// @throws std::runtime_error if the highest frequency is not found

@@ -23,12 +23,20 @@ constexpr double largest_motion = 10.0;
 /// Nothing adds energy after the release: more than this many times what there was has come from the steps.
 constexpr double largest_energy = 10.0;
 
+/// Number of steps from a state until something holds, if it ever does.
+int steps_until(State state, const Stepper &stepper, const std::function<bool(const State &)> &holds) {
+    int num_steps = 0;
+    for (; !holds(state); ++num_steps)
+        stepper.take(state, 1);
+    return num_steps;
+}
+
 } // namespace
 
 StepPlan plan_steps(const core::Problem &problem, const ElasticBody &body, const NodalConditions &conditions,
                     const TimeStepping &choice) {
     const auto &release = problem.load_case.release.value();
-    StepPlan plan{.integrator = &find_integrator(choice.integrator)};
+    StepPlan plan{.integrator = &find_integrator(choice.integrator), .kernel = choice.kernel};
     const double highest = largest_angular_frequency(body, problem.body->mesh.points, conditions);
     plan.critical_time_step = critical_time_step(*plan.integrator, release.damping, lowest_part * highest, highest);
     if (!choice.force && !(plan.critical_time_step > 0.0))
@@ -56,12 +64,16 @@ core::History release(const core::Problem &problem, const ElasticBody &body, con
     const auto &points = problem.body->mesh.points;
     const auto &wanted = problem.load_case.release.value();
     const auto equation = elastic_motion(body, points, conditions, wanted.damping);
-    const auto step = plan.integrator->prepare(equation, plan.time_step);
+    const auto stepper =
+        make_stepper(body, points, conditions, wanted.damping, *plan.integrator, plan.time_step, plan.kernel);
     const double bound = largest_motion * extent(points);
     State state{to_unknowns(displacement), Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * points.size()))};
 
+    const auto is_within = [bound](const State &at) { return at.displacement.lpNorm<Eigen::Infinity>() < bound; };
+
     core::History history;
     history.integrator = plan.integrator->name;
+    history.kernel = to_string(stepper.kernel);
     history.time_step = plan.time_step;
     history.critical_time_step = plan.critical_time_step;
     const auto record = [&](int interval) {
@@ -86,10 +98,13 @@ core::History release(const core::Problem &problem, const ElasticBody &body, con
     const double energy = history.strain_energy[0] + std::abs(load.dot(state.displacement));
     const auto ready = Clock::now();
     for (int interval = 1; interval <= wanted.num_steps; ++interval) {
-        for (int s = 0; s < plan.steps_per_record && std::isnan(history.diverged_at); ++s) {
-            step(state);
-            if (!(state.displacement.lpNorm<Eigen::Infinity>() < bound))
-                history.diverged_at = (interval - 1) * wanted.output_interval + (s + 1) * plan.time_step;
+        if (std::isnan(history.diverged_at)) {
+            const auto before = state;
+            stepper.take(state, plan.steps_per_record);
+            if (!is_within(state)) {
+                const int last = steps_until(before, stepper, [&](const State &at) { return !is_within(at); });
+                history.diverged_at = (interval - 1) * wanted.output_interval + last * plan.time_step;
+            }
         }
         if (std::isnan(history.diverged_at) && kinetic_energy(equation, state) > largest_energy * energy)
             history.diverged_at = interval * wanted.output_interval;

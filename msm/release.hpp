@@ -8,6 +8,7 @@
 #include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
 #include "msm/nodal_conditions.hpp"
+#include "msm/stepper.hpp"
 
 namespace livermark::msm {
 
@@ -16,6 +17,7 @@ struct TimeStepping {
     std::string integrator = "runge_kutta_4"; ///< a name of all_integrators()
     std::optional<double> time_step;          ///< longest step [s], > 0; by default a safe part of the critical one
     bool force = false;                       ///< take it even if it is too long
+    StepKernel kernel = StepKernel::simd_float;
 };
 
 /// The steps of a release.
@@ -24,6 +26,7 @@ struct StepPlan {
     double critical_time_step = 0.0; ///< see critical_time_step() [s]
     int steps_per_record = 1;
     double time_step = 0.0; ///< output_interval / steps_per_record [s]
+    StepKernel kernel = StepKernel::simd_float;
 };
 
 /// Divides the interval between two records into steps that are stable for the body at rest, by its largest

@@ -151,6 +151,7 @@ core::History read_history(const InputFile &file, const std::string &model, cons
     history.setup_seconds = file.number(group, "setup_seconds");
     history.solve_seconds = file.number(group, "solve_seconds");
     history.integrator = file.text(group, "integrator");
+    history.kernel = file.text(group, "kernel");
     history.time_step = file.number(group, "time_step");
     history.critical_time_step = file.number(group, "critical_time_step");
     history.diverged_at = file.number(group, "diverged_at");
@@ -186,7 +187,8 @@ core::Solution read_solution(const InputFile &file, const std::string &model, co
     solution.strain_energy = file.number(group, "strain_energy");
     solution.nonlinearity = file.number(group, "nonlinearity");
     if (file.has_attribute(group, "critical_time_step"))
-        solution.explicit_steps = {file.number(group, "critical_time_step"), file.number(group, "seconds_per_step")};
+        solution.explicit_steps = {file.number(group, "critical_time_step"), file.number(group, "seconds_per_step"),
+                                   file.text(group, "kernel")};
     solution.displacement = file.dataset<core::Vector3>(group + "/displacement", num_nodes);
     solution.reaction = file.dataset<core::Vector3>(group + "/reaction", problem.load_case.constraint_names.size());
     if (file.texts(group + "/reaction", "patches") != problem.load_case.constraint_names)

@@ -156,6 +156,7 @@ void write_history(hdf5::OutputFile &file, const std::string &model, const core:
     file.number(group, "setup_seconds", history.setup_seconds);
     file.number(group, "solve_seconds", history.solve_seconds);
     file.text(group, "integrator", history.integrator);
+    file.text(group, "kernel", history.kernel);
     file.number(group, "time_step", history.time_step);
     file.number(group, "critical_time_step", history.critical_time_step);
     file.number(group, "diverged_at", history.diverged_at);
@@ -192,6 +193,7 @@ void write_solution(hdf5::OutputFile &file, const ModelResult &model, const core
     if (const auto &steps = solution.explicit_steps) {
         file.number(group, "critical_time_step", steps->critical_time_step);
         file.number(group, "seconds_per_step", steps->seconds_per_step);
+        file.text(group, "kernel", steps->kernel);
     }
     file.dataset(group + "/displacement", solution.displacement, "m");
     file.dataset(group + "/reaction", solution.reaction, "N");

@@ -53,6 +53,7 @@ core::History swinging(const core::Release &release, int num_nodes, double scale
     history.setup_seconds = 0.5;
     history.solve_seconds = 1.0 / 7.0;
     history.integrator = "pendulum clock";
+    history.kernel = "escapement";
     history.time_step = 0.3 * release.output_interval;
     history.critical_time_step = 0.7;
     for (int k = 0; k <= release.num_steps; ++k) {
@@ -108,7 +109,7 @@ results::Result sample_result(int num_bricks) {
 
     core::Solution springs = stretched(result.problem, 0.012);
     springs.nonlinearity = 0.03;
-    springs.explicit_steps = {0.004, 1.5e-4};
+    springs.explicit_steps = {0.004, 1.5e-4, "simd_float"};
     springs.springs = springs_of(mesh);
     springs.history = swinging(release, mesh.num_nodes(), 0.012);
     auto comparison = core::compare(mesh, springs, reference, "fem_p2");

@@ -23,14 +23,14 @@ TEST(Accuracy, OfBodiesAtRestIsTheMeanErrorAndTheCostOfExplicitSteps) {
     results[1].problem.load_case.name = "gravity";
     results[0].models[1].comparison->relative_l2 = 0.10;
     results[1].models[1].comparison->relative_l2 = 0.30;
-    results[1].models[1].solution.explicit_steps = {0.0025, 1e-4};
+    results[1].models[1].solution.explicit_steps = {0.0025, 1e-4, "scalar"};
     auto faster = results[0].models[1]; // and worse
     faster.name = "faster";
     faster.comparison->relative_l2 = 0.5;
-    faster.solution.explicit_steps = {0.005, 1e-4};
+    faster.solution.explicit_steps = {0.005, 1e-4, "scalar"};
     auto dominated = faster;
     dominated.name = "dominated";
-    dominated.solution.explicit_steps = {0.001, 1e-4};
+    dominated.solution.explicit_steps = {0.001, 1e-4, "scalar"};
     results[0].models.insert(results[0].models.end(), {faster, dominated});
 
     const auto layout = static_accuracy(results);

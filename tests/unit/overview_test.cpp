@@ -21,11 +21,11 @@ std::vector<Result> three_results() {
     results[1].models[1].comparison->relative_l2 = 0.30;
     results[0].models[1].comparison->reaction_error = 0.50;
     results[1].models[1].comparison->reaction_error = 0.07;
-    results[0].models[1].solution.explicit_steps = {0.004, 2e-4};
-    results[1].models[1].solution.explicit_steps = {0.003, 1e-4};
+    results[0].models[1].solution.explicit_steps = {0.004, 2e-4, "scalar"};
+    results[1].models[1].solution.explicit_steps = {0.003, 1e-4, "scalar"};
     results[2].models[1].comparison->relative_l2 = 0.25;
     results[2].models[1].comparison->reaction_error = 0.25;
-    results[2].models[1].solution.explicit_steps = {0.002, 3e-4};
+    results[2].models[1].solution.explicit_steps = {0.002, 3e-4, "scalar"};
     return results;
 }
 

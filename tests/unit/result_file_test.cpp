@@ -96,6 +96,7 @@ void expect_equal(const core::Solution &a, const core::Solution &b) {
     if (a.explicit_steps) {
         EXPECT_TRUE(same_bits(a.explicit_steps->critical_time_step, b.explicit_steps->critical_time_step));
         EXPECT_TRUE(same_bits(a.explicit_steps->seconds_per_step, b.explicit_steps->seconds_per_step));
+        EXPECT_EQ(a.explicit_steps->kernel, b.explicit_steps->kernel);
     }
     EXPECT_EQ(a.degrees_of_freedom, b.degrees_of_freedom);
     EXPECT_EQ(a.setup_seconds, b.setup_seconds);
