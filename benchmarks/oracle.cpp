@@ -58,7 +58,7 @@ std::string has_left(const Scene &scene, const Run &run) {
     return {};
 }
 
-Method spring_method(std::string integrator, std::function<Run(const Scene &, double)> make, double tolerance) {
+Method spring_method(const std::string &integrator, std::function<Run(const Scene &, double)> make, double tolerance) {
     static const std::map<std::string, int> forces{
         {"symplectic_euler", 1}, {"explicit_euler", 1}, {"heun", 2}, {"velocity_verlet", 2}, {"runge_kutta_4", 4}};
     Method method;

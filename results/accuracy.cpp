@@ -130,7 +130,7 @@ Layout motion_accuracy(std::span<const Result> results) {
                 history && model.comparison && model.comparison->history) {
                 const auto label = body_label(result, results);
                 const auto &load_case = result.problem.load_case.name;
-                entries.push_back({.group = label + "/" + load_case,
+                entries.push_back({.group = fmt::format("{}/{}", label, load_case),
                                    .cells = {label, load_case, model.name, history->integrator},
                                    .time_step = history->time_step,
                                    .at = {cost_of(*history), model.comparison->history->relative_l2}});
