@@ -1,5 +1,7 @@
 // Error against cost of every model, integrator and time step in result files of `livermark run`; see README.md.
 #include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
 #include <filesystem>
 #include <fmt/format.h>
 #include <vector>
@@ -9,28 +11,41 @@
 #include "results/accuracy.hpp"
 #include "results/result_files.hpp"
 
-int main(int argc, char **argv) {
-    namespace results = livermark::results;
+namespace {
+
+namespace results = livermark::results;
+
+void print(const results::Layout &layout, bool markdown) {
+    fmt::print("{}\n", markdown ? results::to_markdown(layout) : results::to_text(layout));
+}
+
+int run(int argc, char **argv) {
     CLI::App app("Error against cost of what is in result files, with the Pareto front");
     std::vector<std::filesystem::path> paths{livermark::core::root_folder() / "results" / "runs"};
     app.add_option("paths", paths, "Result files of 'livermark run', or folders of them")->capture_default_str();
     bool markdown = false;
     app.add_flag("--markdown", markdown, "In Markdown");
-    CLI11_PARSE(app, argc, argv);
     try {
-        const auto found = results::read_results(paths);
-        const auto print = [&](const results::Layout &layout) {
-            fmt::print("{}", markdown ? results::to_markdown(layout) : results::to_text(layout));
-        };
-        print(results::static_accuracy(found));
-        fmt::print("\n");
-        print(results::motion_accuracy(found));
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError &error) {
+        return app.exit(error) == 0 ? 0 : 2;
+    }
+    const auto found = results::read_results(paths);
+    print(results::static_accuracy(found), markdown);
+    print(results::motion_accuracy(found), markdown);
+    return 0;
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    try {
+        return run(argc, argv);
     } catch (const livermark::core::InputError &error) {
-        fmt::print(stderr, "accuracy_benchmark: {}\n", error.what());
+        std::fprintf(stderr, "accuracy_benchmark: %s\n", error.what());
         return 2;
     } catch (const std::exception &error) {
-        fmt::print(stderr, "accuracy_benchmark: {}\n", error.what());
+        std::fprintf(stderr, "accuracy_benchmark: %s\n", error.what());
         return 1;
     }
-    return 0;
 }

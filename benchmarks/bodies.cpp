@@ -45,7 +45,8 @@ std::shared_ptr<const core::Body> make_body(const std::string &name) {
         body = core::refine(body);
     if (recipe.num_refinements > 0) {
         const auto edges = core::edge_table(body.mesh.tetrahedra).edges;
-        body = renumbered(std::move(body), msm::reverse_cuthill_mckee(edges, body.mesh.num_nodes()));
+        const auto order = msm::reverse_cuthill_mckee(edges, body.mesh.num_nodes());
+        body = renumbered(std::move(body), order);
     }
     body.name = name;
     return std::make_shared<const core::Body>(std::move(body));

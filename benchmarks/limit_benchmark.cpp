@@ -60,7 +60,7 @@ void time_read(benchmark::State &state, std::size_t bytes) {
     benchmarks::AlignedFloats a(size);
     for (std::size_t i = 0; i < size; i += 64)
         a.data()[i] = 1.0F;
-    if (benchmarks::add_up(a.data(), size) != static_cast<float>(size / 64)) {
+    if (const std::size_t sum = size / 64; benchmarks::add_up(a.data(), size) != static_cast<float>(sum)) {
         state.SkipWithError("the sum is wrong");
         return;
     }

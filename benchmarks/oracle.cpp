@@ -64,7 +64,7 @@ int forces_per_step(const std::string &integrator) {
     return forces.at(integrator);
 }
 
-Method spring_method(std::string integrator, std::function<Run(const Scene &, double)> make, double tolerance) {
+Method spring_method(const std::string &integrator, std::function<Run(const Scene &, double)> make, double tolerance) {
     Method method;
     method.integrator = integrator;
     method.forces_per_step = forces_per_step(integrator);

@@ -29,6 +29,6 @@ std::string has_left(const Scene &scene, const Run &run);
 int forces_per_step(const std::string &integrator);
 
 /// A method of explicit steps of the springs of a scene, which are held against the oracle.
-Method spring_method(std::string integrator, std::function<Run(const Scene &, double)> make, double tolerance);
+Method spring_method(const std::string &integrator, std::function<Run(const Scene &, double)> make, double tolerance);
 
 } // namespace livermark::benchmarks

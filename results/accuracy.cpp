@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
+#include <map>
 #include <string>
 
 #include "results/overview.hpp"
@@ -54,20 +55,17 @@ double cost_of(const core::History &history) {
 
 /// What a model comes to over the load cases of a body.
 struct Moving {
-    double error_sum = 0.0;
-    int num_errors = 0;
+    std::map<std::string, double> errors; ///< by load case, of which there may be several runs
     bool has_failed = false;
     double critical_step = infinity, seconds_per_step = infinity; ///< of explicit steps
     double history_step = nan, history_cost = nan;
 };
 
-void enter(Moving &moving, const ModelResult &model) {
+void enter(Moving &moving, const ModelResult &model, const std::string &load_case) {
     const auto &solution = model.solution;
     moving.has_failed |= solution.status != core::SolutionStatus::ok;
-    if (model.comparison) {
-        moving.error_sum += model.comparison->relative_l2;
-        ++moving.num_errors;
-    }
+    if (model.comparison)
+        moving.errors[load_case] = model.comparison->relative_l2;
     if (solution.explicit_steps) {
         moving.critical_step = std::min(moving.critical_step, solution.explicit_steps->critical_time_step);
         moving.seconds_per_step = std::min(moving.seconds_per_step, solution.explicit_steps->seconds_per_step);
@@ -103,7 +101,7 @@ Layout static_accuracy(std::span<const Result> results) {
                 entries.push_back({.group = cells[0], .cells = cells});
                 moving.emplace_back();
             }
-            enter(moving[at], model);
+            enter(moving[at], model, result.problem.load_case.name);
         }
     std::vector<Entry> known;
     for (std::size_t i = 0; i < entries.size(); ++i) {
@@ -112,8 +110,11 @@ Layout static_accuracy(std::span<const Result> results) {
         auto &entry = entries[i];
         entry.time_step = is_explicit ? safety_factor * model.critical_step : model.history_step;
         entry.at.cost = is_explicit ? model.seconds_per_step / entry.time_step : model.history_cost;
-        if (!model.has_failed && model.num_errors > 0)
-            entry.at.error = model.error_sum / model.num_errors;
+        if (!model.has_failed && !model.errors.empty()) {
+            entry.at.error = 0.0;
+            for (const auto &[load_case, error] : model.errors)
+                entry.at.error += error / static_cast<double>(model.errors.size());
+        }
         if (!std::isnan(entry.at.cost))
             known.push_back(entry);
     }
@@ -130,7 +131,7 @@ Layout motion_accuracy(std::span<const Result> results) {
                 history && model.comparison && model.comparison->history) {
                 const auto label = body_label(result, results);
                 const auto &load_case = result.problem.load_case.name;
-                entries.push_back({.group = label + "/" + load_case,
+                entries.push_back({.group = fmt::format("{}/{}", label, load_case),
                                    .cells = {label, load_case, model.name, history->integrator},
                                    .time_step = history->time_step,
                                    .at = {cost_of(*history), model.comparison->history->relative_l2}});

@@ -23,6 +23,7 @@ std::vector<bool> pareto_front(std::span<const CostAndError> points);
 /// appear: the mean over all load cases of the relative L2 error of the static answer [%]; the time step, 0.8 of the
 /// shortest critical one over the load cases, or that of its history [ms]; and the seconds of one core that a simulated
 /// second takes with it. The Pareto front of each body is marked.
+/// Of several runs of one load case the last one's error counts.
 Layout static_accuracy(std::span<const Result> results);
 
 /// Error against cost in motion. One row per body_label(), load case, model, integrator and time step: the relative L2

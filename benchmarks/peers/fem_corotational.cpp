@@ -149,7 +149,7 @@ std::string check(const Scene &scene, double time_step, Run &run) {
     const Corotational elements(scene, time_step);
     if (auto fault = differs_from_linear_elements(scene, elements); !fault.empty())
         return fault;
-    const Eigen::Matrix3Xd start = elements.positions();
+    const auto &start = elements.positions();
     Eigen::Matrix3Xd f(start);
     elements.compute_forces(start, f);
     run.step();
