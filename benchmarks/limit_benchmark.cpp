@@ -18,15 +18,15 @@ void time_fetch(benchmark::State &state, const std::string &body_name) {
     const auto body = benchmarks::make_body(body_name);
     const auto edges = livermark::core::edge_table(body->mesh.tetrahedra).edges;
     const auto neighbours = benchmarks::neighbours(edges, body->mesh.num_nodes());
-    benchmarks::FetchCase at(neighbours);
+    const benchmarks::FetchCase at(neighbours);
     std::array<float, 4> sum{};
-    benchmarks::fetch(at.positions.data(), at.offsets, sum.data());
+    benchmarks::fetch(at.positions.get(), at.offsets, sum.data());
     if (sum[0] != at.sum) {
         state.SkipWithError("the sum of the positions is wrong");
         return;
     }
     for (auto _ : state) {
-        benchmarks::fetch(at.positions.data(), at.offsets, sum.data());
+        benchmarks::fetch(at.positions.get(), at.offsets, sum.data());
         benchmark::DoNotOptimize(sum);
     }
     state.counters["springs"] = neighbours.num_springs();
@@ -36,19 +36,20 @@ void time_fetch(benchmark::State &state, const std::string &body_name) {
 
 void time_triad(benchmark::State &state, std::size_t bytes) {
     const std::size_t size = bytes / (3 * 64 * sizeof(float)) * 64;
-    benchmarks::AlignedFloats a(size), b(size), c(size);
+    const auto a = benchmarks::aligned_zeros(size), b = benchmarks::aligned_zeros(size),
+               c = benchmarks::aligned_zeros(size);
     for (std::size_t i = 0; i < size; ++i) {
-        b.data()[i] = static_cast<float>(i % 1000);
-        c.data()[i] = 2.0F;
+        b[i] = static_cast<float>(i % 1000);
+        c[i] = 2.0F;
     }
-    benchmarks::triad(a.data(), b.data(), c.data(), 0.5F, size);
+    benchmarks::triad(a.get(), b.get(), c.get(), 0.5F, size);
     for (std::size_t i = 0; i < size; ++i)
-        if (a.data()[i] != static_cast<float>(i % 1000 + 1)) {
+        if (a[i] != static_cast<float>(i % 1000 + 1)) {
             state.SkipWithError("the triad is wrong");
             return;
         }
     for (auto _ : state) {
-        benchmarks::triad(a.data(), b.data(), c.data(), 0.5F, size);
+        benchmarks::triad(a.get(), b.get(), c.get(), 0.5F, size);
         benchmark::ClobberMemory();
     }
     state.counters["bytes"] = static_cast<double>(bytes);
@@ -57,15 +58,15 @@ void time_triad(benchmark::State &state, std::size_t bytes) {
 
 void time_read(benchmark::State &state, std::size_t bytes) {
     const std::size_t size = bytes / (64 * sizeof(float)) * 64;
-    benchmarks::AlignedFloats a(size);
+    const auto a = benchmarks::aligned_zeros(size);
     for (std::size_t i = 0; i < size; i += 64)
-        a.data()[i] = 1.0F;
-    if (const std::size_t sum = size / 64; benchmarks::add_up(a.data(), size) != static_cast<float>(sum)) {
+        a[i] = 1.0F;
+    if (const std::size_t sum = size / 64; benchmarks::add_up(a.get(), size) != static_cast<float>(sum)) {
         state.SkipWithError("the sum is wrong");
         return;
     }
     for (auto _ : state)
-        benchmark::DoNotOptimize(benchmarks::add_up(a.data(), size));
+        benchmark::DoNotOptimize(benchmarks::add_up(a.get(), size));
     state.counters["bytes"] = static_cast<double>(bytes);
     state.SetBytesProcessed(static_cast<std::int64_t>(sizeof(float) * size) * state.iterations());
 }

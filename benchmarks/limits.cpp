@@ -5,7 +5,7 @@
 #include <chrono>
 #include <limits>
 #include <map>
-#include <memory>
+#include <new>
 #include <unistd.h>
 
 #include "benchmarks/limit_kernels.hpp"
@@ -36,21 +36,24 @@ std::size_t cache_size(int name) {
 
 } // namespace
 
-float *AlignedFloats::data() {
-    void *place = storage_.data();
-    std::size_t space = storage_.size() * sizeof(float);
-    return static_cast<float *>(std::align(floats_per_line * sizeof(float), size_ * sizeof(float), place, space));
+AlignedFloats aligned_zeros(std::size_t size) {
+    auto zeros = hwy::AllocateAligned<float>(size);
+    if (!zeros)
+        throw std::bad_alloc();
+    std::fill_n(zeros.get(), size, 0.0F);
+    return zeros;
 }
 
-FetchCase::FetchCase(const Neighbours &neighbours) : positions(4 * static_cast<std::size_t>(neighbours.num_nodes())) {
-    for (std::size_t i = 0; i < positions.size(); ++i)
-        positions.data()[i] = static_cast<float>(i / 4 % 2); // sums stay below 2^24, where a float is exact
+FetchCase::FetchCase(const Neighbours &neighbours)
+    : positions(aligned_zeros(4 * static_cast<std::size_t>(neighbours.num_nodes()))) {
+    for (std::size_t i = 0; i < 4 * static_cast<std::size_t>(neighbours.num_nodes()); ++i)
+        positions[i] = static_cast<float>(i / 4 % 2); // sums stay below 2^24, where a float is exact
     for (const int node : neighbours.neighbour)
         offsets.push_back(4 * static_cast<std::uint32_t>(node));
     while (offsets.size() % 8 != 0)
         offsets.push_back(0);
     for (const auto offset : offsets)
-        sum += positions.data()[offset];
+        sum += positions[offset];
 }
 
 std::vector<MemoryLevel> memory_levels() {
@@ -71,13 +74,13 @@ double read_bandwidth(std::size_t bytes) {
     if (const auto found = known.find(bytes); found != known.end())
         return found->second;
     const std::size_t size = std::max<std::size_t>(1, bytes / (64 * sizeof(float))) * 64;
-    AlignedFloats a(size);
+    const auto a = aligned_zeros(size);
     // A clock that is read around a microsecond says little.
     const std::size_t times = std::max<std::size_t>(1, 1'000'000 / size);
     volatile float sink = 0.0F;
     const double seconds = shortest_time([&] {
         for (std::size_t t = 0; t < times; ++t)
-            sink = add_up(a.data(), size);
+            sink = add_up(a.get(), size);
     });
     return known[bytes] = static_cast<double>(sizeof(float) * size * times) / seconds;
 }
@@ -102,11 +105,11 @@ double streamed_bytes_per_spring(const Neighbours &neighbours) {
 }
 
 SpringLimit spring_limit(const Neighbours &neighbours) {
-    FetchCase at(neighbours);
+    const FetchCase at(neighbours);
     std::array<float, 4> sum{};
     const double num_springs = neighbours.num_springs();
     const double bytes = streamed_bytes_per_spring(neighbours);
-    return {.fetch = shortest_time([&] { fetch(at.positions.data(), at.offsets, sum.data()); }) / num_springs,
+    return {.fetch = shortest_time([&] { fetch(at.positions.get(), at.offsets, sum.data()); }) / num_springs,
             .memory = bytes / read_bandwidth(static_cast<std::size_t>(bytes * num_springs)),
             .arithmetic = operations_per_spring / arithmetic_throughput()};
 }

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <hwy/aligned_allocator.h>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,18 +12,10 @@
 namespace livermark::benchmarks {
 
 /// Floats at an address that every vector can be loaded from.
-class AlignedFloats {
-  public:
-    explicit AlignedFloats(std::size_t size) : storage_(size + floats_per_line), size_(size) {}
+using AlignedFloats = hwy::AlignedFreeUniquePtr<float[]>;
 
-    float *data();
-    std::size_t size() const { return size_; }
-
-  private:
-    static constexpr std::size_t floats_per_line = 16;
-    std::vector<float> storage_;
-    std::size_t size_;
-};
+/// Memory that has been written to, so that none of it is left for the operating system to find.
+AlignedFloats aligned_zeros(std::size_t size);
 
 /// What fetch() is asked to do for a body: positions that are small whole numbers, so that their sums are exact.
 struct FetchCase {
