@@ -30,6 +30,18 @@ void require(herr_t code, const std::string &what) {
         throw std::runtime_error("HDF5 cannot write " + what);
 }
 
+/// Properties of something that is to be made. Its attributes, and its children if it is a group, stand in its header
+/// however many they are: the heaps and trees that HDF5 takes for more than eight cost more room, and it does not come
+/// out of damage in them in order.
+Handle creation_properties(hid_t of) {
+    constexpr unsigned always = 65535;
+    Handle properties = made(H5Pcreate(of), H5Pclose, "a property list");
+    require(H5Pset_attr_phase_change(properties.get(), always, 0), "attributes in a header");
+    if (of != H5P_DATASET_CREATE)
+        require(H5Pset_link_phase_change(properties.get(), always, 0), "links in a header");
+    return properties;
+}
+
 /// Memory of a file comes from here, and what HDF5 would free when it closes the file stays with us. (The other way to
 /// it, H5Fget_file_image, clears a flag in the superblock behind the back of its checksum.)
 struct KeptMemory {
@@ -67,7 +79,8 @@ Handle create_in_memory(std::shared_ptr<void> &kept) {
     require(H5Pset_small_data_block_size(access.get(), 0), "to memory");
     // The formats of HDF5 1.10 have checksums in all that describes the data: damage is found before it is believed.
     require(H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110), "the formats of version 1.10");
-    return made(H5Fcreate("result", H5F_ACC_TRUNC, H5P_DEFAULT, access.get()), H5Fclose, "a file in memory");
+    const Handle properties = creation_properties(H5P_FILE_CREATE);
+    return made(H5Fcreate("result", H5F_ACC_TRUNC, properties.get(), access.get()), H5Fclose, "a file in memory");
 }
 
 } // namespace
@@ -84,7 +97,7 @@ Quiet::~Quiet() {
 OutputFile::OutputFile() : file_(create_in_memory(kept_)) {}
 
 void OutputFile::group(const std::string &path, bool keep_order) {
-    const Handle properties = made(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, "a property list");
+    const Handle properties = creation_properties(H5P_GROUP_CREATE);
     if (keep_order)
         require(H5Pset_link_creation_order(properties.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED), path);
     made(H5Gcreate2(file_.get(), path.c_str(), H5P_DEFAULT, properties.get(), H5P_DEFAULT), H5Gclose, path);
@@ -96,7 +109,7 @@ void OutputFile::write(const std::string &path, const RowType &type, std::vector
         shape.push_back(type.columns);
     const int rank = static_cast<int>(shape.size());
     const Handle space = made(H5Screate_simple(rank, shape.data(), nullptr), H5Sclose, path);
-    const Handle properties = made(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "a property list");
+    const Handle properties = creation_properties(H5P_DATASET_CREATE);
     hsize_t row_bytes = H5Tget_size(type.file);
     for (std::size_t d = 1; d < shape.size(); ++d)
         row_bytes *= shape[d];

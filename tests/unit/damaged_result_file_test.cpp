@@ -292,7 +292,7 @@ TEST_F(DamagedResultFile, IsReadOrRefusedWhateverByteIsWrong) {
     std::ifstream stream(path_, std::ios::binary);
     const std::string whole{std::istreambuf_iterator<char>(stream), {}};
     int num_refused = 0, num_tried = 0;
-    for (std::size_t place = 0; place < whole.size(); place += 101, ++num_tried) {
+    for (std::size_t place = 0; place < whole.size(); place += 211, ++num_tried) {
         std::string damaged = whole;
         damaged[place] = static_cast<char>(~damaged[place]);
         std::ofstream(path_, std::ios::binary) << damaged;
