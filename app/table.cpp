@@ -52,7 +52,7 @@ int print(const TableOptions &options) {
         else
             results.push_back(results::read_result(path));
     if (results.empty())
-        throw core::InputError(fmt::format("there are no result files in {}; make some with `livermark run`",
+        throw core::InputError(fmt::format("{}: there are no result files here; make some with `livermark run`",
                                            fmt::join(options.paths, ", ")));
     print_tables(results, options.kind, options.markdown);
     return 0;
