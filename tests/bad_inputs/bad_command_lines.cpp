@@ -59,7 +59,7 @@ std::vector<BadInput> bad_command_lines() {
         words("ModelWithoutModes", "modes --model fem_p2p1", "'fem_p2p1'", "did you mean 'fem_p1'?"),
         words("ModelTwice", "modes --model fem_p1 --model fem_p1", "'fem_p1'", "name it once"),
         words("NoModes", "modes --count 0", "--count", "1 to 1000"),
-        words("MoreModesThanThereAre", "modes --load-case tracton", "'tracton'", "did you mean 'traction'?"),
+        words("MisspeltLoadCaseOfModes", "modes --load-case tracton", "'tracton'", "did you mean 'traction'?"),
         words("MisspeltLaw", "stability --law loyd", "'loyd'", "did you mean 'lloyd'?"),
         words("IntegratorTwice", "stability --integrator heun --integrator heun", "'heun'", "name it once"),
         words("NanDamping", "stability --damping-ratio nan", "--damping-ratio", "finite number of zero or more"),
