@@ -10,7 +10,8 @@ namespace livermark::core {
 void check_place(const std::filesystem::path &path);
 
 /// Puts a file in its place when it is whole: under a temporary name in the same directory, then renamed. An earlier
-/// file stays as it was if that fails.
+/// file stays as it was if that fails. A process that is killed leaves <name>.<its number>.partial, which no reader
+/// takes for the file.
 /// @param path  in a directory that exists; no device, whose place the file would take
 /// @throws InputError if the place cannot be written to
 void write_whole(const std::filesystem::path &path, std::span<const char> bytes);

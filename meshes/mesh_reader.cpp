@@ -67,7 +67,9 @@ std::string guess_unit(const core::TetraMesh &mesh, const std::string &file) {
     const auto unit = std::ranges::find_if(units, [&](const Unit &u) { return longest <= u.largest_organ; });
     if (!(longest > 0.0) || unit == units.end())
         throw core::InputError(fmt::format(
-            "{}: its longest side is {:g}, which is no organ in m, cm or mm; say which unit it is", file, longest));
+            "{}: its longest side is {:g}, which is no organ in m, cm or mm; say which unit it is with 'unit' in a "
+            "body .toml",
+            file, longest));
     return std::string(unit->name);
 }
 

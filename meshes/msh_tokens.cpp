@@ -59,7 +59,8 @@ std::int64_t MshTokens::integer() {
 int MshTokens::count(int smallest) {
     const auto value = integer();
     if (value < smallest || value > std::numeric_limits<int>::max())
-        fail(fmt::format("{} is out of range here", value));
+        fail(fmt::format("{} is out of range here; give a number from {} to {}", value, smallest,
+                         std::numeric_limits<int>::max()));
     return static_cast<int>(value);
 }
 

@@ -1,6 +1,9 @@
 #include <array>
+#include <cerrno>
 #include <climits>
+#include <cstring>
 #include <fmt/format.h>
+#include <fstream>
 
 #include "core/input_error.hpp"
 #include "results/hdf5_checks.hpp"
@@ -16,6 +19,9 @@ Handle open_file(const std::filesystem::path &path, const std::string &maker) {
     if (!std::filesystem::is_regular_file(path, ignored))
         throw core::InputError(
             fmt::format("{}: there is no such file; check the path, or make it with `{}`", name, maker));
+    if (!std::ifstream(path))
+        throw core::InputError(
+            fmt::format("{}: cannot be read ({}); check who may read it", name, std::strerror(errno)));
     if (has_checksums(path)) {
         Handle file(H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
         if (file.valid())

@@ -47,7 +47,7 @@ std::vector<Result> read_results(std::span<const std::filesystem::path> paths) {
         for (const auto &path : paths)
             names.push_back(path.string());
         throw core::InputError(
-            fmt::format("there are no result files in {}; make some with `livermark run`", fmt::join(names, ", ")));
+            fmt::format("{}: there are no result files here; make some with `livermark run`", fmt::join(names, ", ")));
     }
     return results;
 }

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace livermark::tests {
+
+/// How a child process is to run.
+struct ChildOptions {
+    std::filesystem::path folder{};              ///< where it works
+    std::filesystem::path output{};              ///< where its standard output goes; kept if empty
+    std::optional<std::uint64_t> largest_file{}; ///< [byte]; what writes more meets a disk that is full
+    bool without_rights = false;                 ///< as the user nobody, if this is root, who may read everything
+    std::optional<double> killed_after{};        ///< [s]
+};
+
+/// How it ended.
+struct ChildEnd {
+    int status = -1;          ///< exit status, -1 if a signal ended it
+    int signal = 0;           ///< that ended it, 0 if none
+    bool was_started = false; ///< false if nobody may not start it
+    std::string output{};
+    std::string errors{};
+    double seconds = 0.0;
+};
+
+/// Runs a program to its end, or until it is killed.
+/// @param words  path of the program, and its arguments
+ChildEnd run_child(const std::vector<std::string> &words, const ChildOptions &options);
+
+} // namespace livermark::tests
