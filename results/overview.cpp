@@ -72,8 +72,8 @@ std::vector<std::string> cells_of(const Cases &cases) {
     const auto plus_minus = [&](const std::string &text) { return is_reference ? "+- " + text : text; };
     const auto &errors = is_reference ? cases.uncertainties : cases.errors;
     return {cases.failure.empty() ? plus_minus(mean(errors)) : "-",
-            cases.failure.empty() ? plus_minus(largest(errors)) : cases.failure, largest(cases.reaction_errors),
-            smallest(cases.critical_steps, milliseconds)};
+            cases.failure.empty() ? plus_minus(largest(errors)) : cases.failure, mean(cases.reaction_errors),
+            largest(cases.reaction_errors), smallest(cases.critical_steps, milliseconds)};
 }
 
 } // namespace
@@ -104,7 +104,7 @@ Layout overview(std::span<const Result> results) {
     std::ranges::stable_sort(entries, {}, &std::pair<std::string, std::string>::first);
     Layout layout{{{"body"}, {"model"}}, {}};
     for (const double ratio : ratios)
-        for (const auto *const title : {"mean [%]", "worst [%]", "react. [%]", "step [ms]"})
+        for (const auto *const title : {"mean [%]", "worst [%]", "mean react. [%]", "worst react. [%]", "step [ms]"})
             layout.columns.push_back({fmt::format("nu {:g}: {}", ratio, title), true});
     layout.columns.push_back({"per step [us]", true});
     for (const auto &[body, model] : entries) {

@@ -15,9 +15,10 @@ std::string body_label(const Result &result, std::span<const Result> all);
 bool has_several_poisson_ratios(std::span<const Result> results);
 
 /// One row per body and model, in the order in which they appear, and for each Poisson's ratio over all load cases: the
-/// mean and the worst relative L2 error of the static answer [%], the worst error of the reactions [%] and the shortest
-/// critical time step of explicit stepping [ms]; at the end the time that such a step takes [us]. The reference has its
-/// own uncertainty for an error. A load case that did not come to an end makes the mean "-" and its status the worst.
+/// mean and the worst relative L2 error of the static answer [%], the mean and the worst error of the reactions [%] and
+/// the shortest critical time step of explicit stepping [ms]; at the end the time that such a step takes [us]. The
+/// reference has its own uncertainty for an error. A load case that did not come to an end makes the mean "-" and its
+/// status the worst.
 Layout overview(std::span<const Result> results);
 
 /// One row per model and one column per body_label(), in the order in which they appear: the mean over all load cases
