@@ -8,7 +8,8 @@
 
 #include <algorithm>
 
-#include "msm/kernels/forces-inl.hpp"
+#include "msm/kernels/step_workspace.hpp"
+#include "msm/kernels/vectors-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {

@@ -27,7 +27,7 @@ inline std::vector<int> starts(const std::vector<int> &length_of_row) {
 
 /// Place of the next entry of a row, of which it has `used` already.
 inline std::size_t place(const std::vector<int> &start, int row, int &used) {
-    const auto line = static_cast<std::size_t>(start[row / slice_size] + used++);
+    const auto line = static_cast<std::size_t>(start[row / slice_size]) + static_cast<std::size_t>(used++);
     return line * slice_size + row % slice_size;
 }
 

@@ -3,7 +3,9 @@
 #define HWY_TARGET_INCLUDE "msm/kernels/take_steps.cpp"
 #include <hwy/foreach_target.h> // has to come before highway.h
 
+#include "msm/kernels/fan_forces-inl.hpp"
 #include "msm/kernels/schemes-inl.hpp"
+#include "msm/kernels/spring_forces-inl.hpp"
 #include "msm/kernels/team.hpp"
 
 HWY_BEFORE_NAMESPACE();

@@ -1,123 +1,19 @@
-// Forces of springs and volumes for slices of nodes and of fans of tetrahedra. Written once for each vector unit: see
+// Forces of volumes, for slices of fans of tetrahedra. Written once for each vector unit: see
 // take_steps.cpp.
-#if defined(LIVERMARK_FORCES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
-#ifdef LIVERMARK_FORCES_INL_HPP
-#undef LIVERMARK_FORCES_INL_HPP
+#if defined(LIVERMARK_FAN_FORCES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIVERMARK_FAN_FORCES_INL_HPP
+#undef LIVERMARK_FAN_FORCES_INL_HPP
 #else
-#define LIVERMARK_FORCES_INL_HPP
+#define LIVERMARK_FAN_FORCES_INL_HPP
 #endif
 
 #include <algorithm>
 
-#include "msm/kernels/fetch-inl.hpp"
 #include "msm/kernels/step_workspace.hpp"
+#include "msm/kernels/vectors-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
-
-template <class D> struct Vec3 { hn::Vec<D> x, y, z; };
-
-template <class D> HWY_INLINE Vec3<D> difference(const Rows<D> &a, const Rows<D> &b) {
-    return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
-}
-
-template <class D> HWY_INLINE hn::Vec<D> dot(const Vec3<D> &a, const Vec3<D> &b) {
-    return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
-}
-
-template <class D> HWY_INLINE Vec3<D> cross(const Vec3<D> &a, const Vec3<D> &b) {
-    return {hn::MulSub(a.y, b.z, hn::Mul(a.z, b.y)), hn::MulSub(a.z, b.x, hn::Mul(a.x, b.z)),
-            hn::MulSub(a.x, b.y, hn::Mul(a.y, b.x))};
-}
-
-/// One step of Newton's method for 1 / sqrt(v), which doubles the digits of a guess.
-template <class D, class V> HWY_INLINE V refined(D d, V v, V guess) {
-    using T = hn::TFromD<D>;
-    const auto half = hn::Mul(v, hn::Set(d, T(0.5)));
-    return hn::Mul(guess, hn::NegMulAdd(hn::Mul(half, guess), guess, hn::Set(d, T(1.5))));
-}
-
-/// 1 / sqrt(v) to half the digits at least: what one more step makes precise. The instructions that take a root and
-/// divide need several times as long.
-template <class D, class V> HWY_INLINE V guess_of_inverse_root(D d, V v) {
-#if HWY_TARGET == HWY_SCALAR
-    return hn::Div(hn::Set(d, hn::TFromD<D>(1)), hn::Sqrt(v));
-#else
-    if constexpr (sizeof(hn::TFromD<D>) == 4) {
-        return hn::ApproximateReciprocalSqrt(v);
-    } else {
-        const hn::Rebind<float, D> narrow;
-        const auto in_single = hn::DemoteTo(narrow, v);
-        const auto guess = refined(narrow, in_single, hn::ApproximateReciprocalSqrt(in_single));
-        return refined(d, v, hn::PromoteTo(d, guess));
-    }
-#endif
-}
-
-/// Forces on the nodes of a slice.
-template <class T> struct alignas(64) SliceForce { T x[slice_size], y[slice_size], z[slice_size]; };
-
-/// k (l - l0 + beta l') n over the springs at each node.
-template <bool is_damped, class T>
-HWY_INLINE void spring_forces(const StepWorkspace<T> &at, int slice, SliceForce<T> &force) {
-    constexpr Lanes<T> d;
-    const auto &body = at.body;
-    const T *rows = at.rows[at.now].data(), *velocities = at.velocity_rows[at.now].data();
-    const auto three = hn::Set(d, T(3)), half = hn::Set(d, T(0.5));
-    const auto beta = hn::Set(d, static_cast<T>(at.beta));
-    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
-        const std::size_t own = (static_cast<std::size_t>(slice) * slice_size + lane) * 4;
-        Rows<Lanes<T>> here, moving;
-        hn::LoadInterleaved4(d, rows + own, here.x, here.y, here.z, here.w);
-        if constexpr (is_damped)
-            hn::LoadInterleaved4(d, velocities + own, moving.x, moving.y, moving.z, moving.w);
-        auto x = hn::Zero(d), y = x, z = x;
-        const std::size_t end = static_cast<std::size_t>(body.spring_start[slice + 1]) * slice_size;
-        for (std::size_t s = static_cast<std::size_t>(body.spring_start[slice]) * slice_size + lane; s < end;
-             s += slice_size) {
-            const auto *row = body.neighbour.data() + s;
-            const auto span = difference(fetch(d, rows, row), here);
-            const auto square = dot(span, span);
-            const auto stiffness = hn::Load(d, body.stiffness.data() + s);
-            // The last step of Newton's method, 1 / l = guess (3 - l^2 guess^2) / 2, is part of the tension.
-            const auto guess = guess_of_inverse_root(Lanes<T>(), square);
-            const auto correction = hn::NegMulAdd(hn::Mul(square, guess), guess, three);
-            auto tension = hn::NegMulAdd(hn::Mul(hn::Load(d, body.half_pull.data() + s), guess), correction, stiffness);
-            if constexpr (is_damped) {
-                const auto inverse_length = hn::Mul(hn::Mul(guess, half), correction);
-                const auto rate = dot(span, difference(fetch(d, velocities, row), moving));
-                tension = hn::MulAdd(hn::Mul(beta, stiffness), hn::Mul(rate, hn::Mul(inverse_length, inverse_length)),
-                                     tension);
-            }
-            x = hn::MulAdd(tension, span.x, x);
-            y = hn::MulAdd(tension, span.y, y);
-            z = hn::MulAdd(tension, span.z, z);
-        }
-        hn::Store(x, d, force.x + lane);
-        hn::Store(y, d, force.y + lane);
-        hn::Store(z, d, force.z + lane);
-    }
-}
-
-/// Adds what the tetrahedra have given to each node of a slice.
-template <class T> HWY_INLINE void add_corner_forces(const StepWorkspace<T> &at, int slice, SliceForce<T> &force) {
-    constexpr Lanes<T> d;
-    const auto &body = at.body;
-    const std::size_t end = static_cast<std::size_t>(body.sum_start[slice + 1]) * slice_size;
-    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
-        auto x = hn::Load(d, force.x + lane), y = hn::Load(d, force.y + lane), z = hn::Load(d, force.z + lane);
-        for (std::size_t s = static_cast<std::size_t>(body.sum_start[slice]) * slice_size + lane; s < end;
-             s += slice_size) {
-            const auto sum = fetch(d, at.corner_force.data(), body.sum.data() + s);
-            x = hn::Add(x, sum.x);
-            y = hn::Add(y, sum.y);
-            z = hn::Add(z, sum.z);
-        }
-        hn::Store(x, d, force.x + lane);
-        hn::Store(y, d, force.y + lane);
-        hn::Store(z, d, force.z + lane);
-    }
-}
 
 /// What a fan of tetrahedra turns around.
 template <class D> struct Axis {
@@ -266,18 +162,6 @@ HWY_INLINE hn::Vec<D> push_on(D d, const SlicedBody<T> &body, hn::Vec<D> pressur
     return hn::Mul(push, sixth);
 }
 
-template <class D> HWY_INLINE Vec3<D> scaled(hn::Vec<D> factor, const Vec3<D> &v) {
-    return {hn::Mul(factor, v.x), hn::Mul(factor, v.y), hn::Mul(factor, v.z)};
-}
-
-template <class D> HWY_INLINE Vec3<D> plus(const Vec3<D> &a, const Vec3<D> &b) {
-    return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)};
-}
-
-template <class D> HWY_INLINE Vec3<D> minus(const Vec3<D> &a, const Vec3<D> &b) {
-    return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
-}
-
 template <class D, class T>
 HWY_INLINE void add_force(D d, const Vec3<D> &force, Aligned<T> &forces, const std::int32_t *slot) {
     scatter_add(d, force.x, force.y, force.z, forces.data(), slot);
@@ -332,7 +216,27 @@ template <bool is_damped, class T> HWY_INLINE void chunk_forces(StepWorkspace<T>
         fan_forces<is_damped>(at, slice);
 }
 
+/// Adds what the tetrahedra have given to each node of a slice.
+template <class T> HWY_INLINE void add_corner_forces(const StepWorkspace<T> &at, int slice, SliceForce<T> &force) {
+    constexpr Lanes<T> d;
+    const auto &body = at.body;
+    const std::size_t end = static_cast<std::size_t>(body.sum_start[slice + 1]) * slice_size;
+    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+        auto x = hn::Load(d, force.x + lane), y = hn::Load(d, force.y + lane), z = hn::Load(d, force.z + lane);
+        for (std::size_t s = static_cast<std::size_t>(body.sum_start[slice]) * slice_size + lane; s < end;
+             s += slice_size) {
+            const auto sum = fetch(d, at.corner_force.data(), body.sum.data() + s);
+            x = hn::Add(x, sum.x);
+            y = hn::Add(y, sum.y);
+            z = hn::Add(z, sum.z);
+        }
+        hn::Store(x, d, force.x + lane);
+        hn::Store(y, d, force.y + lane);
+        hn::Store(z, d, force.z + lane);
+    }
+}
+
 } // namespace livermark::msm::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
-#endif // LIVERMARK_FORCES_INL_HPP
+#endif // LIVERMARK_FAN_FORCES_INL_HPP

@@ -1,0 +1,85 @@
+// Forces of springs on slices of nodes. Written once for each vector unit: see
+// take_steps.cpp.
+#if defined(LIVERMARK_SPRING_FORCES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIVERMARK_SPRING_FORCES_INL_HPP
+#undef LIVERMARK_SPRING_FORCES_INL_HPP
+#else
+#define LIVERMARK_SPRING_FORCES_INL_HPP
+#endif
+
+#include "msm/kernels/step_workspace.hpp"
+#include "msm/kernels/vectors-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace livermark::msm::HWY_NAMESPACE {
+
+/// One step of Newton's method for 1 / sqrt(v), which doubles the digits of a guess.
+template <class D, class V> HWY_INLINE V refined(D d, V v, V guess) {
+    using T = hn::TFromD<D>;
+    const auto half = hn::Mul(v, hn::Set(d, T(0.5)));
+    return hn::Mul(guess, hn::NegMulAdd(hn::Mul(half, guess), guess, hn::Set(d, T(1.5))));
+}
+
+/// 1 / sqrt(v) to half the digits at least: what one more step makes precise. The instructions that take a root and
+/// divide need several times as long.
+template <class D, class V> HWY_INLINE V guess_of_inverse_root(D d, V v) {
+#if HWY_TARGET == HWY_SCALAR
+    return hn::Div(hn::Set(d, hn::TFromD<D>(1)), hn::Sqrt(v));
+#else
+    if constexpr (sizeof(hn::TFromD<D>) == 4) {
+        return hn::ApproximateReciprocalSqrt(v);
+    } else {
+        const hn::Rebind<float, D> narrow;
+        const auto in_single = hn::DemoteTo(narrow, v);
+        const auto guess = refined(narrow, in_single, hn::ApproximateReciprocalSqrt(in_single));
+        return refined(d, v, hn::PromoteTo(d, guess));
+    }
+#endif
+}
+
+/// k (l - l0 + beta l') n over the springs at each node.
+template <bool is_damped, class T>
+HWY_INLINE void spring_forces(const StepWorkspace<T> &at, int slice, SliceForce<T> &force) {
+    constexpr Lanes<T> d;
+    const auto &body = at.body;
+    const T *rows = at.rows[at.now].data(), *velocities = at.velocity_rows[at.now].data();
+    const auto three = hn::Set(d, T(3)), half = hn::Set(d, T(0.5));
+    const auto beta = hn::Set(d, static_cast<T>(at.beta));
+    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+        const std::size_t own = (static_cast<std::size_t>(slice) * slice_size + lane) * 4;
+        Rows<Lanes<T>> here, moving;
+        hn::LoadInterleaved4(d, rows + own, here.x, here.y, here.z, here.w);
+        if constexpr (is_damped)
+            hn::LoadInterleaved4(d, velocities + own, moving.x, moving.y, moving.z, moving.w);
+        auto x = hn::Zero(d), y = x, z = x;
+        const std::size_t end = static_cast<std::size_t>(body.spring_start[slice + 1]) * slice_size;
+        for (std::size_t s = static_cast<std::size_t>(body.spring_start[slice]) * slice_size + lane; s < end;
+             s += slice_size) {
+            const auto *row = body.neighbour.data() + s;
+            const auto span = difference(fetch(d, rows, row), here);
+            const auto square = dot(span, span);
+            const auto stiffness = hn::Load(d, body.stiffness.data() + s);
+            // The last step of Newton's method, 1 / l = guess (3 - l^2 guess^2) / 2, is part of the tension.
+            const auto guess = guess_of_inverse_root(Lanes<T>(), square);
+            const auto correction = hn::NegMulAdd(hn::Mul(square, guess), guess, three);
+            auto tension = hn::NegMulAdd(hn::Mul(hn::Load(d, body.half_pull.data() + s), guess), correction, stiffness);
+            if constexpr (is_damped) {
+                const auto inverse_length = hn::Mul(hn::Mul(guess, half), correction);
+                const auto rate = dot(span, difference(fetch(d, velocities, row), moving));
+                tension = hn::MulAdd(hn::Mul(beta, stiffness), hn::Mul(rate, hn::Mul(inverse_length, inverse_length)),
+                                     tension);
+            }
+            x = hn::MulAdd(tension, span.x, x);
+            y = hn::MulAdd(tension, span.y, y);
+            z = hn::MulAdd(tension, span.z, z);
+        }
+        hn::Store(x, d, force.x + lane);
+        hn::Store(y, d, force.y + lane);
+        hn::Store(z, d, force.z + lane);
+    }
+}
+
+} // namespace livermark::msm::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif // LIVERMARK_SPRING_FORCES_INL_HPP
