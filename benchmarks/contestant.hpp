@@ -16,6 +16,7 @@ struct Run {
     std::function<std::vector<core::Vector3>()> positions; ///< (N) [m], in the numbering of the mesh
     /// Of the equations that the next step solves, relative to their largest term; empty where it solves none.
     std::function<double()> residual{};
+    std::size_t bytes = 0; ///< of memory that a step reads or writes; 0 where nobody knows
 };
 
 /// Something that moves a scene in steps.

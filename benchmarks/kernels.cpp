@@ -87,7 +87,8 @@ Run run_fast(const Scene &scene, const msm::ElasticBody &body, const std::string
                                              .value());
     steps->set_state(start_of(scene));
     return {.step = [steps] { steps->take(1); },
-            .positions = [steps, &scene] { return positions(scene, steps->state()); }};
+            .positions = [steps, &scene] { return positions(scene, steps->state()); },
+            .bytes = steps->working_set()};
 }
 
 /// @param options  nothing for the slow kernel

@@ -92,6 +92,8 @@ void time_steps(benchmark::State &state, const std::string &name, const Method &
     state.counters["time_per_spring"] =
         Counter(num_springs * forces, Counter::kIsIterationInvariantRate | Counter::kInvert);
     state.counters["of_limit"] = Counter(limit * num_springs * forces, Counter::kIsIterationInvariantRate);
+    if (last->run.bytes > 0)
+        state.counters["bytes_per_spring"] = static_cast<double>(last->run.bytes) / num_springs;
     state.counters["steps_per_second"] = Counter(1.0, Counter::kIsIterationInvariantRate);
     state.counters["time_step"] = last->time_step;
     state.counters["real_time_factor"] = Counter(last->time_step, Counter::kIsIterationInvariantRate);

@@ -232,6 +232,20 @@ TEST(FastSteps, GoOnWhereTheyStopped) {
     EXPECT_EQ(steps->state().velocity, by_the_kernel(sample, damping, "velocity_verlet", 5, {}).velocity);
 }
 
+/// A spring is kept at both ends with 12 bytes each, and slices are filled up with few that are none.
+TEST(FastSteps, NeedLittleMemoryForASpring) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {12, 12, 12});
+    const auto body = tests::make_body(mesh, {1060.0, 5e3, 0.25});
+    const auto springs = msm::spring_network(*body, msm::all_spring_laws().front());
+    msm::NodalConditions conditions;
+    conditions.displacement.assign(mesh.points.size(), Vector3::Constant(std::numeric_limits<double>::quiet_NaN()));
+    conditions.force.assign(mesh.points.size(), Vector3::Zero());
+    const auto steps = FastSteps::prepare(springs, mesh.points, conditions, {}, "symplectic_euler", step);
+    constexpr double node_bytes = 2 * 24 + 12 + 2 * 16; // position and velocity, inverse mass, two rows
+    const double of_nodes = node_bytes * (static_cast<double>(mesh.points.size()) + 32.0);
+    EXPECT_LT((static_cast<double>(steps->working_set()) - of_nodes) / static_cast<double>(springs.edges.size()), 30.0);
+}
+
 TEST(FastSteps, AreNotThereForImplicitIntegrators) {
     const auto sample = random_springs(5);
     EXPECT_FALSE(
