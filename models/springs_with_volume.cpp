@@ -1,6 +1,7 @@
 #include "models/springs_with_volume.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <stdexcept>
 #include <utility>
@@ -9,6 +10,23 @@
 #include "msm/spring_network.hpp"
 
 namespace livermark::models {
+
+namespace {
+
+/// What is left of lambda for a volume term [Pa].
+double modulus_beside_springs(const core::Material &material) {
+    return material.lame_lambda() - material.shear_modulus();
+}
+
+/// At Poisson's ratio 1/4 nothing is left but rounding.
+bool needs_volume(const core::Body &body) {
+    constexpr double rounding = 1e-12;
+    return std::ranges::any_of(body.materials, [](const auto &material) {
+        return std::abs(modulus_beside_springs(material)) > rounding * material.shear_modulus();
+    });
+}
+
+} // namespace
 
 core::SpringNetwork springs_beside_volume(const core::Body &body, const msm::SpringLaw &law) {
     auto spring_part = body;
@@ -19,14 +37,16 @@ core::SpringNetwork springs_beside_volume(const core::Body &body, const msm::Spr
 
 std::shared_ptr<const msm::ElasticTerm> volume_beside_springs(const core::Body &body, const msm::VolumeTerm &term) {
     std::vector<double> modulus;
-    for (const auto &material : body.materials)
-        modulus.push_back(material.lame_lambda() - material.shear_modulus());
+    std::ranges::transform(body.materials, std::back_inserter(modulus), modulus_beside_springs);
     return term.make(body, modulus);
 }
 
 MassSprings springs_with_volume(const core::Body &body, core::SpringNetwork springs, const msm::VolumeTerm &term) {
-    msm::ElasticBody elastic(
-        springs.node_mass, {msm::spring_term(springs), volume_beside_springs(body, term), msm::inversion_guard(body)});
+    std::vector<std::shared_ptr<const msm::ElasticTerm>> terms{msm::spring_term(springs)};
+    if (needs_volume(body))
+        terms.push_back(volume_beside_springs(body, term));
+    terms.push_back(msm::inversion_guard(body));
+    msm::ElasticBody elastic(springs.node_mass, std::move(terms));
     return {std::move(springs), std::move(elastic)};
 }
 

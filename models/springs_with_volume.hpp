@@ -17,7 +17,7 @@ core::SpringNetwork springs_beside_volume(const core::Body &body, const msm::Spr
 /// What resists changes of volume with what is left of lambda.
 std::shared_ptr<const msm::ElasticTerm> volume_beside_springs(const core::Body &body, const msm::VolumeTerm &term);
 
-/// Both together. Tetrahedra are kept from turning inside out.
+/// Both together, at Poisson's ratio 1/4 the springs alone. Tetrahedra are kept from turning inside out.
 MassSprings springs_with_volume(const core::Body &body, core::SpringNetwork springs, const msm::VolumeTerm &term);
 
 /// @throws std::logic_error if there is no volume term of that name

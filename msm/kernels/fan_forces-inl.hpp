@@ -44,14 +44,14 @@ HWY_INLINE RimNode<D> fetch_rim(D d, const Axis<D> &axis, const T *rows, const s
 /// The velocities of a fan, where they matter.
 template <bool is_damped, class D> struct FanRates {
     template <class T>
-    HWY_INLINE void begin(D /*d*/, const StepWorkspace<T> & /*at*/, const std::int32_t * /*corner*/) {}
+    HWY_INLINE void begin(D /*d*/, const StepWorkspace<T> & /*at*/, int /*now*/, const std::int32_t * /*corner*/) {}
 };
 template <class D> struct FanRates<true, D> {
     Rows<D> start;
     Vec3<D> axis, arm;
 
-    template <class T> HWY_INLINE void begin(D d, const StepWorkspace<T> &at, const std::int32_t *corner) {
-        const T *velocities = at.velocity_rows[at.now].data();
+    template <class T> HWY_INLINE void begin(D d, const StepWorkspace<T> &at, int now, const std::int32_t *corner) {
+        const T *velocities = at.velocity_rows[now].data();
         start = fetch(d, velocities, corner);
         axis = difference(fetch(d, velocities, corner + slice_size), start);
         arm = difference(fetch(d, velocities, corner + 2 * slice_size), start);
@@ -60,11 +60,12 @@ template <class D> struct FanRates<true, D> {
 
 /// Six times the volume between two nodes of the rim, and beta times how fast it grows.
 template <bool is_damped, class D, class T>
-HWY_INLINE hn::Vec<D> volume_between(D d, const StepWorkspace<T> &at, const RimNode<D> &from, const RimNode<D> &to,
-                                     const std::int32_t *corner_of_to, FanRates<is_damped, D> &rates) {
+HWY_INLINE hn::Vec<D> volume_between(D d, const StepWorkspace<T> &at, [[maybe_unused]] int now, const RimNode<D> &from,
+                                     const RimNode<D> &to, const std::int32_t *corner_of_to,
+                                     FanRates<is_damped, D> &rates) {
     auto volume = dot(from.lever, to.arm);
     if constexpr (is_damped) {
-        const auto next = difference(fetch(d, at.velocity_rows[at.now].data(), corner_of_to), rates.start);
+        const auto next = difference(fetch(d, at.velocity_rows[now].data(), corner_of_to), rates.start);
         const auto growth =
             hn::Add(hn::Sub(dot(from.lever, next), dot(to.lever, rates.arm)), dot(cross(from.arm, to.arm), rates.axis));
         volume = hn::MulAdd(hn::Set(d, static_cast<T>(at.beta)), growth, volume);
@@ -85,24 +86,24 @@ struct FanLines {
 };
 
 /// Volume that each tetrahedron of the fans of a slice has gained, and beta times how fast it does.
-template <bool is_damped, class T> HWY_INLINE void volume_gains(StepWorkspace<T> &at, int slice) {
+template <bool is_damped, class T> HWY_INLINE void volume_gains(StepWorkspace<T> &at, int now, int slice) {
     using D = Lanes<T>;
     constexpr D d;
     const auto &body = at.body;
-    const T *rows = at.rows[at.now].data();
+    const T *rows = at.rows[now].data();
     const auto sixth = hn::Set(d, T(1.0 / 6.0));
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const FanLines lines(body, slice, lane);
         const auto *corner = body.corner.data() + lines.corner;
         const auto axis = fetch_axis(D(), rows, corner);
         FanRates<is_damped, D> rates;
-        rates.begin(d, at, corner);
+        rates.begin(d, at, now, corner);
         corner += 2 * slice_size;
         auto from = fetch_rim(D(), axis, rows, corner);
         for (std::size_t t = lines.first; t < lines.end; t += slice_size) {
             corner += slice_size;
             const auto to = fetch_rim(D(), axis, rows, corner);
-            const auto volume = volume_between<is_damped>(D(), at, from, to, corner, rates);
+            const auto volume = volume_between<is_damped>(D(), at, now, from, to, corner, rates);
             hn::Store(hn::MulSub(volume, sixth, hn::Load(d, body.rest_volume.data() + t)), d, at.gain.data() + t);
             from = to;
         }
@@ -110,7 +111,7 @@ template <bool is_damped, class T> HWY_INLINE void volume_gains(StepWorkspace<T>
 }
 
 /// A quarter of the pressure around the nodes of 16 rows, into these.
-template <class T> HWY_INLINE void pressures(StepWorkspace<T> &at, int volume_slice) {
+template <class T> HWY_INLINE void pressures(StepWorkspace<T> &at, int now, int volume_slice) {
     constexpr Lanes<T> d;
     const hn::RebindToSigned<Lanes<T>> signed_lanes;
     const hn::Rebind<std::int32_t, Lanes<T>> index_lanes;
@@ -131,7 +132,7 @@ template <class T> HWY_INLINE void pressures(StepWorkspace<T> &at, int volume_sl
         hn::Store(hn::Mul(hn::Mul(sum, hn::Set(d, T(0.25))), hn::Load(d, body.volume_stiffness.data() + row)), d,
                   pressure + lane);
     }
-    T *rows = at.rows[at.now].data() + static_cast<std::size_t>(volume_slice) * slice_size * 4;
+    T *rows = at.rows[now].data() + static_cast<std::size_t>(volume_slice) * slice_size * 4;
     for (int i = 0; i < slice_size; ++i)
         rows[4 * i + 3] = pressure[i];
 }
@@ -169,18 +170,18 @@ HWY_INLINE void add_force(D d, const Vec3<D> &force, Aligned<T> &forces, const s
 
 /// What they do to the nodes of the fans of a slice. Each node of a rim gets one force from the tetrahedra before and
 /// after it; the forces of a tetrahedron have no resultant, so the start of the axis gets what is left.
-template <bool is_damped, class T> HWY_INLINE void fan_forces(StepWorkspace<T> &at, int slice) {
+template <bool is_damped, class T> HWY_INLINE void fan_forces(StepWorkspace<T> &at, int now, int slice) {
     using D = Lanes<T>;
     constexpr D d;
     const auto &body = at.body;
-    const T *rows = at.rows[at.now].data();
+    const T *rows = at.rows[now].data();
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const FanLines lines(body, slice, lane);
         const auto *corner = body.corner.data() + lines.corner;
         const auto *slot = body.force_slot.data() + lines.corner;
         const auto axis = fetch_axis(D(), rows, corner);
         FanRates<is_damped, D> rates;
-        rates.begin(d, at, corner);
+        rates.begin(d, at, now, corner);
         corner += 2 * slice_size;
         auto from = fetch_rim(D(), axis, rows, corner);
         const auto zero = hn::Zero(d);
@@ -189,7 +190,7 @@ template <bool is_damped, class T> HWY_INLINE void fan_forces(StepWorkspace<T> &
         for (std::size_t t = lines.first; t < lines.end; t += slice_size, rim_slot += slice_size) {
             corner += slice_size;
             const auto to = fetch_rim(D(), axis, rows, corner);
-            const auto volume = volume_between<is_damped>(D(), at, from, to, corner, rates);
+            const auto volume = volume_between<is_damped>(D(), at, now, from, to, corner, rates);
             const auto plain = is_damped ? dot(from.lever, to.arm) : volume;
             const auto pressure = hn::Add(axis.pressure, hn::Add(from.pressure, to.pressure));
             const auto push = push_on(D(), body, pressure, volume, plain, t);
@@ -208,12 +209,12 @@ template <bool is_damped, class T> HWY_INLINE void fan_forces(StepWorkspace<T> &
 }
 
 /// The corner forces of all fans of a chunk.
-template <bool is_damped, class T> HWY_INLINE void chunk_forces(StepWorkspace<T> &at, int chunk) {
+template <bool is_damped, class T> HWY_INLINE void chunk_forces(StepWorkspace<T> &at, int now, int chunk) {
     const auto &body = at.body;
     std::fill(at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk]),
               at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk + 1]), T(0));
     for (int slice = body.chunk_fans[chunk]; slice < body.chunk_fans[chunk + 1]; ++slice)
-        fan_forces<is_damped>(at, slice);
+        fan_forces<is_damped>(at, now, slice);
 }
 
 /// Adds what the tetrahedra have given to each node of a slice.

@@ -128,6 +128,7 @@ template <class T> class Steps : public FastSteps::Implementation {
 
     void take(int num_steps) override {
         team_.run([&](int thread, Barrier &barrier) { take_steps(at_, thread, num_steps, barrier); });
+        at_.now = (at_.now + num_steps % 2 * at_.scheme.num_stages()) % 2;
     }
 
     std::size_t working_set() const override {

@@ -157,7 +157,7 @@ HWY_INLINE void write_rows(const SlicedBody<T> &body, int slice, const SliceForc
 
 /// From the forces on a slice to the rows of the next stage.
 template <class Scheme, bool is_damped, class T>
-HWY_INLINE void advance(StepWorkspace<T> &at, int slice, int stage, const SliceForce<T> &force) {
+HWY_INLINE void advance(StepWorkspace<T> &at, int now, int slice, int stage, const SliceForce<T> &force) {
     constexpr Doubles d;
     SliceForce<T> position, velocity;
     NodeSlice<T> &node = at.nodes[slice];
@@ -178,16 +178,17 @@ HWY_INLINE void advance(StepWorkspace<T> &at, int slice, int stage, const SliceF
             auto total = as_double(forces[c] + lane);
             if (!at.loads.empty())
                 total = hn::Add(total, as_double(at.loads[slice][c].data() + lane));
-            const auto now = Scheme::velocity_now(at.scheme, stage, at.time_step, component);
-            const auto a = hn::NegMulAdd(alpha, now, hn::Mul(total, as_double(node.free_per_mass[c].data() + lane)));
+            const auto velocity_now = Scheme::velocity_now(at.scheme, stage, at.time_step, component);
+            const auto a =
+                hn::NegMulAdd(alpha, velocity_now, hn::Mul(total, as_double(node.free_per_mass[c].data() + lane)));
             const auto next = Scheme::advance(at.scheme, stage, at.time_step, a, component);
             store_as(next.position, positions[c] + lane);
             if constexpr (is_damped)
                 store_as(next.velocity, velocities[c] + lane);
         }
-    write_rows(at.body, slice, position, at.rows[1 - at.now]);
+    write_rows(at.body, slice, position, at.rows[1 - now]);
     if constexpr (is_damped)
-        write_rows(at.body, slice, velocity, at.velocity_rows[1 - at.now]);
+        write_rows(at.body, slice, velocity, at.velocity_rows[1 - now]);
 }
 
 } // namespace livermark::msm::HWY_NAMESPACE

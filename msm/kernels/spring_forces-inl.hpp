@@ -39,10 +39,10 @@ template <class D, class V> HWY_INLINE V guess_of_inverse_root(D d, V v) {
 
 /// k (l - l0 + beta l') n over the springs at each node.
 template <bool is_damped, class T>
-HWY_INLINE void spring_forces(const StepWorkspace<T> &at, int slice, SliceForce<T> &force) {
+HWY_INLINE void spring_forces(const StepWorkspace<T> &at, int now, int slice, SliceForce<T> &force) {
     constexpr Lanes<T> d;
     const auto &body = at.body;
-    const T *rows = at.rows[at.now].data(), *velocities = at.velocity_rows[at.now].data();
+    const T *rows = at.rows[now].data(), *velocities = at.velocity_rows[now].data();
     const auto three = hn::Set(d, T(3)), half = hn::Set(d, T(0.5));
     const auto beta = hn::Set(d, static_cast<T>(at.beta));
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {

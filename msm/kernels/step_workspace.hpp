@@ -55,7 +55,7 @@ template <class T> struct StepWorkspace {
     /// What forces are made from, (rows + 1, 4) each: x, y, z and pressure; velocities, where stiffness damps. One is
     /// read while the other is written.
     std::array<Aligned<T>, 2> rows, velocity_rows;
-    int now = 0;             ///< which of the two is read
+    int now = 0;             ///< which of the two is read when the next steps begin
     Aligned<T> gain;         ///< (lines * 16 + 16) volume gained by each tetrahedron, and zeros for nobody's [m^3]
     Aligned<T> corner_force; ///< (places of all chunks and one that stays zero, 4) [N]
 

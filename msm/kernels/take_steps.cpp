@@ -19,32 +19,32 @@ void run(StepWorkspace<T> &at, int thread, int num_steps, Barrier &barrier) {
     const auto [first_volume, last_volume] = at.volume_slices[thread];
     const bool has_volumes = !at.body.volume_stiffness.empty(), has_tetrahedra = !at.body.rest_volume.empty();
     const int num_stages = at.scheme.num_stages();
+    int now = at.now;
     for (int step = 0; step < num_steps; ++step)
         for (int stage = 0; stage < num_stages; ++stage) {
             if (has_volumes) {
                 for (int slice = first_fan; slice < last_fan; ++slice)
-                    volume_gains<is_damped>(at, slice);
+                    volume_gains<is_damped>(at, now, slice);
                 barrier.wait();
                 for (int slice = first_volume; slice < last_volume; ++slice)
-                    pressures(at, slice);
+                    pressures(at, now, slice);
                 barrier.wait();
             }
             if (has_tetrahedra) {
                 for (int chunk = first_chunk; chunk < last_chunk; ++chunk)
-                    chunk_forces<is_damped>(at, chunk);
+                    chunk_forces<is_damped>(at, now, chunk);
                 barrier.wait();
             }
             for (int slice = first_slice; slice < last_slice; ++slice) {
                 SliceForce<T> force;
-                spring_forces<is_damped>(at, slice, force);
+                spring_forces<is_damped>(at, now, slice, force);
                 if (has_tetrahedra)
                     add_corner_forces(at, slice, force);
-                advance<Scheme, is_damped>(at, slice, stage, force);
+                advance<Scheme, is_damped>(at, now, slice, stage, force);
             }
-            barrier.wait();
-            if (thread == 0)
-                at.now = 1 - at.now;
-            barrier.wait();
+            now = 1 - now;
+            if (step + 1 < num_steps || stage + 1 < num_stages)
+                barrier.wait(); // the team waits for the last step
         }
 }
 
