@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 
-#include "msm/elastic_motion.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/spectrum.hpp"
@@ -29,7 +28,6 @@ core::ExplicitSteps explicit_steps(const ElasticBody &body, const std::vector<co
         return steps; // nothing can move: every step is stable
     steps.critical_time_step = critical_time_step(integrator, {}, highest, highest);
     const double time_step = default_safety_factor * steps.critical_time_step;
-    const auto size = static_cast<Eigen::Index>(3 * positions.size());
     const auto measure = [&](const std::function<void()> &take_step) {
         take_step(); // brings everything into the caches
         for (int s = 0; s < num_timed_steps; ++s) {
@@ -44,9 +42,10 @@ core::ExplicitSteps explicit_steps(const ElasticBody &body, const std::vector<co
         measure([&] { fast->take(1); });
     } else {
         steps.kernel = to_string(StepKernel::scalar);
-        const auto equation = elastic_motion(body, positions, conditions, {});
+        const auto stepper = make_stepper(body, positions, conditions, {}, integrator, time_step, StepKernel::scalar);
+        const auto size = static_cast<Eigen::Index>(3 * positions.size());
         State state{Eigen::VectorXd::Zero(size), Eigen::VectorXd::Zero(size)};
-        measure([&, step = integrator.prepare(equation, time_step)] { step(state); });
+        measure([&] { stepper.take(state, 1); });
     }
     return steps;
 }

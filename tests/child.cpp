@@ -56,7 +56,6 @@ std::string content(std::FILE *file) {
 } // namespace
 
 ChildEnd run_child(const std::vector<std::string> &words, const ChildOptions &options) {
-    using Clock = std::chrono::steady_clock;
     const auto output = scratch_file();
     const auto errors = scratch_file();
     const File elsewhere(options.output.empty() ? nullptr : std::fopen(options.output.c_str(), "w"),
@@ -66,25 +65,28 @@ ChildEnd run_child(const std::vector<std::string> &words, const ChildOptions &op
     for (auto &word : kept)
         arguments.push_back(word.data());
     arguments.push_back(nullptr);
-    const auto start = Clock::now();
     const auto process = fork();
     if (process == 0)
         become(arguments, options, fileno(elsewhere ? elsewhere.get() : output.get()), fileno(errors.get()));
     if (process < 0)
         throw std::runtime_error("no process can be started");
-    if (options.killed_after) {
-        std::this_thread::sleep_for(std::chrono::duration<double>(*options.killed_after));
-        kill(process, SIGKILL);
-    }
     int status = 0;
-    if (waitpid(process, &status, 0) != process)
+    auto ended = pid_t{0};
+    while (options.killed_when && ended == 0 && !options.killed_when()) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        ended = waitpid(process, &status, WNOHANG);
+    }
+    if (options.killed_when && ended == 0)
+        kill(process, SIGKILL);
+    if (ended == 0)
+        ended = waitpid(process, &status, 0);
+    if (ended != process)
         throw std::runtime_error("the process is lost");
     return {.status = WIFEXITED(status) ? WEXITSTATUS(status) : -1,
             .signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0,
             .was_started = !(WIFEXITED(status) && WEXITSTATUS(status) == cannot_start),
             .output = content(output.get()),
-            .errors = content(errors.get()),
-            .seconds = std::chrono::duration<double>(Clock::now() - start).count()};
+            .errors = content(errors.get())};
 }
 
 } // namespace livermark::tests

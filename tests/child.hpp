@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,7 +15,7 @@ struct ChildOptions {
     std::filesystem::path output{};              ///< where its standard output goes; kept if empty
     std::optional<std::uint64_t> largest_file{}; ///< [byte]; what writes more meets a disk that is full
     bool without_rights = false;                 ///< as the user nobody, if this is root, who may read everything
-    std::optional<double> killed_after{};        ///< [s]
+    std::function<bool()> killed_when{};         ///< asked every millisecond whether to kill it
 };
 
 /// How it ended.
@@ -24,7 +25,6 @@ struct ChildEnd {
     bool was_started = false; ///< false if nobody may not start it
     std::string output{};
     std::string errors{};
-    double seconds = 0.0;
 };
 
 /// Runs a program to its end, or until it is killed.

@@ -231,9 +231,7 @@ template <class T> HWY_INLINE void add_corner_forces(const StepWorkspace<T> &at,
             y = hn::Add(y, sum.y);
             z = hn::Add(z, sum.z);
         }
-        hn::Store(x, d, force.x + lane);
-        hn::Store(y, d, force.y + lane);
-        hn::Store(z, d, force.z + lane);
+        store(Lanes<T>(), {x, y, z}, force, lane);
     }
 }
 

@@ -56,6 +56,16 @@ std::vector<int> running_count(int count) {
     return cost;
 }
 
+/// Positions less their mean: rows of single precision are finest near the origin.
+std::vector<core::Vector3> centred(std::vector<core::Vector3> positions) {
+    core::Vector3 origin = core::Vector3::Zero();
+    for (const auto &x : positions)
+        origin += x / static_cast<double>(positions.size());
+    for (auto &x : positions)
+        x -= origin;
+    return positions;
+}
+
 template <class V> std::size_t bytes(const V &values) {
     return values.size() * sizeof(typename V::value_type);
 }
@@ -68,11 +78,8 @@ template <class T> class Steps : public FastSteps::Implementation {
     Steps(const StepParts &parts, const ElasticBody &body, const std::vector<core::Vector3> &positions,
           const NodalConditions &conditions, const core::RayleighDamping &damping, const StepScheme &scheme,
           double time_step, int num_threads)
-        : positions_(positions), team_(num_threads) {
-        // Rows of single precision are finest near the origin.
-        for (const auto &x : positions)
-            origin_ += x / static_cast<double>(positions.size());
-        at_.body = sliced_body<T>(parts, shifted());
+        : rest_(centred(positions)), team_(num_threads) {
+        at_.body = sliced_body<T>(parts, rest_);
         at_.scheme = scheme;
         at_.time_step = time_step;
         at_.alpha = damping.alpha;
@@ -100,12 +107,11 @@ template <class T> class Steps : public FastSteps::Implementation {
     }
 
     void set_state(const State &state) override {
-        const auto shifted = this->shifted();
-        for (std::size_t i = 0; i < positions_.size(); ++i)
+        for (std::size_t i = 0; i < rest_.size(); ++i)
             for (int c = 0; c < 3; ++c) {
                 const auto unknown = static_cast<Eigen::Index>(3 * i) + c;
                 const bool is_free = of(&NodeSlice<T>::free_per_mass, i, c) != 0.0;
-                of(&NodeSlice<T>::position, i, c) = shifted[i][c] + state.displacement[unknown];
+                of(&NodeSlice<T>::position, i, c) = rest_[i][c] + state.displacement[unknown];
                 of(&NodeSlice<T>::velocity, i, c) = is_free ? state.velocity[unknown] : 0.0;
             }
         write_rows(&NodeSlice<T>::position, at_.rows[at_.now]);
@@ -114,13 +120,12 @@ template <class T> class Steps : public FastSteps::Implementation {
     }
 
     State state() const override {
-        const auto size = static_cast<Eigen::Index>(3 * positions_.size());
+        const auto size = static_cast<Eigen::Index>(3 * rest_.size());
         State state{Eigen::VectorXd(size), Eigen::VectorXd(size)};
-        const auto shifted = this->shifted();
-        for (std::size_t i = 0; i < positions_.size(); ++i)
+        for (std::size_t i = 0; i < rest_.size(); ++i)
             for (int c = 0; c < 3; ++c) {
                 const auto unknown = static_cast<Eigen::Index>(3 * i) + c;
-                state.displacement[unknown] = of(&NodeSlice<T>::position, i, c) - shifted[i][c];
+                state.displacement[unknown] = of(&NodeSlice<T>::position, i, c) - rest_[i][c];
                 state.velocity[unknown] = of(&NodeSlice<T>::velocity, i, c);
             }
         return state;
@@ -142,13 +147,6 @@ template <class T> class Steps : public FastSteps::Implementation {
     }
 
   private:
-    std::vector<core::Vector3> shifted() const {
-        auto points = positions_;
-        for (auto &x : points)
-            x -= origin_;
-        return points;
-    }
-
     void set_loads(const std::vector<core::Vector3> &force) {
         if (std::ranges::all_of(force, [](const auto &f) { return f.isZero(0.0); }))
             return;
@@ -186,8 +184,7 @@ template <class T> class Steps : public FastSteps::Implementation {
                         rows.begin() + 4 * (at_.body.first_copy + static_cast<std::ptrdiff_t>(c)));
     }
 
-    std::vector<core::Vector3> positions_;
-    core::Vector3 origin_ = core::Vector3::Zero();
+    std::vector<core::Vector3> rest_; ///< (N) positions less the origin [m]
     StepWorkspace<T> at_;
     Team team_;
 };

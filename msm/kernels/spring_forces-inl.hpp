@@ -73,9 +73,7 @@ HWY_INLINE void spring_forces(const StepWorkspace<T> &at, int now, int slice, Sl
             y = hn::MulAdd(tension, span.y, y);
             z = hn::MulAdd(tension, span.z, z);
         }
-        hn::Store(x, d, force.x + lane);
-        hn::Store(y, d, force.y + lane);
-        hn::Store(z, d, force.z + lane);
+        store(Lanes<T>(), {x, y, z}, force, lane);
     }
 }
 

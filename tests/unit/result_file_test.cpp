@@ -1,7 +1,6 @@
 #include "results/result_file.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <csignal>
 #include <cstdint>
@@ -14,10 +13,13 @@
 
 #include "core/input_error.hpp"
 #include "tests/result_folder.hpp"
+#include "tests/same_bits.hpp"
 #include "tests/sample_result.hpp"
 
 namespace livermark::results {
 namespace {
+
+using tests::same_bits;
 
 namespace fs = std::filesystem;
 
@@ -26,14 +28,6 @@ using ResultFile = tests::ResultFolder;
 std::string content(const fs::path &path) {
     std::ifstream stream(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-/// Bit by bit, so that NaN equals NaN and -0 differs from 0.
-template <class T> bool same_bits(const std::vector<T> &a, const std::vector<T> &b) {
-    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
-bool same_bits(double a, double b) {
-    return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
 
 void expect_equal(const core::TetraMesh &a, const core::TetraMesh &b) {
