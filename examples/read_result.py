@@ -21,6 +21,9 @@ with h5py.File(sys.argv[1], "r") as file:
         if "error" not in comparison:
             continue  # it did not come to an end
         error = numpy.linalg.norm(comparison["error"][:], axis=1)
+        if not numpy.isfinite(error).all():
+            print(f"{name}: diverged")
+            continue
         x, y, z = 1000.0 * points[error.argmax()]
         print(f"{name}: {100.0 * comparison.attrs['relative_l2']:.2f} % off {text(comparison, 'reference')}, "
               f"at most {1000.0 * error.max():.3f} mm at ({x:.1f}, {y:.1f}, {z:.1f}) mm")
