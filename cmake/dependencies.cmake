@@ -66,6 +66,8 @@ if(ITK_FOUND AND CGAL_FOUND)
   set(LIVERMARK_SEGMENTATION ON)
   add_library(livermark_itk INTERFACE)
   target_include_directories(livermark_itk SYSTEM INTERFACE ${ITK_INCLUDE_DIRS})
+  # ITK's headers bring an older Eigen, which does not go with ours.
+  target_compile_definitions(livermark_itk INTERFACE ITK_USE_SYSTEM_EIGEN)
   target_link_libraries(livermark_itk INTERFACE ${ITK_LIBRARIES})
 else()
   set(LIVERMARK_SEGMENTATION OFF)

@@ -34,4 +34,10 @@ struct LabelImage {
     std::vector<std::uint16_t> label; ///< (num_voxels) the first axis runs fastest
 };
 
+/// A scan, such as a computed tomography.
+struct Scan {
+    ImageGrid grid;
+    std::vector<std::int16_t> grey_value; ///< (num_voxels) [HU] the first axis runs fastest
+};
+
 } // namespace livermark::segmentation

@@ -1,0 +1,258 @@
+#include "segmentation/image_file.hpp"
+
+#include <Eigen/SVD>
+#include <cmath>
+#include <fmt/format.h>
+#include <itkGDCMImageIO.h>
+#include <itkGDCMSeriesFileNames.h>
+#include <itkImageFileReader.h>
+#include <itkImageFileWriter.h>
+#include <itkImageSeriesReader.h>
+#include <itkMetaDataObject.h>
+#include <itkMetaImageIO.h>
+#include <itkNiftiImageIO.h>
+#include <itkNrrdImageIO.h>
+#include <limits>
+#include <set>
+#include <unistd.h>
+
+#include "core/input_error.hpp"
+#include "core/whole_file.hpp"
+
+namespace livermark::segmentation {
+
+namespace {
+
+namespace fs = std::filesystem;
+using core::InputError;
+using core::Vector3;
+
+/// Single precision holds every label exactly, and shows what is none.
+using Values = itk::Image<float, 3>;
+
+constexpr const char *formats =
+    "NIfTI (.nii, .nii.gz), NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd) or a folder with one "
+    "DICOM series";
+constexpr double metres_per_millimetre = 1e-3;
+constexpr double largest_image = 1 << 28;            // voxels; the largest abdominal scans have about this many
+constexpr double best_compression = 1100;            // zlib cannot do better
+constexpr double finest = 0.05e-3, coarsest = 20e-3; // [m]
+constexpr int max_labels = 1000;
+
+/// ITK's messages begin with the place in its own source and run over several lines.
+std::string first_sentence(const itk::ExceptionObject &exception) {
+    std::string text = exception.GetDescription();
+    if (const auto colon = text.find("): "); colon != std::string::npos)
+        text.erase(0, colon + 3);
+    return core::shown(text.substr(0, text.find('\n')));
+}
+
+itk::ImageIOBase::Pointer reader_of(const fs::path &file) {
+    for (const itk::ImageIOBase::Pointer &io :
+         {itk::ImageIOBase::Pointer(itk::NiftiImageIO::New()), itk::ImageIOBase::Pointer(itk::NrrdImageIO::New()),
+          itk::ImageIOBase::Pointer(itk::MetaImageIO::New())})
+        if (io->CanReadFile(file.c_str()))
+            return io;
+    throw InputError(fmt::format("{}: this is no image that can be read here, or it is damaged from the start; give {}",
+                                 file.string(), formats));
+}
+
+/// What a header says must be possible before memory is asked for it.
+void check_header(itk::ImageIOBase &io, const fs::path &file) {
+    io.SetFileName(file.string());
+    io.ReadImageInformation();
+    const auto dimensions = io.GetNumberOfDimensions();
+    if (dimensions < 3)
+        throw InputError(fmt::format("{}: the image has {} dimensions; a segmentation of a body has three",
+                                     file.string(), dimensions));
+    for (unsigned d = 3; d < dimensions; ++d)
+        if (io.GetDimensions(d) > 1)
+            throw InputError(fmt::format("{}: the image is a series of {} volumes; give one of them", file.string(),
+                                         io.GetDimensions(d)));
+    if (io.GetNumberOfComponents() != 1)
+        throw InputError(fmt::format("{}: each voxel has {} values; export it as a label map with one label a voxel",
+                                     file.string(), io.GetNumberOfComponents()));
+    double voxels = 1.0;
+    for (unsigned d = 0; d < 3; ++d)
+        voxels *= static_cast<double>(io.GetDimensions(d));
+    if (!(voxels > 0.0 && voxels <= largest_image))
+        throw InputError(
+            fmt::format("{}: the header speaks of {:.3g} voxels; between 1 and {:.3g} can be read, so crop "
+                        "the image around the liver, or see whether the file is damaged",
+                        file.string(), voxels, largest_image));
+    const auto extension = file.extension();
+    const bool is_detached = extension == ".nhdr" || extension == ".mhd";
+    const double bytes = voxels * static_cast<double>(io.GetComponentSize());
+    if (!is_detached && bytes > best_compression * static_cast<double>(fs::file_size(file)))
+        throw InputError(fmt::format("{}: the header speaks of {:.0f} bytes, more than {} bytes of file can hold; the "
+                                     "file is damaged or cut off",
+                                     file.string(), bytes, fs::file_size(file)));
+}
+
+ImageGrid grid_of(const Values &values, const std::string &name) {
+    ImageGrid grid;
+    for (unsigned d = 0; d < 3; ++d) {
+        grid.size.at(d) = static_cast<int>(values.GetLargestPossibleRegion().GetSize(d));
+        grid.spacing[d] = metres_per_millimetre * values.GetSpacing()[d];
+        grid.origin[d] = metres_per_millimetre * values.GetOrigin()[d];
+        for (unsigned c = 0; c < 3; ++c)
+            grid.direction(c, d) = values.GetDirection()(c, d);
+        if (grid.size.at(d) < 2)
+            throw InputError(fmt::format("{}: the image is {} voxel thick along axis {}; a body has three dimensions",
+                                         name, grid.size.at(d), d));
+        if (!(grid.spacing[d] >= finest && grid.spacing[d] <= coarsest))
+            throw InputError(fmt::format("{}: the voxels are {:.3g} mm apart along axis {}, where {} to {} mm is "
+                                         "possible; see whether the header is in millimetres",
+                                         name, 1e3 * grid.spacing[d], d, 1e3 * finest, 1e3 * coarsest));
+    }
+    if (!grid.origin.allFinite() || !grid.direction.allFinite() ||
+        !(grid.direction.transpose() * grid.direction).isIdentity(1e-3))
+        throw InputError(
+            fmt::format("{}: the axes of the image are not at right angles; resample it, as with 3D Slicer's "
+                        "module Resample Scalar/Vector/DWI Volume",
+                        name));
+    // Headers carry some six digits; the mesh shall not be sheared by the rest.
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(grid.direction, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    grid.direction = svd.matrixU() * svd.matrixV().transpose();
+    return grid;
+}
+
+LabelImage labels_of(const Values &values, const std::string &name) {
+    LabelImage image{.name = name, .grid = grid_of(values, name), .label = {}};
+    const float *value = values.GetBufferPointer();
+    image.label.resize(num_voxels(image.grid));
+    std::set<std::uint16_t> labels;
+    for (std::size_t v = 0; v < image.label.size(); ++v) {
+        if (!(value[v] >= 0.0F && value[v] <= 65535.0F && value[v] == std::floor(value[v])))
+            throw InputError(fmt::format("{}: voxel {} has the value {}, which is no label; this is a scan or a map of "
+                                         "probabilities, so segment "
+                                         "it first, as with 3D Slicer or TotalSegmentator",
+                                         name, v, value[v]));
+        image.label[v] = static_cast<std::uint16_t>(value[v]);
+        if (v == 0 || image.label[v] != image.label[v - 1])
+            labels.insert(image.label[v]);
+        if (labels.size() > max_labels)
+            throw InputError(fmt::format("{}: there are more than {} different values, so this is a scan and no label "
+                                         "map; segment it first, as with 3D Slicer or TotalSegmentator",
+                                         name, max_labels));
+    }
+    return image;
+}
+
+Values::Pointer read_file(const fs::path &file) {
+    const auto io = reader_of(file);
+    check_header(*io, file);
+    auto reader = itk::ImageFileReader<Values>::New();
+    reader->SetImageIO(io);
+    reader->SetFileName(file.string());
+    reader->Update();
+    return reader->GetOutput();
+}
+
+Values::Pointer read_series(const fs::path &folder) {
+    auto names = itk::GDCMSeriesFileNames::New();
+    names->SetUseSeriesDetails(true);
+    names->SetDirectory(folder.string());
+    const auto series = names->GetSeriesUIDs();
+    if (series.size() != 1)
+        throw InputError(fmt::format("{}: the folder holds {} DICOM series; give a folder with the one of the "
+                                     "segmentation, or a file: {}",
+                                     folder.string(), series.size(), formats));
+    const auto files = names->GetFileNames(series.front());
+    auto io = itk::GDCMImageIO::New();
+    check_header(*io, files.front());
+    auto reader = itk::ImageSeriesReader<Values>::New();
+    reader->SetImageIO(io);
+    reader->SetFileNames(files);
+    reader->ForceOrthogonalDirectionOff(); // a gantry that was tilted shows in the axes, and is refused
+    reader->Update();
+    double deviation = 0.0;
+    itk::ExposeMetaData(reader->GetOutput()->GetMetaDataDictionary(), "ITK_non_uniform_sampling_deviation", deviation);
+    if (deviation > 0.1)
+        throw InputError(fmt::format("{}: the slices are not evenly spaced ({:.2g} mm off); a slice may be missing, so "
+                                     "export the series again",
+                                     folder.string(), deviation));
+    return reader->GetOutput();
+}
+
+template <class Pixel> void write_image(const fs::path &file, const ImageGrid &grid, const std::vector<Pixel> &pixels) {
+    core::check_place(file);
+    const auto name = file.filename().string();
+    itk::ImageIOBase::Pointer io;
+    if (name.ends_with(".nii") || name.ends_with(".nii.gz"))
+        io = itk::NiftiImageIO::New();
+    else if (name.ends_with(".nrrd"))
+        io = itk::NrrdImageIO::New();
+    else if (name.ends_with(".mha"))
+        io = itk::MetaImageIO::New();
+    else
+        throw InputError(fmt::format("{}: no such format can be written; end the name in .nii.gz, .nii, .nrrd or .mha",
+                                     file.string()));
+    using Image = itk::Image<Pixel, 3>;
+    auto image = Image::New();
+    typename Image::SizeType size;
+    typename Image::SpacingType spacing;
+    typename Image::PointType origin;
+    typename Image::DirectionType direction;
+    for (unsigned d = 0; d < 3; ++d) {
+        size[d] = static_cast<itk::SizeValueType>(grid.size.at(d));
+        spacing[d] = grid.spacing[d] / metres_per_millimetre;
+        origin[d] = grid.origin[d] / metres_per_millimetre;
+        for (unsigned c = 0; c < 3; ++c)
+            direction(c, d) = grid.direction(c, d);
+    }
+    image->SetRegions(size);
+    image->SetSpacing(spacing);
+    image->SetOrigin(origin);
+    image->SetDirection(direction);
+    image->Allocate();
+    std::ranges::copy(pixels, image->GetBufferPointer());
+    // ITK goes by the end of the name, so the temporary one differs at its start.
+    const auto temporary = file.parent_path() / fmt::format(".partial-{}-{}", getpid(), name);
+    auto writer = itk::ImageFileWriter<Image>::New();
+    writer->SetImageIO(io);
+    writer->SetInput(image);
+    writer->SetFileName(temporary.string());
+    writer->UseCompressionOn();
+    std::error_code error;
+    try {
+        writer->Update();
+        fs::rename(temporary, file);
+    } catch (const itk::ExceptionObject &exception) {
+        fs::remove(temporary, error);
+        throw InputError(fmt::format("{}: cannot be written ({})", file.string(), first_sentence(exception)));
+    } catch (const fs::filesystem_error &failure) {
+        fs::remove(temporary, error);
+        throw InputError(fmt::format("{}: cannot be put there ({})", file.string(), failure.code().message()));
+    }
+}
+
+} // namespace
+
+LabelImage read_label_image(const fs::path &file) {
+    itk::Object::GlobalWarningDisplayOff(); // what matters of it is checked here
+    std::error_code error;
+    const auto status = fs::status(file, error);
+    if (!fs::exists(status))
+        throw InputError(fmt::format("{}: there is no such file or folder", file.string()));
+    if (access(file.c_str(), R_OK) != 0)
+        throw InputError(fmt::format("{}: cannot be read; see who may read it", file.string()));
+    try {
+        auto name = file.has_filename() ? file.filename() : file.parent_path().filename();
+        return labels_of(fs::is_directory(status) ? *read_series(file) : *read_file(file), name.string());
+    } catch (const itk::ExceptionObject &exception) {
+        throw InputError(fmt::format("{}: cannot be read as an image ({}); it may be damaged or cut off, so export it "
+                                     "again",
+                                     file.string(), first_sentence(exception)));
+    }
+}
+
+void write_label_image(const fs::path &file, const LabelImage &image) {
+    write_image(file, image.grid, image.label);
+}
+
+void write_scan(const fs::path &file, const Scan &scan) {
+    write_image(file, scan.grid, scan.grey_value);
+}
+
+} // namespace livermark::segmentation
