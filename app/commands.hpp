@@ -11,10 +11,10 @@ namespace livermark::app {
 using Command = std::function<int()>;
 
 Command add_list(CLI::App &parent);
-Command add_mesh(CLI::App &parent);
 Command add_parameters(CLI::App &parent);
 Command add_table(CLI::App &parent);
 /// @param command_line  kept in the result files
+Command add_mesh(CLI::App &parent, const std::string &command_line);
 Command add_calibrate(CLI::App &parent, const std::string &command_line);
 Command add_modes(CLI::App &parent, const std::string &command_line);
 Command add_export(CLI::App &parent, const std::string &command_line);

@@ -33,7 +33,7 @@ int run(int argc, char **argv) {
         livermark::app::add_list(app),
         livermark::app::add_modes(app, command_line),
         livermark::app::add_run(app, command_line),
-        livermark::app::add_mesh(app),
+        livermark::app::add_mesh(app, command_line),
         livermark::app::add_histories(app, command_line),
         livermark::app::add_stability(app, command_line),
         livermark::app::add_parameters(app),

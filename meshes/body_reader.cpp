@@ -78,7 +78,8 @@ void apply(const MaterialOverride &override_with, std::vector<core::Material> &m
 
 toml::table read_table(const std::filesystem::path &toml_file) {
     auto table = core::parse_toml(core::read_text(toml_file), toml_file);
-    core::refuse_unknown_keys(table, {"title", "mesh", "unit", "find_patches", "generator", "regions", "patches"});
+    core::refuse_unknown_keys(table,
+                              {"title", "mesh", "unit", "find_patches", "generator", "regions", "patches", "image"});
     return table;
 }
 
@@ -92,6 +93,16 @@ void append(std::vector<std::string> &all, const std::vector<std::string> &more)
     all.insert(all.end(), more.begin(), more.end());
 }
 
+/// What is told of the image that a body was made of; the rest of [image] is for people.
+void append_remarks(const toml::table &image, std::vector<std::string> &assumptions) {
+    const auto spacing = core::required_vector(image, "spacing");
+    assumptions.push_back(fmt::format("made of the segmentation {} with voxels of {:.3g} x {:.3g} x {:.3g} mm",
+                                      core::required_string(image, "name"), 1e3 * spacing.x(), 1e3 * spacing.y(),
+                                      1e3 * spacing.z()));
+    if (const auto *remarks = image.get("remarks"); remarks && !(remarks->is_array() && remarks->as_array()->empty()))
+        append(assumptions, core::required_strings(image, "remarks"));
+}
+
 core::Body body_of_table(const std::filesystem::path &file) {
     const auto table = read_table(file);
     core::required_string(table, "title");
@@ -99,6 +110,8 @@ core::Body body_of_table(const std::filesystem::path &file) {
     body.mesh = read_mesh(file.parent_path() / core::required_string(table, "mesh"), body.assumptions);
     if (const auto *unit = table.get("unit"))
         scale(body.mesh, metres_per_unit(core::required_string(table, "unit"), core::place_of(*unit)));
+    if (table.contains("image"))
+        append_remarks(core::required_table(table, "image"), body.assumptions);
     if (core::optional_flag(table, "find_patches"))
         append(body.assumptions, find_anatomical_patches(body.mesh));
     body.materials = read_materials(table, body.mesh);
