@@ -56,3 +56,18 @@ else()
   target_compile_definitions(livermark_dealii INTERFACE ${DEAL_II_USER_DEFINITIONS} ${DEAL_II_USER_DEFINITIONS_RELEASE})
   target_link_libraries(livermark_dealii INTERFACE ${DEAL_II_TARGET_RELEASE})
 endif()
+
+# From images to bodies: without both, `livermark mesh labels` says what to install. Only these parts of ITK, because its
+# HDF5 is the serial one.
+find_package(ITK 5.2 QUIET COMPONENTS ITKIOGDCM ITKIOMeta ITKIONIFTI ITKIONRRD ITKConnectedComponents
+  ITKBinaryMathematicalMorphology ITKImageGrid ITKSmoothing)
+find_package(CGAL 5.5 QUIET)
+if(ITK_FOUND AND CGAL_FOUND)
+  set(LIVERMARK_SEGMENTATION ON)
+  add_library(livermark_itk INTERFACE)
+  target_include_directories(livermark_itk SYSTEM INTERFACE ${ITK_INCLUDE_DIRS})
+  target_link_libraries(livermark_itk INTERFACE ${ITK_LIBRARIES})
+else()
+  set(LIVERMARK_SEGMENTATION OFF)
+  message(STATUS "No ITK or no CGAL: bodies cannot be made of segmentations; see libinsighttoolkit5-dev, libcgal-dev")
+endif()

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/tetra_mesh.hpp"
+
+namespace livermark::segmentation {
+
+/// Where the voxels of an image lie. Places in the image are given in metres along its axes from the centre of the
+/// first voxel; places in the world are LPS as in DICOM (x to the patient's left, y posterior, z superior).
+struct ImageGrid {
+    std::array<int, 3> size = {0, 0, 0};                            ///< voxels along each axis
+    core::Vector3 spacing = {0.0, 0.0, 0.0};                        ///< between voxel centres [m]
+    core::Vector3 origin = {0.0, 0.0, 0.0};                         ///< centre of the first voxel in the world [m]
+    Eigen::Matrix3d direction = Eigen::Matrix3d::Identity().eval(); ///< columns: the image's axes, orthonormal;
+                                                                    ///< determinant -1 if they are left-handed
+};
+
+std::size_t num_voxels(const ImageGrid &grid);
+
+double voxel_volume(const ImageGrid &grid); ///< [m^3]
+
+/// From a place in the image [m] to that place in the world [m].
+core::Vector3 to_world(const ImageGrid &grid, const core::Vector3 &place);
+
+/// An image whose values are numbers of labels, 0 for the background.
+struct LabelImage {
+    std::string name; ///< of the file or folder
+    ImageGrid grid;
+    std::vector<std::uint16_t> label; ///< (num_voxels) the first axis runs fastest
+};
+
+} // namespace livermark::segmentation

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/tetra_mesh.hpp"
+#include "segmentation/label_fields.hpp"
+
+namespace livermark::segmentation {
+
+/// Something that a mesh has to reach.
+struct Gate {
+    std::string name;   ///< with the unit of its numbers
+    double value = 0.0; ///< what the mesh has
+    double bound = 0.0; ///< what it must have
+    bool is_met = false;
+    std::string remedy; ///< what to do where it is not met
+};
+
+struct LabelMesh {
+    core::TetraMesh
+        mesh; ///< in the axes of the image [m]; region r is that of the fields; no names, one patch "surface"
+    std::vector<Gate> gates; ///< of this mesh
+    int num_attempts = 0;    ///< meshes that were made to get here
+};
+
+/// A conforming tetrahedral mesh of several regions that follows the fields (CGAL's Mesh_3 on their level sets), whose
+/// regions have the volumes that the fields ask for, and which is then improved until its shape is fit for springs and
+/// finite elements. Deterministic. Where a gate is missed other settings are tried; the best mesh comes back with its
+/// gates, met or not:
+///   smallest quality 6 sqrt(2) V / l_rms^3   at least 0.15
+///   shortest edge                            at least 0.25 of the mean
+///   volume of each region                    within 2 % of that wanted
+///   every region is there, in one piece
+///   one closed surface that is a manifold
+///   no stairs: 95th percentile of the angle between neighbouring boundary facets
+///   tetrahedra                               within 10 % of the target
+/// @param target_tetrahedra  how many, about
+/// @throws std::runtime_error  if no attempt gave a mesh at all
+LabelMesh mesh_labels(const LabelFields &fields, int target_tetrahedra);
+
+bool all_met(const std::vector<Gate> &gates);
+
+} // namespace livermark::segmentation
