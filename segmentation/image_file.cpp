@@ -18,6 +18,7 @@
 
 #include "core/input_error.hpp"
 #include "core/whole_file.hpp"
+#include "segmentation/image_bytes.hpp"
 
 namespace livermark::segmentation {
 
@@ -87,6 +88,7 @@ void check_header(itk::ImageIOBase &io, const fs::path &file) {
         throw InputError(fmt::format("{}: the header speaks of {:.0f} bytes, more than {} bytes of file can hold; the "
                                      "file is damaged or cut off",
                                      file.string(), bytes, fs::file_size(file)));
+    check_all_there(file, bytes);
 }
 
 ImageGrid grid_of(const Values &values, const std::string &name) {

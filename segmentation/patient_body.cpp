@@ -14,56 +14,48 @@ namespace {
 
 using core::Vector3;
 
-toml::array array_of(const Vector3 &v) {
-    return toml::array{v.x(), v.y(), v.z()};
+/// A TOML string.
+std::string quoted(const std::string &text) {
+    std::ostringstream stream;
+    stream << toml::value<std::string>(text);
+    return stream.str();
 }
 
-toml::array array_of(const std::vector<std::string> &texts) {
-    toml::array array;
-    for (const auto &text : texts)
-        array.push_back(text);
-    return array;
+/// Headers of images hold some seven digits.
+std::string numbers(const Vector3 &v) {
+    return fmt::format("[{:.7g}, {:.7g}, {:.7g}]", v.x() + 0.0, v.y() + 0.0, v.z() + 0.0);
 }
 
-/// As the livers that ship.
-toml::table material(bool is_tumour) {
-    return toml::table{
-        {"density", 1060.0},
-        {"young_modulus", is_tumour ? 50000.0 : 5000.0},
-        {"poisson_ratio", 0.45},
-        {"source", is_tumour ? "assumed: about 50 +- 14 kPa (shear wave elastography, 10.1177/8756479317733713)"
-                             : "assumed: within one standard deviation of 6.6 +- 1.7 kPa (shear wave elastography, "
-                               "10.1177/8756479317733713)"}};
+/// As of the livers that ship.
+std::string material(bool is_tumour) {
+    return fmt::format(
+        "density = 1060.0\nyoung_modulus = {}\npoisson_ratio = 0.45\nsource = \"assumed, as for the livers "
+        "that ship: {} (shear wave elastography, 10.1177/8756479317733713)\"\n",
+        is_tumour ? "50000.0" : "5000.0",
+        is_tumour ? "about 50 +- 14 kPa" : "within one standard deviation of 6.6 +- 1.7 kPa");
 }
 
-toml::table image_table(const PatientBody &body, const Segmentation &segmentation, const std::string &image) {
+std::string image_table(const PatientBody &body, const Segmentation &segmentation, const std::string &image) {
     const auto &grid = segmentation.grid;
-    toml::array axes;
-    for (int d = 0; d < 3; ++d)
-        axes.push_back(array_of(Vector3(grid.direction.col(d))));
-    toml::table gates;
+    auto text =
+        fmt::format("[image]\nname = {}\nsize = [{}]\nspacing = {}\norigin = {}\naxes = [{}, {}, {}]\nremarks = [\n",
+                    quoted(image), fmt::join(grid.size, ", "), numbers(grid.spacing), numbers(grid.origin),
+                    numbers(grid.direction.col(0)), numbers(grid.direction.col(1)), numbers(grid.direction.col(2)));
+    for (const auto &remark : segmentation.remarks)
+        text += fmt::format("  {},\n", quoted(remark));
+    text += "]\ngates = [\n";
     for (const auto &gate : body.gates)
-        gates.insert(gate.name, toml::table{{"value", gate.value}, {"bound", gate.bound}, {"met", gate.is_met}});
-    toml::table regions;
+        text += fmt::format("  {{ name = {}, value = {:.6g}, bound = {:.6g}, met = {} }},\n", quoted(gate.name),
+                            gate.value, gate.bound, gate.is_met);
+    text += "]\n[image.volumes] # of the voxels\n";
     const auto volumes = region_volumes(segmentation);
     for (std::size_t r = 0; r < volumes.size(); ++r)
-        regions.insert(segmentation.region_names[r], volumes[r]);
+        text += fmt::format("{} = {:.7g}\n", segmentation.region_names[r], volumes[r]);
     const auto figures = meshes::mesh_figures(body.mesh);
-    return toml::table{{"name", image},
-                       {"size", toml::array{grid.size[0], grid.size[1], grid.size[2]}},
-                       {"spacing", array_of(grid.spacing)},
-                       {"origin", array_of(grid.origin)},
-                       {"axes", axes},
-                       {"remarks", array_of(segmentation.remarks)},
-                       {"voxel_volumes", regions},
-                       {"gates", gates},
-                       {"mesh", toml::table{{"tetrahedra", figures.num_tetrahedra},
-                                            {"nodes", figures.num_nodes},
-                                            {"volume", figures.volume},
-                                            {"mean_edge", figures.mean_edge},
-                                            {"shortest_edge", figures.shortest_edge},
-                                            {"smallest_quality", figures.smallest_quality},
-                                            {"attempts", body.num_attempts}}}};
+    return text + fmt::format("[image.mesh]\ntetrahedra = {}\nnodes = {}\nvolume = {:.7g}\nmean_edge = {:.7g}\n"
+                              "shortest_edge = {:.7g}\nsmallest_quality = {:.4g}\nattempts = {}\n",
+                              figures.num_tetrahedra, figures.num_nodes, figures.volume, figures.mean_edge,
+                              figures.shortest_edge, figures.smallest_quality, body.num_attempts);
 }
 
 } // namespace
@@ -96,20 +88,15 @@ PatientBody patient_body(const Segmentation &segmentation, int target_tetrahedra
 
 std::string body_toml(const PatientBody &body, const Segmentation &segmentation, const std::string &image,
                       const std::string &mesh_file, const std::string &command) {
-    toml::table regions;
+    auto text = fmt::format(
+        "# Lengths in m, axes LPS: x to the patient's left, y posterior, z superior, as in the image.\ntitle = "
+        "{}\nmesh = "
+        "{}\ngenerator = {}\nfind_patches = true\n\n",
+        quoted(fmt::format("Liver of the segmentation {}, {} lesions", image, body.mesh.region_names.size() - 1)),
+        quoted(mesh_file), quoted(command));
     for (const auto &name : body.mesh.region_names)
-        regions.insert(name, material(name != "parenchyma"));
-    const toml::table table{
-        {"title", fmt::format("Liver of the segmentation {}, {} lesions", image, body.mesh.region_names.size() - 1)},
-        {"mesh", mesh_file},
-        {"generator", command},
-        {"find_patches", true},
-        {"regions", regions},
-        {"image", image_table(body, segmentation, image)}};
-    std::ostringstream text;
-    text << "# Lengths in m, axes LPS: x to the patient's left, y posterior, z superior, as in the image.\n"
-         << table << '\n';
-    return text.str();
+        text += fmt::format("[regions.{}]\n{}\n", name, material(name != "parenchyma"));
+    return text + image_table(body, segmentation, image);
 }
 
 } // namespace livermark::segmentation

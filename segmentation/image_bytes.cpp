@@ -1,0 +1,95 @@
+#include "segmentation/image_bytes.hpp"
+
+#include <array>
+#include <fmt/format.h>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <zlib.h>
+
+#include "core/input_error.hpp"
+
+namespace livermark::segmentation {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void refuse(const fs::path &file, const std::string &what) {
+    throw core::InputError(
+        fmt::format("{}: {}; the file is damaged or cut off, so export or copy it again", file.string(), what));
+}
+
+/// Bytes of a file once it is inflated, or as it is if it is not compressed.
+double inflated_size(const fs::path &file) {
+    const std::unique_ptr<gzFile_s, int (*)(gzFile)> stream(gzopen(file.c_str(), "rb"), gzclose);
+    if (!stream)
+        refuse(file, "it cannot be opened");
+    std::array<char, 1 << 16> buffer{};
+    double size = 0.0;
+    int count = 0;
+    while ((count = gzread(stream.get(), buffer.data(), buffer.size())) > 0)
+        size += count;
+    int status = Z_OK;
+    gzerror(stream.get(), &status);
+    if (count < 0 || status != Z_OK)
+        refuse(file, "its compressed data end too early");
+    return size;
+}
+
+void check_nifti(const fs::path &file, double data_bytes) {
+    constexpr double header = 348;
+    const double size = inflated_size(file);
+    if (size < header + data_bytes)
+        refuse(file,
+               fmt::format("it holds {:.0f} bytes where header and voxels need {:.0f}", size, header + data_bytes));
+}
+
+std::string trimmed(const std::string &text) {
+    const auto first = text.find_first_not_of(" \t\r");
+    return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r") + 1 - first);
+}
+
+void check_meta_image(const fs::path &file, double data_bytes) {
+    std::ifstream stream(file, std::ios::binary);
+    std::string line, data_file;
+    bool is_compressed = false;
+    double compressed = 0.0;
+    while (data_file.empty() && std::getline(stream, line)) {
+        const auto equals = line.find('=');
+        if (equals == std::string::npos)
+            refuse(file, fmt::format("its header has the line '{}'", core::shown(line)));
+        const auto key = trimmed(line.substr(0, equals)), value = trimmed(line.substr(equals + 1));
+        if (key == "CompressedData")
+            is_compressed = value == "True" || value == "true" || value == "1";
+        else if (key == "CompressedDataSize")
+            compressed = std::strtod(value.c_str(), nullptr);
+        else if (key == "ElementDataFile")
+            data_file = value;
+    }
+    std::error_code error;
+    double held = 0.0;
+    if (data_file == "LOCAL")
+        held = static_cast<double>(fs::file_size(file, error)) - static_cast<double>(stream.tellg());
+    else if (data_file != "LIST" && data_file.find('%') == std::string::npos)
+        held = static_cast<double>(fs::file_size(file.parent_path() / data_file, error));
+    else
+        return; // a file for each slice: ITK misses one that is not whole
+    if (error)
+        refuse(file, fmt::format("there is no file '{}' with its voxels", core::shown(data_file)));
+    const double wanted = is_compressed ? compressed : data_bytes;
+    if (held < wanted || (is_compressed && wanted == 0.0))
+        refuse(file, fmt::format("it holds {:.0f} bytes of voxels where {:.0f} are said", held, wanted));
+}
+
+} // namespace
+
+void check_all_there(const fs::path &file, double data_bytes) {
+    const auto name = file.filename().string();
+    if (name.ends_with(".nii") || name.ends_with(".nii.gz"))
+        check_nifti(file, data_bytes);
+    else if (name.ends_with(".mha") || name.ends_with(".mhd"))
+        check_meta_image(file, data_bytes);
+}
+
+} // namespace livermark::segmentation
