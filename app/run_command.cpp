@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "app/commands.hpp"
+#include "app/image_bodies.hpp"
 #include "app/run_options.hpp"
 #include "app/usage.hpp"
 #include "core/root_folder.hpp"
@@ -35,7 +36,10 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
                "unless told otherwise");
     auto options = std::make_shared<RunOptions>();
     options->output = (core::root_folder() / "results" / "runs").string();
-    command->add_option("--body", options->bodies, "Names as in 'livermark list bodies', or paths of body .toml files");
+    command->add_option(
+        "--body", options->bodies,
+        "Names as in 'livermark list bodies', or paths of body .toml files, of meshes, or of label images "
+        "(NIfTI, NRRD, MetaImage, the folder of a DICOM series), which are meshed first");
     command->add_option("--load-case", options->load_cases,
                         "Names as in 'livermark list load-cases', or paths of load case .toml files");
     command->add_option("--model", options->models,
@@ -101,7 +105,9 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
             std::ranges::sort(*values);
             values->erase(std::unique(values->begin(), values->end()), values->end());
         }
-        return run(*options, without_resume(command_line));
+        const auto kept_command_line = without_resume(command_line);
+        options->bodies = with_images_meshed(options->bodies, options->output, kept_command_line);
+        return run(*options, kept_command_line);
     };
 }
 

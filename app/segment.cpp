@@ -1,6 +1,6 @@
 #include "app/segment.hpp"
 
-#include <cmath>
+#include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
 
@@ -38,9 +38,13 @@ void tell(const std::string &sentence) {
     fmt::print(stderr, "livermark: {}\n", sentence);
 }
 
-void print_gates(const std::vector<segmentation::Gate> &gates) {
+void print_gates(std::FILE *table, const std::vector<segmentation::Gate> &gates) {
+    std::size_t width = 0;
     for (const auto &gate : gates)
-        fmt::print("{:<58} {:>9.4g}   {:>9.4g}   {}\n", gate.name, gate.value, gate.bound,
+        width = std::max(width, gate.name.size());
+    fmt::print(table, "\n{:<{}} {:>9} {:>9}\n", "gate", width, "mesh", "bound");
+    for (const auto &gate : gates)
+        fmt::print(table, "{:<{}} {:>9.3g} {:>9.3g}  {}\n", gate.name, width, gate.value, gate.bound,
                    gate.is_met ? "met" : "MISSED: " + gate.remedy);
 }
 
@@ -54,10 +58,10 @@ int make_body(const SegmentCommand &command, const segmentation::Segmentation &v
     const auto toml = segmentation::body_toml(body, voxels, name, mesh_file.filename().string(), command.command_line);
     meshes::write_msh(mesh_file, body.mesh);
     core::write_whole(body_file, toml);
-    fmt::print("{}\n{:<58} {:>9}   {:>9}\n", meshes::to_text(meshes::mesh_figures(body.mesh)), "gate", "mesh", "bound");
-    print_gates(body.gates);
-    fmt::print("\n{} and {} are written; next: livermark run --body {}\n", mesh_file.string(), body_file.string(),
-               body_file.string());
+    fmt::print(command.table, "{}", meshes::to_text(meshes::mesh_figures(body.mesh)));
+    print_gates(command.table, body.gates);
+    fmt::print(command.table, "\n{} and {} are written; next: livermark run --body {}\n", mesh_file.string(),
+               body_file.string(), body_file.string());
     return segmentation::all_met(body.gates) ? 0 : 1;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdio>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,13 +14,14 @@ inline constexpr int default_tetrahedra = 16000;
 
 /// What `livermark mesh --labels` and `--surfaces` were asked for.
 struct SegmentCommand {
-    std::string labels;                ///< file, or folder of a DICOM series
-    std::vector<int> liver, tumours;   ///< labels
-    std::vector<std::string> surfaces; ///< files, the liver first
-    std::optional<std::string> unit;   ///< of the surfaces
+    std::string labels;                  ///< file, or folder of a DICOM series
+    std::vector<int> liver{}, tumours{}; ///< labels
+    std::vector<std::string> surfaces{}; ///< files, the liver first
+    std::optional<std::string> unit{};   ///< of the surfaces
     int tetrahedra = default_tetrahedra;
-    std::string output;       ///< the .msh file; the .toml file goes beside it
-    std::string command_line; ///< kept in the body file
+    std::string output;        ///< the .msh file; the .toml file goes beside it
+    std::string command_line;  ///< kept in the body file
+    std::FILE *table = stdout; ///< where the figures of the mesh go
 };
 
 /// Writes <output>.msh and <output>.toml.

@@ -1,0 +1,64 @@
+#include "app/image_bodies.hpp"
+
+#include <filesystem>
+#include <fmt/format.h>
+
+#include "app/output.hpp"
+#include "app/segment.hpp"
+#include "core/input_error.hpp"
+#include "fem_reference/mpi_session.hpp"
+
+namespace livermark::app {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// @return the name without the ending of a label image, or nothing if it is no such name
+std::string stem_of_image(const std::string &body) {
+    const fs::path path = body;
+    std::error_code error;
+    if (fs::is_directory(path, error))
+        return (path.has_filename() ? path : path.parent_path()).filename().string();
+    const auto name = path.filename().string();
+    for (const std::string_view ending : {".nii.gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd"})
+        if (name.size() > ending.size() && name.ends_with(ending))
+            return name.substr(0, name.size() - ending.size());
+    return {};
+}
+
+} // namespace
+
+std::vector<std::string> with_images_meshed(std::vector<std::string> bodies, const std::string &output,
+                                            const std::string &command_line) {
+    for (auto &body : bodies) {
+        const auto stem = stem_of_image(body);
+        if (stem.empty())
+            continue;
+        if (fem_reference::started_on_many_ranks())
+            throw core::InputError(
+                fmt::format("{}: an image is meshed by one process; do it first, with `livermark mesh "
+                            "--labels`, and give the body file",
+                            body));
+        const auto folder = make_output_folder(output, "");
+        const auto body_file = folder / (stem + ".toml");
+        if (fs::exists(body_file))
+            fmt::print(stderr, "livermark: {} is taken for {}; remove it to mesh the image anew\n", body_file.string(),
+                       body);
+        else
+            try {
+                make_body_of_labels({.labels = body,
+                                     .output = (folder / (stem + ".msh")).string(),
+                                     .command_line = command_line,
+                                     .table = stderr});
+            } catch (const core::InputError &) {
+                std::error_code error;
+                fs::remove(folder, error); // unless something is in it
+                throw;
+            }
+        body = body_file.string();
+    }
+    return bodies;
+}
+
+} // namespace livermark::app
