@@ -236,7 +236,7 @@ LabelImage read_label_image(const fs::path &file) {
     std::error_code error;
     const auto status = fs::status(file, error);
     if (!fs::exists(status))
-        throw InputError(fmt::format("{}: there is no such file or folder", file.string()));
+        throw InputError(fmt::format("{}: there is no such file or folder; check the path", file.string()));
     if (access(file.c_str(), R_OK) != 0)
         throw InputError(fmt::format("{}: cannot be read; see who may read it", file.string()));
     try {

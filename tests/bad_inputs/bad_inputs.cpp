@@ -128,6 +128,7 @@ std::vector<BadInputGroup> all_bad_inputs() {
             {"LoadCases", "Load cases (`.toml`)", bad_load_cases()},
             {"Releases", "Load cases that let go", bad_releases()},
             {"Hdf5Files", "Result and calibration files (`.h5`)", bad_hdf5_files()},
+            {"Images", "Label images and surfaces (`livermark mesh --labels`, `--surfaces`)", bad_images()},
             {"Answers", "Answers of other models (`livermark score`)", bad_answers()},
             {"CommandLines", "Command lines", bad_command_lines()},
             {"Places", "Files and places without permission or room", bad_places()}};
