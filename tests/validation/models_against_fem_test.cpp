@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <gtest/gtest.h>
 #include <ostream>
+#include <sstream>
 
 #include "core/error_norms.hpp"
 #include "core/toml_input.hpp"
@@ -42,8 +43,14 @@ bool fits(const std::string &load_case, const core::TetraMesh &mesh) {
     }
 }
 
+/// All that ships, or what a Debug build runs of it.
 std::vector<Contest> all_contests() {
     std::vector<Contest> contests;
+    std::istringstream chosen(LIVERMARK_VALIDATION_PROBLEMS); // body and load case by turns
+    for (Contest contest; chosen >> contest.body >> contest.load_case;)
+        contests.push_back(contest);
+    if (!contests.empty())
+        return contests;
     for (const auto &name : core::list_toml(LIVERMARK_SOURCE_DIR "/meshes")) {
         const auto body = meshes::read_body(LIVERMARK_SOURCE_DIR "/meshes/" + name + ".toml");
         for (const auto &load_case : core::list_toml(LIVERMARK_SOURCE_DIR "/load_cases"))
@@ -56,11 +63,8 @@ std::vector<Contest> all_contests() {
 class ModelsAgainstFem : public testing::TestWithParam<Contest> {
   protected:
     void SetUp() override {
-        const auto file =
-            std::filesystem::path(LIVERMARK_VALIDATION_RUNS) / GetParam().body / (GetParam().load_case + ".h5");
-        if (!ran_with_uncertainty && !std::filesystem::exists(file))
-            GTEST_SKIP() << "a debug build runs on some load cases only";
-        result = results::read_result(file);
+        result = results::read_result(std::filesystem::path(LIVERMARK_VALIDATION_RUNS) / GetParam().body /
+                                      (GetParam().load_case + ".h5"));
     }
 
     results::Result result;
