@@ -1,0 +1,25 @@
+#pragma once
+
+#include "core/tetra_mesh.hpp"
+
+namespace livermark::segmentation {
+
+/// Changes of who is connected to whom. Each looks at every place once and does not touch one twice; each keeps the
+/// topology of all regions. The returned number says how many changes there were.
+
+/// Collapses edges shorter than this where that leaves fair tetrahedra; borders shrink to fewer nodes of themselves.
+/// @param shortest, longest  [m] edges to collapse, and edges that must not come of it
+int collapse_edges(core::TetraMesh &mesh, double shortest, double longest);
+
+/// Replaces the tetrahedra around an edge inside a region by those of a better triangulation of the ring around it
+/// (3-2, 4-4, 5-6, 6-8 swaps; Freitag and Ollivier-Gooch 1997) where the worst of them is below this quality.
+int remove_edges(core::TetraMesh &mesh, double quality);
+
+/// 2-3 swaps inside a region where that makes the worse of the two better and it is below this quality.
+int swap_faces(core::TetraMesh &mesh, double quality);
+
+/// Gives tetrahedra below this quality that lie flat on the border of their region, two faces on it, to the region on
+/// the other side, or takes them away at the boundary.
+int peel_flat(core::TetraMesh &mesh, double quality);
+
+} // namespace livermark::segmentation

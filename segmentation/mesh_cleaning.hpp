@@ -1,0 +1,25 @@
+#pragma once
+
+#include "segmentation/label_pieces.hpp"
+
+namespace livermark::segmentation {
+
+/// The region of each tetrahedron's connected piece (across faces), largest pieces of a region first.
+/// @return pieces as lists of tetrahedra; a region that is not there has none
+std::vector<std::vector<int>> mesh_pieces(const core::TetraMesh &mesh);
+
+/// How many more or fewer pieces the regions have in the mesh than wanted, all in all.
+int num_wrong_pieces(const core::TetraMesh &mesh, const std::vector<LabelPiece> &wanted);
+
+/// Places where the boundary is not a manifold: edges that other than two boundary triangles share, and nodes whose
+/// triangles do not make one fan.
+int num_pinches(const core::TetraMesh &mesh);
+
+/// Separate closed surfaces that bound the mesh: 1 for a body without cavities.
+int num_shells(const core::TetraMesh &mesh);
+
+/// Gives islands to the region around them, removes those that hang on by nothing, and takes or fills single tetrahedra
+/// until the boundary is a manifold, if that can be had.
+void clean(core::TetraMesh &mesh, const std::vector<LabelPiece> &wanted);
+
+} // namespace livermark::segmentation

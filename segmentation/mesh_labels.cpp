@@ -1,0 +1,109 @@
+#include "segmentation/mesh_labels.hpp"
+
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+
+#include "segmentation/delaunay_refinement.hpp"
+#include "segmentation/edge_operations.hpp"
+#include "segmentation/mesh_cleaning.hpp"
+#include "segmentation/mesh_gates.hpp"
+#include "segmentation/mesh_links.hpp"
+#include "segmentation/node_moves.hpp"
+
+namespace livermark::segmentation {
+
+namespace {
+
+/// Below this quality a tetrahedron is worked on: well above the gate, because stiffness and time step gain as well.
+constexpr double aim = 0.4;
+
+void improve(core::TetraMesh &mesh, const LabelDomain &domain) {
+    constexpr int num_rounds = 4;
+    for (int round = 0; round < num_rounds; ++round) {
+        const double mean = mean_edge_length(mesh);
+        peel_flat(mesh, 0.5 * aim);
+        while (collapse_edges(mesh, 0.4 * mean, 1.8 * mean) > 0)
+            continue;
+        remove_edges(mesh, aim);
+        swap_faces(mesh, aim);
+        snap_to_levels(mesh, domain);
+        climb(mesh, domain, aim);
+    }
+}
+
+void adjust(core::TetraMesh &mesh, const LabelDomain &domain) {
+    constexpr int num_rounds = 3;
+    for (int round = 0; round < num_rounds; ++round) {
+        correct_volumes(mesh, domain.fields.volume);
+        remove_edges(mesh, aim);
+        climb(mesh, domain, aim);
+    }
+    correct_volumes(mesh, domain.fields.volume);
+}
+
+/// Tetrahedra region by region, so that those of a lesion are beside each other, and the boundary.
+void finish(core::TetraMesh &mesh) {
+    core::TetraMesh sorted;
+    sorted.points = mesh.points;
+    int num_regions = 0;
+    for (const int region : mesh.region)
+        num_regions = std::max(num_regions, region + 1);
+    for (int region = 0; region < num_regions; ++region)
+        for (int t = 0; t < mesh.num_tetrahedra(); ++t)
+            if (mesh.region[t] == region) {
+                sorted.tetrahedra.push_back(mesh.tetrahedra[t]);
+                sorted.region.push_back(region);
+            }
+    drop_unused(sorted); // numbers the nodes in the order of the tetrahedra
+    sorted.boundary_triangles = core::outer_faces(sorted.tetrahedra);
+    sorted.boundary_patch.assign(sorted.boundary_triangles.size(), 0);
+    sorted.patch_names = {"surface"};
+    mesh = std::move(sorted);
+}
+
+std::optional<core::TetraMesh> attempt(const LabelDomain &domain, const RefinementSizes &sizes) {
+    const double tetrahedron = std::pow(sizes.edge, 3) / (6.0 * std::sqrt(2.0));
+    const auto pieces = find_pieces(domain, 4.0 * tetrahedron);
+    core::TetraMesh mesh = refine_delaunay(domain, border_points(domain, pieces, sizes.edge), sizes);
+    clean(mesh, pieces);
+    if (mesh.tetrahedra.empty())
+        return std::nullopt;
+    improve(mesh, domain);
+    clean(mesh, pieces);
+    adjust(mesh, domain);
+    finish(mesh);
+    return mesh;
+}
+
+} // namespace
+
+LabelMesh mesh_labels(const LabelFields &fields, int target_tetrahedra) {
+    constexpr int max_attempts = 8;
+    constexpr double shape = 9.0; // tetrahedra of a body of the volume edge^3, measured
+    const LabelDomain domain = match_volumes(fields);
+    double volume = 0.0;
+    for (const double v : fields.volume)
+        volume += v;
+    double edge = std::cbrt(shape * volume / target_tetrahedra);
+    LabelMesh best;
+    for (int i = 0; i < max_attempts && !(best.num_attempts > 0 && all_met(best.gates)); ++i) {
+        const RefinementSizes sizes{edge, i % 2 == 0 ? 0.15 : 0.2, i % 4 < 2};
+        auto mesh = attempt(domain, sizes);
+        if (!mesh) {
+            edge *= 0.8;
+            continue;
+        }
+        const auto pieces = find_pieces(domain, 4.0 * std::pow(edge, 3) / (6.0 * std::sqrt(2.0)));
+        auto gates = measure_gates(*mesh, fields.volume, pieces, target_tetrahedra);
+        edge *= std::cbrt(static_cast<double>(mesh->num_tetrahedra()) / target_tetrahedra);
+        if (best.gates.empty() || total_miss(gates) < total_miss(best.gates))
+            best = {std::move(*mesh), std::move(gates), best.num_attempts};
+        best.num_attempts = i + 1;
+    }
+    if (best.gates.empty())
+        throw std::runtime_error("no tetrahedra came of the segmentation");
+    return best;
+}
+
+} // namespace livermark::segmentation
