@@ -23,7 +23,7 @@ void improve(core::TetraMesh &mesh, const LabelDomain &domain) {
     for (int round = 0; round < num_rounds; ++round) {
         const double mean = mean_edge_length(mesh);
         peel_flat(mesh, 0.5 * aim);
-        while (collapse_edges(mesh, 0.4 * mean, 1.8 * mean) > 0)
+        while (collapse_edges(mesh, 0.4 * mean, 0.3 * mean, 1.8 * mean) > 0)
             continue;
         remove_edges(mesh, aim);
         swap_faces(mesh, aim);
