@@ -173,7 +173,7 @@ LevelGradients level_gradients(const LabelDomain &domain, const Vector3 &place, 
 }
 
 LevelGradients independent_normals(LevelGradients gradients) {
-    constexpr double grazing = 0.3; // sine of the angle between two surfaces
+    constexpr double grazing = 0.15; // sine of the angle between two surfaces
     for (Eigen::Index i = 0; i < gradients.rows(); ++i) {
         const double length = gradients.row(i).norm();
         for (Eigen::Index j = 0; j < i; ++j)
