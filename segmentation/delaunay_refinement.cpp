@@ -78,10 +78,12 @@ core::TetraMesh refine_delaunay(const LabelDomain &domain, const std::vector<Bor
     Complex complex;
     insert_seeds(complex, labels, seeds, unit);
     CGAL::refine_mesh_3(complex, labels, criteria, p::no_reset_c3t3(), p::no_perturb(), p::no_exude());
-    // Without a limit on the time, which would make the mesh depend on how busy the machine is.
-    if (sizes.perturb)
-        CGAL::perturb_mesh_3(complex, labels, p::time_limit = 0.0, p::sliver_bound = 12.0);
-    CGAL::exude_mesh_3(complex, p::time_limit = 0.0, p::sliver_bound = 12.0);
+    if (sizes.against_slivers) {
+        // Without a limit on the time, which would make the mesh depend on how busy the machine is.
+        constexpr double sliver = 12.0; // dihedral angle [degrees]
+        CGAL::perturb_mesh_3(complex, labels, p::time_limit = 0.0, p::sliver_bound = sliver);
+        CGAL::exude_mesh_3(complex, p::time_limit = 0.0, p::sliver_bound = sliver);
+    }
     return from_complex(complex, unit);
 }
 

@@ -8,7 +8,7 @@ namespace livermark::segmentation {
 struct RefinementSizes {
     double edge = 0.0;            ///< about [m]
     double facet_distance = 0.15; ///< how far a facet's centre may be off the surface, of the edge
-    bool perturb = true;          ///< nodes, against slivers, before they are exuded
+    bool against_slivers = true;  ///< perturb nodes and exude slivers in the end
 };
 
 /// Delaunay refinement of the domain by CGAL's Mesh_3: nodes lie near the borders of the labels, which triangles

@@ -1,11 +1,13 @@
 #include "segmentation/edge_operations.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
-#include <optional>
+#include <map>
 
 #include "segmentation/label_domain.hpp"
 #include "segmentation/mesh_links.hpp"
+#include "segmentation/node_moves.hpp"
 
 namespace livermark::segmentation {
 
@@ -17,12 +19,22 @@ using Nodes = std::array<int, 4>;
 struct Pass {
     core::TetraMesh &mesh;
     MeshLinks links;
-    std::vector<bool> touched; ///< nodes
+    std::vector<bool> touched;  ///< nodes
+    std::vector<double> volume; ///< of the regions [m^3]
     int num_changes = 0;
 
     explicit Pass(core::TetraMesh &changed)
-        : mesh(changed), links(mesh_links(changed)), touched(changed.points.size(), false) {}
+        : mesh(changed), links(mesh_links(changed)), touched(changed.points.size(), false),
+          volume(volumes_of_regions(changed, 1 + *std::ranges::max_element(changed.region))) {}
 };
+
+/// What one change may take from a region or add to it, of its volume: a lesion of a few tetrahedra has none to lose.
+constexpr double largest_share = 0.1;
+
+double volume_of(const core::TetraMesh &mesh, const Nodes &nodes) {
+    return core::signed_volume(mesh.points[nodes[0]], mesh.points[nodes[1]], mesh.points[nodes[2]],
+                               mesh.points[nodes[3]]);
+}
 
 bool untouched(const Pass &pass, const std::vector<int> &tetrahedra) {
     return std::ranges::all_of(tetrahedra, [&](int t) {
@@ -67,14 +79,19 @@ std::vector<int> nodes_around(const Pass &pass, int node) {
     return around;
 }
 
-/// Whether moving node a to b keeps the topology (Dey, Edelsbrunner, Guha and Nekhayev 1999, for a mesh whose borders
-/// have to survive as well): a may leave no border, the edge must lie where a does, and what both nodes see must be
-/// seen by their edge.
-bool keeps_topology(const Pass &pass, int a, int b) {
+/// Whether node a may go where b is as far as borders are concerned: it leaves none, and the edge lies where a does.
+/// Or it is inside the body and nearer than can be: a layer between two borders is given up there.
+bool keeps_borders(const Pass &pass, int a, int b, bool tight) {
     const auto &labels = pass.links.labels_of;
-    if (!std::ranges::includes(labels[b], labels[a]) ||
-        (labels[a].size() > 1 && labels_at_edge(pass.mesh, pass.links, a, b) != labels[a]))
-        return false;
+    if (tight && labels[a].front() != outside)
+        return true;
+    return std::ranges::includes(labels[b], labels[a]) &&
+           (labels[a].size() == 1 || labels_at_edge(pass.mesh, pass.links, a, b) == labels[a]);
+}
+
+/// The link condition (Dey, Edelsbrunner, Guha and Nekhayev 1999, for a mesh whose borders have to survive as well):
+/// what both nodes see is seen by their edge.
+bool keeps_topology(const Pass &pass, int a, int b, bool tight) {
     const auto at_edge = tetrahedra_at_edge(pass.mesh, pass.links, a, b);
     const auto near_a = nodes_around(pass, a);
     const auto near_b = nodes_around(pass, b);
@@ -86,7 +103,7 @@ bool keeps_topology(const Pass &pass, int a, int b) {
         if (here == at_edge.end())
             return false;
         // Border edges from both nodes have to close a border triangle with their edge.
-        if (!on_border(pass.links, a) || !on_border(pass.links, node) ||
+        if (tight || !on_border(pass.links, a) || !on_border(pass.links, node) ||
             labels_at_edge(pass.mesh, pass.links, a, node).size() < 2 ||
             labels_at_edge(pass.mesh, pass.links, b, node).size() < 2)
             return true;
@@ -100,23 +117,29 @@ bool keeps_topology(const Pass &pass, int a, int b) {
     });
 }
 
-bool collapse(Pass &pass, int a, int b, double longest) {
+bool collapse(Pass &pass, int a, int b, double longest, bool tight) {
     // What comes of a collapse may be improved, but not from nothing.
     constexpr double fair = 0.1;
     const auto &star = pass.links.tetrahedra_of[a];
-    if (!untouched(pass, star) || !keeps_topology(pass, a, b))
+    if (!untouched(pass, star) || !keeps_borders(pass, a, b, tight) || !keeps_topology(pass, a, b, tight))
         return false;
+    std::map<int, double> gain; // of volume, by region
     for (const int t : star) {
         auto nodes = pass.mesh.tetrahedra[t];
+        gain[pass.mesh.region[t]] -= volume_of(pass.mesh, nodes);
         if (corner_of(nodes, b) >= 0)
             continue;
         std::ranges::replace(nodes, a, b);
+        gain[pass.mesh.region[t]] += volume_of(pass.mesh, nodes);
         if (quality_of(pass.mesh, nodes) < fair)
             return false;
         for (const int node : nodes)
             if ((pass.mesh.points[node] - pass.mesh.points[b]).norm() > longest)
                 return false;
     }
+    for (const auto &[region, volume] : gain)
+        if (std::abs(volume) > largest_share * pass.volume[region])
+            return false;
     for (const int t : star) {
         auto &nodes = pass.mesh.tetrahedra[t];
         for (const int node : nodes)
@@ -188,7 +211,7 @@ RingCut best_cut(const core::TetraMesh &mesh, const std::vector<int> &ring, std:
 
 } // namespace
 
-int collapse_edges(core::TetraMesh &mesh, double shortest, double longest) {
+int collapse_edges(core::TetraMesh &mesh, double shortest, double tight, double longest) {
     Pass pass(mesh);
     std::vector<std::pair<double, std::array<int, 2>>> edges;
     for (const auto &edge : core::edge_table(mesh.tetrahedra).edges)
@@ -196,8 +219,8 @@ int collapse_edges(core::TetraMesh &mesh, double shortest, double longest) {
             edges.emplace_back(length, edge);
     std::ranges::sort(edges);
     for (const auto &[length, edge] : edges)
-        if (!collapse(pass, edge[0], edge[1], longest))
-            collapse(pass, edge[1], edge[0], longest);
+        if (!collapse(pass, edge[0], edge[1], longest, length < tight))
+            collapse(pass, edge[1], edge[0], longest, length < tight);
     drop_unused(mesh);
     return pass.num_changes;
 }
@@ -254,7 +277,8 @@ int peel_flat(core::TetraMesh &mesh, double quality) {
     Pass pass(mesh);
     for (int t = 0; t < mesh.num_tetrahedra(); ++t) {
         const auto nodes = mesh.tetrahedra[t];
-        if (quality_of(mesh, nodes) >= quality || !untouched(pass, {t}))
+        if (quality_of(mesh, nodes) >= quality || !untouched(pass, {t}) ||
+            volume_of(mesh, nodes) > largest_share * pass.volume[mesh.region[t]])
             continue;
         std::vector<int> open; // corners opposite a face on the border
         std::vector<int> shut;

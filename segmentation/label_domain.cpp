@@ -1,6 +1,5 @@
 #include "segmentation/label_domain.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
@@ -133,13 +132,19 @@ int label_at(const LabelDomain &domain, const Vector3 &place) {
         return first;
     if (!(interpolate(domain.body, cell) > domain.threshold))
         return outside;
-    int best = 0;
+    // A region that wins none of the corners is left out: it could be no more than a speck between them.
+    int best = outside;
     double strongest = -1.0;
-    for (std::size_t r = 0; r < domain.weight.size(); ++r)
-        if (const double value = domain.weight[r] * interpolate(domain.fields.inside[r], cell); value > strongest) {
+    for (std::size_t c = 0; c < cell.sample.size(); ++c) {
+        const int label = domain.label[cell.sample[c]];
+        if (label == outside || label == best)
+            continue;
+        const double value = domain.weight[label] * interpolate(domain.fields.inside[label], cell);
+        if (value > strongest || (value == strongest && label < best)) {
             strongest = value;
-            best = static_cast<int>(r);
+            best = label;
         }
+    }
     return best;
 }
 
@@ -167,6 +172,19 @@ LevelGradients level_gradients(const LabelDomain &domain, const Vector3 &place, 
     return gradients;
 }
 
+LevelGradients independent_normals(LevelGradients gradients) {
+    constexpr double grazing = 0.15; // sine of the angle between two surfaces
+    for (Eigen::Index i = 0; i < gradients.rows(); ++i) {
+        const double length = gradients.row(i).norm();
+        for (Eigen::Index j = 0; j < i; ++j)
+            if (const double square = gradients.row(j).squaredNorm(); square > 0.0)
+                gradients.row(i) -= gradients.row(i).dot(gradients.row(j)) / square * gradients.row(j);
+        if (gradients.row(i).norm() <= grazing * length)
+            gradients.row(i).setZero();
+    }
+    return gradients;
+}
+
 Vector3 project_to_levels(const LabelDomain &domain, Vector3 place, const std::vector<int> &labels,
                           const Levels &values) {
     constexpr int max_steps = 5;
@@ -174,13 +192,12 @@ Vector3 project_to_levels(const LabelDomain &domain, Vector3 place, const std::v
     const double longest = 2.0 * domain.fields.spacing; // where the field is flat a step would leave for nowhere
     for (int i = 0; i < max_steps; ++i) {
         const LevelGradients gradients = level_gradients(domain, place, labels);
+        const LevelGradients normals = independent_normals(gradients);
         const Levels miss = values - level_differences(domain, place, labels);
-        // Damped, because two surfaces that graze each other have no clear line to meet on.
-        Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, max_labels - 1, max_labels - 1> normal =
-            gradients * gradients.transpose();
-        normal.diagonal().array() *= 1.0 + 1e-3;
-        normal.diagonal().array() += 1e-6 / (domain.fields.spacing * domain.fields.spacing);
-        Vector3 step = gradients.transpose() * normal.ldlt().solve(miss);
+        Vector3 step = Vector3::Zero();
+        for (Eigen::Index row = 0; row < normals.rows(); ++row)
+            if (const double square = normals.row(row).squaredNorm(); square > 0.0)
+                step += (miss[row] - gradients.row(row).dot(step)) / square * normals.row(row).transpose();
         if (const double length = step.norm(); length > longest)
             step *= longest / length;
         place += step;

@@ -38,6 +38,11 @@ Levels level_differences(const LabelDomain &domain, const core::Vector3 &place, 
 /// @return (labels - 1) x 3, gradient of level_differences [1/m], by central differences
 LevelGradients level_gradients(const LabelDomain &domain, const core::Vector3 &place, const std::vector<int> &labels);
 
+/// The part of each gradient that is at right angles to those before it, so that a step along one does not disturb
+/// them. Zero where surfaces graze each other, because the curve that they meet in is then anywhere; the surface that
+/// comes first, the capsule if it is there, has precedence.
+LevelGradients independent_normals(LevelGradients gradients);
+
 /// The nearest place, as far as Newton's steps tell, where level_differences has the given values.
 core::Vector3 project_to_levels(const LabelDomain &domain, core::Vector3 place, const std::vector<int> &labels,
                                 const Levels &values);

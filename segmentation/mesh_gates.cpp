@@ -13,6 +13,11 @@ namespace livermark::segmentation {
 
 namespace {
 
+/// Bound of turn_angle [degrees]. Measured at edges of about 10 mm: balls 11 to 13, the drawn liver with its sharp
+/// margin 23 to 34 (30,000 to 8,000 tetrahedra; 30 with slices displaced at random by up to 3 mm), but the same liver
+/// meshed without smoothing 40 to 46 in slices of 3 mm and 67 in slices of 5 mm.
+constexpr double stairs = 40.0;
+
 Gate at_least(std::string name, double value, double bound, std::string remedy) {
     return {std::move(name), value, bound, value >= bound, std::move(remedy)};
 }
@@ -77,8 +82,8 @@ std::vector<Gate> measure_gates(const core::TetraMesh &mesh, const std::vector<d
                 "fill the cavities of the segmentation"),
         at_most("nodes at which the boundary is no manifold", num_pinches(mesh), 0.0,
                 "ask for more tetrahedra, or mend thin bridges in the segmentation"),
-        at_most("turn of the boundary from facet to facet, 95th percentile (degrees)", turn_angle(mesh), 40.0,
-                "smooth the segmentation, or use an image with thinner slices"),
+        at_most("turn of the boundary from facet to facet, 95th percentile (degrees)", turn_angle(mesh), stairs,
+                "smooth the segmentation, use thinner slices, or ask for more tetrahedra"),
         at_most("tetrahedra off the target (%)", count_miss, 10.0, "ask for another number of tetrahedra"),
     };
 }

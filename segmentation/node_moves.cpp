@@ -1,9 +1,10 @@
 #include "segmentation/node_moves.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "segmentation/mesh_links.hpp"
 
@@ -58,14 +59,11 @@ std::vector<Vector3> all_around() {
 
 /// The directions that stay on the level sets to first order.
 std::vector<Vector3> along_levels(std::vector<Vector3> directions, const LevelGradients &gradients) {
-    Eigen::Matrix3d onto = Eigen::Matrix3d::Identity();
-    for (Eigen::Index i = 0; i < gradients.rows(); ++i) {
-        const Vector3 normal = onto * gradients.row(i).transpose();
-        if (normal.norm() > 1e-3 * gradients.row(i).norm())
-            onto -= normal * normal.transpose() / normal.squaredNorm();
-    }
+    const LevelGradients normals = independent_normals(gradients);
     for (auto &direction : directions)
-        direction = onto * direction;
+        for (Eigen::Index row = 0; row < normals.rows(); ++row)
+            if (const double square = normals.row(row).squaredNorm(); square > 0.0)
+                direction -= normals.row(row).dot(direction) / square * normals.row(row).transpose();
     std::erase_if(directions, [](const Vector3 &direction) { return direction.norm() < 0.3; });
     return directions;
 }
@@ -98,6 +96,21 @@ void climb_at(core::TetraMesh &mesh, const LabelDomain &domain, const MeshLinks 
         }
         mesh.points[node] = best;
     }
+}
+
+/// Where the labels meet, if that is within reach.
+std::optional<Vector3> nearby_border(const LabelDomain &domain, const Vector3 &start, const std::vector<int> &labels,
+                                     double reach) {
+    const Levels border = Levels::Zero(static_cast<Eigen::Index>(labels.size()) - 1);
+    const Vector3 place = project_to_levels(domain, start, labels, border);
+    if ((place - start).norm() > reach)
+        return std::nullopt;
+    const Levels miss = level_differences(domain, place, labels);
+    const LevelGradients gradients = level_gradients(domain, place, labels);
+    for (Eigen::Index row = 0; row < miss.size(); ++row)
+        if (!(std::abs(miss[row]) < 0.1 * domain.fields.spacing * gradients.row(row).norm()))
+            return std::nullopt;
+    return place;
 }
 
 /// Derivatives of the volumes of the regions with respect to the place of a node.
@@ -136,14 +149,16 @@ std::vector<std::vector<VolumeGradient>> volume_gradients(const core::TetraMesh 
 void snap_to_levels(core::TetraMesh &mesh, const LabelDomain &domain) {
     const auto links = mesh_links(mesh);
     for (int node = 0; node < mesh.num_nodes(); ++node) {
-        const auto &labels = links.labels_of[node];
-        if (labels.size() < 2 || labels.size() > max_labels)
+        auto labels = links.labels_of[node];
+        if (labels.size() > max_labels)
             continue;
-        const Levels border = Levels::Zero(static_cast<Eigen::Index>(labels.size()) - 1);
-        const Vector3 place = project_to_levels(domain, mesh.points[node], labels, border);
-        // What is farther than this is not the border that the node was put on.
-        if ((place - mesh.points[node]).norm() < 0.5 * mean_edge_at(mesh, links, node))
-            move_towards(mesh, links, node, place);
+        // Where the borders do not meet nearby after all, the first of them, which the capsule would be.
+        for (; labels.size() > 1; labels.pop_back())
+            if (const auto place =
+                    nearby_border(domain, mesh.points[node], labels, 0.5 * mean_edge_at(mesh, links, node))) {
+                move_towards(mesh, links, node, *place);
+                break;
+            }
     }
 }
 
