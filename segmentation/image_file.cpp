@@ -3,6 +3,7 @@
 #include <Eigen/SVD>
 #include <cmath>
 #include <fmt/format.h>
+#include <gdcmTrace.h>
 #include <itkGDCMImageIO.h>
 #include <itkGDCMSeriesFileNames.h>
 #include <itkImageFileReader.h>
@@ -233,6 +234,8 @@ template <class Pixel> void write_image(const fs::path &file, const ImageGrid &g
 
 LabelImage read_label_image(const fs::path &file) {
     itk::Object::GlobalWarningDisplayOff(); // what matters of it is checked here
+    gdcm::Trace::WarningOff();
+    gdcm::Trace::ErrorOff();
     std::error_code error;
     const auto status = fs::status(file, error);
     if (!fs::exists(status))
