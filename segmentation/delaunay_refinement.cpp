@@ -8,6 +8,7 @@
 #include <CGAL/exude_mesh_3.h>
 #include <CGAL/perturb_mesh_3.h>
 #include <CGAL/refine_mesh_3.h>
+#include <algorithm>
 #include <map>
 
 namespace livermark::segmentation {

@@ -14,7 +14,8 @@ struct LabelFields {
     double spacing = 0.0;                   ///< [m]
     core::Vector3 low = {0.0, 0.0, 0.0};    ///< place of the first sample, in the axes of the image [m]
     std::vector<std::vector<float>> inside; ///< (R) of (samples), the first axis runs fastest: about 1 well inside the
-                                            ///< region, 0 well outside it, about 1/2 on its border
+                                            ///< region, 0 well outside it, about 1/2 on its border; 0 on the
+                                            ///< border of the grid
     std::vector<double> volume;             ///< (R) that the region has to have in the end [m^3]
 };
 

@@ -14,9 +14,9 @@ using core::Vector3;
 Vector3 place_of(const LabelFields &fields, std::size_t sample) {
     const std::size_t row = fields.size[0];
     const std::size_t column = fields.size[1];
-    return fields.low + fields.spacing * Vector3(static_cast<double>(sample % row),
-                                                 static_cast<double>(sample / row % column),
-                                                 static_cast<double>(sample / row / column));
+    const std::array<std::size_t, 3> index{sample % row, sample / row % column, sample / row / column};
+    return fields.low + fields.spacing * Vector3(static_cast<double>(index[0]), static_cast<double>(index[1]),
+                                                 static_cast<double>(index[2]));
 }
 
 /// Distances in the index to the six samples around one; the grid is wider than the body, so all of them are there.

@@ -13,7 +13,7 @@ struct LabelPiece {
     core::Vector3 deepest; ///< a sample that is as far from the border as any [m]
 };
 
-/// The pieces of all regions, neighbours being samples side by side.
+/// The pieces of all regions, region by region and the largest first; neighbours are samples side by side.
 /// @param smallest  volume below which a piece is noise [m^3]; the largest of each region is there however small
 std::vector<LabelPiece> find_pieces(const LabelDomain &domain, double smallest);
 

@@ -4,8 +4,7 @@
 
 namespace livermark::segmentation {
 
-/// The region of each tetrahedron's connected piece (across faces), largest pieces of a region first.
-/// @return pieces as lists of tetrahedra; a region that is not there has none
+/// The tetrahedra of each part of a region that hangs together across faces, largest part first.
 std::vector<std::vector<int>> mesh_pieces(const core::TetraMesh &mesh);
 
 /// How many more or fewer pieces the regions have in the mesh than wanted, all in all.
@@ -18,8 +17,8 @@ int num_pinches(const core::TetraMesh &mesh);
 /// Separate closed surfaces that bound the mesh: 1 for a body without cavities.
 int num_shells(const core::TetraMesh &mesh);
 
-/// Gives islands to the region around them, removes those that hang on by nothing, and takes or fills single tetrahedra
-/// until the boundary is a manifold, if that can be had.
+/// Gives islands to the region around them, removes what the body does not hang together with, and takes away the
+/// smaller side of every place where the boundary is no manifold, as far as a few rounds go.
 void clean(core::TetraMesh &mesh, const std::vector<LabelPiece> &wanted);
 
 } // namespace livermark::segmentation

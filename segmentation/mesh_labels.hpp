@@ -31,9 +31,9 @@ struct LabelMesh {
 ///   smallest quality 6 sqrt(2) V / l_rms^3   at least 0.15
 ///   shortest edge                            at least 0.25 of the mean
 ///   volume of each region                    within 2 % of that wanted
-///   every region is there, in one piece
+///   every region is there, in as many pieces as in the fields (without those of less than a few tetrahedra)
 ///   one closed surface that is a manifold
-///   no stairs: 95th percentile of the angle between neighbouring boundary facets
+///   no stairs: 95th percentile of the angle between neighbouring boundary facets at most 40 degrees
 ///   tetrahedra                               within 10 % of the target
 /// @param target_tetrahedra  how many, about
 /// @throws std::runtime_error  if no attempt gave a mesh at all

@@ -1,6 +1,7 @@
 #include "segmentation/mesh_links.hpp"
 
 #include <algorithm>
+#include <tuple>
 
 #include "meshes/mesh_figures.hpp"
 #include "segmentation/label_domain.hpp"
