@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <numeric>
 #include <optional>
 
 #include "app/body_parameters.hpp"
@@ -13,6 +14,14 @@ namespace livermark::app {
 namespace {
 
 constexpr const char *paper_law = "lloyd";
+
+/// Livers hold 1.5 L, with a standard deviation of 0.4 L.
+bool may_be_a_liver(const core::Body &body) {
+    constexpr double smallest = 0.5e-3, largest = 3.0e-3; // [m^3]
+    const auto volumes = core::tetrahedron_volumes(body.mesh);
+    const double volume = std::accumulate(volumes.begin(), volumes.end(), 0.0);
+    return volume > smallest && volume < largest;
+}
 
 const core::SpringNetwork *springs_in(const results::Result &result) {
     const auto model = std::ranges::find(result.models, paper_law, &results::ModelResult::name);
@@ -58,9 +67,10 @@ report::PaperTable table_of(const results::Result &result, const core::SpringNet
 std::vector<report::PaperTable> paper_tables(const report::ReportData &data) {
     std::vector<report::PaperTable> tables;
     for (const auto &result : data.results) {
-        const auto &body = result.problem.body->name;
+        const auto &body = *result.problem.body;
         const auto *springs = springs_in(result);
-        if (springs && std::ranges::find(tables, body, &report::PaperTable::body) == tables.end())
+        if (springs && std::ranges::find(tables, body.name, &report::PaperTable::body) == tables.end() &&
+            may_be_a_liver(body))
             tables.push_back(table_of(result, *springs, data));
     }
     return tables;

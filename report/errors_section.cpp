@@ -82,17 +82,21 @@ std::vector<std::string> commands_of_cases(const std::vector<const results::Resu
 
 std::string remarks(const std::vector<const results::Result *> &cases) {
     std::string html;
+    std::vector<std::string> unsure;
     for (const auto *result : cases) {
-        const auto &load_case = result->problem.load_case;
+        const auto &load_case = result->problem.load_case.name;
         if (!result->reference_uncertainty)
-            html += missing(fmt::format("{}: nobody knows how good the reference is, because it was not solved on the "
-                                        "refined mesh (--no-uncertainty).",
-                                        load_case.name));
+            unsure.push_back(load_case);
         for (const auto &model : result->models)
             if (model.solution.status != core::SolutionStatus::ok)
-                html += missing(fmt::format("{}, {}: {}: {}", load_case.name, model.name,
+                html += missing(fmt::format("{}, {}: {}: {}", load_case, model.name,
                                             core::to_string(model.solution.status), model.solution.message));
     }
+    if (!unsure.empty())
+        html += missing(fmt::format("Nobody knows how good the reference is under {}: it was not solved on the refined "
+                                    "mesh.",
+                                    fmt::join(unsure, ", ")),
+                        "livermark run, without --no-uncertainty");
     return html;
 }
 

@@ -29,38 +29,58 @@ constexpr std::array parts{Part{"errors", "How far each model is off"},
                            Part{"paper", "The seed paper beside this"},
                            Part{"numbers", "Every number, and where it comes from"}};
 
-/// The contestant that is best in the mean over the load cases of a body that it came through, all of them.
-std::string finding(const ReportData &data, const std::string &label) {
-    std::map<std::string, std::vector<double>> errors;
+/// What is known of one body, over its load cases.
+struct Finding {
     std::size_t num_cases = 0;
-    std::vector<double> uncertainties;
+    std::map<std::string, std::vector<double>> springs; ///< errors by model
+    std::vector<double> baseline, uncertainties;
+};
+
+Finding find(const ReportData &data, const std::string &label) {
+    Finding found;
     for (const auto &result : data.results) {
         if (results::body_label(result, data.results) != label)
             continue;
-        ++num_cases;
+        ++found.num_cases;
         if (result.reference_uncertainty)
-            uncertainties.push_back(result.reference_uncertainty->relative_l2);
+            found.uncertainties.push_back(result.reference_uncertainty->relative_l2);
         for (const auto &model : result.models)
-            if ((is_contestant(model) || model.name == "fem_p1") && std::isfinite(error_of(model)))
-                errors[model.name].push_back(error_of(model));
+            if (const double error = error_of(model); std::isfinite(error)) {
+                if (is_contestant(model))
+                    found.springs[model.name].push_back(error);
+                else if (model.name == "fem_p1")
+                    found.baseline.push_back(error);
+            }
     }
-    std::string best;
-    for (const auto &[name, values] : errors)
-        if (name != "fem_p1" && values.size() == num_cases && (best.empty() || mean(values) < mean(errors.at(best))))
-            best = name;
-    if (best.empty())
-        return fmt::format("<li><strong>{}</strong>: no springs came through every load case.</li>\n",
-                           name_html(label));
-    auto text = fmt::format("<li><strong>{}</strong>: of the springs, {} are nearest to the reference: {:.1f} % off in "
-                            "the mean over {} load case{}",
-                            name_html(label), name_html(best), percent * mean(errors.at(best)), num_cases,
-                            num_cases == 1 ? "" : "s");
-    if (errors.contains("fem_p1") && errors.at("fem_p1").size() == num_cases)
-        text += fmt::format("; linear finite elements on the same mesh are {:.1f} % off",
-                            percent * mean(errors.at("fem_p1")));
-    if (!uncertainties.empty())
-        text += fmt::format("; the reference itself is known to {:.1f} %", percent * mean(uncertainties));
-    return text + ".</li>\n";
+    return found;
+}
+
+/// A mean that is one over all load cases, or "-".
+std::string mean_of_all(const std::vector<double> &values, std::size_t num_cases) {
+    return values.empty() || values.size() < num_cases ? "-" : results::fixed(percent * mean(values), 2);
+}
+
+/// A row for each body: the springs that are best in the mean, of those that came through every load case.
+results::Layout findings(const ReportData &data, const std::vector<std::string> &labels) {
+    results::Layout layout{{{"body"},
+                            {"load cases", true},
+                            {"nearest springs"},
+                            {"mean error [%]", true},
+                            {"of linear finite elements [%]", true},
+                            {"uncertainty of the reference [%]", true}},
+                           {}};
+    for (const auto &label : labels) {
+        const auto found = find(data, label);
+        std::string best;
+        for (const auto &[name, errors] : found.springs)
+            if (errors.size() == found.num_cases && (best.empty() || mean(errors) < mean(found.springs.at(best))))
+                best = name;
+        layout.rows.push_back(
+            {label, fmt::format("{}", found.num_cases), best.empty() ? "none came through every load case" : best,
+             best.empty() ? "-" : mean_of_all(found.springs.at(best), found.num_cases),
+             mean_of_all(found.baseline, found.num_cases), mean_of_all(found.uncertainties, found.num_cases)});
+    }
+    return layout;
 }
 
 std::string fact(const char *name, const std::string &text) {
@@ -71,18 +91,18 @@ std::string fact(const char *name, const std::string &text) {
 
 std::string head(const ReportData &data) {
     std::string html = "<header>\n<h1>Livermark report</h1>\n<p class=\"lead\">How far mass-spring models are from a "
-                       "finite element reference, what they cost, and how long a time step they bear.</p>\n<ul>\n";
+                       "finite element reference, what they cost, and how long a time step they bear.</p>\n";
     const auto labels = body_labels(data.results);
-    for (const auto &label : labels)
-        html += finding(data, label);
-    html += "</ul>\n<dl class=\"facts\">\n";
+    if (!labels.empty())
+        html += figure("table", table_html(findings(data, labels)), "In short: means over the load cases of each body.",
+                       {});
+    html += "<dl class=\"facts\">\n";
     html +=
         fact("Files", fmt::format("{} of runs, {} of stability, {} of histories, {} of timings", data.results.size(),
                                   data.stability.size(), data.histories.size(), data.timings.size()));
     if (!data.results.empty()) {
         const auto newest = std::ranges::max_element(
             data.results, {}, [](const results::Result &result) { return result.provenance.created; });
-        html += fact("Bodies", fmt::format("{}", fmt::join(labels, "; ")));
         html += fact("Newest run", fmt::format("{}, livermark {}, commit {}", newest->provenance.created,
                                                newest->provenance.software_version, newest->provenance.git_commit));
         html +=

@@ -102,15 +102,19 @@ std::string missing(std::string_view what, std::string_view command) {
                        command.empty() ? "" : fmt::format(" Made by <code>{}</code>.", escaped(command)));
 }
 
-std::string table_html(const results::Layout &layout, const std::set<Cell> &strong) {
+std::string table_html(const results::Layout &layout, const std::set<Cell> &strong, const HtmlColumn &last) {
     std::string html = "<div class=\"wide\"><table>\n<thead><tr>";
     for (const auto &column : layout.columns)
         html += cell_html("th", column.is_number, false, name_html(column.title));
+    if (!last.title.empty())
+        html += cell_html("th", false, false, escaped(last.title));
     html += "</tr></thead>\n<tbody>\n";
     for (std::size_t r = 0; r < layout.rows.size(); ++r) {
         html += "<tr>";
         for (std::size_t c = 0; c < layout.columns.size(); ++c)
-            html += cell_html("td", layout.columns[c].is_number, strong.contains({r, c}), name_html(layout.rows[r][c]));
+            html += cell_html("td", layout.columns[c].is_number, strong.contains({r, c}), escaped(layout.rows[r][c]));
+        if (!last.title.empty())
+            html += cell_html("td", false, false, last.contents[r]);
         html += "</tr>\n";
     }
     return html + "</tbody></table></div>\n";

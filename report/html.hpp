@@ -28,8 +28,15 @@ std::string missing(std::string_view what, std::string_view command = {});
 /// A row and a column of a table.
 using Cell = std::pair<std::size_t, std::size_t>;
 
+/// A last column of a table that is not text.
+struct HtmlColumn {
+    std::string title;
+    std::vector<std::string> contents; ///< one for each row
+};
+
 /// @param strong  cells in bold type
-std::string table_html(const results::Layout &layout, const std::set<Cell> &strong = {});
+/// @param last    none without a title
+std::string table_html(const results::Layout &layout, const std::set<Cell> &strong = {}, const HtmlColumn &last = {});
 
 /// A figure or table with its caption; numbered by the style sheet.
 /// @param kind      "figure" or "table"

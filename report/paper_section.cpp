@@ -22,7 +22,7 @@ bool is_let_go(const results::HistoryCase &entry) {
 
 std::string table_1(const std::vector<PaperTable> &tables) {
     if (tables.empty())
-        return missing("Table 1: no result file here has the springs of a model in it.", "livermark run");
+        return missing("No result file here has the springs of lloyd on a body that may be a liver.", "livermark run");
     std::string html;
     for (const auto &table : tables) {
         html +=
@@ -71,8 +71,12 @@ Plot plot_of(const results::HistoryCase &entry) {
     double duration = 0.0;
     for (const auto &history : entry.steps)
         duration = std::max(duration, history.time.back());
-    Plot plot{.title = fmt::format("{}; stable up to {:.4g} s", entry.title, entry.critical_time_step),
-              .x = {.label = "t [s], square root scale", .scale = Scale::square_root, .low = 0.0, .high = duration},
+    Plot plot{.title = entry.title,
+              .x = {.label = fmt::format("t [s], square root scale; steps up to {:.4g} s are stable",
+                                         entry.critical_time_step),
+                    .scale = Scale::square_root,
+                    .low = 0.0,
+                    .high = duration},
               .y = {.label = "u / u(0)", .low = -largest_shown, .high = largest_shown},
               .series = {},
               .height = 250.0,

@@ -64,7 +64,7 @@ std::vector<double> ticks_of(const Ruler &ruler) {
     if (ruler.scale == Scale::linear)
         return linear_ticks(ruler.low, ruler.high, 6);
     std::vector<double> ticks{0.0}; // squares of equal steps, near enough
-    for (const double part : {0.005, 0.05, 0.2, 0.5, 1.0})
+    for (const double part : {0.05, 0.2, 0.5, 1.0})
         ticks.push_back(part * ruler.high);
     return ticks;
 }
@@ -165,14 +165,23 @@ std::string series_svg(const Series &series, const Panel &panel) {
     return (series.style.has_line && !path.empty() ? line_svg(path, series.style) : "") + markers + "\n";
 }
 
+/// @param has_leader  a thin line from the point to the nearer end of the label
 std::string label_svg(const Label &label, bool has_leader) {
     std::string svg;
-    const double middle = label.at_y - 4.0;
-    if (has_leader)
-        svg = fmt::format("<line class=\"leader\" x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\"/>",
-                          label.x + 5.0, label.y, label.at_x - 3.0, middle);
+    if (has_leader) {
+        const double right = label.at_x + text_width(label.text);
+        const double end = label.x < label.at_x ? label.at_x - 3.0 : std::min(label.x, right);
+        const double below = label.x < label.at_x ? -4.0 : label.at_y < label.y ? 3.0 : -10.0;
+        svg = fmt::format("<line class=\"leader\" x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\"/>", label.x,
+                          label.y, end, label.at_y + below);
+    }
     return svg + fmt::format("<text class=\"name\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", label.at_x, label.at_y,
                              escaped(label.text));
+}
+
+/// Whether one could doubt which point a label beside points belongs to.
+bool is_far(const Label &label) {
+    return std::abs(label.at_y - label.y) > 1.6 * label_size;
 }
 
 /// The names of all series below each other, each behind a piece of its line.
@@ -209,7 +218,7 @@ std::string labels_svg(const Plot &plot, const Panel &panel) {
     for (const auto &label : ends)
         svg += label_svg(label, true);
     for (const auto &label : beside)
-        svg += label_svg(label, false);
+        svg += label_svg(label, is_far(label));
     return svg;
 }
 

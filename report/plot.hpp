@@ -42,7 +42,7 @@ struct Plot {
     std::string title;
     Axis x, y;
     std::vector<Series> series;
-    double width = 640.0, height = 400.0; ///< of the whole, in units of a CSS pixel
+    double width = 520.0, height = 350.0; ///< of the whole, in units of a CSS pixel
     Names names = Names::at_ends;
 };
 

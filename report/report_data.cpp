@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <numeric>
 #include <system_error>
+#include <utility>
 
 #include "core/input_error.hpp"
 #include "results/file_kind.hpp"
@@ -27,6 +29,23 @@ std::vector<std::filesystem::path> files_below(const std::filesystem::path &fold
             fmt::format("{}: cannot be listed ({}); see who may read it", folder.string(), error.message()));
     std::ranges::sort(files);
     return files;
+}
+
+/// Bodies together, and of each the Poisson's ratios in order.
+void sort_results(ReportData &data) {
+    std::vector<std::size_t> order(data.results.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::stable_sort(order, {}, [&](std::size_t r) {
+        const auto &body = *data.results[r].problem.body;
+        return std::pair(body.name, body.materials.front().poisson_ratio);
+    });
+    ReportData sorted;
+    for (const auto r : order) {
+        sorted.results.push_back(std::move(data.results[r]));
+        sorted.files.push_back(std::move(data.files[r]));
+    }
+    data.results = std::move(sorted.results);
+    data.files = std::move(sorted.files);
 }
 
 } // namespace
@@ -59,6 +78,7 @@ ReportData read_report_data(const std::filesystem::path &folder) {
         throw core::InputError(fmt::format("{}: there are no result files here; make some with `livermark run --output "
                                            "{}`",
                                            folder.string(), folder.string()));
+    sort_results(data);
     return data;
 }
 

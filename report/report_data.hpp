@@ -21,7 +21,7 @@ struct ReportData {
     std::vector<std::string> others; ///< files of other kinds, which no part of the report is about
 };
 
-/// Reads every .h5 below a folder, by name.
+/// Reads every .h5 below a folder.
 /// @throws core::InputError if the folder cannot be listed, one of the files cannot be read or is damaged, or none of
 ///         them has anything for a report
 ReportData read_report_data(const std::filesystem::path &folder);

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -34,6 +35,7 @@ Plot plot_of(const std::vector<results::Stability> &all) {
             add(limits.integrator, limits.undamped, colour, Marker::circle);
             add(limits.integrator + ", damped", limits.damped, colour, Marker::triangle);
         }
+    std::ranges::sort(plot.series.front().points, {}, &PlotPoint::x);
     return plot;
 }
 

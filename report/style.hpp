@@ -9,7 +9,7 @@ inline constexpr std::string_view style_sheet = R"(
 :root { --ink: #1d2329; --soft: #56606a; --line: #d5dade; --paper: #ffffff; --tint: #f5f7f8; --accent: #0b5c7d; }
 * { box-sizing: border-box; }
 html { background: var(--paper); color: var(--ink); -webkit-text-size-adjust: 100%; }
-body { margin: 0; font: 17px/1.55 Charter, "Bitstream Charter", "Source Serif Pro", Cambria, Georgia, serif; }
+body { margin: 0; font: 1.0625rem/1.55 Charter, "Bitstream Charter", "Source Serif Pro", Cambria, Georgia, serif; }
 main { max-width: 66rem; margin: 0 auto; padding: 3rem 1.5rem 5rem; counter-reset: figure table; }
 h1, h2, h3, table, svg, code, nav, .facts, figcaption { font-family: "Source Sans 3", "Source Sans Pro", "Helvetica Neue",
   "Segoe UI", Roboto, "Liberation Sans", Arial, sans-serif; }
@@ -44,7 +44,7 @@ table { border-collapse: collapse; font-size: 0.86rem; line-height: 1.35; font-v
 th, td { text-align: left; vertical-align: baseline; padding: 0.26rem 0.75rem 0.26rem 0; border-bottom: 1px solid #e8ebed; }
 th { vertical-align: bottom; font-weight: 600; color: var(--soft); border-bottom: 1.5px solid var(--ink); }
 .number { text-align: right; padding: 0.26rem 0 0.26rem 0.75rem; }
-td.number { white-space: nowrap; }
+td.number, td:first-child { white-space: nowrap; }
 td.number + td:not(.number), th.number + th:not(.number) { padding-left: 1rem; }
 tbody tr:last-child td { border-bottom: 1.5px solid var(--ink); }
 strong { font-weight: 700; }
@@ -52,7 +52,7 @@ strong { font-weight: 700; }
 .small th, .small td { padding-top: 0.12rem; padding-bottom: 0.12rem; }
 svg { display: block; width: 100%; height: auto; }
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 29rem), 1fr)); gap: 1.4rem 1.6rem; }
-.plot { max-width: 46rem; }
+.plot { max-width: 38rem; }
 .plot text, .bar text { font-size: 11.5px; fill: var(--ink); }
 .plot .title { font-size: 13.5px; font-weight: 600; }
 .plot .tick, .plot .label { fill: var(--soft); }
@@ -61,14 +61,14 @@ svg { display: block; width: 100%; height: auto; }
 .plot .leader { stroke: #b5bdc4; stroke-width: 0.8; }
 .plot .front { fill: none; stroke: #8a949d; stroke-width: 1.2; }
 .case { break-inside: avoid; }
-.pictures { display: grid; grid-template-columns: repeat(3, 1fr); gap: 0.9rem 1.2rem; align-items: end; }
+.pictures { display: grid; grid-template-columns: repeat(3, 1fr); gap: 0.9rem 1.2rem; align-items: start; }
 .pictures div { font: 600 0.86rem/1.35 "Source Sans 3", "Source Sans Pro", "Helvetica Neue", "Segoe UI", Roboto,
   "Liberation Sans", Arial, sans-serif; }
 .pictures div span { display: block; font-weight: 400; color: var(--soft); }
 .pictures img { display: block; width: 100%; height: auto; margin-bottom: 0.3rem; }
-.bar { max-width: 17rem; align-self: center; }
+.bar { max-width: 17rem; }
 @media (max-width: 40rem) {
-  body { font-size: 16px; }
+  body { font-size: 1rem; }
   main { padding: 1.5rem 1rem 3rem; }
   h1 { font-size: 1.9rem; }
   .facts { grid-template-columns: 1fr; gap: 0; }
@@ -77,7 +77,8 @@ svg { display: block; width: 100%; height: auto; }
 }
 @page { size: A4; margin: 16mm 14mm; }
 @media print {
-  body { font-size: 9.5pt; line-height: 1.4; }
+  html { font-size: 9pt; }
+  body { font-size: 1rem; line-height: 1.4; }
   main { max-width: none; padding: 0; }
   h1 { font-size: 22pt; }
   h2 { font-size: 14pt; margin-top: 1.6rem; break-after: avoid; }
@@ -86,13 +87,14 @@ svg { display: block; width: 100%; height: auto; }
   figure { break-inside: avoid; }
   figure.table { break-inside: auto; }
   .wide { overflow: visible; }
-  table { font-size: 7pt; }
+  table { font-size: 7.2pt; }
   .small table { font-size: 5.6pt; }
   .number { padding-left: 0.4rem; }
   th, td { padding-right: 0.4rem; }
   thead { display: table-header-group; }
   tr { break-inside: avoid; }
-  .plots { grid-template-columns: 1fr 1fr; }
+  .plots { grid-template-columns: 1fr 1fr; gap: 3mm 6mm; }
+  .pictures { max-width: 150mm; gap: 2mm 4mm; }
   * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 }
 )";

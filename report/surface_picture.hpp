@@ -24,9 +24,9 @@ struct Surface {
     double largest;                                ///< value of the last colour, > 0
 };
 
-/// One of sixteen directions around the body, from a little above or below: the one that shows most of what moves.
-/// Vertical is z.
-/// @param displacement  (N) [m], all finite
+/// One of sixteen directions around the body, from a little above or below: one that shows much of the body and of what
+/// moves. Vertical is z.
+/// @param displacement  (N) [m], all finite and not all zero
 /// @param shapes        (N) each: all that is to be in the picture [m]
 /// @param width         [pixel]
 View find_view(std::span<const std::array<int, 3>> triangles, std::span<const core::Vector3> points,
@@ -34,7 +34,8 @@ View find_view(std::span<const std::array<int, 3>> triangles, std::span<const co
                int width);
 
 /// Draws a surface with colours of viridis() between its nodes, lit from where one looks, so that a part that faces the
-/// eye has the colours of the legend. White behind it. Edges are smooth: 9 samples per pixel.
+/// eye has the colours of the legend. White behind it. Edges are smooth: 9 samples per pixel. Channels are multiples of
+/// 4, or 255.
 /// @param outline  (N) nodes of another shape of the same body, whose outline is drawn as a line; may be empty
 Picture draw_surface(const Surface &surface, const View &view, std::span<const core::Vector3> outline = {});
 

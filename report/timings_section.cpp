@@ -18,6 +18,12 @@ std::string counter(const results::Timing &timing, const std::string &name, doub
     return found == timing.counters.end() ? "-" : fmt::format("{:.{}g}", unit * found->second, digits);
 }
 
+/// Never with an exponent, so that the column can be read down.
+std::string in_microseconds(double seconds) {
+    const double number = microseconds * seconds;
+    return fmt::format("{:.{}f}", number, number < 10.0 ? 2 : number < 1000.0 ? 1 : 0);
+}
+
 std::string whole(const results::Timing &timing, const std::string &name) {
     const auto found = timing.counters.find(name);
     return found == timing.counters.end() ? "-" : fmt::format("{:.0f}", found->second);
@@ -46,22 +52,21 @@ results::Layout layout_of(const results::Timings &timings) {
                             {"simulated s/s", true}},
                            {}};
     for (const auto &timing : timings.timings)
-        layout.rows.push_back({timing.name, fmt::format("{:.4g}", microseconds * results::median(timing.seconds)),
-                               fmt::format("{:.4g}", microseconds * *std::ranges::min_element(timing.seconds)),
+        layout.rows.push_back({timing.name, in_microseconds(results::median(timing.seconds)),
+                               in_microseconds(*std::ranges::min_element(timing.seconds)),
                                fmt::format("{}", timing.seconds.size()), timing.is_wall_clock ? "wall" : "processor",
                                whole(timing, "springs"), counter(timing, "time_per_spring", nanoseconds, 3),
                                counter(timing, "of_limit", percent, 3), counter(timing, "real_time_factor", 1.0, 3)});
     return layout;
 }
 
-/// The bars of a file as a figure of their own.
-std::string bars_of(const results::Timings &timings) {
-    std::string rows;
+std::string table_of(const results::Timings &timings) {
+    HtmlColumn bars{"of the limit", {}};
     for (const auto &timing : timings.timings)
-        if (const auto bar = bar_of(timing); !bar.empty())
-            rows += fmt::format("<tr><td>{}</td><td>{}</td><td class=\"number\">{} %</td></tr>\n",
-                                name_html(timing.name), bar, counter(timing, "of_limit", percent, 3));
-    return rows.empty() ? "" : "<div class=\"wide\"><table><tbody>\n" + rows + "</tbody></table></div>\n";
+        bars.contents.push_back(bar_of(timing));
+    const bool has_bar = std::ranges::any_of(bars.contents, [](const auto &bar) { return !bar.empty(); });
+    return table_html(layout_of(timings), {}, has_bar ? bars : HtmlColumn{}) +
+           (has_bar ? "" : missing("No benchmark in this file is set against the machine's limit."));
 }
 
 } // namespace
@@ -78,14 +83,8 @@ std::string timings_section(const ReportData &data) {
                   "can be; more is possible on several threads.");
     for (const auto &timings : data.timings) {
         const auto &made = timings.provenance;
-        if (const auto bars = bars_of(timings); bars.empty())
-            html += missing("No benchmark in this file is set against the machine's limit.", command);
-        else
-            html += figure("figure", bars,
-                           fmt::format("Part of the machine's limit that each step comes to: {}.", made.cpu),
-                           {made.command});
         html += figure(
-            "table", table_html(layout_of(timings)),
+            "table", table_of(timings),
             fmt::format("Timings of {} ({}, {}, commit {}).", made.cpu, made.build_type, made.created, made.git_commit),
             {made.command});
     }
