@@ -74,6 +74,7 @@ std::vector<const results::ModelResult *> models_to_show(const results::Result &
 struct Scene {
     const core::TetraMesh &mesh;
     View view;
+    Outline at_rest;
     double displacement_scale, error_scale; ///< lengths of the last colours [m]
     std::string what;                       ///< body and load case
 };
@@ -81,8 +82,7 @@ struct Scene {
 std::string picture(const Scene &scene, const std::vector<Vector3> &points, const std::vector<Vector3> &field,
                     double scale, const std::string &of, const std::string &title, const std::string &detail) {
     const auto values = lengths(field);
-    const auto drawn =
-        draw_surface({scene.mesh.boundary_triangles, points, values, scale}, scene.view, scene.mesh.points);
+    const auto drawn = draw_surface({scene.mesh.boundary_triangles, points, values, scale}, scene.view, scene.at_rest);
     return fmt::format("<div>{}{}<span>{}</span></div>\n",
                        image(png_bytes(drawn), drawn.width, drawn.height,
                              fmt::format("{}: {} from 0 to {:.3g} mm", scene.what, of, millimetres * scale)),
@@ -101,8 +101,10 @@ std::string pictures_of(const results::Result &result, const results::ModelResul
         shapes.push_back(moved(mesh, model->solution.displacement, factor));
         worst = std::max(worst, model->comparison->max_error);
     }
+    const auto view = find_view(mesh.boundary_triangles, mesh.points, displacement, shapes, picture_width);
     const Scene scene{.mesh = mesh,
-                      .view = find_view(mesh.boundary_triangles, mesh.points, displacement, shapes, picture_width),
+                      .view = view,
+                      .at_rest = outline_of(mesh.boundary_triangles, mesh.points, view),
                       .displacement_scale = peak,
                       // Errors beyond the displacement itself would leave no colours to the other model.
                       .error_scale = worst > 0.0 ? std::min(worst, peak) : peak,

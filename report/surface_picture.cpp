@@ -33,9 +33,13 @@ Vector3 project(const View &view, const Vector3 &point) {
 /// Which sample is covered by what.
 struct Fragments {
     int width, height;
-    std::vector<double> depth;    ///< minus infinity where there is nothing
-    std::vector<int> triangle;    ///< -1 where there is nothing
-    std::vector<Vector3> weights; ///< of the corners
+    std::vector<double> depth;                 ///< minus infinity where there is nothing
+    std::vector<int> triangle;                 ///< -1 where there is nothing
+    std::vector<std::array<float, 2>> weights; ///< of the second and the third corner
+
+    std::size_t at(int x, int y) const {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+    }
 };
 
 Fragments rasterise(std::span<const Triangle> triangles, std::span<const Vector3> points, const View &view) {
@@ -43,7 +47,7 @@ Fragments rasterise(std::span<const Triangle> triangles, std::span<const Vector3
     const auto count = static_cast<std::size_t>(seen.width) * static_cast<std::size_t>(seen.height);
     seen.depth.assign(count, -std::numeric_limits<double>::infinity());
     seen.triangle.assign(count, -1);
-    seen.weights.assign(count, Vector3::Zero());
+    seen.weights.assign(count, {});
     const auto range = [](double low, double high, int size) {
         return std::array{std::max(0, static_cast<int>(std::floor(low))),
                           std::min(size - 1, static_cast<int>(std::ceil(high)))};
@@ -64,15 +68,14 @@ Fragments rasterise(std::span<const Triangle> triangles, std::span<const Vector3
                 const double px = x + 0.5, py = y + 0.5;
                 const double of_b = ((px - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (py - a.y())) / area;
                 const double of_c = ((b.x() - a.x()) * (py - a.y()) - (px - a.x()) * (b.y() - a.y())) / area;
-                const Vector3 weights(1.0 - of_b - of_c, of_b, of_c);
-                if (weights.minCoeff() < 0.0)
+                if (of_b < 0.0 || of_c < 0.0 || of_b + of_c > 1.0)
                     continue;
-                const auto at =
-                    static_cast<std::size_t>(y) * static_cast<std::size_t>(seen.width) + static_cast<std::size_t>(x);
-                if (const double depth = weights.dot(Vector3(a.z(), b.z(), c.z())); depth > seen.depth[at]) {
+                const auto at = seen.at(x, y);
+                if (const double depth = a.z() + of_b * (b.z() - a.z()) + of_c * (c.z() - a.z());
+                    depth > seen.depth[at]) {
                     seen.depth[at] = depth;
                     seen.triangle[at] = static_cast<int>(t);
-                    seen.weights[at] = weights;
+                    seen.weights[at] = {static_cast<float>(of_b), static_cast<float>(of_c)};
                 }
             }
     }
@@ -126,21 +129,6 @@ Picture averaged(const std::vector<Colour> &colours, const View &view) {
                 picture.rgb.push_back(coarse((sum + samples * samples / 2) / (samples * samples)));
             }
     return picture;
-}
-
-/// A line two samples wide where a shape begins.
-void draw_outline(std::vector<Colour> &colours, const Fragments &shape) {
-    const auto is_inside = [&](int x, int y) {
-        return x >= 0 && y >= 0 && x < shape.width && y < shape.height &&
-               shape.triangle[static_cast<std::size_t>(y) * static_cast<std::size_t>(shape.width) +
-                              static_cast<std::size_t>(x)] >= 0;
-    };
-    for (int y = 0; y < shape.height; ++y)
-        for (int x = 0; x < shape.width; ++x)
-            if (const bool inside = is_inside(x, y); inside != is_inside(x - 1, y) || inside != is_inside(x + 1, y) ||
-                                                     inside != is_inside(x, y - 1) || inside != is_inside(x, y + 1))
-                colours[static_cast<std::size_t>(y) * static_cast<std::size_t>(shape.width) +
-                        static_cast<std::size_t>(x)] = {line_grey, line_grey, line_grey};
 }
 
 View looking_along(double azimuth, double elevation) {
@@ -209,7 +197,24 @@ View find_view(std::span<const Triangle> triangles, std::span<const Vector3> poi
     return best;
 }
 
-Picture draw_surface(const Surface &surface, const View &view, std::span<const Vector3> outline) {
+Outline outline_of(std::span<const Triangle> triangles, std::span<const Vector3> points, const View &view) {
+    const auto shape = rasterise(triangles, points, view);
+    const auto is_inside = [&](int x, int y) {
+        return x >= 0 && y >= 0 && x < shape.width && y < shape.height && shape.triangle[shape.at(x, y)] >= 0;
+    };
+    Outline outline(shape.triangle.size(), 0);
+    for (int y = 0; y < shape.height; ++y)
+        for (int x = 0; x < shape.width; ++x) {
+            const bool inside = is_inside(x, y);
+            outline[shape.at(x, y)] = inside != is_inside(x - 1, y) || inside != is_inside(x + 1, y) ||
+                                              inside != is_inside(x, y - 1) || inside != is_inside(x, y + 1)
+                                          ? 1
+                                          : 0;
+        }
+    return outline;
+}
+
+Picture draw_surface(const Surface &surface, const View &view, const Outline &outline) {
     const auto seen = rasterise(surface.triangles, surface.points, view);
     const auto normals = corner_normals(surface.triangles, surface.points);
     std::vector<Colour> colours(seen.triangle.size(), Colour{white, white, white});
@@ -219,9 +224,11 @@ Picture draw_surface(const Surface &surface, const View &view, std::span<const V
             continue;
         double value = 0.0;
         Vector3 normal = Vector3::Zero();
-        for (int c = 0; c < 3; ++c) {
-            value += seen.weights[s][c] * surface.values[surface.triangles[t][c]];
-            normal += seen.weights[s][c] * normals[t][c];
+        const auto [of_b, of_c] = seen.weights[s];
+        const std::array<double, 3> weights{1.0 - of_b - of_c, of_b, of_c};
+        for (std::size_t c = 0; c < 3; ++c) {
+            value += weights[c] * surface.values[surface.triangles[t][c]];
+            normal += weights[c] * normals[t][c];
         }
         const double facing = std::abs(normal.normalized().dot(view.toward));
         const double light = least_light + (1.0 - least_light) * facing;
@@ -229,8 +236,9 @@ Picture draw_surface(const Surface &surface, const View &view, std::span<const V
         for (auto &channel : colours[s])
             channel = static_cast<std::uint8_t>(std::lround(light * channel));
     }
-    if (!outline.empty())
-        draw_outline(colours, rasterise(surface.triangles, outline, view));
+    for (std::size_t s = 0; s < outline.size(); ++s)
+        if (outline[s] != 0)
+            colours[s] = {line_grey, line_grey, line_grey};
     return averaged(colours, view);
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -33,10 +35,17 @@ View find_view(std::span<const std::array<int, 3>> triangles, std::span<const co
                std::span<const core::Vector3> displacement, std::span<const std::vector<core::Vector3>> shapes,
                int width);
 
+/// Which samples of a picture the outline of a shape covers; the same for all pictures of one view.
+using Outline = std::vector<std::uint8_t>;
+
+/// @param points  (N) nodes [m]
+Outline outline_of(std::span<const std::array<int, 3>> triangles, std::span<const core::Vector3> points,
+                   const View &view);
+
 /// Draws a surface with colours of viridis() between its nodes, lit from where one looks, so that a part that faces the
 /// eye has the colours of the legend. White behind it. Edges are smooth: 9 samples per pixel. Channels are multiples of
 /// 4, or 255.
-/// @param outline  (N) nodes of another shape of the same body, whose outline is drawn as a line; may be empty
-Picture draw_surface(const Surface &surface, const View &view, std::span<const core::Vector3> outline = {});
+/// @param outline  drawn over it as a line; of the same view, or empty
+Picture draw_surface(const Surface &surface, const View &view, const Outline &outline = {});
 
 } // namespace livermark::report

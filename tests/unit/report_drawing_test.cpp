@@ -108,7 +108,8 @@ TEST(SurfacePicture, DrawsTheOutlineAtRest) {
     std::vector<Vector3> away = corners;
     for (auto &point : away)
         point.x() += 100.0;
-    const auto picture = draw_surface({one_triangle, away, values, 1.0}, from_above(10), corners);
+    const auto picture = draw_surface({one_triangle, away, values, 1.0}, from_above(10),
+                                      outline_of(one_triangle, corners, from_above(10)));
     EXPECT_LT(pixel(picture, 0, 5)[0], 200);
     EXPECT_EQ(pixel(picture, 1, 7), white);
     EXPECT_EQ(pixel(picture, 9, 0), white);
