@@ -49,7 +49,7 @@ std::string colour_bar(double largest, const std::string &title) {
         svg += fmt::format("<rect x=\"{:.2f}\" y=\"{}\" width=\"{:.2f}\" height=\"{}\" fill=\"{}\"/>",
                            left + width * i / num_steps, top, width / num_steps + 0.4, height,
                            hex(viridis((i + 0.5) / num_steps)));
-    for (const double tick : linear_ticks(0.0, millimetres * largest, 4))
+    for (const double tick : linear_ticks(0.0, millimetres * largest, 5))
         svg += fmt::format("<text x=\"{0:.2f}\" y=\"46\" text-anchor=\"middle\">{1}</text><line x1=\"{0:.2f}\" "
                            "x2=\"{0:.2f}\" y1=\"30\" y2=\"34\" stroke=\"#333\"/>",
                            left + width * tick / (millimetres * largest), tick_label(tick));

@@ -29,7 +29,7 @@ std::string cell_of(const results::Result &result, const std::string &name) {
     if (model->solution.status != core::SolutionStatus::ok)
         return core::to_string(model->solution.status);
     if (!model->comparison)
-        return name == reference_of(result) ? "reference" : "not compared";
+        return name == reference_of(result) ? "ref." : "not compared";
     return results::fixed(percent * model->comparison->relative_l2, 2) +
            (results::is_within_uncertainty(*model, result) ? " *" : "");
 }
@@ -43,8 +43,8 @@ std::string uncertainty_cell(const results::Result &result) {
 std::string table_of(const ReportData &data, const std::vector<const results::Result *> &cases) {
     results::Layout layout{{{"model"}}, {}};
     for (const auto *result : cases)
-        layout.columns.push_back({result->problem.load_case.name + " [%]", true});
-    layout.columns.push_back({"mean [%]", true});
+        layout.columns.push_back({result->problem.load_case.name, true});
+    layout.columns.push_back({"mean", true});
     std::set<Cell> strong;
     std::vector<std::size_t> best(cases.size(), std::numeric_limits<std::size_t>::max());
     for (const auto &name : model_names(data.results)) {
@@ -113,12 +113,13 @@ std::string errors_section(const ReportData &data) {
                   "ranked. A load case with motion shows its static start here.");
     for (const auto &label : body_labels(data.results)) {
         const auto cases = cases_of(data, label);
-        html += subsection(label, figure("table", table_of(data, cases),
-                                         fmt::format("{}: error of each model under each load case, and uncertainty of "
-                                                     "the reference.",
-                                                     label),
-                                         commands_of_cases(cases)) +
-                                      remarks(cases));
+        html +=
+            subsection(label, figure("table matrix", table_of(data, cases),
+                                     fmt::format("{}: error of each model under each load case [%], and uncertainty of "
+                                                 "the reference.",
+                                                 label),
+                                     commands_of_cases(cases)) +
+                                  remarks(cases));
     }
     return section("errors", "How far each model is off", html);
 }

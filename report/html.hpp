@@ -39,7 +39,7 @@ struct HtmlColumn {
 std::string table_html(const results::Layout &layout, const std::set<Cell> &strong = {}, const HtmlColumn &last = {});
 
 /// A figure or table with its caption; numbered by the style sheet.
-/// @param kind      "figure" or "table"
+/// @param kind      "figure" or "table", and " matrix" behind it for many columns, whose titles then stand upright
 /// @param caption   a text
 /// @param commands  that make what is shown again, a line each; several of one are shown once
 std::string figure(std::string_view kind, std::string_view content, std::string_view caption,

@@ -21,6 +21,8 @@ constexpr double percent = 100.0;
 constexpr int picture_width = 460;
 /// Part of the size of the body that its largest displacement is drawn as.
 constexpr double drawn_part = 0.08;
+/// How far beyond the end of a scale one has to be to be mentioned.
+constexpr double beyond = 1.02;
 constexpr const char *simplest = "lloyd";
 
 std::vector<double> lengths(const std::vector<Vector3> &vectors) {
@@ -94,7 +96,11 @@ std::string pictures_of(const results::Result &result, const results::ModelResul
     const auto &mesh = result.problem.body->mesh;
     const auto &displacement = reference.solution.displacement;
     const double peak = largest(displacement);
-    const double factor = exaggeration(mesh, peak);
+    // By the largest of all: springs that buckle would fill the picture otherwise.
+    double longest = peak;
+    for (const auto *model : models)
+        longest = std::max(longest, largest(model->solution.displacement));
+    const double factor = exaggeration(mesh, longest);
     std::vector<std::vector<Vector3>> shapes{mesh.points, moved(mesh, displacement, factor)};
     double worst = 0.0;
     for (const auto *model : models) {
@@ -126,13 +132,13 @@ std::string pictures_of(const results::Result &result, const results::ModelResul
                         fmt::format("{:.2f} %, up to {:.3f} mm", percent * models[m]->comparison->relative_l2,
                                     millimetres * models[m]->comparison->max_error));
     html += "</div>\n";
-    return figure("figure", html,
-                  fmt::format("{}: {}{}. Displacements drawn {} the surface; the line is the outline at rest.{}",
-                              scene.what, result.problem.load_case.title,
-                              result.problem.load_case.release ? " (the static start)" : "",
-                              factor > 1.0 ? fmt::format("{:g} times as long on", factor) : "as long as they are on",
-                              worst > peak ? " Errors beyond the scale have its last colour." : ""),
-                  {result.provenance.command});
+    return figure(
+        "figure", html,
+        fmt::format("{}: {}{}. Displacements drawn {} the surface; the line is the outline at rest.{}", scene.what,
+                    result.problem.load_case.title, result.problem.load_case.release ? " (the static start)" : "",
+                    factor > 1.0 ? fmt::format("{:g} times as long on", factor) : "as long as they are on",
+                    std::max(worst, longest) > beyond * peak ? " What is beyond a scale has its last colour." : ""),
+        {result.provenance.command});
 }
 
 std::string part_of(const results::Result &result) {

@@ -9,7 +9,7 @@ namespace livermark::report {
 
 namespace {
 
-constexpr double letter_width = 0.56 * label_size;
+constexpr double letter_width = 0.6 * label_size;
 constexpr double line_height = 1.15 * label_size;
 /// From the base line to the middle of small letters.
 constexpr double half_letter = 0.35 * label_size;

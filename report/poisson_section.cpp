@@ -28,9 +28,9 @@ std::map<std::string, Cases> by_body(const ReportData &data) {
 /// Only the same load cases can be compared over all ratios.
 std::set<std::string> common_cases(const Cases &cases) {
     std::set<std::string> common;
-    for (const auto &[name, result] : cases.begin()->second)
-        if (std::ranges::all_of(cases, [&](const auto &at_ratio) { return at_ratio.second.contains(name); }))
-            common.insert(name);
+    for (const auto &first : cases.begin()->second)
+        if (std::ranges::all_of(cases, [&](const auto &at_ratio) { return at_ratio.second.contains(first.first); }))
+            common.insert(first.first);
     return common;
 }
 
@@ -39,7 +39,8 @@ Plot plot_of(const std::string &body, const Cases &cases, const std::set<std::st
     Plot plot{.title = body,
               .x = {.label = "Poisson's ratio"},
               .y = {.label = "mean error at rest [%]", .scale = Scale::logarithmic},
-              .series = {}};
+              .series = {},
+              .width = 620.0};
     for (const auto &name : models) {
         Series series{.name = name, .points = {}, .style = style_of(name, models)};
         for (const auto &[ratio, by_name] : cases) {

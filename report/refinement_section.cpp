@@ -54,7 +54,8 @@ Plot plot_of(const std::string &title, const Family &family, const std::vector<s
     Plot plot{.title = title,
               .x = {.label = "size of an element [mm]", .scale = Scale::logarithmic},
               .y = {.label = "error at rest [%]", .scale = Scale::logarithmic},
-              .series = {}};
+              .series = {},
+              .width = 620.0};
     for (const auto &name : models) {
         Series series{.name = name, .points = {}, .style = style_of(name, models)};
         for (const auto &[size, result] : family)

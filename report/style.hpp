@@ -47,6 +47,9 @@ th { vertical-align: bottom; font-weight: 600; color: var(--soft); border-bottom
 td.number, td:first-child { white-space: nowrap; }
 td.number + td:not(.number), th.number + th:not(.number) { padding-left: 1rem; }
 tbody tr:last-child td { border-bottom: 1.5px solid var(--ink); }
+.matrix th.number { writing-mode: vertical-rl; transform: rotate(180deg); text-align: left;
+  padding: 0.4rem 0 0 0; line-height: 1.2; }
+.matrix td.number { min-width: 3.4rem; }
 strong { font-weight: 700; }
 .small table { font-size: 0.76rem; }
 .small th, .small td { padding-top: 0.12rem; padding-bottom: 0.12rem; }
@@ -91,6 +94,7 @@ svg { display: block; width: 100%; height: auto; }
   .small table { font-size: 5.6pt; }
   .number { padding-left: 0.4rem; }
   th, td { padding-right: 0.4rem; }
+  .matrix td.number { min-width: 0; }
   thead { display: table-header-group; }
   tr { break-inside: avoid; }
   .plots { grid-template-columns: 1fr 1fr; gap: 3mm 6mm; }
