@@ -21,6 +21,8 @@ constexpr double percent = 100.0;
 constexpr int picture_width = 460;
 /// Part of the size of the body that its largest displacement is drawn as.
 constexpr double drawn_part = 0.08;
+/// Part of the size of the body that has to move for a picture of it.
+constexpr double least_drawn = 1e-9;
 /// How far beyond the end of a scale one has to be to be mentioned.
 constexpr double beyond = 1.02;
 constexpr const char *simplest = "lloyd";
@@ -57,18 +59,26 @@ std::vector<Vector3> moved(const core::TetraMesh &mesh, const std::vector<Vector
     return points;
 }
 
+/// Whether it has lengths that can be drawn: a file may hold anything, whatever it says of itself.
+bool can_be_drawn(const std::vector<Vector3> &field, const core::TetraMesh &mesh) {
+    const double longest_drawn = 100.0 * size_of(mesh.points);
+    return std::ranges::all_of(field, [&](const Vector3 &vector) { return vector.norm() < longest_drawn; });
+}
+
 /// The nearest of the springs and Lloyd's, or whoever is there.
 std::vector<const results::ModelResult *> models_to_show(const results::Result &result) {
     std::vector<const results::ModelResult *> shown;
-    if (const auto *best = best_contestant(result))
-        shown.push_back(best);
-    if (const auto *model = find_model(result, simplest))
-        if (std::isfinite(error_of(*model)) && (shown.empty() || shown.front() != model))
+    const auto show = [&](const results::ModelResult *model) {
+        if (model && std::isfinite(error_of(*model)) && std::ranges::find(shown, model) == shown.end() &&
+            can_be_drawn(model->solution.displacement, result.problem.body->mesh) &&
+            can_be_drawn(model->comparison->error, result.problem.body->mesh))
             shown.push_back(model);
-    if (shown.empty())
-        for (const auto &model : result.models)
-            if (std::isfinite(error_of(model)) && shown.empty())
-                shown.push_back(&model);
+    };
+    show(best_contestant(result));
+    show(find_model(result, simplest));
+    for (const auto &model : result.models)
+        if (shown.empty())
+            show(&model);
     return shown;
 }
 
@@ -105,7 +115,7 @@ std::string pictures_of(const results::Result &result, const results::ModelResul
     double worst = 0.0;
     for (const auto *model : models) {
         shapes.push_back(moved(mesh, model->solution.displacement, factor));
-        worst = std::max(worst, model->comparison->max_error);
+        worst = std::max(worst, largest(model->comparison->error));
     }
     const auto view = find_view(mesh.boundary_triangles, mesh.points, displacement, shapes, picture_width);
     const Scene scene{.mesh = mesh,
@@ -147,8 +157,10 @@ std::string part_of(const results::Result &result) {
     const auto models = models_to_show(result);
     if (!reference || models.empty())
         return subsection(title, missing("No model was compared with a reference here, so there is nothing to show."));
-    if (!(largest(reference->solution.displacement) > 0.0))
-        return subsection(title, missing("Nothing moves here."));
+    const auto &mesh = result.problem.body->mesh;
+    if (!can_be_drawn(reference->solution.displacement, mesh) ||
+        largest(reference->solution.displacement) < least_drawn * size_of(mesh.points))
+        return subsection(title, missing("The reference does not move, or has left the room."));
     return "<div class=\"case\">\n" + subsection(title, pictures_of(result, *reference, models)) + "</div>\n";
 }
 

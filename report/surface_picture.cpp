@@ -168,10 +168,13 @@ void fit(View &view, std::span<const std::vector<Vector3>> shapes, int width) {
             low = low.cwiseMin(at);
             high = high.cwiseMax(at);
         }
-    constexpr int margin = 4; // [pixel] on either side
-    view.pixel = (high.x() - low.x()) / (width - 2 * margin);
+    constexpr int margin = 4;       // [pixel] on either side
+    constexpr double tallest = 1.5; // of the width
+    const Eigen::Vector2d size = high - low;
+    view.pixel = std::max(size.x(), size.y() / tallest) / (width - 2 * margin);
+    low.x() -= 0.5 * ((width - 2 * margin) * view.pixel - size.x()); // in the middle
     view.width = width;
-    view.height = static_cast<int>(std::ceil((high.y() - low.y()) / view.pixel)) + 2 * margin;
+    view.height = static_cast<int>(std::ceil(size.y() / view.pixel)) + 2 * margin;
     view.low_x = low.x() - margin * view.pixel;
     view.low_y = low.y() - margin * view.pixel;
 }

@@ -41,8 +41,8 @@ void read_below(const hdf5::InputFile &file, const std::string &group, std::vect
                   .is_wall_clock = file.text(group, "clock") == "wall",
                   .iterations = file.integer(group, "iterations"),
                   .counters = {}};
-    if (timing.seconds.empty())
-        file.refuse(group + "/seconds", "is empty");
+    if (timing.seconds.empty() || !std::ranges::all_of(timing.seconds, [](double value) { return value >= 0.0; }))
+        file.refuse(group + "/seconds", "is empty, or holds what is no time");
     for (const auto *const counter : counter_names)
         if (file.has_attribute(group, counter))
             timing.counters[counter] = file.number(group, counter);

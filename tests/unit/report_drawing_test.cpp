@@ -126,6 +126,15 @@ TEST(SurfacePicture, IsSeenFromWhereItMoves) {
     EXPECT_GT(view.height, 90);
 }
 
+TEST(SurfacePicture, IsNotMuchTallerThanWide) {
+    const std::vector<Vector3> moves(3, Vector3(1e-3, 0, 0));
+    const std::vector<Vector3> needle{{0, 0, 0}, {0, 1, 0}, {0, 0, 1000}};
+    const std::vector<std::vector<Vector3>> shapes{needle};
+    const auto view = find_view(one_triangle, needle, moves, shapes, 100);
+    EXPECT_EQ(view.width, 100);
+    EXPECT_LE(view.height, 150);
+}
+
 TEST(Png, IsTheSameForTheSamePicture) {
     const Picture picture{2, 1, {255, 0, 0, 0, 0, 255}};
     const auto bytes = png_bytes(picture);

@@ -168,6 +168,25 @@ TEST(Report, EscapesWhatFilesSay) {
                  {"&lt;script&gt;alert(1)&lt;/script&gt;", "a &amp; b &lt; c", "bad \xef\xbf\xbd\xef\xbf\xbd bytes"});
 }
 
+/// A file may say that a solution is ok whatever is in it.
+TEST(Report, DoesNotDrawWhatHasLeftTheRoom) {
+    for (const double length : {std::nan(""), 1e200, 1e3}) {
+        auto data = sample_data();
+        data.results[0].models[1].solution.displacement[0].x() = length;
+        const auto page = make_report(data, {}, "");
+        EXPECT_EQ(page.find("<img"), std::string::npos) << length;
+        EXPECT_EQ(count(page, "No model was compared with a reference here"), 1u);
+        auto far = sample_data();
+        for (auto &displacement : far.results[0].models[0].solution.displacement)
+            displacement.z() = length;
+        EXPECT_EQ(count(make_report(far, {}, ""), "The reference does not move, or has left the room"), 1u);
+    }
+    auto still = sample_data();
+    for (auto &displacement : still.results[0].models[0].solution.displacement)
+        displacement.setZero();
+    EXPECT_EQ(count(make_report(still, {}, ""), "The reference does not move"), 1u);
+}
+
 class ReportFolder : public tests::ResultFolder {};
 
 TEST_F(ReportFolder, IsReadByKindOfFile) {
