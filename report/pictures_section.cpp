@@ -134,7 +134,7 @@ std::string pictures_of(const results::Result &result, const results::ModelResul
                         fmt::format("up to {:.3f} mm", millimetres * largest(models[m]->solution.displacement)));
     if (models.size() == 1)
         html += "<div></div>\n"; // so that errors stand below displacements
-    html += fmt::format("<div>{}{}</div>\n", colour_bar(scene.displacement_scale, "displacement [mm]"),
+    html += fmt::format("<div class=\"legend\">{}{}</div>\n", colour_bar(scene.displacement_scale, "displacement [mm]"),
                         colour_bar(scene.error_scale, "error [mm]"));
     for (std::size_t m = 0; m < models.size(); ++m)
         html += picture(scene, shapes[m + 2], models[m]->comparison->error, scene.error_scale,

@@ -77,6 +77,8 @@ svg { display: block; width: 100%; height: auto; }
   .facts { grid-template-columns: 1fr; gap: 0; }
   .facts dd { margin-bottom: 0.5rem; }
   .pictures { gap: 0.6rem; }
+  .legend { grid-column: 1 / -1; display: flex; gap: 1rem; }
+  .legend + div { grid-column: 2; }
 }
 @page { size: A4; margin: 16mm 14mm; }
 @media print {
