@@ -56,10 +56,8 @@ double BodyParameters::frequency(int mode) const {
     return modes.angular_frequency[mode] / (2.0 * std::numbers::pi);
 }
 
-BodyParameters body_parameters(const core::Problem &problem, const msm::SpringLaw &law, const DampingChoice &choice) {
-    const auto &body = *problem.body;
-    const auto springs = msm::spring_network(body, law);
-    const auto conditions = msm::nodal_conditions(problem, springs.node_mass);
+BodyParameters spring_parameters(const core::Body &body, const core::SpringNetwork &springs,
+                                 const core::RayleighDamping &damping) {
     BodyParameters parameters;
     const auto volumes = core::tetrahedron_volumes(body.mesh);
     for (std::size_t t = 0; t < volumes.size(); ++t) {
@@ -70,13 +68,22 @@ BodyParameters body_parameters(const core::Problem &problem, const msm::SpringLa
             parameters.tumour_volume += volumes[t];
     }
     parameters.mean_young_modulus /= parameters.volume;
-    parameters.modes = msm::lowest_modes(springs, body.mesh.points, conditions, num_modes);
-    parameters.damping = find_damping(choice, parameters.modes);
-    auto dampers = msm::dampers(springs, parameters.damping);
+    parameters.damping = damping;
+    auto dampers = msm::dampers(springs, damping);
     parameters.node_mass = spread_of(springs.node_mass);
     parameters.stiffness = spread_of(springs.stiffness);
     parameters.dashpot = spread_of(std::move(dampers.dashpot));
     parameters.ground_damper = spread_of(std::move(dampers.ground));
+    return parameters;
+}
+
+BodyParameters body_parameters(const core::Problem &problem, const msm::SpringLaw &law, const DampingChoice &choice) {
+    const auto &body = *problem.body;
+    const auto springs = msm::spring_network(body, law);
+    const auto conditions = msm::nodal_conditions(problem, springs.node_mass);
+    auto modes = msm::lowest_modes(springs, body.mesh.points, conditions, num_modes);
+    auto parameters = spring_parameters(body, springs, find_damping(choice, modes));
+    parameters.modes = std::move(modes);
     parameters.largest_angular_frequency = msm::largest_angular_frequency(springs, body.mesh.points, conditions);
     parameters.critical_time_step = runge_kutta_4_limit / parameters.largest_angular_frequency;
     return parameters;

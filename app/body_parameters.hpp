@@ -47,6 +47,10 @@ struct BodyParameters {
     double frequency(int mode) const;
 };
 
+/// The part of them that needs nothing but the springs: all but modes, largest frequency and time step.
+BodyParameters spring_parameters(const core::Body &body, const core::SpringNetwork &springs,
+                                 const core::RayleighDamping &damping);
+
 /// @param problem  a body, held as in the load case
 /// @throws core::InputError for a damping that cannot be, and where the springs have no modes
 BodyParameters body_parameters(const core::Problem &problem, const msm::SpringLaw &law, const DampingChoice &choice);

@@ -20,6 +20,7 @@
 #include "msm/spring_network.hpp"
 #include "msm/time_step.hpp"
 #include "results/history_file.hpp"
+#include "results/history_table.hpp"
 #include "results/provenance.hpp"
 #include "results/table_layout.hpp"
 
@@ -154,29 +155,6 @@ results::HistoryCase move_body(const core::Problem &problem, const msm::SpringLa
     return moved;
 }
 
-/// A row for each case, a column for each step.
-results::Layout table(const std::vector<results::Histories> &all, const HistoriesOptions &options) {
-    results::Layout layout{.columns = {{"model"}, {"longest stable step [s]", true}}, .rows = {}};
-    for (const double time_step : options.time_steps)
-        layout.columns.push_back({fmt::format("h = {:g} s", time_step)});
-    layout.columns.push_back({fmt::format("{:g} of the longest", msm::default_safety_factor)});
-    for (const auto &histories : all)
-        for (const auto &entry : histories.cases) {
-            std::vector<std::string> row{entry.title, fmt::format("{:.4g}", entry.critical_time_step)};
-            for (const auto &history : entry.steps) {
-                if (!std::isnan(history.diverged_at))
-                    row.push_back(fmt::format("diverged at {:.3g} s", history.diverged_at));
-                else
-                    row.push_back(fmt::format("{}, ends at {:.3g} m",
-                                              history.time_step > entry.critical_time_step ? "grows" : "stable",
-                                              history.displacement.back()));
-            }
-            row.resize(layout.columns.size(), "-");
-            layout.rows.push_back(row);
-        }
-    return layout;
-}
-
 std::vector<core::Problem> read_problems(const HistoriesOptions &options) {
     auto problems = read_scaled_problems(options.bodies, options.load_case, options.material);
     for (const auto &problem : problems)
@@ -218,7 +196,7 @@ int find_histories(const HistoriesOptions &options, const std::string &command_l
             results::write_histories(body_folder / fmt::format("histories.{}.h5", law.name), done.back());
         }
     }
-    const auto layout = table(done, options);
+    const auto layout = results::history_table(done);
     fmt::print("{}", options.markdown ? results::to_markdown(layout) : results::to_text(layout));
     fmt::print(stderr, "Result files are in {}\n", options.output);
     return 0;

@@ -22,6 +22,7 @@
 #include "msm/time_step.hpp"
 #include "results/provenance.hpp"
 #include "results/stability_file.hpp"
+#include "results/stability_table.hpp"
 #include "results/table_layout.hpp"
 
 namespace livermark::app {
@@ -113,35 +114,6 @@ results::Stability examine(const core::Problem &problem, const msm::SpringLaw &l
     return stability;
 }
 
-/// Predicted, observed and difference.
-std::array<std::string, 3> cells(const results::StepLimit &limit) {
-    if (!limit.has_number())
-        return {limit.predicted > 0.0 ? "any" : "none", "-", "-"};
-    const auto in_milliseconds = fmt::format("{:.4f}", milliseconds * limit.predicted);
-    if (std::isnan(limit.observed))
-        return {in_milliseconds, "not observed", "-"};
-    return {in_milliseconds, fmt::format("{:.4f}", milliseconds * limit.observed),
-            fmt::format("{:+.2f}", percent * limit.difference())};
-}
-
-results::Layout table(const results::Stability &stability) {
-    results::Layout layout{.columns = {{"integrator"},
-                                       {"undamped, predicted [ms]", true},
-                                       {"observed [ms]", true},
-                                       {"difference [%]", true},
-                                       {"damped, predicted [ms]", true},
-                                       {"observed [ms]", true},
-                                       {"difference [%]", true}},
-                           .rows = {}};
-    for (const auto &limits : stability.limits) {
-        std::vector<std::string> row{limits.integrator};
-        for (const auto *limit : {&limits.undamped, &limits.damped})
-            std::ranges::copy(cells(*limit), std::back_inserter(row));
-        layout.rows.push_back(row);
-    }
-    return layout;
-}
-
 void print(const results::Stability &stability, const StabilityOptions &options) {
     const char *end = options.markdown ? "\n\n" : "\n";
     fmt::print("{}, springs of {}, held as in {}{}", stability.body, stability.spring_law, stability.load_case, end);
@@ -152,7 +124,7 @@ void print(const results::Stability &stability, const StabilityOptions &options)
     fmt::print("damping: alpha = {:.4f} 1/s, beta = {:.4e} s, which is {:.3f} of critical at the largest frequency{}\n",
                stability.damping.alpha, stability.damping.beta, stability.damping.ratio(stability.largest_frequency),
                options.markdown ? "\n" : "");
-    const auto layout = table(stability);
+    const auto layout = results::stability_table(stability);
     fmt::print("{}\n", options.markdown ? results::to_markdown(layout) : results::to_text(layout));
 }
 

@@ -20,32 +20,29 @@ constexpr double milliseconds = 1e3;
 /// Part of the critical step that runs take by default.
 constexpr double safety_factor = 0.8;
 
-/// A row whose last cells are to be filled in.
-struct Entry {
-    std::string group; ///< rows of one group have a front in common
-    std::vector<std::string> cells;
-    double time_step = nan; ///< [s]
-    CostAndError at{nan, nan};
-};
-
 std::string number(double value, double unit) {
     return std::isnan(value) ? "-" : fmt::format("{:.3g}", unit * value);
 }
 
-void add_rows(Layout &layout, std::span<const Entry> entries) {
-    for (const auto &entry : entries) {
-        std::vector<CostAndError> group;
-        for (const auto &other : entries)
-            if (other.group == entry.group)
+/// Marks who is on the front of those of one body and load case.
+std::vector<Standing> with_fronts(std::vector<Standing> standings) {
+    for (auto &standing : standings) {
+        // Itself first, so that its answer is the first.
+        std::vector<CostAndError> group{standing.at};
+        for (const auto &other : standings)
+            if (other.body == standing.body && other.load_case == standing.load_case)
                 group.push_back(other.at);
-        // The entry first, so that its answer is the first.
-        group.insert(group.begin(), entry.at);
-        auto &row = layout.rows.emplace_back(entry.cells);
-        row.push_back(number(entry.time_step, milliseconds));
-        row.push_back(number(entry.at.cost, 1.0));
-        row.push_back(std::isnan(entry.at.error) ? "-" : fixed(percent * entry.at.error, 2));
-        row.emplace_back(pareto_front(group).front() ? "front" : "");
+        standing.is_on_front = pareto_front(group).front();
     }
+    return standings;
+}
+
+/// The cells behind the names.
+void add_numbers(std::vector<std::string> &row, const Standing &standing) {
+    row.push_back(number(standing.time_step, milliseconds));
+    row.push_back(number(standing.at.cost, 1.0));
+    row.push_back(std::isnan(standing.at.error) ? "-" : fixed(percent * standing.at.error, 2));
+    row.emplace_back(standing.is_on_front ? "front" : "");
 }
 
 /// Seconds that a simulated second took, set-up left out.
@@ -89,53 +86,69 @@ std::vector<bool> pareto_front(std::span<const CostAndError> points) {
     return is_on_front;
 }
 
-Layout static_accuracy(std::span<const Result> results) {
-    std::vector<Entry> entries;
+std::vector<Standing> standings_at_rest(std::span<const Result> results) {
+    std::vector<Standing> standings;
     std::vector<Moving> moving;
     for (const auto &result : results)
         for (const auto &model : result.models) {
-            const std::vector<std::string> cells{body_label(result, results), model.name};
-            const auto found = std::ranges::find(entries, cells, &Entry::cells);
-            const auto at = found - entries.begin();
-            if (found == entries.end()) {
-                entries.push_back({.group = cells[0], .cells = cells});
+            const auto label = body_label(result, results);
+            const auto found = std::ranges::find_if(standings, [&](const Standing &standing) {
+                return standing.body == label && standing.model == model.name;
+            });
+            const auto at = found - standings.begin();
+            if (found == standings.end()) {
+                standings.push_back({.body = label,
+                                     .load_case = {},
+                                     .model = model.name,
+                                     .integrator = {},
+                                     .time_step = nan,
+                                     .at = {nan, nan},
+                                     .is_on_front = false});
                 moving.emplace_back();
             }
             enter(moving[at], model, result.problem.load_case.name);
         }
-    std::vector<Entry> known;
-    for (std::size_t i = 0; i < entries.size(); ++i) {
+    std::vector<Standing> known;
+    for (std::size_t i = 0; i < standings.size(); ++i) {
         const auto &model = moving[i];
         const bool is_explicit = std::isfinite(model.critical_step);
-        auto &entry = entries[i];
-        entry.time_step = is_explicit ? safety_factor * model.critical_step : model.history_step;
-        entry.at.cost = is_explicit ? model.seconds_per_step / entry.time_step : model.history_cost;
+        auto &standing = standings[i];
+        standing.time_step = is_explicit ? safety_factor * model.critical_step : model.history_step;
+        standing.at.cost = is_explicit ? model.seconds_per_step / standing.time_step : model.history_cost;
         if (!model.has_failed && !model.errors.empty()) {
-            entry.at.error = 0.0;
+            standing.at.error = 0.0;
             for (const auto &[load_case, error] : model.errors)
-                entry.at.error += error / static_cast<double>(model.errors.size());
+                standing.at.error += error / static_cast<double>(model.errors.size());
         }
-        if (!std::isnan(entry.at.cost))
-            known.push_back(entry);
+        if (!std::isnan(standing.at.cost))
+            known.push_back(standing);
     }
+    return with_fronts(std::move(known));
+}
+
+std::vector<Standing> standings_in_motion(std::span<const Result> results) {
+    std::vector<Standing> standings;
+    for (const auto &result : results)
+        for (const auto &model : result.models)
+            if (const auto &history = model.solution.history; history && model.comparison && model.comparison->history)
+                standings.push_back({.body = body_label(result, results),
+                                     .load_case = result.problem.load_case.name,
+                                     .model = model.name,
+                                     .integrator = history->integrator,
+                                     .time_step = history->time_step,
+                                     .at = {cost_of(*history), model.comparison->history->relative_l2},
+                                     .is_on_front = false});
+    return with_fronts(std::move(standings));
+}
+
+Layout static_accuracy(std::span<const Result> results) {
     Layout layout{{{"body"}, {"model"}, {"step [ms]", true}, {"cost [s/s]", true}, {"mean error [%]", true}, {""}}, {}};
-    add_rows(layout, known);
+    for (const auto &standing : standings_at_rest(results))
+        add_numbers(layout.rows.emplace_back(std::vector{standing.body, standing.model}), standing);
     return layout;
 }
 
 Layout motion_accuracy(std::span<const Result> results) {
-    std::vector<Entry> entries;
-    for (const auto &result : results)
-        for (const auto &model : result.models)
-            if (const auto &history = model.solution.history;
-                history && model.comparison && model.comparison->history) {
-                const auto label = body_label(result, results);
-                const auto &load_case = result.problem.load_case.name;
-                entries.push_back({.group = fmt::format("{}/{}", label, load_case),
-                                   .cells = {label, load_case, model.name, history->integrator},
-                                   .time_step = history->time_step,
-                                   .at = {cost_of(*history), model.comparison->history->relative_l2}});
-            }
     Layout layout{{{"body"},
                    {"load case"},
                    {"model"},
@@ -145,7 +158,10 @@ Layout motion_accuracy(std::span<const Result> results) {
                    {"error [%]", true},
                    {""}},
                   {}};
-    add_rows(layout, entries);
+    for (const auto &standing : standings_in_motion(results))
+        add_numbers(layout.rows.emplace_back(
+                        std::vector{standing.body, standing.load_case, standing.model, standing.integrator}),
+                    standing);
     return layout;
 }
 

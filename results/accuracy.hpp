@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "results/result.hpp"
@@ -18,6 +19,23 @@ struct CostAndError {
 /// not.
 /// @return shape of points
 std::vector<bool> pareto_front(std::span<const CostAndError> points);
+
+/// Where a model stands among those of one body, or of one body and load case.
+struct Standing {
+    std::string body;      ///< body_label()
+    std::string load_case; ///< empty for the mean over all
+    std::string model;
+    std::string integrator; ///< of a history, else empty
+    double time_step;       ///< [s]; NaN where that is not known
+    CostAndError at;        ///< seconds of one core per simulated second, relative L2 error
+    bool is_on_front;
+};
+
+/// The rows of static_accuracy() as numbers.
+std::vector<Standing> standings_at_rest(std::span<const Result> results);
+
+/// The rows of motion_accuracy() as numbers.
+std::vector<Standing> standings_in_motion(std::span<const Result> results);
 
 /// Error against cost at rest. One row per body_label() and model that moves in time, in the order in which they
 /// appear: the mean over all load cases of the relative L2 error of the static answer [%]; the time step, 0.8 of the

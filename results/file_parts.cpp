@@ -19,6 +19,31 @@ void write_provenance(OutputFile &file, const Provenance &provenance) {
     file.integer("/", "threads", provenance.threads);
 }
 
+Provenance read_provenance(const InputFile &file) {
+    Provenance provenance;
+    provenance.software_version = file.text("/", "software_version");
+    provenance.git_commit = file.text("/", "git_commit");
+    provenance.created = file.text("/", "created");
+    provenance.command = file.text("/", "command");
+    provenance.cpu = file.text("/", "cpu");
+    provenance.compiler = file.text("/", "compiler");
+    provenance.build_type = file.text("/", "build_type");
+    const auto threads = file.integer("/", "threads");
+    if (threads < 1 || threads > std::numeric_limits<int>::max())
+        file.refuse("/", fmt::format("attribute threads is {}", threads));
+    provenance.threads = static_cast<int>(threads);
+    return provenance;
+}
+
+void check_schema(const InputFile &file) {
+    if (!file.has_attribute("/", "schema_version"))
+        file.refuse("/", "has no attribute schema_version, so this is no result file");
+    const auto found = file.integer("/", "schema_version");
+    if (found != schema_version)
+        file.refuse("/", fmt::format("attribute schema_version is {}, and this program reads version {}", found,
+                                     schema_version));
+}
+
 void write_materials(OutputFile &file, std::span<const core::Material> materials) {
     std::vector<double> density;
     std::vector<double> young_modulus;

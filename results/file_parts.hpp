@@ -13,6 +13,12 @@ namespace livermark::results::hdf5 {
 /// The attributes of the root that say where a file comes from.
 void write_provenance(OutputFile &file, const Provenance &provenance);
 
+/// @throws core::InputError if one of them is missing or cannot be
+Provenance read_provenance(const InputFile &file);
+
+/// @throws core::InputError for a file of another version, or of another program
+void check_schema(const InputFile &file);
+
 /// The group /materials, a row for each region.
 void write_materials(OutputFile &file, std::span<const core::Material> materials);
 

@@ -40,4 +40,8 @@ struct Histories {
 /// @throws core::InputError if the place cannot be written to
 void write_histories(const std::filesystem::path &path, const Histories &histories);
 
+/// Reads what write_histories wrote. Every motion has at least one record.
+/// @throws core::InputError that names the file and the dataset or attribute, and says what is wrong and what to do
+Histories read_histories(const std::filesystem::path &path);
+
 } // namespace livermark::results

@@ -17,15 +17,6 @@ namespace {
 
 using hdf5::InputFile;
 
-void check_schema(const InputFile &file) {
-    if (!file.has_attribute("/", "schema_version"))
-        file.refuse("/", "has no attribute schema_version, so this is no result file");
-    const auto found = file.integer("/", "schema_version");
-    if (found != schema_version)
-        file.refuse("/", fmt::format("attribute schema_version is {}, and this program reads version {}", found,
-                                     schema_version));
-}
-
 /// Every index of every row in [first, end).
 void check_indices(const InputFile &file, const std::string &path, std::span<const int> indices, int columns, int first,
                    std::size_t end) {
@@ -267,26 +258,10 @@ ReferenceUncertainty read_uncertainty(const InputFile &file) {
     return uncertainty;
 }
 
-Provenance read_provenance(const InputFile &file) {
-    Provenance provenance;
-    provenance.software_version = file.text("/", "software_version");
-    provenance.git_commit = file.text("/", "git_commit");
-    provenance.created = file.text("/", "created");
-    provenance.command = file.text("/", "command");
-    provenance.cpu = file.text("/", "cpu");
-    provenance.compiler = file.text("/", "compiler");
-    provenance.build_type = file.text("/", "build_type");
-    const auto threads = file.integer("/", "threads");
-    if (threads < 1 || threads > std::numeric_limits<int>::max())
-        file.refuse("/", fmt::format("attribute threads is {}", threads));
-    provenance.threads = static_cast<int>(threads);
-    return provenance;
-}
-
 Result read_file(const InputFile &file) {
-    check_schema(file);
+    hdf5::check_schema(file);
     Result result;
-    result.provenance = read_provenance(file);
+    result.provenance = hdf5::read_provenance(file);
     auto body = std::make_shared<core::Body>();
     body->name = file.text("/", "body");
     body->mesh = read_mesh(file);

@@ -36,4 +36,31 @@ void write_stability(const std::filesystem::path &path, const Stability &stabili
     core::write_whole(path, file.image());
 }
 
+Stability read_stability(const std::filesystem::path &path) {
+    const hdf5::InputFile file(path, "livermark stability");
+    hdf5::check_schema(file);
+    Stability stability{.provenance = hdf5::read_provenance(file),
+                        .body = file.text("/", "body"),
+                        .spring_law = file.text("/", "spring_law"),
+                        .load_case = file.text("/", "load_case"),
+                        .damping = {.alpha = file.number("/", "alpha"), .beta = file.number("/", "beta")},
+                        .lowest_frequency = file.number("/", "lowest_angular_frequency"),
+                        .largest_frequency = file.number("/", "largest_angular_frequency"),
+                        .largest_frequency_bound = file.number("/", "largest_angular_frequency_bound"),
+                        .element_time_step = file.number("/", "element_time_step"),
+                        .limits = {}};
+    const auto names = file.texts("/critical_time_step", "integrators");
+    const auto steps = [&](const std::string &name) {
+        return file.dataset<double>("/critical_time_step/" + name, names.size());
+    };
+    const auto undamped_predicted = steps("undamped_predicted");
+    const auto undamped_observed = steps("undamped_observed");
+    const auto damped_predicted = steps("damped_predicted");
+    const auto damped_observed = steps("damped_observed");
+    for (std::size_t i = 0; i < names.size(); ++i)
+        stability.limits.push_back(
+            {names[i], {undamped_predicted[i], undamped_observed[i]}, {damped_predicted[i], damped_observed[i]}});
+    return stability;
+}
+
 } // namespace livermark::results

@@ -45,4 +45,8 @@ struct Stability {
 /// @throws core::InputError if the place cannot be written to
 void write_stability(const std::filesystem::path &path, const Stability &stability);
 
+/// Reads what write_stability wrote.
+/// @throws core::InputError that names the file and the dataset or attribute, and says what is wrong and what to do
+Stability read_stability(const std::filesystem::path &path);
+
 } // namespace livermark::results

@@ -88,14 +88,6 @@ Row row_of(const ModelResult &model, const Result &result, const std::string &bo
     return row;
 }
 
-Layout layout_of(std::span<const Result> results) {
-    Layout layout{columns, {}};
-    for (const Result &result : results)
-        for (const ModelResult &model : result.models)
-            layout.rows.push_back(row_of(model, result, body_label(result, results)));
-    return layout;
-}
-
 std::string legend(std::span<const Result> results) {
     for (const Result &result : results)
         for (const ModelResult &model : result.models)
@@ -154,13 +146,21 @@ std::string failures(std::span<const Result> results, const std::string &bullet)
 
 } // namespace
 
+Layout error_table(std::span<const Result> results) {
+    Layout layout{columns, {}};
+    for (const Result &result : results)
+        for (const ModelResult &model : result.models)
+            layout.rows.push_back(row_of(model, result, body_label(result, results)));
+    return layout;
+}
+
 std::string text_table(std::span<const Result> results) {
-    return to_text(layout_of(results)) + legend(results) + load_scales(results) + histories(results, "") +
+    return to_text(error_table(results)) + legend(results) + load_scales(results) + histories(results, "") +
            failures(results, "");
 }
 
 std::string markdown_table(std::span<const Result> results) {
-    return to_markdown(layout_of(results)) + legend(results) + load_scales(results) + histories(results, "- ") +
+    return to_markdown(error_table(results)) + legend(results) + load_scales(results) + histories(results, "- ") +
            failures(results, "- ");
 }
 

@@ -4,8 +4,12 @@
 #include <string>
 
 #include "results/result.hpp"
+#include "results/table_layout.hpp"
 
 namespace livermark::results {
+
+/// The cells of text_table().
+Layout error_table(std::span<const Result> results);
 
 /// One row per body, load case and model, in the order of the results: peak displacement [mm]; relative L2 error [%],
 /// greatest error [mm] and [% of the reference's peak], reaction and (signed) energy error [%], all against the

@@ -29,6 +29,10 @@ struct Timings {
 /// @throws core::InputError if the place cannot be written to
 void write_timings(const std::filesystem::path &path, const Timings &timings);
 
+/// Reads what write_timings wrote.
+/// @throws core::InputError that names the file and the dataset or attribute, and says what is wrong and what to do
+Timings read_timings(const std::filesystem::path &path);
+
 /// The middle one, or the mean of the two in the middle.
 /// @param values  at least one
 double median(std::vector<double> values);

@@ -7,6 +7,7 @@
 #include "tests/bad_inputs/bad_inputs.hpp"
 #include "tests/sample_calibration.hpp"
 #include "tests/sample_result.hpp"
+#include "tests/sample_timings.hpp"
 #include "tests/test_meshes.hpp"
 
 namespace livermark::tests {
@@ -93,6 +94,18 @@ BadInput result(std::string name, std::string what, const Change &spoil, std::st
     return row;
 }
 
+/// A folder for a report, with something in it.
+BadInput report(std::string name, std::string what, std::string file, std::string place, std::string remedy,
+                std::function<void(const fs::path &)> make) {
+    return {.name = std::move(name),
+            .what = std::move(what),
+            .arguments = "report runs",
+            .file = std::move(file),
+            .place = std::move(place),
+            .remedy = std::move(remedy),
+            .prepare = [=](const fs::path &folder) { make(folder / "runs"); }};
+}
+
 /// A calibration of the springs of a bar, spoilt, for a run on the good one.
 BadInput calibration(std::string name, std::string what, double poisson_ratio, const Change &spoil, std::string place,
                      std::string remedy) {
@@ -151,6 +164,33 @@ std::vector<BadInput> bad_hdf5_files() {
                "/materials/poisson_ratio row 1 is 0.5"),
         result("ReferenceThatIsNotThere", "a comparison with a model that is missing", without("/solutions/fem_p2"),
                "/comparisons/springs attribute reference is 'fem_p2'"),
+        report("NoFolderForAReport", "a folder for a report that is not there", "runs:", "no such folder",
+               "give the one that `livermark run` filled", [](const fs::path &) {}),
+        report("EmptyFolderForAReport", "a folder for a report without result files", "runs:", "no result files",
+               "make some with `livermark run --output runs`",
+               [](const fs::path &folder) { fs::create_directory(folder); }),
+        report("DamagedFileForAReport", "a damaged file among those of a report",
+               "runs/bar/bad.h5:", "truncated or damaged", "make it again with `livermark run`",
+               [](const fs::path &folder) {
+                   fs::create_directories(folder / "bar");
+                   results::write_result(folder / "bar" / "good.h5", sample_result());
+                   results::write_result(folder / "bar" / "bad.h5", sample_result());
+                   fs::resize_file(folder / "bar" / "bad.h5", 10000);
+               }),
+        report("RandomBytesForAReport", "random bytes among the files of a report", "runs/bad.h5:", "not an HDF5 file",
+               "give a file that `livermark run` wrote",
+               [](const fs::path &folder) {
+                   fs::create_directory(folder);
+                   results::write_result(folder / "good.h5", sample_result());
+                   std::ofstream(folder / "bad.h5", std::ios::binary) << random_bytes();
+               }),
+        report("SpoiltTimingsForAReport", "a timing file of a report without its clock",
+               "runs/timings.h5:", "has no attribute clock", "make the file again with `step_benchmark --hdf5=FILE`",
+               [](const fs::path &folder) {
+                   fs::create_directory(folder);
+                   results::write_timings(folder / "timings.h5", sample_timings());
+                   change(folder / "timings.h5", without_attribute("/timings/step/newmark/all", "clock"));
+               }),
         calibration("NoCalibration", "HDF5 that is no calibration", 0.3, without("/springs"), "holds no calibration",
                     "make the file again with `livermark calibrate`"),
         calibration("NegativeStiffness", "a calibration with a negative stiffness", 0.3,

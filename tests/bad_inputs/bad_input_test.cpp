@@ -71,12 +71,15 @@ TEST(GoodInput, ThatTheRowsStartFromIsAccepted) {
     for (const auto &[arguments, load_case] : {std::pair{"mesh check two.msh", good_case},
                                                {"export bar.toml case.toml -o out", good_case},
                                                {"export bar.toml case.toml -o out", good_release},
+                                               {"report runs -o page.html", good_case},
                                                {"table result.h5", good_case}}) {
         BadInput row{.name = {}, .what = {}, .arguments = arguments, .file = {}, .place = {}, .remedy = {}};
         row.files = {{"two.msh", good_msh}, {"case.toml", load_case}};
         row.prepare = [](const fs::path &folder) {
             write_bar(folder);
             results::write_result(folder / "result.h5", sample_result());
+            fs::create_directory(folder / "runs");
+            results::write_result(folder / "runs" / "result.h5", sample_result());
         };
         const auto folder = scratch_folder();
         prepare_bad_input(row, folder);

@@ -24,6 +24,8 @@ BadInput without_rights(std::string name, std::string what, std::string argument
                 [=](const fs::path &folder) {
                     write_bar(folder);
                     results::write_result(folder / "result.h5", sample_result());
+                    fs::create_directory(folder / "runs");
+                    results::write_result(folder / "runs" / "result.h5", sample_result());
                     fs::create_directory(folder / "locked");
                     const auto rights = forbidden == "locked" ? fs::perms::owner_read | fs::perms::owner_exec |
                                                                     fs::perms::others_read | fs::perms::others_exec
@@ -46,6 +48,8 @@ BadInput place(std::string name, std::string what, std::string arguments, std::s
                 write_bar(folder);
                 fs::create_directories(folder / "folder" / "bar");
                 results::write_result(folder / "result.h5", sample_result());
+                fs::create_directory(folder / "runs");
+                results::write_result(folder / "runs" / "result.h5", sample_result());
             }};
 }
 
@@ -82,6 +86,8 @@ std::vector<BadInput> bad_places() {
                        "locked/bar:", "choose another --output", "locked"),
         without_rights("LockedFolderForAMesh", "a mesh into a folder that may not be written to",
                        box + "locked/box.msh", "locked/box.msh:", "choose another place", "locked"),
+        without_rights("LockedFolderForAReport", "a report into a folder that may not be written to",
+                       "report runs -o locked/report.html", "locked/report.html:", "choose another place", "locked"),
         place("FileAsOutput", "results below a file", run_to + "a_file", "a_file/bar:", "", "choose another --output"),
         place("DirectoryForAMesh", "a mesh in the place of a directory", box + "folder",
               "folder:", "this is a directory", "give the name of a file"),
@@ -89,6 +95,12 @@ std::vector<BadInput> bad_places() {
               "nowhere/box.msh:", "there is no directory nowhere", "make it"),
         place("DeviceForAMesh", "a mesh in the place of a device", box + "/dev/full",
               "/dev/full:", "this is no plain file", "choose another place"),
+        place("DirectoryForAReport", "a report in the place of a directory", "report runs -o folder",
+              "folder:", "this is a directory", "give the name of a file"),
+        place("MissingDirectoryForAReport", "a report into a directory that is not there",
+              "report runs -o nowhere/report.html", "nowhere/report.html:", "there is no directory nowhere", "make it"),
+        full(place("FullDiskForAReport", "a report on a full disk", "report runs -o folder/report.html",
+                   "folder/report.html:", "cannot write", "make room on the disk")),
         full(place("FullDiskForAMesh", "a mesh on a full disk", box + "box.msh", "box.msh:", "cannot write",
                    "make room on the disk")),
         full(place("FullDiskForARun", "results on a full disk", run_to + "folder",

@@ -1,0 +1,85 @@
+#include "report/report_data.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <numeric>
+#include <system_error>
+#include <utility>
+
+#include "core/input_error.hpp"
+#include "results/file_kind.hpp"
+#include "results/result_file.hpp"
+
+namespace livermark::report {
+
+namespace {
+
+std::vector<std::filesystem::path> files_below(const std::filesystem::path &folder) {
+    std::error_code error;
+    if (!std::filesystem::is_directory(folder, error))
+        throw core::InputError(
+            fmt::format("{}: there is no such folder; give the one that `livermark run` filled", folder.string()));
+    std::vector<std::filesystem::path> files;
+    for (auto entry = std::filesystem::recursive_directory_iterator(folder, error);
+         !error && entry != std::filesystem::recursive_directory_iterator(); entry.increment(error))
+        if (entry->path().extension() == ".h5")
+            files.push_back(entry->path());
+    if (error)
+        throw core::InputError(
+            fmt::format("{}: cannot be listed ({}); see who may read it", folder.string(), error.message()));
+    std::ranges::sort(files);
+    return files;
+}
+
+/// Bodies together, and of each the Poisson's ratios in order.
+void sort_results(ReportData &data) {
+    std::vector<std::size_t> order(data.results.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::stable_sort(order, {}, [&](std::size_t r) {
+        const auto &body = *data.results[r].problem.body;
+        return std::pair(body.name, body.materials.front().poisson_ratio);
+    });
+    ReportData sorted;
+    for (const auto r : order) {
+        sorted.results.push_back(std::move(data.results[r]));
+        sorted.files.push_back(std::move(data.files[r]));
+    }
+    data.results = std::move(sorted.results);
+    data.files = std::move(sorted.files);
+}
+
+} // namespace
+
+ReportData read_report_data(const std::filesystem::path &folder) {
+    ReportData data;
+    for (const auto &file : files_below(folder)) {
+        const auto name = file.lexically_relative(folder).string();
+        switch (results::kind_of_file(file)) {
+        case results::FileKind::result:
+            data.results.push_back(results::read_result(file));
+            data.files.push_back(name);
+            break;
+        case results::FileKind::stability:
+            data.stability.push_back(results::read_stability(file));
+            break;
+        case results::FileKind::histories:
+            data.histories.push_back(results::read_histories(file));
+            break;
+        case results::FileKind::timings:
+            data.timings.push_back(results::read_timings(file));
+            break;
+        case results::FileKind::modes:
+        case results::FileKind::calibration:
+        case results::FileKind::other:
+            data.others.push_back(name);
+        }
+    }
+    if (data.results.empty() && data.stability.empty() && data.histories.empty() && data.timings.empty())
+        throw core::InputError(fmt::format("{}: there are no result files here; make some with `livermark run --output "
+                                           "{}`",
+                                           folder.string(), folder.string()));
+    sort_results(data);
+    return data;
+}
+
+} // namespace livermark::report

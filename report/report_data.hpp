@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "results/history_file.hpp"
+#include "results/result.hpp"
+#include "results/stability_file.hpp"
+#include "results/timings_file.hpp"
+
+namespace livermark::report {
+
+/// What the files below a folder say.
+struct ReportData {
+    std::vector<results::Result> results; ///< with models
+    std::vector<std::string> files;       ///< of each of these, relative to the folder
+    std::vector<results::Stability> stability;
+    std::vector<results::Histories> histories;
+    std::vector<results::Timings> timings;
+    std::vector<std::string> others; ///< files of other kinds, which no part of the report is about
+};
+
+/// Reads every .h5 below a folder.
+/// @throws core::InputError if the folder cannot be listed, one of the files cannot be read or is damaged, or none of
+///         them has anything for a report
+ReportData read_report_data(const std::filesystem::path &folder);
+
+} // namespace livermark::report
