@@ -1,11 +1,15 @@
 #include "app/image_bodies.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
 
+#include "app/catalogue.hpp"
 #include "app/output.hpp"
 #include "app/segment.hpp"
 #include "core/input_error.hpp"
+#include "core/root_folder.hpp"
+#include "core/toml_input.hpp"
 #include "fem_reference/mpi_session.hpp"
 
 namespace livermark::app {
@@ -18,7 +22,7 @@ namespace fs = std::filesystem;
 std::string stem_of_image(const std::string &body) {
     const fs::path path = body;
     std::error_code error;
-    if (fs::is_directory(path, error))
+    if (fs::is_directory(path, error) && path.extension() != ".toml")
         return (path.has_filename() ? path : path.parent_path()).filename().string();
     const auto name = path.filename().string();
     for (const std::string_view ending : {".nii.gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd"})
@@ -31,9 +35,11 @@ std::string stem_of_image(const std::string &body) {
 
 std::vector<std::string> with_images_meshed(std::vector<std::string> bodies, const std::string &output,
                                             const std::string &command_line) {
+    const auto shipped = core::list_toml(core::root_folder() / bodies_folder);
     for (auto &body : bodies) {
         const auto stem = stem_of_image(body);
-        if (stem.empty())
+        // Where results are kept there are folders with the names of bodies.
+        if (stem.empty() || std::ranges::find(shipped, body) != shipped.end())
             continue;
         if (fem_reference::started_on_many_ranks())
             throw core::InputError(
