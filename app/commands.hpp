@@ -14,6 +14,7 @@ Command add_list(CLI::App &parent);
 Command add_mesh(CLI::App &parent);
 Command add_parameters(CLI::App &parent);
 Command add_table(CLI::App &parent);
+Command add_view(CLI::App &parent);
 /// @param command_line  kept in the result files
 Command add_calibrate(CLI::App &parent, const std::string &command_line);
 Command add_modes(CLI::App &parent, const std::string &command_line);
