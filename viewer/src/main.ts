@@ -51,7 +51,8 @@ async function draw(file: Result, chosen: Choice): Promise<void> {
     const { displacement } = fields[side]!;
     const coloured = colouredValues(fields[side]!, chosen.quantity, chosen.models[side] === reference);
     stage.show(side, { ...chosen, displacement, values: coloured, end, exaggeration: exaggerationOf(chosen) });
-    document.querySelectorAll('.side p')[side]!.textContent = note(file, chosen.models[side]!, reference);
+    const about = document.querySelectorAll<HTMLElement>('.side p')[side]!;
+    about.textContent = about.title = note(file, chosen.models[side]!, reference);
   }
   const exceeds = largest.some((l) => l[chosen.quantity] > end);
   const shade = chosen.skin === 'flat' ? '' : 'Light and glass shift colours; “Exact colours” shows them as here.';

@@ -79,14 +79,17 @@ export function comparison(result: Result, shown: string[], onChoose: (model: st
     ...(result.motionReference ? ['Motion [%]', 'Lag [ms]'] : []), 'Solved in [s]', 'State');
   head.cells[1]!.className = 'plot';
   head.cells[1]!.setAttribute('aria-label', 'Error, on a logarithmic scale');
-  const rows = result.models.map((model) => modelRow(model, result, range, shown, onChoose));
+  const rank = (model: Model) => (model.name === result.reference ? -1 : (model.comparison?.relativeL2 ?? Number.NaN));
+  const ranked = [...result.models].sort((a, b) => (Number.isNaN(rank(a)) ? 1 : Number.isNaN(rank(b)) ? -1 : rank(a) - rank(b)));
+  const rows = ranked.map((model) => modelRow(model, result, range, shown, onChoose));
   const uncertainty = result.referenceUncertainty > 0
     ? ` The shaded part is within what the reference itself is uncertain by, ${percent(result.referenceUncertainty)} %.` : '';
   const motion = result.motionReference
     ? ` Motion and lag are those of the probes, against ${result.motionReference}.` : '';
   return [
     element('h2', {}, `How far the models are from ${result.reference}`),
-    element('table', {}, element('thead', {}, head), element('tbody', {}, ...rows)),
+    element('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of errors' },
+      element('table', {}, element('thead', {}, head), element('tbody', {}, ...rows))),
     element('p', { class: 'hint' },
       `Error is that of the displacement in the whole body, weighted by volume, over the displacement; the plot is logarithmic.${uncertainty}${motion} A click on a name shows that model.`),
   ];

@@ -27,3 +27,9 @@ export function svg(name: string, attributes: Attributes = {}, ...content: Child
 export function row(cell: 'td' | 'th', ...cells: Child[]): HTMLTableRowElement {
   return element('tr', {}, ...cells.map((content) => element(cell, cell === 'th' ? { scope: 'col' } : {}, content)));
 }
+
+/** A name that may go on in the next line behind each underscore. */
+export function breakable(name: string): HTMLElement {
+  const parts = name.split(/(?<=_)/);
+  return element('span', {}, ...parts.flatMap((part, i) => (i === 0 ? [part] : [element('wbr'), part])));
+}

@@ -1,6 +1,6 @@
 // How a probe moves, in the two models that are shown.
 import type { ProbeMotion } from '../data/types.ts';
-import { roundedUp, short } from '../picture/scale.ts';
+import { roundedUp } from '../picture/scale.ts';
 import { element, svg } from './elements.ts';
 
 const width = 280;
@@ -18,10 +18,10 @@ export function motionPlot(probe: string, motions: ProbeMotion[], now: number | 
   const y = (mm: number) => 8 + ((height - bottom - 8) * (size - mm)) / (2 * size);
   const axes = [size, 0, -size].flatMap((mm) => [
     svg('line', { x1: left, x2: width - 6, y1: y(mm), y2: y(mm), stroke: '#e2ded7' }),
-    svg('text', { x: left - 6, y: y(mm) + 4, 'text-anchor': 'end' }, short(mm)),
+    svg('text', { x: left - 6, y: y(mm) + 4, 'text-anchor': 'end' }, String(mm).replace('-', '−')),
   ]);
   const times = [0, end / 2, end].map((seconds, i) =>
-    svg('text', { x: x(seconds), y: height - 4, 'text-anchor': ['start', 'middle', 'end'][i]! }, `${short(seconds)} s`));
+    svg('text', { x: x(seconds), y: height - 4, 'text-anchor': ['start', 'middle', 'end'][i]! }, `${Number(seconds.toFixed(3))} s`));
   const lines = motions.map((motion, i) => {
     const points = Array.from(motion.along, (u, k) => [x(motion.time[k]!), y(1000 * u)]).filter(([, v]) => Number.isFinite(v));
     return svg('polyline', {

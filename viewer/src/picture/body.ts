@@ -56,11 +56,23 @@ function update(geometry: three.BufferGeometry, surface: Surface, points: Float3
   geometry.computeBoundingSphere();
 }
 
+/** Glass that is thicker where it is seen from the side, so that the shape of the body can be read. */
+function glassMaterial(): three.MeshStandardMaterial {
+  const glass = new three.MeshStandardMaterial({ roughness: 0.6, transparent: true, depthWrite: false });
+  glass.onBeforeCompile = (shader) => {
+    shader.fragmentShader = shader.fragmentShader.replace('#include <opaque_fragment>', `
+      float facing = abs(dot(normal, normalize(vViewPosition)));
+      diffuseColor.a = mix(0.9, 0.5, smoothstep(0.0, 0.75, facing));
+      #include <opaque_fragment>`);
+  };
+  return glass;
+}
+
 /** @param size  of the body [m] */
 export function createBody(points: Float32Array, surfaces: Surfaces, size: number): Body {
   const textures = { displacement: mapTexture('displacement'), error: mapTexture('error') };
   const lit = new three.MeshStandardMaterial({ roughness: 0.75, side: three.DoubleSide });
-  const glass = new three.MeshStandardMaterial({ roughness: 0.6, transparent: true, opacity: 0.4, depthWrite: false });
+  const glass = glassMaterial();
   // Without light, so that the colour on the screen is the colour of the legend.
   const flat = new three.MeshBasicMaterial({ side: three.DoubleSide, toneMapped: false });
   // Glass shows its front only: this writes how far that is, so that the far side does not shine through.

@@ -23,27 +23,43 @@ interface View {
 
 const background = 0xf3f1ed;
 
-/** Beside each other, or in a canvas that is high one below the other. [CSS pixels] */
-export function views(width: number, height: number): [View, View] {
-  if (width >= height) {
-    const half = width / 2;
-    return [{ x: 0, y: 0, width: half, height }, { x: half, y: 0, width: half, height }];
+const nameHeight = 68; // what stands above each view: the model and a line about it
+
+/** Below what is written, beside each other, or in a canvas that is high one below the other. [CSS pixels] */
+function views(width: number, height: number): [View, View] {
+  const isWide = width >= height;
+  const view = { width: isWide ? width / 2 : width, height: Math.max((isWide ? height : height / 2) - nameHeight, 1) };
+  const second = isWide ? { x: width / 2, y: nameHeight } : { x: 0, y: height / 2 + nameHeight };
+  return [{ x: 0, y: nameHeight, ...view }, { ...second, ...view }];
+}
+
+/** How far the camera has to be for all points to be in the middle 86 % of its view. */
+function distanceToSee(points: Float32Array, centre: three.Vector3, direction: three.Vector3, camera: three.PerspectiveCamera): number {
+  const right = new three.Vector3().crossVectors(camera.up, direction).normalize();
+  const up = new three.Vector3().crossVectors(direction, right);
+  const upwards = 0.86 * Math.tan((camera.fov * Math.PI) / 360);
+  const point = new three.Vector3();
+  let distance = 0;
+  for (let i = 0; i < points.length; i += 3) {
+    point.fromArray(points, i).sub(centre);
+    const needed = Math.max(Math.abs(point.dot(up)), Math.abs(point.dot(right)) / camera.aspect) / upwards;
+    distance = Math.max(distance, needed + point.dot(direction));
   }
-  const half = height / 2;
-  return [{ x: 0, y: 0, width, height: half }, { x: 0, y: half, width, height: half }];
+  return distance || 1;
 }
 
 /** @param onPick  called with the number of the node that was clicked, or null beside the body */
 export function createStage(canvas: HTMLCanvasElement, onPick: (node: number | null) => void): Stage {
   const renderer = new three.WebGLRenderer({ canvas, antialias: true });
   renderer.setClearColor(background);
-  renderer.setScissorTest(true);
+  renderer.autoClear = false;
   const camera = new three.PerspectiveCamera(32, 1, 0.001, 100);
   camera.up.set(0, 0, 1);
   const controls = new OrbitControls(camera, canvas);
   const sphere = new three.Sphere(new three.Vector3(), 1);
   let bodies: [Body, Body] | null = null;
   let nodes = new Int32Array();
+  let places = new Float32Array(); // at rest
   let wasMoved = false;
   let isAsked = false;
 
@@ -51,13 +67,17 @@ export function createStage(canvas: HTMLCanvasElement, onPick: (node: number | n
 
   function draw(): void {
     isAsked = false;
+    renderer.setScissorTest(false);
+    renderer.clear();
+    renderer.setScissorTest(true);
     for (const [side, view] of layout().entries()) {
       const bottom = canvas.clientHeight - view.y - view.height;
       renderer.setViewport(view.x, bottom, view.width, view.height);
       renderer.setScissor(view.x, bottom, view.width, view.height);
       const body = bodies?.[side];
-      body?.faceLight(camera);
-      renderer.render(body?.scene ?? new three.Scene(), camera);
+      if (!body) continue;
+      body.faceLight(camera);
+      renderer.render(body.scene, camera);
     }
   }
   function askForDrawing(): void {
@@ -68,13 +88,13 @@ export function createStage(canvas: HTMLCanvasElement, onPick: (node: number | n
   /** From the front and a little above, as far as the whole body needs. */
   function resetView(): void {
     wasMoved = false;
-    const upwards = Math.tan((camera.fov * Math.PI) / 360);
-    const distance = (0.95 * sphere.radius) / Math.min(upwards, upwards * camera.aspect);
+    const direction = new three.Vector3(0, -1, 0.25).normalize();
+    const distance = distanceToSee(places, sphere.center, direction, camera);
     camera.near = 0.02 * sphere.radius;
     camera.far = 100 * sphere.radius;
     camera.updateProjectionMatrix();
     controls.target.copy(sphere.center);
-    camera.position.copy(sphere.center).addScaledVector(new three.Vector3(0, -1, 0.25).normalize(), distance);
+    camera.position.copy(sphere.center).addScaledVector(direction, distance);
     controls.minDistance = 0.2 * sphere.radius;
     controls.maxDistance = 12 * sphere.radius;
     controls.update();
@@ -102,10 +122,10 @@ export function createStage(canvas: HTMLCanvasElement, onPick: (node: number | n
     ray.setFromCamera(new three.Vector2((2 * (x - view.x)) / view.width - 1, 1 - (2 * (y - view.y)) / view.height), camera);
     const hit = ray.intersectObject(body.outside)[0];
     if (!hit?.face) return onPick(null);
-    const places = body.outside.geometry.getAttribute('position');
+    const vertices = body.outside.geometry.getAttribute('position');
     const corners = [hit.face.a, hit.face.b, hit.face.c].map((vertex) => ({
       vertex,
-      distance: new three.Vector3().fromBufferAttribute(places as three.BufferAttribute, vertex).distanceTo(hit.point),
+      distance: new three.Vector3().fromBufferAttribute(vertices as three.BufferAttribute, vertex).distanceTo(hit.point),
     }));
     onPick(nodes[corners.sort((a, b) => a.distance - b.distance)[0]!.vertex]!);
   }
@@ -131,6 +151,7 @@ export function createStage(canvas: HTMLCanvasElement, onPick: (node: number | n
       new three.Box3().setFromArray(points).getBoundingSphere(sphere);
       bodies = [createBody(points, surfaces, 2 * sphere.radius), createBody(points, surfaces, 2 * sphere.radius)];
       nodes = Int32Array.from(surfaces.outside.nodes);
+      places = Float32Array.from(points);
       resetView();
     },
     show(side, look) {
