@@ -45,14 +45,15 @@ fs::path built_page() {
 }
 
 int view(const ViewOptions &options) {
-    const server::Site site{.folder = existing_folder(options.folder),
-                            .page = built_page(),
-                            .port = options.port,
-                            .is_result_file = results::is_result_file};
+    server::Site site{.folder = existing_folder(options.folder),
+                      .page = {},
+                      .port = options.port,
+                      .is_result_file = results::is_result_file};
     const auto num_files = server::result_files(site).size();
     if (num_files == 0)
         throw core::InputError(
             fmt::format("{}: there are no result files here; make some with `livermark run`", options.folder));
+    site.page = built_page();
     server::serve(site, [&](std::uint16_t port) {
         fmt::print("{}: {} result file{}, to be seen at http://127.0.0.1:{}/ until Ctrl-C\n", options.folder, num_files,
                    num_files == 1 ? "" : "s", port);
@@ -69,7 +70,9 @@ Command add_view(CLI::App &parent) {
     options->folder = (core::root_folder() / "results" / "runs").string();
     command->add_option("folder", options->folder, "Folder with result files of 'livermark run', at any depth")
         ->capture_default_str();
-    command->add_option("--port", options->port, "Port on 127.0.0.1; 0 for any that is free")->capture_default_str();
+    command->add_option("--port", options->port, "Port on 127.0.0.1; 0 for any that is free")
+        ->check(CLI::Range(0, 65535))
+        ->capture_default_str();
     return [options] { return view(*options); };
 }
 

@@ -1,22 +1,17 @@
 #include "server/serve.hpp"
 
-#include <utility> // Boost 1.74 uses it without including it
-
-#include <boost/asio/awaitable.hpp>
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/signal_set.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <chrono>
 #include <csignal>
-#include <exception>
 #include <fmt/format.h>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "core/input_error.hpp"
 
@@ -65,54 +60,80 @@ template <class Body> http::response<Body> response_to(const RequestHead &head, 
     return response;
 }
 
-template <class Body>
-asio::awaitable<void> send(beast::tcp_stream &stream, const RequestHead &head, http::response<Body> response) {
-    response.prepare_payload();
-    http::response_serializer<Body> serializer(response);
-    stream.expires_after(longest_transfer);
-    if (head.method() == http::verb::head)
-        co_await http::async_write_header(stream, serializer, asio::use_awaitable);
-    else
-        co_await http::async_write(stream, serializer, asio::use_awaitable);
+Answer fault(int status, const std::string &sentence) {
+    return {.status = status, .content_type = "text/plain; charset=utf-8", .text = sentence + "\n", .file = {}};
 }
 
-asio::awaitable<void> send_answer(beast::tcp_stream &stream, const RequestHead &head, Answer answer) {
-    if (!answer.file.empty()) {
-        auto response = response_to<http::file_body>(head, answer);
+/// Answers the requests of one connection, one after the other. It lives as long as something is under way; when the
+/// browser goes away, or sends what is no request, nothing is.
+class Connection : public std::enable_shared_from_this<Connection> {
+  public:
+    Connection(tcp::socket socket, const Site &site) : stream_(std::move(socket)), site_(site) {}
+
+    void read() {
+        head_ = {};
+        stream_.expires_after(longest_silence);
+        http::async_read(stream_, buffer_, head_, [self = shared_from_this()](beast::error_code error, std::size_t) {
+            if (!error)
+                self->reply();
+        });
+    }
+
+  private:
+    void reply() {
+        try {
+            reply(answer(request_of(head_), site_));
+        } catch (const core::InputError &error) {
+            reply(fault(500, error.what())); // the folder went away
+        }
+    }
+
+    void reply(const Answer &answer) {
+        if (answer.file.empty()) {
+            auto response = response_to<http::string_body>(head_, answer);
+            response.body() = answer.text;
+            return write(std::move(response));
+        }
+        auto response = response_to<http::file_body>(head_, answer);
         beast::error_code error;
         response.body().open(answer.file.c_str(), beast::file_mode::scan, error);
-        if (!error) {
-            co_await send(stream, head, std::move(response));
-            co_return;
-        }
-        answer = {.status = 404, .content_type = "text/plain", .text = "The file cannot be read.\n", .file = {}};
+        if (error)
+            return reply(fault(404, "The file cannot be read."));
+        write(std::move(response));
     }
-    auto response = response_to<http::string_body>(head, answer);
-    response.body() = std::move(answer.text);
-    co_await send(stream, head, std::move(response));
-}
 
-asio::awaitable<void> serve_connection(tcp::socket socket, const Site &site) {
-    beast::tcp_stream stream(std::move(socket));
-    beast::flat_buffer buffer;
-    try {
-        for (bool goes_on = true; goes_on;) {
-            RequestHead head;
-            stream.expires_after(longest_silence);
-            co_await http::async_read(stream, buffer, head, asio::use_awaitable);
-            goes_on = head.keep_alive();
-            co_await send_answer(stream, head, answer(request_of(head), site));
-        }
-    } catch (const std::exception &error) {
-        // The browser went away, or sent what is no request: an end to this connection and to nothing else.
+    template <class Body> void write(http::response<Body> response) {
+        // The serializer points at the response, and both have to stay where they are until all is sent.
+        struct Sent {
+            explicit Sent(http::response<Body> whole) : response(std::move(whole)) {}
+            http::response<Body> response;
+            http::response_serializer<Body> serializer{response};
+        };
+        response.prepare_payload();
+        auto sent = std::make_shared<Sent>(std::move(response));
+        auto then = [self = shared_from_this(), sent](beast::error_code error, std::size_t) {
+            if (!error && self->head_.keep_alive())
+                self->read();
+        };
+        stream_.expires_after(longest_transfer);
+        if (head_.method() == http::verb::head)
+            http::async_write_header(stream_, sent->serializer, std::move(then));
+        else
+            http::async_write(stream_, sent->serializer, std::move(then));
     }
-}
 
-asio::awaitable<void> accept_connections(tcp::acceptor &acceptor, const Site &site) {
-    for (;;) {
-        auto socket = co_await acceptor.async_accept(asio::use_awaitable);
-        asio::co_spawn(acceptor.get_executor(), serve_connection(std::move(socket), site), asio::detached);
-    }
+    beast::tcp_stream stream_;
+    beast::flat_buffer buffer_;
+    RequestHead head_;
+    const Site &site_;
+};
+
+void accept_connections(tcp::acceptor &acceptor, const Site &site) {
+    acceptor.async_accept([&](beast::error_code error, tcp::socket socket) {
+        if (!error)
+            std::make_shared<Connection>(std::move(socket), site)->read();
+        accept_connections(acceptor, site);
+    });
 }
 
 tcp::acceptor listener(asio::io_context &context, std::uint16_t port) {
@@ -132,15 +153,9 @@ void serve(Site site, const std::function<void(std::uint16_t port)> &is_ready) {
     site.port = acceptor.local_endpoint().port();
     asio::signal_set signals(context, SIGINT, SIGTERM);
     signals.async_wait([&](beast::error_code, int) { context.stop(); });
-    std::exception_ptr fault;
-    asio::co_spawn(context, accept_connections(acceptor, site), [&](std::exception_ptr end) {
-        fault = std::move(end);
-        context.stop();
-    });
+    accept_connections(acceptor, site);
     is_ready(site.port);
     context.run();
-    if (fault)
-        std::rethrow_exception(fault);
 }
 
 } // namespace livermark::server

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Answer refusal(int status, std::string sentence) {
+Answer refusal(int status, const std::string &sentence) {
     return {.status = status, .content_type = "text/plain; charset=utf-8", .text = sentence + "\n", .file = {}};
 }
 

@@ -3,10 +3,10 @@ import './style.css';
 import { ask } from './data/client.ts';
 import { Fault, type Result } from './data/types.ts';
 import { goodExaggeration, nearestExaggeration } from './picture/fields.ts';
-import { createStage, type Side } from './picture/stage.ts';
+import { createStage, type Side, type Stage } from './picture/stage.ts';
 import { comparison } from './page/comparison.ts';
 import { listen, showChoice } from './page/controls.ts';
-import { byId } from './page/elements.ts';
+import { byId, refill } from './page/elements.ts';
 import { acceptFiles, fetchFile, fillList, listedFiles } from './page/files.ts';
 import { legend } from './page/legend.ts';
 import { motionPlot } from './page/motion_plot.ts';
@@ -17,10 +17,20 @@ import { colouredValues, exaggerationOf, legendEnd, referenceOf, validModels, ty
 let result: Result | null = null;
 let choice: Choice | null = null;
 let numChanges = 0;
+let numOpened = 0;
 
 const canvas = document.querySelector('canvas')!;
-const stage = createStage(canvas, (node) => change({ node }));
+const stage = startStage();
 const player = createPlayer(() => result?.frameTimes ?? [], () => choice?.frame ?? 0, (frame) => apply({ frame }));
+
+function startStage(): Stage {
+  try {
+    return createStage(canvas, (node) => change({ node }));
+  } catch (error) {
+    say('This browser cannot draw in three dimensions: switch on WebGL 2 in its settings, or open the page in another.');
+    throw error;
+  }
+}
 
 function say(sentence: string): void {
   byId('message').textContent = sentence;
@@ -57,7 +67,7 @@ async function draw(file: Result, chosen: Choice): Promise<void> {
   const exceeds = largest.some((l) => l[chosen.quantity] > end);
   const shade = chosen.skin === 'flat' ? '' : 'Light and glass shift colours; “Exact colours” shows them as here.';
   byId('legend').replaceChildren(...legend(chosen.quantity, end, exceeds, shade));
-  byId('node').replaceChildren(...nodeCard(file, chosen.node, values, (node) => change({ node })));
+  refill(byId('node'), nodeCard(file, chosen.node, values, (node) => change({ node })));
   showChoice(file, chosen);
   byId('stage').dataset['drawn'] = String(mine);
 }
@@ -79,7 +89,7 @@ async function apply(part: Partial<Choice>): Promise<void> {
     await draw(file, chosen);
     await drawMotion(file, chosen);
     if (part.models)
-      byId('comparison').replaceChildren(...comparison(file, chosen.models, showOnTheRight));
+      refill(byId('comparison'), comparison(file, chosen.models, showOnTheRight));
   } catch (error) {
     complain(file.file, error);
   }
@@ -114,13 +124,15 @@ function describe(file: Result): void {
 }
 
 async function open(name: string, load: () => Promise<File> | File): Promise<void> {
+  const mine = ++numOpened;
   player.stop();
   try {
     const file = await ask('open', { file: await load() });
+    const largest = await ask('largest', { model: file.reference, moving: false });
+    if (mine !== numOpened) return; // another file was chosen meanwhile
     say('');
     result = file;
     const models = validModels(file, false, choice?.models ?? [file.reference, '']);
-    const largest = await ask('largest', { model: file.reference, moving: false });
     choice = {
       models,
       quantity: choice?.quantity ?? 'displacement',
@@ -135,7 +147,7 @@ async function open(name: string, load: () => Promise<File> | File): Promise<voi
     stage.setBody(file.points, file.surfaces);
     await apply(choice);
   } catch (error) {
-    complain(name, error);
+    if (mine === numOpened) complain(name, error);
   }
 }
 
@@ -148,7 +160,11 @@ new ResizeObserver(() => {
   byId('stage').dataset['arrangement'] = canvas.clientWidth >= canvas.clientHeight ? 'beside' : 'below';
 }).observe(canvas);
 listen({ change, setMoving }, stage, () => choice);
-acceptFiles((file) => void open(file.name, () => file));
+acceptFiles((file) => {
+  byId<HTMLSelectElement>('files').selectedIndex = -1;
+  history.replaceState(null, '', location.pathname);
+  void open(file.name, () => file);
+});
 const files = await listedFiles();
 fillList(files, (path) => void openListed(path));
 const wanted = decodeURIComponent(location.hash.slice(1));

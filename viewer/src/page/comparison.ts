@@ -56,7 +56,7 @@ function stateOf(model: Model, result: Result): Node | string {
 
 function modelRow(model: Model, result: Result, range: [number, number], shown: string[], onChoose: (model: string) => void): HTMLElement {
   const compared = model.comparison;
-  const name = element('button', { type: 'button', title: model.summary }, model.name);
+  const name = element('button', { type: 'button', title: model.summary, 'data-key': model.name }, model.name);
   name.addEventListener('click', () => onChoose(model.name));
   const value = (text: (c: NonNullable<typeof compared>) => string) => (compared ? text(compared) : '–');
   const line = row('td', name,

@@ -33,3 +33,11 @@ export function breakable(name: string): HTMLElement {
   const parts = name.split(/(?<=_)/);
   return element('span', {}, ...parts.flatMap((part, i) => (i === 0 ? [part] : [element('wbr'), part])));
 }
+
+/** Replaces what is in a part of the page. Who was at an element with a data-key is at the new one of that key then. */
+export function refill(parent: HTMLElement, content: Node[]): void {
+  const focused = document.activeElement;
+  const key = focused instanceof HTMLElement && parent.contains(focused) ? focused.dataset['key'] : undefined;
+  parent.replaceChildren(...content);
+  if (key) parent.querySelector<HTMLElement>(`[data-key="${CSS.escape(key)}"]`)?.focus({ preventScroll: true });
+}

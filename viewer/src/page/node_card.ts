@@ -4,7 +4,7 @@ import { breakable, element, row } from './elements.ts';
 
 function numberField(result: Result, node: number | null, onChoose: (node: number | null) => void): HTMLElement {
   const numNodes = result.points.length / 3;
-  const input = element('input', { type: 'number', min: 0, max: numNodes - 1, step: 1, id: 'node_number', placeholder: 'number' });
+  const input = element('input', { type: 'number', min: 0, max: numNodes - 1, step: 1, id: 'node_number', 'data-key': 'node', placeholder: 'number' });
   if (node !== null) input.value = String(node);
   input.addEventListener('change', () => {
     const wanted = input.valueAsNumber;
