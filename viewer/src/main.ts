@@ -76,7 +76,7 @@ async function drawMotion(file: Result, chosen: Choice): Promise<void> {
   byId('motion').hidden = file.frameTimes.length === 0 || file.probes.length === 0;
   if (byId('motion').hidden) return;
   const motions = await ask('motion', { probe: 0, reference: file.motionReference });
-  const shown = motions.filter((m) => chosen.models.includes(m.model));
+  const shown = [...new Set(chosen.models)].flatMap((model) => motions.filter((m) => m.model === model));
   const now = chosen.frame === null ? null : file.frameTimes[chosen.frame]!;
   byId('motion').replaceChildren(...motionPlot(file.probes[0]!, shown.length > 0 ? shown : motions.slice(0, 1), now));
 }

@@ -90,7 +90,7 @@ test('the time slider shows the frames of the motion', async () => {
   const [, moved, error] = await cells('springs', '#node');
   about(shown(moved), 1000 * length(row('solutions/springs/history/frames', 7 * numNodes + 3)));
   about(shown(error), 1000 * length(row('comparisons/springs/error_frames', 7 * numNodes + 3)));
-  assert.equal(await page.locator('#motion').isVisible(), true);
+  assert.deepEqual(await page.locator('#motion .key span').allTextContents(), ['fem_p2', 'springs']);
 });
 
 test('exact colours are those of the legend', async () => {
