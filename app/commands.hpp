@@ -13,6 +13,7 @@ using Command = std::function<int()>;
 Command add_list(CLI::App &parent);
 Command add_parameters(CLI::App &parent);
 Command add_table(CLI::App &parent);
+Command add_view(CLI::App &parent);
 /// @param command_line  kept in the result files
 Command add_mesh(CLI::App &parent, const std::string &command_line);
 Command add_calibrate(CLI::App &parent, const std::string &command_line);

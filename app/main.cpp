@@ -39,6 +39,7 @@ int run(int argc, char **argv) {
         livermark::app::add_parameters(app),
         livermark::app::add_table(app),
         livermark::app::add_report(app, command_line),
+        livermark::app::add_view(app),
         livermark::app::add_export(app, command_line),
         livermark::app::add_score(app, command_line),
         livermark::app::add_calibrate(app, command_line),

@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "core/input_error.hpp"
+#include "results/hdf5_io.hpp"
 #include "results/result_file.hpp"
 
 namespace livermark::results {
@@ -50,6 +51,15 @@ std::vector<Result> read_results(std::span<const std::filesystem::path> paths) {
             fmt::format("{}: there are no result files here; make some with `livermark run`", fmt::join(names, ", ")));
     }
     return results;
+}
+
+bool is_result_file(const std::filesystem::path &path) {
+    try {
+        const hdf5::InputFile file(path);
+        return file.has("/mesh") && file.has("/solutions") && !file.children("/solutions").empty();
+    } catch (const core::InputError &) {
+        return false;
+    }
 }
 
 } // namespace livermark::results

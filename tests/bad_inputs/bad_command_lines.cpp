@@ -41,6 +41,7 @@ std::vector<BadInput> bad_command_lines() {
         words("UnknownKindOfTable", "table --kind overviev", "--kind", "did you mean 'overview'?"),
         words("MisspeltOptionOfAReport", "report --ouptut report.html", "no option '--ouptut'",
               "did you mean '--output'?"),
+        words("PortThatIsNone", "view --port 70000", "--port", "not in range 0 to 65535"),
         words("UnknownSolver", "run --fem-solver magic", "--fem-solver", "known are: auto, direct, iterative"),
         words("MisspeltBody", "run --body liver_healty", "no body 'liver_healty'", "did you mean 'liver_healthy'?"),
         words("MisspeltLoadCase", "run --load-case palpatoin", "no load case 'palpatoin'", "did you mean 'palpation'?"),

@@ -1,0 +1,91 @@
+// The little of HDF5 that the page needs, with checks: what a file lacks is a sentence, not an exception of the library.
+import { Dataset, Group, type File } from 'h5wasm';
+import { Fault } from './types.ts';
+
+type Scalar = string | number | bigint;
+
+function group(file: File, path: string): Group | null {
+  try {
+    const found = file.get(path);
+    return found instanceof Group ? found : null;
+  } catch {
+    return null;
+  }
+}
+
+export function has(file: File, path: string): boolean {
+  return dataset(file, path) !== null || group(file, path) !== null;
+}
+
+/** Names of what is in a group; none if the group is not there. */
+export function children(file: File, path: string): string[] {
+  return group(file, path)?.keys() ?? [];
+}
+
+export function dataset(file: File, path: string): Dataset | null {
+  try {
+    const found = file.get(path);
+    return found instanceof Dataset ? found : null;
+  } catch {
+    return null;
+  }
+}
+
+function attribute(file: File, path: string, name: string): unknown {
+  const owner = path === '/' ? file : (dataset(file, path) ?? group(file, path));
+  return owner?.attrs[name]?.value ?? undefined;
+}
+
+/** Texts are padded with null characters. */
+const trimmed = (text: unknown) => String(text).replace(/\0+$/, '');
+
+export function text(file: File, path: string, name: string): string {
+  const value = attribute(file, path, name);
+  return value === undefined ? '' : trimmed(value);
+}
+
+export function texts(file: File, path: string, name: string): string[] {
+  const value = attribute(file, path, name);
+  return Array.isArray(value) ? value.map(trimmed) : value === undefined ? [] : [trimmed(value)];
+}
+
+/** NaN if it is not there. */
+export function number(file: File, path: string, name: string): number {
+  const value = attribute(file, path, name) as Scalar | ArrayLike<Scalar> | undefined;
+  if (value === undefined) return Number.NaN;
+  return Number(typeof value === 'object' ? value[0] : value);
+}
+
+type Numbers = ArrayLike<number> | BigInt64Array;
+
+/** int64 arrives as BigInt64Array; node numbers are far below 2^53. */
+function asNumbers(values: Numbers): ArrayLike<number> {
+  return values instanceof BigInt64Array ? Float64Array.from(values, Number) : values;
+}
+
+/**
+ * Rows of a dataset, one behind the other.
+ * @param columns  length of a row; 1 for a dataset of rank 1
+ * @param range    first row and the one behind the last; all if left out
+ */
+export function rows(file: File, path: string, columns: number, range?: [number, number]): ArrayLike<number> {
+  const found = dataset(file, path);
+  if (!found) throw new Fault(`${path} is missing; make the file again with livermark run.`);
+  const shape = found.shape ?? [];
+  if (shape.slice(1).reduce((product, length) => product * length, 1) !== columns)
+    throw new Fault(`${path} does not have rows of ${columns}; make the file again with livermark run.`);
+  if (range && !(range[0] >= 0 && range[1] <= (shape[0] ?? 0)))
+    throw new Fault(`${path} is too short; make the file again with livermark run.`);
+  const slice = range ? [range, ...shape.slice(1).map((length) => [0, length] as [number, number])] : undefined;
+  const values = slice ? found.slice(slice) : found.value;
+  if (!values || typeof values !== 'object')
+    throw new Fault(`${path} cannot be read: the file is damaged; make it again with livermark run.`);
+  return asNumbers(values as Numbers);
+}
+
+/** A dataset of a known number of rows. */
+export function exactly(count: number, path: string, columns: number, values: ArrayLike<number>): ArrayLike<number> {
+  if (values.length !== count * columns)
+    throw new Fault(`${path} does not have ${count} rows; make the file again with livermark run.`);
+  return values;
+}

@@ -1,0 +1,19 @@
+// What the page asks of the worker that reads the file, and what it answers.
+import type { Field, Frame, Largest, NodeValues, ProbeMotion, Result } from './types.ts';
+
+export interface Questions {
+  open: { question: { file: File }; answer: Result };
+  field: { question: { model: string; frame: Frame }; answer: Field };
+  largest: { question: { model: string; moving: boolean }; answer: Largest };
+  node: { question: { node: number; frame: Frame }; answer: NodeValues[] };
+  motion: { question: { probe: number; reference: string }; answer: ProbeMotion[] };
+}
+export type Kind = keyof Questions;
+
+export interface Message<K extends Kind = Kind> {
+  id: number;
+  kind: K;
+  question: Questions[K]['question'];
+}
+
+export type Reply = { id: number } & ({ answer: unknown } | { fault: string });

@@ -1,0 +1,103 @@
+// A result file as results/schema.md describes it, checked where it enters the page.
+import type { File } from 'h5wasm';
+import { children, exactly, has, number, rows, text, texts } from './hdf5.ts';
+import { compactSurface, innerTriangles } from './surface.ts';
+import { Fault, type Comparison, type Model, type Result } from './types.ts';
+
+const knownSchema = 1;
+
+/** Livermark writes other files too, in which there is no body to be drawn. */
+function refuseOtherFiles(file: File): void {
+  if (has(file, '/mesh') && children(file, '/solutions').length > 0) return;
+  const kinds: [path: string, kind: string][] = [
+    ['/modes', 'vibrations (livermark modes)'],
+    ['/critical_time_step', 'time steps (livermark stability)'],
+    ['/histories', 'motions of single points (livermark histories)'],
+    ['/springs', 'calibrated springs (livermark calibrate)'],
+    ['/timings', 'timings of the benchmarks'],
+  ];
+  const kind = kinds.find(([path]) => has(file, path))?.[1];
+  const what = kind ? `it holds ${kind}` : 'it is an HDF5 file of something else';
+  throw new Fault(`There is no answer of a model to be seen in it: ${what}. Choose a file that livermark run wrote.`);
+}
+
+function readComparison(file: File, model: string): Comparison | null {
+  const path = `/comparisons/${model}`;
+  const value = (name: string) => number(file, path, name);
+  if (!has(file, path) || Number.isNaN(value('relative_l2')) && !text(file, path, 'reference')) return null;
+  const inBand = value('in_band');
+  return {
+    reference: text(file, path, 'reference'),
+    relativeL2: value('relative_l2'),
+    maxError: value('max_error'),
+    energyError: value('energy_error'),
+    reactionError: value('reaction_error'),
+    motionError: value('history_relative_l2'),
+    motionLag: value('history_lag'),
+    motionReference: text(file, path, 'history_reference'),
+    inBand: Number.isNaN(inBand) ? null : inBand === 1,
+  };
+}
+
+function readModel(file: File, name: string): Model {
+  const path = `/solutions/${name}`;
+  return {
+    name,
+    summary: text(file, path, 'summary'),
+    source: text(file, path, 'source'),
+    status: text(file, path, 'status'),
+    message: text(file, path, 'message'),
+    solveSeconds: number(file, path, 'solve_seconds'),
+    moves: has(file, `${path}/history/frames`),
+    comparison: readComparison(file, name),
+  };
+}
+
+function readTriangles(file: File, path: string, columns: number, numNodes: number): ArrayLike<number> {
+  const nodes = rows(file, path, columns);
+  for (let i = 0; i < nodes.length; i++)
+    if (!(nodes[i]! >= 0 && nodes[i]! < numNodes))
+      throw new Fault(`${path} names a node that is not there; make the file again with livermark run.`);
+  return nodes;
+}
+
+/** Finite elements after a name that the file gives, or the first model if no model was compared. */
+function referenceOf(file: File, models: Model[]): string {
+  const named = text(file, '/reference', 'model') || models.map((m) => m.comparison?.reference).find(Boolean);
+  return models.some((m) => m.name === named) ? named! : models[0]!.name;
+}
+
+function frameTimes(file: File): number[] {
+  return has(file, '/VTKHDF/Steps/Values') ? Array.from(rows(file, '/VTKHDF/Steps/Values', 1)) : [];
+}
+
+/** @throws Fault with a sentence that names the place in the file */
+export function readResult(file: File, name: string): Result {
+  refuseOtherFiles(file);
+  const schema = number(file, '/', 'schema_version');
+  if (schema !== knownSchema)
+    throw new Fault(`It is of schema ${schema}, and this page reads schema ${knownSchema}; use the page of the same version.`);
+  const points = Float32Array.from(rows(file, '/mesh/points', 3));
+  const numNodes = points.length / 3;
+  const tetrahedra = readTriangles(file, '/mesh/tetrahedra', 4, numNodes);
+  const region = exactly(tetrahedra.length / 4, '/mesh/region', 1, rows(file, '/mesh/region', 1));
+  const models = children(file, '/solutions').map((model) => readModel(file, model));
+  return {
+    file: name,
+    body: text(file, '/', 'body'),
+    loadCase: text(file, '/load_case', 'name'),
+    title: text(file, '/load_case', 'title'),
+    reference: referenceOf(file, models),
+    referenceUncertainty: number(file, '/reference', 'reference_uncertainty'),
+    motionReference: models.map((m) => m.comparison?.motionReference).find(Boolean) ?? '',
+    models,
+    points,
+    surfaces: {
+      outside: compactSurface(readTriangles(file, '/mesh/boundary_triangles', 3, numNodes)),
+      inside: compactSurface(innerTriangles(tetrahedra, region)),
+    },
+    tumours: texts(file, '/mesh/region', 'names').slice(1),
+    frameTimes: models.some((m) => m.moves) ? frameTimes(file) : [],
+    probes: texts(file, '/load_case/release/probe', 'names'),
+  };
+}

@@ -1,0 +1,73 @@
+// What the page knows of a result file. Fields are read when they are shown.
+import type { Surfaces } from './surface.ts';
+
+/** Numbers of /comparisons/<model>; NaN where the file has none. */
+export interface Comparison {
+  reference: string;
+  relativeL2: number;
+  maxError: number; // m
+  energyError: number;
+  reactionError: number;
+  motionError: number;
+  motionLag: number; // s
+  motionReference: string;
+  inBand: boolean | null; // null where there is no band
+}
+
+export interface Model {
+  name: string;
+  summary: string;
+  source: string;
+  status: string;
+  message: string;
+  solveSeconds: number;
+  moves: boolean; // there are frames
+  comparison: Comparison | null; // null for the reference
+}
+
+export interface Result {
+  file: string;
+  body: string;
+  loadCase: string;
+  title: string;
+  reference: string;
+  referenceUncertainty: number; // NaN if nobody looked
+  motionReference: string; // the model that motion is measured by; empty without motion
+  models: Model[];
+  points: Float32Array; // (N,3) m
+  surfaces: Surfaces;
+  tumours: string[];
+  frameTimes: number[]; // s; empty if nothing moves
+  probes: string[];
+}
+
+/** Which field: of the static answer, or of a frame of the motion. */
+export type Frame = number | null;
+
+export interface Field {
+  displacement: Float32Array; // (N,3) m
+  error: Float32Array | null; // (N,3) m; null for what it is measured by, and where nobody compared
+}
+
+/** The largest finite lengths over the static answer or all frames [m]; error is 0 where there is none. */
+export interface Largest {
+  displacement: number;
+  error: number;
+}
+
+/** Of one model at one node [m]. */
+export interface NodeValues {
+  model: string;
+  displacement: number[];
+  error: number[] | null;
+}
+
+/** Motion of a probe: u along the way that the reference had gone at the start. */
+export interface ProbeMotion {
+  model: string;
+  time: Float64Array; // s
+  along: Float64Array; // m
+}
+
+/** Something is wrong with a file; the message is for the reader of the page. */
+export class Fault extends Error {}

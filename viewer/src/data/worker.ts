@@ -1,0 +1,88 @@
+// Reads one file at a time, off the thread that draws. The file stays where it is: only what is asked for is read.
+import * as hdf5 from 'h5wasm';
+import type { Kind, Message, Questions, Reply } from './messages.ts';
+import { readField, readLargest, readMotion, readNode } from './read_fields.ts';
+import { readResult } from './read_result.ts';
+import { Fault, type Result } from './types.ts';
+
+const signature = [0x89, 0x48, 0x44, 0x46, 0x0d, 0x0a, 0x1a, 0x0a]; // of HDF5
+
+interface Opened {
+  file: hdf5.File;
+  result: Result;
+  folder: string;
+}
+let opened: Opened | null = null;
+let numOpened = 0;
+
+async function refuseWhatIsNotHdf5(file: File): Promise<void> {
+  const start = new Uint8Array(await file.slice(0, signature.length).arrayBuffer());
+  if (file.size === 0) throw new Fault('It is empty. Choose a result file that livermark run wrote.');
+  if (signature.some((byte, i) => start[i] !== byte))
+    throw new Fault('It is not an HDF5 file. Choose a result file that livermark run wrote, such as palpation.h5.');
+}
+
+function openMounted(path: string): hdf5.File {
+  let file: hdf5.File | null = null;
+  try {
+    file = new hdf5.File(path, 'r');
+  } catch {
+    // The library says no more than the sentence below.
+  }
+  if (!file || file.file_id < 0n) throw new Fault('It is cut off or damaged. Copy it again, or make it again with livermark run.');
+  return file;
+}
+
+async function open(file: File): Promise<Result> {
+  await refuseWhatIsNotHdf5(file);
+  const { FS } = await hdf5.ready;
+  // A folder for each file, because names of files may be anything.
+  const folder = `/file_${numOpened++}`;
+  FS.mkdir(folder);
+  FS.mount(FS.filesystems['WORKERFS']!, { blobs: [{ name: 'result.h5', data: file }] }, folder);
+  let mounted: hdf5.File | null = null;
+  try {
+    mounted = openMounted(`${folder}/result.h5`);
+    const result = readResult(mounted, file.name);
+    if (opened) {
+      opened.file.close();
+      FS.unmount(opened.folder);
+    }
+    opened = { file: mounted, result, folder };
+    return result;
+  } catch (error) {
+    mounted?.close();
+    FS.unmount(folder);
+    throw error;
+  }
+}
+
+function shown(): Opened {
+  if (!opened) throw new Fault('No file is open.');
+  return opened;
+}
+
+type Answers = { [K in Kind]: (question: Questions[K]['question']) => Questions[K]['answer'] | Promise<Questions[K]['answer']> };
+const numNodes = () => shown().result.points.length / 3;
+const answers: Answers = {
+  open: ({ file }) => open(file),
+  field: ({ model, frame }) => readField(shown().file, model, frame, numNodes()),
+  largest: ({ model, moving }) => readLargest(shown().file, model, moving),
+  node: ({ node, frame }) => readNode(shown().file, node, frame, numNodes()),
+  motion: ({ probe, reference }) => readMotion(shown().file, probe, shown().result.probes.length, reference),
+};
+
+async function reply<K extends Kind>({ id, kind, question }: Message<K>): Promise<Reply> {
+  try {
+    return { id, answer: await answers[kind](question) };
+  } catch (error) {
+    if (error instanceof Fault) return { id, fault: error.message };
+    return { id, fault: `It cannot be read (${String(error)}). Make it again with livermark run.` };
+  }
+}
+
+// One after the other: a file that is being opened must not be asked for fields.
+let last: Promise<void> = Promise.resolve();
+self.onmessage = (event: MessageEvent<Message>) => {
+  last = last.then(async () => self.postMessage(await reply(event.data)));
+};

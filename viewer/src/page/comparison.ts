@@ -1,0 +1,96 @@
+// How far every model is from the reference: numbers, and a plot in the rows of the table.
+import type { Model, Result } from '../data/types.ts';
+import { millimetres, percent, short } from '../picture/scale.ts';
+import { element, row, svg } from './elements.ts';
+
+/** Powers of ten around all errors. Errors of 1 % and of 300 % have to fit into one plot. */
+function decades(errors: number[]): [low: number, high: number] {
+  const known = errors.filter((error) => error > 0 && Number.isFinite(error));
+  if (known.length === 0) return [-2, 0];
+  const low = Math.floor(Math.log10(Math.min(...known)));
+  return [low, Math.max(Math.ceil(Math.log10(Math.max(...known))), low + 1)];
+}
+
+type Axis = (error: number) => number; // per cent of the width
+
+function axisOf([low, high]: [number, number]): Axis {
+  return (error) => 100 * Math.min(Math.max((Math.log10(error) - low) / (high - low), 0), 1);
+}
+
+function gridLines([low, high]: [number, number]): SVGElement[] {
+  return Array.from({ length: high - low + 1 }, (_, i) => {
+    const x = `${(100 * i) / (high - low)}%`;
+    return svg('line', { x1: x, x2: x, y1: -5, y2: 33, stroke: '#e2ded7' });
+  });
+}
+
+function axisLabels([low, high]: [number, number]): SVGElement {
+  const labels = Array.from({ length: high - low + 1 }, (_, i) =>
+    svg('text', { x: `${(100 * i) / (high - low)}%`, y: 20, 'text-anchor': 'middle' }, `${Number((100 * 10 ** (low + i)).toPrecision(1))} %`));
+  return svg('svg', { 'aria-hidden': 'true' }, ...labels);
+}
+
+function dot(range: [number, number], error: number, uncertainty: number, isShown: boolean): SVGElement {
+  const parts = gridLines(range);
+  const axis = axisOf(range);
+  if (uncertainty > 0)
+    parts.push(svg('rect', { x: 0, y: -5, width: `${axis(uncertainty)}%`, height: 38, fill: '#17605c', opacity: 0.07 }));
+  if (error > 0 && Number.isFinite(error)) {
+    const x = `${axis(error)}%`;
+    parts.push(svg('line', { x1: 0, x2: x, y1: 14, y2: 14, stroke: '#b9cfcc', 'stroke-width': 2 }));
+    parts.push(svg('circle', { cx: x, cy: 14, r: 5, fill: isShown ? '#17605c' : '#6d9a96' }));
+  }
+  return svg('svg', { 'aria-hidden': 'true' }, ...parts);
+}
+
+function stateOf(model: Model, result: Result): Node | string {
+  if (model.status !== 'ok') {
+    const state = element('span', { class: 'bad', title: model.message }, model.status.replace('_', ' '));
+    return state;
+  }
+  if (model.name === result.reference) return 'reference';
+  const inBand = model.comparison?.inBand;
+  if (inBand === false) return element('span', { class: 'bad', title: 'Its error is not what results/error_bands.toml expects' }, 'not as expected');
+  return inBand ? 'as expected' : 'ok';
+}
+
+function modelRow(model: Model, result: Result, range: [number, number], shown: string[], onChoose: (model: string) => void): HTMLElement {
+  const compared = model.comparison;
+  const name = element('button', { type: 'button', title: model.summary, 'data-key': model.name }, model.name);
+  name.addEventListener('click', () => onChoose(model.name));
+  const value = (text: (c: NonNullable<typeof compared>) => string) => (compared ? text(compared) : '–');
+  const line = row('td', name,
+    dot(range, compared?.relativeL2 ?? Number.NaN, result.referenceUncertainty, shown.includes(model.name)),
+    value((c) => percent(c.relativeL2)), value((c) => millimetres(c.maxError)), value((c) => percent(c.energyError)),
+    value((c) => percent(c.reactionError)),
+    ...(result.motionReference ? [value((c) => percent(c.motionError)), value((c) => short(1000 * c.motionLag))] : []),
+    short(model.solveSeconds), stateOf(model, result));
+  line.cells[1]!.className = 'plot';
+  line.dataset['model'] = model.name;
+  line.classList.toggle('shown', shown.includes(model.name));
+  return line;
+}
+
+/** @param onChoose  called with the model whose name was clicked */
+export function comparison(result: Result, shown: string[], onChoose: (model: string) => void): Node[] {
+  const compared = result.models.filter((model) => model.comparison);
+  const range = decades(compared.map((model) => model.comparison!.relativeL2));
+  const head = row('th', 'Model', axisLabels(range), 'Error [%]', 'Largest [mm]', 'Energy [%]', 'Reaction [%]',
+    ...(result.motionReference ? ['Motion [%]', 'Lag [ms]'] : []), 'Solved in [s]', 'State');
+  head.cells[1]!.className = 'plot';
+  head.cells[1]!.setAttribute('aria-label', 'Error, on a logarithmic scale');
+  const rank = (model: Model) => (model.name === result.reference ? -1 : (model.comparison?.relativeL2 ?? Number.NaN));
+  const ranked = [...result.models].sort((a, b) => (Number.isNaN(rank(a)) ? 1 : Number.isNaN(rank(b)) ? -1 : rank(a) - rank(b)));
+  const rows = ranked.map((model) => modelRow(model, result, range, shown, onChoose));
+  const uncertainty = result.referenceUncertainty > 0
+    ? ` The shaded part is within what the reference itself is uncertain by, ${percent(result.referenceUncertainty)} %.` : '';
+  const motion = result.motionReference
+    ? ` Motion and lag are those of the probes, against ${result.motionReference}.` : '';
+  return [
+    element('h2', {}, `How far the models are from ${result.reference}`),
+    element('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of errors' },
+      element('table', {}, element('thead', {}, head), element('tbody', {}, ...rows))),
+    element('p', { class: 'hint' },
+      `Error is that of the displacement in the whole body, weighted by volume, over the displacement; the plot is logarithmic.${uncertainty}${motion} A click on a name shows that model.`),
+  ];
+}

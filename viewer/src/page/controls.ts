@@ -1,0 +1,85 @@
+// The choices of the reader, and the keys.
+import type { Result } from '../data/types.ts';
+import type { Skin } from '../picture/body.ts';
+import type { Quantity } from '../picture/colour_maps.ts';
+import { exaggerations } from '../picture/fields.ts';
+import type { Stage } from '../picture/stage.ts';
+import { byId, element } from './elements.ts';
+import { exaggerationOf, shownModels, type Choice } from './state.ts';
+
+/** Changes of the choice. What moves needs another frame, so that is a change of its own. */
+export interface Changes {
+  change(part: Partial<Choice>): void;
+  setMoving(isMoving: boolean): void;
+}
+
+const form = () => byId<HTMLFormElement>('controls');
+const radio = (name: string) => form().elements.namedItem(name) as RadioNodeList;
+
+export function listen({ change, setMoving }: Changes, stage: Stage, choice: () => Choice | null): void {
+  form().addEventListener('submit', (event) => event.preventDefault());
+  form().addEventListener('change', (event) => {
+    const { name, value } = event.target as HTMLInputElement;
+    if (name === 'quantity') change({ quantity: value as Quantity });
+    if (name === 'skin') change({ skin: value as Skin });
+    if (name === 'moment') setMoving(value === 'motion');
+  });
+  byId('exaggeration').addEventListener('input', (event) =>
+    change({ exaggeration: (event.target as HTMLInputElement).valueAsNumber }));
+  byId('frame').addEventListener('input', (event) => change({ frame: (event.target as HTMLInputElement).valueAsNumber }));
+  byId('reset').addEventListener('click', () => stage.resetView());
+  for (const [side, id] of ['left', 'right'].entries())
+    byId(id).addEventListener('change', (event) => {
+      const models = [...choice()!.models] as Choice['models'];
+      models[side] = (event.target as HTMLSelectElement).value;
+      change({ models });
+    });
+  const step = Math.PI / 18;
+  const keys: Record<string, () => void> = {
+    ArrowLeft: () => stage.turn(-step, 0),
+    ArrowRight: () => stage.turn(step, 0),
+    ArrowUp: () => stage.turn(0, step),
+    ArrowDown: () => stage.turn(0, -step),
+    '+': () => stage.zoom(0.9),
+    '=': () => stage.zoom(0.9),
+    '-': () => stage.zoom(1 / 0.9),
+    r: () => stage.resetView(),
+    R: () => stage.resetView(),
+    Escape: () => change({ node: null }),
+  };
+  document.querySelector('canvas')!.addEventListener('keydown', (event) => {
+    const action = keys[event.key];
+    if (!action || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    action();
+  });
+}
+
+/** Makes the controls say what is chosen. */
+export function showChoice(result: Result, choice: Choice): void {
+  const isMoving = choice.frame !== null;
+  radio('quantity').value = choice.quantity;
+  radio('skin').value = choice.skin;
+  radio('moment').value = isMoving ? 'motion' : 'static';
+  byId('moment').hidden = result.frameTimes.length === 0;
+  const names = shownModels(result, isMoving);
+  for (const [side, id] of ['left', 'right'].entries()) {
+    const list = byId<HTMLSelectElement>(id);
+    list.replaceChildren(...names.map((name) => element('option', { value: name }, name)));
+    list.value = choice.models[side]!;
+  }
+  const slider = byId<HTMLInputElement>('exaggeration');
+  slider.max = String(exaggerations.length - 1);
+  slider.value = String(choice.exaggeration);
+  const factor = exaggerationOf(choice);
+  const words = factor === 0 ? 'not at all' : factor === 1 ? 'as it is' : `${factor} times as large`;
+  byId('factor').textContent = words;
+  slider.setAttribute('aria-valuetext', words);
+  byId('time').hidden = !isMoving;
+  const frame = byId<HTMLInputElement>('frame');
+  frame.max = String(result.frameTimes.length - 1);
+  frame.value = String(choice.frame ?? 0);
+  const time = isMoving ? `${result.frameTimes[choice.frame!]!.toFixed(3)} s` : '';
+  byId('now').textContent = time;
+  frame.setAttribute('aria-valuetext', time);
+}

@@ -1,0 +1,52 @@
+// What the reader has chosen, and what follows from it.
+import type { Field, Frame, Largest, Result } from '../data/types.ts';
+import type { Skin } from '../picture/body.ts';
+import type { Quantity } from '../picture/colour_maps.ts';
+import { exaggerations, lengths } from '../picture/fields.ts';
+import { roundedUp } from '../picture/scale.ts';
+
+export interface Choice {
+  models: [left: string, right: string];
+  quantity: Quantity;
+  skin: Skin;
+  exaggeration: number; // index into exaggerations
+  frame: Frame;
+  node: number | null;
+}
+
+/** Names of the models that can be shown: in motion those that move. */
+export function shownModels(result: Result, isMoving: boolean): string[] {
+  return result.models.filter((model) => !isMoving || model.moves).map((model) => model.name);
+}
+
+/** What errors are measured by: motion may have another reference than the static answer. */
+export function referenceOf(result: Result, isMoving: boolean): string {
+  return isMoving && result.motionReference ? result.motionReference : result.reference;
+}
+
+/** Keeps what was chosen where it can be shown; else the reference, and beside it the last model, which is no baseline. */
+export function validModels(result: Result, isMoving: boolean, wanted: [string, string]): [string, string] {
+  const known = shownModels(result, isMoving);
+  const reference = referenceOf(result, isMoving);
+  const wasReference = wanted[0] === result.reference || wanted[0] === result.motionReference;
+  const left = known.includes(wanted[0]) && !wasReference ? wanted[0] : known.includes(reference) ? reference : known[0]!;
+  const others = known.filter((name) => name !== left);
+  const right = known.includes(wanted[1]) ? wanted[1] : (others.find((name) => !name.startsWith('fem_')) ?? others[0] ?? left);
+  return [left, right];
+}
+
+/** Lengths to be coloured [m]. The reference is off itself by nothing; a model that nobody compared has no error. */
+export function colouredValues(field: Field, quantity: Quantity, isReference: boolean): Float32Array {
+  if (quantity === 'displacement') return lengths(field.displacement);
+  if (field.error) return lengths(field.error);
+  return new Float32Array(field.displacement.length / 3).fill(isReference ? 0 : Number.NaN);
+}
+
+/** The end of the legend [m]: the same for both sides. A model that diverged does not decide, if there is another. */
+export function legendEnd(result: Result, models: string[], largest: Largest[], quantity: Quantity): number {
+  const all = largest.map((l) => l[quantity]);
+  const sound = all.filter((value, i) => value > 0 && result.models.find((m) => m.name === models[i])?.status === 'ok');
+  return roundedUp(1000 * Math.max(...(sound.length > 0 ? sound : all))) / 1000;
+}
+
+export const exaggerationOf = (choice: Choice) => exaggerations[choice.exaggeration] ?? 1;

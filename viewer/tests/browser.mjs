@@ -1,0 +1,78 @@
+// A browser, the server and a folder of result files, as the tests need them.
+import { execFileSync, spawn } from 'node:child_process';
+import { mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join, resolve } from 'node:path';
+import { chromium } from 'playwright-core';
+
+const top = resolve(import.meta.dirname, '../..');
+/** Where CMake has built livermark and write_sample_result. */
+const build = process.env.LIVERMARK_BUILD ?? join(top, 'build/release');
+const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
+
+export const builtPage = join(top, 'viewer/dist/index.html');
+
+/** A new folder with the result files that the tests of the writer use. */
+export function sampleFolder() {
+  const folder = mkdtempSync(join(tmpdir(), 'livermark_viewer_'));
+  execFileSync(join(build, 'tests/write_sample_result'), [folder]);
+  return { folder, remove: () => rmSync(folder, { recursive: true }) };
+}
+
+/** Starts `livermark view` on any free port. */
+export async function startServer(folder) {
+  const child = spawn(join(build, 'app/livermark'), ['view', folder, '--port', '0']);
+  const ended = new Promise((done) => child.once('exit', done));
+  let said = '';
+  const address = await new Promise((found, failed) => {
+    child.stdout.on('data', (text) => {
+      said += text;
+      const match = said.match(/http:\/\/127\.0\.0\.1:\d+\//);
+      if (match) found(match[0]);
+    });
+    child.stderr.on('data', (text) => (said += text));
+    child.once('exit', () => failed(new Error(`livermark view ended: ${said}`)));
+  });
+  /** As Ctrl-C does. @return the exit status */
+  const stop = () => (child.kill('SIGINT'), ended);
+  return { address, stop };
+}
+
+/** Software rendering, because a machine that runs tests has no graphics card. */
+export const startBrowser = () =>
+  chromium.launch({
+    executablePath: browserProgram,
+    args: ['--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--no-sandbox'],
+  });
+
+const drawings = (page) => page.locator('#stage').getAttribute('data-drawn');
+
+/** Does something that changes the picture, and waits until it has changed. */
+export async function andDraw(page, action) {
+  const before = await drawings(page);
+  await action();
+  await page.waitForFunction((count) => document.querySelector('#stage').dataset.drawn !== count, before ?? undefined);
+  await frames(page);
+}
+
+/** Lets the page draw what it has been asked to. */
+export const frames = (page) =>
+  page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(done)))));
+
+/** Colours of the screen. @return rows of [red, green, blue] of a part of the page, one behind the other */
+export async function pixels(page, clip) {
+  const png = (await page.screenshot({ clip })).toString('base64');
+  return page.evaluate(async (data) => {
+    const image = new Image();
+    image.src = `data:image/png;base64,${data}`;
+    await image.decode();
+    const canvas = new OffscreenCanvas(image.width, image.height);
+    const context = canvas.getContext('2d');
+    context.drawImage(image, 0, 0);
+    const all = context.getImageData(0, 0, image.width, image.height).data;
+    return Array.from({ length: all.length / 4 }, (_, i) => [all[4 * i], all[4 * i + 1], all[4 * i + 2]]);
+  }, png);
+}
+
+/** The number that a text of the page shows. */
+export const shown = (text) => Number(text.replace('−', '-'));

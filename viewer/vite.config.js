@@ -1,0 +1,37 @@
+import { defineConfig } from 'vite';
+
+/** Puts scripts and styles into the page, which then is one file that opens from a disk as well as from a server. */
+function onePage() {
+  return {
+    name: 'one-page',
+    enforce: 'post',
+    generateBundle(_, bundle) {
+      const page = bundle['index.html'];
+      const take = (name) => {
+        const part = bundle[name.replace(/^\.?\//, '')];
+        delete bundle[part.fileName];
+        return part.code ?? part.source;
+      };
+      // Replacements are functions, because $ in a text means something there.
+      page.source = page.source
+        .replace(/<link rel="stylesheet"[^>]*href="([^"]+)"[^>]*>/g, (_, name) => `<style>${take(name)}</style>`)
+        .replace(/<script type="module"[^>]*src="([^"]+)"[^>]*><\/script>/g,
+          (_, name) => `<script type="module">${take(name).replaceAll('</script', '<\\/script')}</script>`);
+      const left = Object.keys(bundle).filter((name) => name !== 'index.html');
+      if (left.length > 0) this.error(`not in the page: ${left.join(', ')}`);
+    },
+  };
+}
+
+export default defineConfig({
+  base: './',
+  build: {
+    target: 'es2022',
+    modulePreload: false,
+    assetsInlineLimit: Number.MAX_SAFE_INTEGER,
+    chunkSizeWarningLimit: 10000, // [kB], most of it HDF5
+    reportCompressedSize: false,
+  },
+  worker: { format: 'iife' }, // workers that are modules do not start from file://
+  plugins: [onePage()],
+});
