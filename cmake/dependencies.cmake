@@ -60,8 +60,10 @@ endif()
 
 # From images to bodies: without both, `livermark mesh labels` says what to install. Only these parts of ITK, because its
 # HDF5 is the serial one.
+set(CMAKE_MESSAGE_LOG_LEVEL ERROR) # it warns of that HDF5 on its way
 find_package(ITK 5.2 QUIET COMPONENTS ITKIOGDCM ITKIOMeta ITKIONIFTI ITKIONRRD ITKConnectedComponents
   ITKBinaryMathematicalMorphology ITKImageGrid ITKSmoothing)
+unset(CMAKE_MESSAGE_LOG_LEVEL)
 find_package(CGAL 5.5 QUIET)
 if(ITK_FOUND AND CGAL_FOUND)
   set(LIVERMARK_SEGMENTATION ON)

@@ -166,6 +166,12 @@ Segmentation voxels_within(const std::vector<meshes::SurfaceMesh> &surfaces, dou
     constexpr double margin = 3.5; // voxels; a half, so that corners on round numbers are on no voxel's centre
     Segmentation result{
         .grid = {.spacing = Vector3::Constant(spacing)}, .region = {}, .region_names = {"parenchyma"}, .remarks = {}};
+    constexpr double most_voxels = 1 << 28;
+    if (const double wanted = ((high - low) / spacing).prod(); !(wanted < most_voxels))
+        throw InputError(
+            fmt::format("the first surface fills so little of the box around it that {:.2g} voxels would be "
+                        "needed; is it the liver's?",
+                        wanted));
     result.grid.origin = low.array() - margin * spacing;
     for (int d = 0; d < 3; ++d)
         result.grid.size[static_cast<std::size_t>(d)] =

@@ -20,7 +20,9 @@ meshes::SurfaceMesh read_surface(const std::filesystem::path &file);
 /// over the earlier, and end at the liver's surface).
 /// @param surfaces  [m]
 /// @param spacing   of the cubes [m]
-/// @throws core::InputError  if a lesion has no voxel inside the liver; it names the surface by its number
+/// @throws core::InputError  if a lesion has no voxel inside the liver, which is named by its number, or if the box
+/// around
+///                           the liver takes more than 2^28 voxels
 Segmentation voxels_within(const std::vector<meshes::SurfaceMesh> &surfaces, double spacing);
 
 } // namespace livermark::segmentation

@@ -106,7 +106,7 @@ std::vector<BadInput> bad_images() {
     auto lesion_apart = surface("LesionApart", "a lesion that lies outside of the liver", stl(good_facets),
                                 "surface 2 of 2", "in the same coordinates");
     lesion_apart.file = "";
-    lesion_apart.arguments = "mesh --surfaces liver.stl lesion.stl --unit m -o out.msh";
+    lesion_apart.arguments = "mesh --surfaces liver.stl lesion.stl --unit m --tetrahedra 2000 -o out.msh";
     lesion_apart.files["lesion.stl"] = stl(tetrahedron({"5 0 0", "6 0 0", "5 1 0", "5 0 1"}));
     return {
         missing,
