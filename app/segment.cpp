@@ -48,8 +48,8 @@ void print_gates(std::FILE *table, const std::vector<segmentation::Gate> &gates)
                    gate.is_met ? "met" : "MISSED: " + gate.remedy);
 }
 
-int make_body(const SegmentCommand &command, const segmentation::Segmentation &voxels, const std::string &name) {
-    const auto body_file = body_file_of(command.output);
+int make_body(const SegmentCommand &command, const fs::path &body_file, const segmentation::Segmentation &voxels,
+              const std::string &name) {
     for (const auto &remark : voxels.remarks)
         tell(remark);
     tell(fmt::format("meshing {} regions with about {} tetrahedra", voxels.region_names.size(), command.tetrahedra));
@@ -79,7 +79,7 @@ double unit_of(const SegmentCommand &command, const meshes::SurfaceMesh &liver) 
 } // namespace
 
 int make_body_of_labels(const SegmentCommand &command) {
-    body_file_of(command.output); // before long work
+    const auto body_file = body_file_of(command.output); // refuses before long work
     const auto image = segmentation::read_label_image(command.labels);
     std::size_t labelled = 0;
     for (const auto label : image.label)
@@ -87,12 +87,12 @@ int make_body_of_labels(const SegmentCommand &command) {
     // A lesion below the size of a tetrahedron cannot be held by the mesh.
     const double smallest_lesion =
         static_cast<double>(labelled) * segmentation::voxel_volume(image.grid) / command.tetrahedra;
-    return make_body(command, segmentation::choose_labels(image, {command.liver, command.tumours}, smallest_lesion),
-                     image.name);
+    return make_body(command, body_file,
+                     segmentation::choose_labels(image, {command.liver, command.tumours}, smallest_lesion), image.name);
 }
 
 int make_body_of_surfaces(const SegmentCommand &command) {
-    body_file_of(command.output);
+    const auto body_file = body_file_of(command.output);
     std::vector<meshes::SurfaceMesh> surfaces;
     for (const auto &file : command.surfaces)
         surfaces.push_back(segmentation::read_surface(file));
@@ -103,7 +103,7 @@ int make_body_of_surfaces(const SegmentCommand &command) {
     constexpr double voxels_per_edge = 16.0; // fine against the tetrahedra, so that voxels show nowhere
     const double spacing =
         segmentation::edge_for(meshes::enclosed_volume(surfaces.front()), command.tetrahedra) / voxels_per_edge;
-    return make_body(command, segmentation::voxels_within(surfaces, spacing),
+    return make_body(command, body_file, segmentation::voxels_within(surfaces, spacing),
                      fs::path(command.surfaces.front()).filename().string());
 }
 

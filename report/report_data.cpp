@@ -9,27 +9,11 @@
 #include "core/input_error.hpp"
 #include "results/file_kind.hpp"
 #include "results/result_file.hpp"
+#include "results/result_files.hpp"
 
 namespace livermark::report {
 
 namespace {
-
-std::vector<std::filesystem::path> files_below(const std::filesystem::path &folder) {
-    std::error_code error;
-    if (!std::filesystem::is_directory(folder, error))
-        throw core::InputError(
-            fmt::format("{}: there is no such folder; give the one that `livermark run` filled", folder.string()));
-    std::vector<std::filesystem::path> files;
-    for (auto entry = std::filesystem::recursive_directory_iterator(folder, error);
-         !error && entry != std::filesystem::recursive_directory_iterator(); entry.increment(error))
-        if (entry->path().extension() == ".h5")
-            files.push_back(entry->path());
-    if (error)
-        throw core::InputError(
-            fmt::format("{}: cannot be listed ({}); see who may read it", folder.string(), error.message()));
-    std::ranges::sort(files);
-    return files;
-}
 
 /// Bodies together, and of each the Poisson's ratios in order.
 void sort_results(ReportData &data) {
@@ -51,8 +35,12 @@ void sort_results(ReportData &data) {
 } // namespace
 
 ReportData read_report_data(const std::filesystem::path &folder) {
+    std::error_code error;
+    if (!std::filesystem::is_directory(folder, error))
+        throw core::InputError(
+            fmt::format("{}: there is no such folder; give the one that `livermark run` filled", folder.string()));
     ReportData data;
-    for (const auto &file : files_below(folder)) {
+    for (const auto &file : results::hdf5_files_below(folder)) {
         const auto name = file.lexically_relative(folder).string();
         switch (results::kind_of_file(file)) {
         case results::FileKind::result:

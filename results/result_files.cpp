@@ -15,17 +15,7 @@ namespace {
 
 /// The result files below a folder, by name. Other commands leave other files there.
 void add_results_below(const std::filesystem::path &path, std::vector<Result> &results) {
-    std::error_code error;
-    std::vector<std::filesystem::path> found;
-    for (auto entry = std::filesystem::recursive_directory_iterator(path, error);
-         !error && entry != std::filesystem::recursive_directory_iterator(); entry.increment(error))
-        if (entry->path().extension() == ".h5")
-            found.push_back(entry->path());
-    if (error)
-        throw core::InputError(
-            fmt::format("{}: cannot be listed ({}); see who may read it", path.string(), error.message()));
-    std::ranges::sort(found);
-    for (const auto &file : found)
+    for (const auto &file : hdf5_files_below(path))
         try {
             if (auto result = read_result(file); !result.models.empty()) // modes have files of the same kind
                 results.push_back(std::move(result));
@@ -35,6 +25,20 @@ void add_results_below(const std::filesystem::path &path, std::vector<Result> &r
 }
 
 } // namespace
+
+std::vector<std::filesystem::path> hdf5_files_below(const std::filesystem::path &folder) {
+    std::error_code error;
+    std::vector<std::filesystem::path> found;
+    for (auto entry = std::filesystem::recursive_directory_iterator(folder, error);
+         !error && entry != std::filesystem::recursive_directory_iterator(); entry.increment(error))
+        if (entry->path().extension() == ".h5")
+            found.push_back(entry->path());
+    if (error)
+        throw core::InputError(
+            fmt::format("{}: cannot be listed ({}); see who may read it", folder.string(), error.message()));
+    std::ranges::sort(found);
+    return found;
+}
 
 std::vector<Result> read_results(std::span<const std::filesystem::path> paths) {
     std::vector<Result> results;

@@ -8,6 +8,10 @@
 
 namespace livermark::results {
 
+/// Every .h5 file below a folder, whatever is in it, by name.
+/// @throws core::InputError if the folder cannot be listed
+std::vector<std::filesystem::path> hdf5_files_below(const std::filesystem::path &folder);
+
 /// Reads result files, and what is below folders, by name. In folders, files that other commands leave there and that
 /// have no models are left out, and what cannot be read is passed over with a line on standard error.
 /// @throws core::InputError if a folder cannot be listed, a file that is named cannot be read, or nothing is there

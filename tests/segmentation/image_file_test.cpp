@@ -9,23 +9,14 @@
 
 #include "core/input_error.hpp"
 #include "segmentation/phantom.hpp"
+#include "tests/result_folder.hpp"
 
 namespace livermark::segmentation {
 namespace {
 
 namespace fs = std::filesystem;
 
-class ImageFile : public testing::Test {
-  protected:
-    void SetUp() override {
-        folder_ = fs::path(testing::TempDir()) / "livermark_image_file" /
-                  testing::UnitTest::GetInstance()->current_test_info()->name();
-        fs::remove_all(folder_);
-        fs::create_directories(folder_);
-    }
-
-    fs::path folder_;
-};
+using ImageFile = tests::ResultFolder;
 
 /// An image of anisotropic voxels with axes that are turned, and a mirrored one if wanted.
 LabelImage small_image(bool mirrored = false) {
@@ -63,28 +54,28 @@ TEST_F(ImageFile, ComesBackAsItWasInEveryFormat) {
     for (const char *name : {"a.nii", "a.nii.gz", "a.nrrd", "a.mha"}) {
         SCOPED_TRACE(name);
         const auto image = small_image();
-        write_label_image(folder_ / name, image);
-        const auto back = read_label_image(folder_ / name);
+        write_label_image(directory_ / name, image);
+        const auto back = read_label_image(directory_ / name);
         expect_same(back, image);
         EXPECT_EQ(back.name, name);
-        EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "something else is left";
-        fs::remove(folder_ / name);
+        EXPECT_EQ(std::distance(fs::directory_iterator(directory_), {}), 1) << "something else is left";
+        fs::remove(directory_ / name);
     }
 }
 
 TEST_F(ImageFile, MayHaveLeftHandedAxes) {
     const auto image = small_image(true);
-    write_label_image(folder_ / "a.nrrd", image);
-    expect_same(read_label_image(folder_ / "a.nrrd"), image);
+    write_label_image(directory_ / "a.nrrd", image);
+    expect_same(read_label_image(directory_ / "a.nrrd"), image);
     EXPECT_LT(image.grid.direction.determinant(), 0.0);
 }
 
 TEST_F(ImageFile, PlacesInTheWorldAreLpsInMetres) {
     // The header of another program, by hand: RAS in NRRD says that x and y point the other way.
-    std::ofstream(folder_ / "a.nrrd") << "NRRD0004\ntype: uint8\ndimension: 3\nspace: right-anterior-superior\n"
-                                         "sizes: 2 2 2\nspace directions: (2,0,0) (0,3,0) (0,0,4)\n"
-                                         "space origin: (10,20,30)\nencoding: ascii\n\n1 0 0 0 0 0 0 0\n";
-    const auto image = read_label_image(folder_ / "a.nrrd");
+    std::ofstream(directory_ / "a.nrrd") << "NRRD0004\ntype: uint8\ndimension: 3\nspace: right-anterior-superior\n"
+                                            "sizes: 2 2 2\nspace directions: (2,0,0) (0,3,0) (0,0,4)\n"
+                                            "space origin: (10,20,30)\nencoding: ascii\n\n1 0 0 0 0 0 0 0\n";
+    const auto image = read_label_image(directory_ / "a.nrrd");
     EXPECT_TRUE(to_world(image.grid, {0, 0, 0}).isApprox(core::Vector3(-0.010, -0.020, 0.030), 1e-9));
     EXPECT_TRUE(to_world(image.grid, {0.002, 0.003, 0.004}).isApprox(core::Vector3(-0.012, -0.023, 0.034), 1e-9));
 }
@@ -136,48 +127,48 @@ TEST_F(ImageFile, MayBeAFolderOfDicomSlices) {
     auto image = small_image();
     image.grid.size = {5, 4, 6};
     image.label.resize(120, 3);
-    write_series(folder_, image);
-    expect_same(read_label_image(folder_), image);
+    write_series(directory_, image);
+    expect_same(read_label_image(directory_), image);
 }
 
 TEST_F(ImageFile, WithASliceMissingIsRefused) {
     auto image = small_image();
     image.grid.size = {5, 4, 6};
     image.label.resize(120, 3);
-    write_series(folder_, image, 2);
-    EXPECT_NE(refusal(folder_).find("not evenly spaced"), std::string::npos) << refusal(folder_);
+    write_series(directory_, image, 2);
+    EXPECT_NE(refusal(directory_).find("not evenly spaced"), std::string::npos) << refusal(directory_);
 }
 
 TEST_F(ImageFile, WithSeveralValuesAVoxelIsRefused) {
-    std::ofstream(folder_ / "v.nrrd") << "NRRD0004\ntype: uint8\ndimension: 4\nspace: left-posterior-superior\n"
-                                         "sizes: 2 2 2 2\nspace directions: none (2,0,0) (0,3,0) (0,0,4)\n"
-                                         "kinds: vector domain domain domain\nspace origin: (0,0,0)\n"
-                                         "encoding: ascii\n\n1 0 0 0 0 0 0 0 1 0 0 0 0 0 0 0\n";
-    EXPECT_NE(refusal(folder_ / "v.nrrd").find("has 2 values"), std::string::npos) << refusal(folder_ / "v.nrrd");
+    std::ofstream(directory_ / "v.nrrd") << "NRRD0004\ntype: uint8\ndimension: 4\nspace: left-posterior-superior\n"
+                                            "sizes: 2 2 2 2\nspace directions: none (2,0,0) (0,3,0) (0,0,4)\n"
+                                            "kinds: vector domain domain domain\nspace origin: (0,0,0)\n"
+                                            "encoding: ascii\n\n1 0 0 0 0 0 0 0 1 0 0 0 0 0 0 0\n";
+    EXPECT_NE(refusal(directory_ / "v.nrrd").find("has 2 values"), std::string::npos) << refusal(directory_ / "v.nrrd");
 }
 
 TEST_F(ImageFile, ThatIsNoLabelMapIsRefused) {
-    write_scan(folder_ / "ct.nii.gz", phantom_scan({.spacing = {0.01, 0.01, 0.01}}));
-    EXPECT_NE(refusal(folder_ / "ct.nii.gz").find("which is no label"), std::string::npos);
+    write_scan(directory_ / "ct.nii.gz", phantom_scan({.spacing = {0.01, 0.01, 0.01}}));
+    EXPECT_NE(refusal(directory_ / "ct.nii.gz").find("which is no label"), std::string::npos);
 }
 
 TEST_F(ImageFile, CutOffIsRefused) {
     for (const char *name : {"a.nii", "a.nii.gz", "a.nrrd", "a.mha"}) {
         SCOPED_TRACE(name);
         auto image = phantom_labels({.spacing = {0.004, 0.004, 0.004}});
-        write_label_image(folder_ / name, image);
-        const auto size = fs::file_size(folder_ / name);
+        write_label_image(directory_ / name, image);
+        const auto size = fs::file_size(directory_ / name);
         for (const auto left : {std::uintmax_t{0}, std::uintmax_t{20}, size / 2, size - 40}) {
-            fs::resize_file(folder_ / name, left);
-            EXPECT_NE(refusal(folder_ / name).find(name), std::string::npos) << left << " of " << size << " bytes";
-            write_label_image(folder_ / name, image);
+            fs::resize_file(directory_ / name, left);
+            EXPECT_NE(refusal(directory_ / name).find(name), std::string::npos) << left << " of " << size << " bytes";
+            write_label_image(directory_ / name, image);
         }
     }
 }
 
 TEST_F(ImageFile, NamesNoFormatIsRefused) {
-    EXPECT_THROW(write_label_image(folder_ / "a.png", small_image()), core::InputError);
-    EXPECT_TRUE(fs::is_empty(folder_));
+    EXPECT_THROW(write_label_image(directory_ / "a.png", small_image()), core::InputError);
+    EXPECT_TRUE(fs::is_empty(directory_));
 }
 
 } // namespace

@@ -6,31 +6,23 @@
 #include <gtest/gtest.h>
 
 #include "core/input_error.hpp"
+#include "tests/result_folder.hpp"
 
 namespace livermark::segmentation {
 namespace {
 
 namespace fs = std::filesystem;
 
-class SurfaceFile : public testing::Test {
+class SurfaceFile : public tests::ResultFolder {
   protected:
-    void SetUp() override {
-        folder_ = fs::path(testing::TempDir()) / "livermark_surface_file" /
-                  testing::UnitTest::GetInstance()->current_test_info()->name();
-        fs::remove_all(folder_);
-        fs::create_directories(folder_);
-    }
-
     std::string refusal(const std::string &name) const {
         try {
-            read_surface(folder_ / name);
+            read_surface(directory_ / name);
         } catch (const core::InputError &error) {
             return error.what();
         }
         return "none";
     }
-
-    fs::path folder_;
 };
 
 meshes::SurfaceMesh ball(double radius, const core::Vector3 &centre = {0.0, 0.0, 0.0}) {
@@ -76,12 +68,12 @@ void write_ply(const fs::path &file, const meshes::SurfaceMesh &surface) {
 
 TEST_F(SurfaceFile, MayBeStlObjOrPly) {
     const auto surface = ball(50.0);
-    write_stl(folder_ / "a.stl", surface);
-    write_obj(folder_ / "a.obj", surface);
-    write_ply(folder_ / "a.ply", surface);
+    write_stl(directory_ / "a.stl", surface);
+    write_obj(directory_ / "a.obj", surface);
+    write_ply(directory_ / "a.ply", surface);
     for (const char *name : {"a.stl", "a.obj", "a.ply"}) {
         SCOPED_TRACE(name);
-        const auto back = read_surface(folder_ / name);
+        const auto back = read_surface(directory_ / name);
         EXPECT_EQ(back.points.size(), surface.points.size());
         EXPECT_EQ(back.triangles.size(), surface.triangles.size());
         EXPECT_NEAR(meshes::enclosed_volume(back) / meshes::enclosed_volume(surface), 1.0, 1e-4);
@@ -89,7 +81,7 @@ TEST_F(SurfaceFile, MayBeStlObjOrPly) {
 }
 
 TEST_F(SurfaceFile, ThatIsOpenIsRefusedWithThePlace) {
-    write_stl(folder_ / "a.stl", ball(50.0), 1);
+    write_stl(directory_ / "a.stl", ball(50.0), 1);
     EXPECT_NE(refusal("a.stl").find("is open at ("), std::string::npos) << refusal("a.stl");
 }
 
@@ -103,14 +95,14 @@ TEST_F(SurfaceFile, ThatCutsItselfIsRefusedWithThePlace) {
             corner += first;
         surface.triangles.push_back(triangle);
     }
-    write_ply(folder_ / "a.ply", surface);
+    write_ply(directory_ / "a.ply", surface);
     EXPECT_NE(refusal("a.ply").find("cuts itself at ("), std::string::npos) << refusal("a.ply");
 }
 
 TEST_F(SurfaceFile, ThatIsNoneIsRefused) {
-    std::ofstream(folder_ / "a.stl") << "solid nothing\nendsolid\n";
-    std::ofstream(folder_ / "a.txt") << "v 0 0 0\n";
-    std::ofstream(folder_ / "a.obj") << "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n";
+    std::ofstream(directory_ / "a.stl") << "solid nothing\nendsolid\n";
+    std::ofstream(directory_ / "a.txt") << "v 0 0 0\n";
+    std::ofstream(directory_ / "a.obj") << "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n";
     for (const char *name : {"a.stl", "a.txt", "a.obj", "nowhere.stl"})
         EXPECT_NE(refusal(name).find(name), std::string::npos) << refusal(name);
 }

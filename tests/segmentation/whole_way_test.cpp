@@ -2,10 +2,10 @@
 #include <fmt/format.h>
 #include <fstream>
 #include <gtest/gtest.h>
-#include <numeric>
 #include <regex>
 
 #include "core/toml_input.hpp"
+#include "meshes/mesh_figures.hpp"
 #include "results/result_file.hpp"
 #include "tests/child.hpp"
 
@@ -14,11 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using core::Vector3;
-
-double volume_of(const core::TetraMesh &mesh) {
-    const auto volumes = core::tetrahedron_volumes(mesh);
-    return std::accumulate(volumes.begin(), volumes.end(), 0.0);
-}
 
 /// A field at a place, from the tetrahedron in which it lies deepest, or outside of the body least far.
 Vector3 field_at(const core::TetraMesh &mesh, const std::vector<Vector3> &field, const Vector3 &place) {
@@ -102,11 +97,12 @@ TEST(WholeWay, FromAnImageToDisplacementsAgreesWithTheMeshOfTheSameShape) {
         const auto scanned = results::read_result(folder / "runs" / "phantom" / load_case);
         const auto direct = results::read_result(folder / "runs" / "direct" / load_case);
         EXPECT_TRUE(scanned.problem.body->assumptions.front().starts_with("made of the segmentation phantom.nii.gz"));
-        const double volume = volume_of(direct.problem.body->mesh);
+        const double volume = meshes::mesh_figures(direct.problem.body->mesh).volume;
         // Facets cut the corners of a round shape, and bending goes with the third power of how thick a lobe is; what
         // is pulled ends where a facet ends.
-        const double geometric = 3.0 * std::abs(volume_of(scanned.problem.body->mesh) / volume - 1.0) +
-                                 std::abs(held_force(scanned) / held_force(direct) - 1.0);
+        const double geometric =
+            3.0 * std::abs(meshes::mesh_figures(scanned.problem.body->mesh).volume / volume - 1.0) +
+            std::abs(held_force(scanned) / held_force(direct) - 1.0);
         const double uncertainty =
             scanned.reference_uncertainty->relative_l2 + direct.reference_uncertainty->relative_l2;
         const double apart = distance(direct, scanned);
