@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "core/input_error.hpp"
+#include "msm/highest_frequency.hpp"
 #include "msm/spectrum.hpp"
 #include "msm/spring_network.hpp"
 

@@ -16,9 +16,9 @@
 #include "fem_reference/mpi_session.hpp"
 #include "meshes/body_reader.hpp"
 #include "models/model_table.hpp"
-#include "models/springs_with_volume.hpp"
 #include "msm/calibration.hpp"
 #include "msm/nodal_conditions.hpp"
+#include "msm/springs_with_volume.hpp"
 #include "results/calibration_file.hpp"
 #include "results/provenance.hpp"
 #include "results/table_layout.hpp"
@@ -63,7 +63,7 @@ std::filesystem::path output_file(const CalibrateOptions &options, const std::fi
 }
 
 results::Calibration begin(const CalibrateOptions &options, const core::Body &body) {
-    auto springs = models::springs_beside_volume(body, find_spring_law(options.law));
+    auto springs = msm::springs_beside_volume(body, find_spring_law(options.law));
     results::Calibration calibration;
     calibration.body = body.name;
     calibration.spring_law = options.law;
@@ -133,8 +133,8 @@ msm::CalibrationTask make_task(const std::shared_ptr<const core::Body> &body, co
     const auto loads = random_patch_loads(body->mesh, options.held, options.num_loads, options.seed);
     msm::CalibrationTask task;
     task.points = points;
-    task.springs = models::springs_beside_volume(*body, find_spring_law(options.law));
-    task.other_stiffness = models::volume_beside_springs(*body, models::find_volume_term(volume_term))
+    task.springs = msm::springs_beside_volume(*body, find_spring_law(options.law));
+    task.other_stiffness = msm::volume_beside_springs(*body, msm::find_volume_term(volume_term))
                                ->hessian(msm::to_unknowns(points), msm::Tangent::material);
     task.held = msm::nodal_conditions({body, loads.front()}, task.springs.node_mass).displacement;
     task.nodal_volume = core::nodal_volumes(body->mesh);

@@ -16,6 +16,7 @@
 #include "meshes/body_reader.hpp"
 #include "msm/elastic_motion.hpp"
 #include "msm/equilibrium.hpp"
+#include "msm/highest_frequency.hpp"
 #include "msm/spectrum.hpp"
 #include "msm/spring_network.hpp"
 #include "msm/time_step.hpp"

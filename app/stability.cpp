@@ -16,6 +16,7 @@
 #include "core/input_error.hpp"
 #include "core/root_folder.hpp"
 #include "meshes/body_reader.hpp"
+#include "msm/highest_frequency.hpp"
 #include "msm/observed_time_step.hpp"
 #include "msm/spectrum.hpp"
 #include "msm/spring_network.hpp"

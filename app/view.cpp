@@ -7,6 +7,8 @@
 #include <system_error>
 
 #include "app/commands.hpp"
+#include "app/live_fem.hpp"
+#include "app/live_springs.hpp"
 #include "core/input_error.hpp"
 #include "core/root_folder.hpp"
 #include "results/result_files.hpp"
@@ -45,10 +47,16 @@ fs::path built_page() {
 }
 
 int view(const ViewOptions &options) {
-    server::Site site{.folder = existing_folder(options.folder),
-                      .page = {},
-                      .port = options.port,
-                      .is_result_file = results::is_result_file};
+    const auto folder = existing_folder(options.folder);
+    server::Site site{
+        .folder = folder,
+        .page = {},
+        .port = options.port,
+        .is_result_file = results::is_result_file,
+        .conversations = {
+            {"/live/fem", [folder](const server::Fields &query) { return live_fem(folder, query); }},
+            {"/live/springs", [folder](const server::Fields &query) { return live_springs(folder, query); }},
+        }};
     const auto num_files = server::result_files(site).size();
     if (num_files == 0)
         throw core::InputError(

@@ -6,12 +6,12 @@
 #include <thread>
 
 #include "benchmarks/oracle.hpp"
-#include "models/springs_with_volume.hpp"
 #include "msm/elastic_motion.hpp"
 #include "msm/extent.hpp"
+#include "msm/highest_frequency.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
-#include "msm/spectrum.hpp"
+#include "msm/springs_with_volume.hpp"
 #include "msm/time_step.hpp"
 
 namespace livermark::benchmarks {
@@ -48,8 +48,8 @@ struct Matter {
 
 msm::ElasticBody springs_with_nodal_volume(const Scene &scene) {
     const auto &body = *scene.problem.body;
-    return models::springs_with_volume(body, models::springs_beside_volume(body, msm::all_spring_laws().front()),
-                                       models::find_volume_term("nodal_volume"))
+    return msm::springs_with_volume(body, msm::springs_beside_volume(body, msm::all_spring_laws().front()),
+                                    msm::find_volume_term("nodal_volume"))
         .body;
 }
 

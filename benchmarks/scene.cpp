@@ -4,7 +4,7 @@
 #include <numeric>
 
 #include "benchmarks/bodies.hpp"
-#include "msm/spectrum.hpp"
+#include "msm/highest_frequency.hpp"
 #include "msm/spring_network.hpp"
 #include "msm/time_step.hpp"
 

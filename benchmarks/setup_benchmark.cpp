@@ -13,8 +13,8 @@
 #include "fem_reference/constrained_solver.hpp"
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/mass_matrix.hpp"
+#include "msm/highest_frequency.hpp"
 #include "msm/kernels/node_order.hpp"
-#include "msm/spectrum.hpp"
 #include "msm/spring_network.hpp"
 
 namespace {

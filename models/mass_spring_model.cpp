@@ -67,7 +67,7 @@ class Kept {
   public:
     explicit Kept(MakeMassSprings make) : make_(std::move(make)) {}
 
-    const MassSprings &on(const std::shared_ptr<const core::Body> &body) {
+    const msm::MassSprings &on(const std::shared_ptr<const core::Body> &body) {
         if (body_ != body) {
             rest_.reset();
             const auto start = Clock::now();
@@ -95,7 +95,7 @@ class Kept {
   private:
     MakeMassSprings make_;
     std::shared_ptr<const core::Body> body_;
-    std::optional<MassSprings> parts_;
+    std::optional<msm::MassSprings> parts_;
     std::optional<msm::RestStiffness> rest_;
     double make_seconds_ = 0.0;
     double rest_seconds_ = 0.0;

@@ -5,17 +5,11 @@
 
 #include "core/model.hpp"
 #include "models/model_table.hpp"
-#include "msm/elastic_body.hpp"
+#include "msm/springs_with_volume.hpp"
 
 namespace livermark::models {
 
-/// What a mass-spring model makes of a body.
-struct MassSprings {
-    core::SpringNetwork springs; ///< kept in the result file
-    msm::ElasticBody body;       ///< what moves: the springs, and what else resists
-};
-
-using MakeMassSprings = std::function<MassSprings(const core::Body &)>;
+using MakeMassSprings = std::function<msm::MassSprings(const core::Body &)>;
 
 /// A model that comes to rest and moves in time as the options say.
 core::Model mass_spring_model(std::string name, std::string summary, std::string source, const MakeMassSprings &make,

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "msm/elastic_motion.hpp"
-#include "msm/spectrum.hpp"
+#include "msm/highest_frequency.hpp"
 #include "msm/time_step.hpp"
 
 namespace livermark::msm {

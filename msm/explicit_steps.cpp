@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <chrono>
 
+#include "msm/highest_frequency.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
-#include "msm/spectrum.hpp"
 #include "msm/stepper.hpp"
 #include "msm/time_step.hpp"
 

@@ -37,4 +37,12 @@ Eigen::SparseMatrix<double> FreeComponents::restrict(const Eigen::SparseMatrix<d
     return restricted;
 }
 
+Eigen::VectorXd inverse_root_mass(const std::vector<double> &node_mass, const FreeComponents &free) {
+    std::vector<core::Vector3> root;
+    root.reserve(node_mass.size());
+    for (const double mass : node_mass)
+        root.emplace_back(core::Vector3::Constant(1.0 / std::sqrt(mass)));
+    return free.gather(root);
+}
+
 } // namespace livermark::msm

@@ -30,4 +30,9 @@ class FreeComponents {
     Eigen::Index size_ = 0;
 };
 
+/// m^-1/2 of every free component.
+/// @param node_mass  shape (N) [kg], > 0
+/// @return shape (free.size()) [kg^-1/2]
+Eigen::VectorXd inverse_root_mass(const std::vector<double> &node_mass, const FreeComponents &free);
+
 } // namespace livermark::msm

@@ -4,6 +4,7 @@
 
 #include "msm/step_parts.hpp"
 #include "msm/tetrahedron_volume.hpp"
+#include "msm/volume_penalty.hpp"
 
 namespace livermark::msm {
 
@@ -15,6 +16,10 @@ constexpr double smallest_part = 0.5;
 /// gives way below 0.2.
 constexpr double stiffening = 4.0;
 
+double modulus(const core::Material &material) {
+    return stiffening * (material.lame_lambda() + 2.0 * material.shear_modulus());
+}
+
 class InversionGuard : public ElasticTerm {
   public:
     explicit InversionGuard(const core::Body &body) : tetrahedra_(body.mesh.tetrahedra) {
@@ -22,8 +27,7 @@ class InversionGuard : public ElasticTerm {
         for (std::size_t t = 0; t < volumes.size(); ++t) {
             const auto &material = body.materials[body.mesh.region[t]];
             least_volume_.push_back(smallest_part * volumes[t]);
-            modulus_per_volume_.push_back(stiffening * (material.lame_lambda() + 2.0 * material.shear_modulus()) /
-                                          volumes[t]);
+            modulus_per_volume_.push_back(modulus(material) / volumes[t]);
         }
     }
 
@@ -96,6 +100,15 @@ class InversionGuard : public ElasticTerm {
 
 std::shared_ptr<const ElasticTerm> inversion_guard(const core::Body &body) {
     return std::make_shared<InversionGuard>(body);
+}
+
+std::shared_ptr<const ElasticTerm> pressed_guard(const core::Body &body) {
+    ControlVolumes tetrahedra;
+    tetrahedra.share.resize(body.mesh.num_tetrahedra(), body.mesh.num_tetrahedra());
+    tetrahedra.share.setIdentity();
+    for (const int region : body.mesh.region)
+        tetrahedra.modulus.push_back(modulus(body.materials[region]));
+    return volume_penalty(body.mesh, tetrahedra);
 }
 
 } // namespace livermark::msm

@@ -14,4 +14,8 @@ namespace livermark::msm {
 /// to a small load and no critical time step; steps that are to bear it have to be shorter.
 std::shared_ptr<const ElasticTerm> inversion_guard(const core::Body &body);
 
+/// The guard as if every tetrahedron were below half its volume, at rest: with it the highest frequency is that of a
+/// body pressed so far, which bounds the time step of one that is handled roughly.
+std::shared_ptr<const ElasticTerm> pressed_guard(const core::Body &body);
+
 } // namespace livermark::msm

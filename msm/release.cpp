@@ -9,7 +9,7 @@
 #include "core/input_error.hpp"
 #include "msm/elastic_motion.hpp"
 #include "msm/extent.hpp"
-#include "msm/spectrum.hpp"
+#include "msm/highest_frequency.hpp"
 #include "msm/time_step.hpp"
 
 namespace livermark::msm {

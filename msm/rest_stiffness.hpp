@@ -1,33 +1,13 @@
 #pragma once
 
 #include <Eigen/SparseCore>
-#include <memory>
 #include <vector>
 
+#include "msm/cholesky.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/free_components.hpp"
 
 namespace livermark::msm {
-
-/// Sparse Cholesky factorisation, ordered by nested dissection: of a solid with a volume term it fills half as much as
-/// minimum degree, and there is one ordering to find instead of the best of several.
-class Cholesky {
-  public:
-    Cholesky();
-    ~Cholesky();
-    Cholesky(Cholesky &&) noexcept;
-    Cholesky &operator=(Cholesky &&) noexcept;
-
-    /// @param matrix  symmetric, both triangles; entries in the same places every time
-    /// @return whether it is positive definite
-    bool factorize(const Eigen::SparseMatrix<double> &matrix);
-    /// Only after a factorize() that returned true.
-    Eigen::VectorXd solve(const Eigen::VectorXd &right_hand_side) const;
-
-  private:
-    struct Impl;
-    std::unique_ptr<Impl> impl_;
-};
 
 /// The stiffness of a body at rest, and its factor on the components that are free. Load cases that hold the same
 /// components share one.

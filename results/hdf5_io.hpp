@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <hdf5.h>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
@@ -39,7 +40,8 @@ class Handle {
 };
 
 /// Keeps HDF5 from printing its error stack to the terminal while it lives; afterwards the printing is as before,
-/// because other libraries in the program use HDF5 too.
+/// because other libraries in the program use HDF5 too. Keeps other threads waiting that want the same: HDF5 as it is
+/// packaged is for one thread at a time, also on different files.
 class Quiet {
   public:
     Quiet();
@@ -48,6 +50,7 @@ class Quiet {
     Quiet &operator=(const Quiet &) = delete;
 
   private:
+    std::unique_lock<std::recursive_mutex> alone_;
     H5E_auto2_t function_ = nullptr;
     void *data_ = nullptr;
 };

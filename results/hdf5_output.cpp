@@ -83,9 +83,15 @@ Handle create_in_memory(std::shared_ptr<void> &kept) {
     return made(H5Fcreate("result", H5F_ACC_TRUNC, properties.get(), access.get()), H5Fclose, "a file in memory");
 }
 
+/// A thread may have several files open.
+std::recursive_mutex &one_thread() {
+    static std::recursive_mutex mutex;
+    return mutex;
+}
+
 } // namespace
 
-Quiet::Quiet() {
+Quiet::Quiet() : alone_(one_thread()) {
     H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }

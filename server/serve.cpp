@@ -5,15 +5,20 @@
 #include <boost/asio/signal_set.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
+#include <cstdlib>
 #include <fmt/format.h>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 
 #include "core/input_error.hpp"
+#include "server/sockets.hpp"
 
 namespace livermark::server {
 
@@ -26,8 +31,7 @@ using tcp = asio::ip::tcp;
 
 constexpr std::chrono::seconds longest_silence{60};
 constexpr std::chrono::minutes longest_transfer{10};
-
-using RequestHead = http::request<http::empty_body>;
+constexpr std::chrono::seconds longest_farewell{1};
 
 /// A header that stands there twice is neither of the two.
 std::optional<std::string> header(const RequestHead &head, http::field name) {
@@ -68,7 +72,8 @@ Answer fault(int status, const std::string &sentence) {
 /// browser goes away, or sends what is no request, nothing is.
 class Connection : public std::enable_shared_from_this<Connection> {
   public:
-    Connection(tcp::socket socket, const Site &site) : stream_(std::move(socket)), site_(site) {}
+    Connection(tcp::socket socket, const Site &site, Sockets &sockets)
+        : stream_(std::move(socket)), site_(site), sockets_(sockets) {}
 
     void read() {
         head_ = {};
@@ -81,11 +86,23 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   private:
     void reply() {
+        if (beast::websocket::is_upgrade(head_))
+            return upgrade();
         try {
             reply(answer(request_of(head_), site_));
         } catch (const core::InputError &error) {
             reply(fault(500, error.what())); // the folder went away
         }
+    }
+
+    void upgrade() {
+        auto decision = opening(request_of(head_), site_);
+        if (const auto *refusal = std::get_if<Answer>(&decision))
+            return reply(*refusal);
+        if (!sockets_.has_room())
+            return reply(fault(503, "Too many pages are in conversation already; close one of them."));
+        auto &[begin, query] = std::get<Opening>(decision);
+        sockets_.open(stream_.release_socket(), std::move(head_), std::move(begin), std::move(query));
     }
 
     void reply(const Answer &answer) {
@@ -126,13 +143,14 @@ class Connection : public std::enable_shared_from_this<Connection> {
     beast::flat_buffer buffer_;
     RequestHead head_;
     const Site &site_;
+    Sockets &sockets_;
 };
 
-void accept_connections(tcp::acceptor &acceptor, const Site &site) {
+void accept_connections(tcp::acceptor &acceptor, const Site &site, Sockets &sockets) {
     acceptor.async_accept([&](beast::error_code error, tcp::socket socket) {
         if (!error)
-            std::make_shared<Connection>(std::move(socket), site)->read();
-        accept_connections(acceptor, site);
+            std::make_shared<Connection>(std::move(socket), site, sockets)->read();
+        accept_connections(acceptor, site, sockets);
     });
 }
 
@@ -153,9 +171,14 @@ void serve(Site site, const std::function<void(std::uint16_t port)> &is_ready) {
     site.port = acceptor.local_endpoint().port();
     asio::signal_set signals(context, SIGINT, SIGTERM);
     signals.async_wait([&](beast::error_code, int) { context.stop(); });
-    accept_connections(acceptor, site);
+    Sockets sockets;
+    accept_connections(acceptor, site, sockets);
     is_ready(site.port);
     context.run();
+    if (!sockets.close(longest_farewell)) {
+        std::fflush(nullptr);
+        std::_Exit(EXIT_SUCCESS);
+    }
 }
 
 } // namespace livermark::server

@@ -7,7 +7,9 @@
 
 namespace livermark::server {
 
-/// Answers requests to 127.0.0.1 until SIGINT or SIGTERM comes.
+/// Answers requests to 127.0.0.1 until SIGINT or SIGTERM comes. Open WebSockets are closed then. Where one of them is
+/// still working a reply out after a second, the whole program ends here, with status 0: a solve cannot be broken off,
+/// and nothing that is worth keeping goes with it.
 /// @param site      its port is the one to listen on; 0 takes any that is free
 /// @param is_ready  called once, with the port, when requests are answered
 /// @throws core::InputError if the port cannot be had

@@ -1,7 +1,6 @@
 #include "server/site.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <fmt/format.h>
 #include <string_view>
 #include <system_error>
@@ -27,27 +26,17 @@ bool is_own_host(std::string_view host, std::uint16_t port) {
     return host == fmt::format("127.0.0.1:{}", port) || host == fmt::format("localhost:{}", port);
 }
 
+Answer of_strangers() {
+    return refusal(403, "Only pages of this server may ask it.");
+}
+
+Answer not_well_formed() {
+    return refusal(400, "The address is not well formed.");
+}
+
 bool is_own_origin(std::string_view origin, std::uint16_t port) {
     constexpr std::string_view scheme = "http://";
     return origin.starts_with(scheme) && is_own_host(origin.substr(scheme.size()), port);
-}
-
-/// @return nothing if a % is not followed by two hexadecimal digits
-std::optional<std::string> percent_decoded(std::string_view text) {
-    std::string decoded;
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        if (text[i] != '%') {
-            decoded += text[i];
-            continue;
-        }
-        unsigned value = 0;
-        const auto *digits = text.data() + i + 1;
-        if (i + 2 >= text.size() || std::from_chars(digits, digits + 2, value, 16).ptr != digits + 2)
-            return std::nullopt;
-        decoded += static_cast<char>(value);
-        i += 2;
-    }
-    return decoded;
 }
 
 /// Names of folders and a file, and nothing that leads elsewhere.
@@ -63,11 +52,11 @@ bool is_below(const fs::path &file, const fs::path &folder) {
 }
 
 /// The file itself, if it is a result file of the folder.
-std::optional<fs::path> file_of(const fs::path &path, const Site &site) {
+std::optional<fs::path> file_of(const fs::path &path, const fs::path &folder) {
     std::error_code error;
-    auto file = fs::canonical(site.folder / path, error);
+    auto file = fs::canonical(folder / path, error);
     // What a link leads to has to be what its name says: no other file of the folder goes out under a name in .h5.
-    if (error || !is_below(file, site.folder) || file.extension() != ".h5" || path.extension() != ".h5")
+    if (error || !is_below(file, folder) || file.extension() != ".h5" || path.extension() != ".h5")
         return std::nullopt;
     if (!fs::is_regular_file(file, error))
         return std::nullopt;
@@ -103,12 +92,12 @@ Answer list(const Site &site) {
 
 Answer answer(const Request &request, const Site &site) {
     if (!is_own_host(request.host, site.port) || (request.origin && !is_own_origin(*request.origin, site.port)))
-        return refusal(403, "Only pages of this server may ask it.");
+        return of_strangers();
     if (request.method != "GET" && request.method != "HEAD")
         return refusal(405, "This server only shows files.");
     const auto path = percent_decoded(request.target.substr(0, request.target.find('?')));
     if (!path)
-        return refusal(400, "The address is not well formed.");
+        return not_well_formed();
     if (*path == "/" || *path == "/index.html")
         return {.status = 200, .content_type = "text/html; charset=utf-8", .text = {}, .file = site.page};
     if (*path == "/files.json")
@@ -116,11 +105,31 @@ Answer answer(const Request &request, const Site &site) {
     constexpr std::string_view files = "/files/";
     if (!path->starts_with(files))
         return not_there();
-    const auto name = path->substr(files.size());
-    auto file = is_plain_path(name) ? file_of(name, site) : std::nullopt;
+    auto file = shown_file(path->substr(files.size()), site.folder);
     if (!file)
         return not_there();
     return {.status = 200, .content_type = "application/x-hdf5", .text = {}, .file = std::move(*file)};
+}
+
+std::variant<Opening, Answer> opening(const Request &request, const Site &site) {
+    if (!is_own_host(request.host, site.port) || !request.origin || !is_own_origin(*request.origin, site.port))
+        return of_strangers();
+    const auto end = std::min(request.target.find('?'), request.target.size());
+    const auto path = percent_decoded(std::string_view(request.target).substr(0, end));
+    if (!path)
+        return not_well_formed();
+    const auto found = site.conversations.find(*path);
+    if (found == site.conversations.end())
+        return refusal(404, "There is no such conversation here.");
+    try {
+        return Opening{found->second, parse_fields(request.target.substr(std::min(end + 1, request.target.size())))};
+    } catch (const core::InputError &) {
+        return not_well_formed();
+    }
+}
+
+std::optional<fs::path> shown_file(const std::string &path, const fs::path &folder) {
+    return is_plain_path(path) ? file_of(path, folder) : std::nullopt;
 }
 
 std::vector<std::string> result_files(const Site &site) {
@@ -130,7 +139,7 @@ std::vector<std::string> result_files(const Site &site) {
              fs::recursive_directory_iterator(site.folder, fs::directory_options::skip_permission_denied, error);
          !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
         const auto path = entry->path().lexically_relative(site.folder);
-        if (const auto file = file_of(path, site); file && site.is_result_file(*file))
+        if (const auto file = file_of(path, site.folder); file && site.is_result_file(*file))
             found.push_back(path.generic_string());
     }
     if (error)

@@ -8,7 +8,7 @@
 #include "fem_reference/elastic_system.hpp"
 #include "fem_reference/mass_matrix.hpp"
 #include "msm/biquadratic_springs.hpp"
-#include "msm/spectrum.hpp"
+#include "msm/highest_frequency.hpp"
 #include "msm/time_step.hpp"
 
 namespace livermark::benchmarks::peers {

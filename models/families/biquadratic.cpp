@@ -13,7 +13,7 @@ ModelFamily biquadratic() {
                     "springs coupled to each other inside each tetrahedron: linear tetrahedra of Saint Venant and "
                     "Kirchhoff",
                     "Delingette 2008, IEEE TVCG 14(2)",
-                    [](const core::Body &body) -> MassSprings {
+                    [](const core::Body &body) -> livermark::msm::MassSprings {
                         auto mass = livermark::msm::lumped_masses(body);
                         return {{mass, {}, {}, {}}, {mass, {livermark::msm::biquadratic_springs(body)}}};
                     },

@@ -1,7 +1,8 @@
 #include <fmt/format.h>
 
-#include "models/springs_with_volume.hpp"
+#include "models/mass_spring_model.hpp"
 #include "msm/mass_lumping.hpp"
+#include "msm/springs_with_volume.hpp"
 
 namespace livermark::models::families {
 
@@ -24,13 +25,13 @@ ModelFamily calibrated() {
                 const auto calibration = options.calibration;
                 if (!calibration)
                     return {};
-                const auto &term = find_volume_term("nodal_volume");
+                const auto &term = livermark::msm::find_volume_term("nodal_volume");
                 auto model = mass_spring_model(
                     "calibrated_nodal_volume",
                     fmt::format("springs fitted to finite elements on this mesh, with {}", term.summary),
                     fmt::format("`livermark calibrate`; {}", term.source),
                     [calibration, term](const core::Body &body) {
-                        return springs_with_volume(body, springs_of(*calibration, body), term);
+                        return livermark::msm::springs_with_volume(body, springs_of(*calibration, body), term);
                     },
                     options);
                 model.check = [calibration, of_springs = model.check](const core::Problem &problem) {

@@ -10,7 +10,7 @@ ModelFamily msm() {
                 for (const auto &law : livermark::msm::all_spring_laws())
                     models.push_back(mass_spring_model(
                         law.name, law.summary, law.source,
-                        [law](const core::Body &body) -> MassSprings {
+                        [law](const core::Body &body) -> livermark::msm::MassSprings {
                             const auto springs = livermark::msm::spring_network(body, law);
                             return {springs, springs};
                         },

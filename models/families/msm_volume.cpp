@@ -4,7 +4,8 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "models/springs_with_volume.hpp"
+#include "models/mass_spring_model.hpp"
+#include "msm/springs_with_volume.hpp"
 
 namespace livermark::models::families {
 
@@ -15,7 +16,7 @@ core::Model model(const msm::SpringLaw &law, const msm::VolumeTerm &term, const 
         fmt::format("{}_{}", law.name, term.name), fmt::format("{}, with {}", law.summary, term.summary),
         fmt::format("{}; {}", law.source, term.source),
         [law, term](const core::Body &body) {
-            return springs_with_volume(body, springs_beside_volume(body, law), term);
+            return livermark::msm::springs_with_volume(body, livermark::msm::springs_beside_volume(body, law), term);
         },
         options);
 }
@@ -43,7 +44,7 @@ ModelFamily msm_volume() {
     return {.name = {}, .models = [](const ModelOptions &options) {
                 std::vector<core::Model> models;
                 for (const auto &[law, term] : pairs)
-                    models.push_back(model(find_law(law), find_volume_term(term), options));
+                    models.push_back(model(find_law(law), livermark::msm::find_volume_term(term), options));
                 return models;
             }};
 }

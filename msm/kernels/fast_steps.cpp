@@ -14,6 +14,8 @@ class FastSteps::Implementation {
     virtual ~Implementation() = default;
     virtual void set_state(const State &state) = 0;
     virtual State state() const = 0;
+    virtual core::Vector3 displacement(int node) const = 0;
+    virtual void set_load(int node, const core::Vector3 &force) = 0;
     virtual void take(int num_steps) = 0;
     virtual std::size_t working_set() const = 0;
 };
@@ -131,6 +133,20 @@ template <class T> class Steps : public FastSteps::Implementation {
         return state;
     }
 
+    core::Vector3 displacement(int node) const override {
+        const auto i = static_cast<std::size_t>(node);
+        const auto at = [&](int c) { return of(&NodeSlice<T>::position, i, c); };
+        return core::Vector3(at(0), at(1), at(2)) - rest_[i];
+    }
+
+    void set_load(int node, const core::Vector3 &force) override {
+        if (at_.loads.empty())
+            at_.loads.assign(at_.body.num_slices, {});
+        const int row = at_.body.row_of_node[node];
+        for (int c = 0; c < 3; ++c)
+            at_.loads[row / slice_size][c][row % slice_size] = static_cast<T>(force[c]);
+    }
+
     void take(int num_steps) override {
         team_.run([&](int thread, Barrier &barrier) { take_steps(at_, thread, num_steps, barrier); });
         at_.now = (at_.now + num_steps % 2 * at_.scheme.num_stages()) % 2;
@@ -150,12 +166,8 @@ template <class T> class Steps : public FastSteps::Implementation {
     void set_loads(const std::vector<core::Vector3> &force) {
         if (std::ranges::all_of(force, [](const auto &f) { return f.isZero(0.0); }))
             return;
-        at_.loads.assign(at_.body.num_slices, {});
         for (std::size_t i = 0; i < force.size(); ++i)
-            for (int c = 0; c < 3; ++c) {
-                const int row = at_.body.row_of_node[i];
-                at_.loads[row / slice_size][c][row % slice_size] = static_cast<T>(force[i][c]);
-            }
+            set_load(static_cast<int>(i), force[i]);
     }
 
     void share_work() {
@@ -211,6 +223,12 @@ void FastSteps::set_state(const State &state) {
 }
 State FastSteps::state() const {
     return implementation_->state();
+}
+core::Vector3 FastSteps::displacement(int node) const {
+    return implementation_->displacement(node);
+}
+void FastSteps::set_load(int node, const core::Vector3 &force) {
+    implementation_->set_load(node, force);
 }
 void FastSteps::take(int num_steps) {
     implementation_->take(num_steps);

@@ -38,6 +38,12 @@ class FastSteps {
     void set_state(const State &state);
     State state() const;
 
+    /// Of one node, as it is now [m].
+    core::Vector3 displacement(int node) const;
+
+    /// Loads a node from now on, in place of what the conditions say [N].
+    void set_load(int node, const core::Vector3 &force);
+
     /// Takes that many steps.
     void take(int num_steps);
 

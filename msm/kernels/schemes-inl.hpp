@@ -8,30 +8,12 @@
 
 #include <algorithm>
 
+#include "msm/kernels/doubles-inl.hpp"
 #include "msm/kernels/step_workspace.hpp"
 #include "msm/kernels/vectors-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
-
-using Doubles = hn::CappedTag<double, 8>;
-using DoubleVec = hn::Vec<Doubles>;
-
-/// Forces of either precision, as doubles.
-HWY_INLINE DoubleVec as_double(const double *force) {
-    return hn::Load(Doubles(), force);
-}
-HWY_INLINE DoubleVec as_double(const float *force) {
-    return hn::PromoteTo(Doubles(), hn::Load(hn::Rebind<float, Doubles>(), force));
-}
-
-HWY_INLINE void store_as(DoubleVec v, double *place) {
-    hn::Store(v, Doubles(), place);
-}
-HWY_INLINE void store_as(DoubleVec v, float *place) {
-    const hn::Rebind<float, Doubles> narrow;
-    hn::Store(hn::DemoteTo(narrow, v), narrow, place);
-}
 
 /// A component of some nodes where the next stage is to be evaluated.
 struct Motion {
@@ -45,7 +27,7 @@ template <class T> struct Component {
 };
 
 template <class T> HWY_INLINE DoubleVec add_to(T *sum, bool is_first, DoubleVec value) {
-    const auto total = is_first ? value : hn::Add(as_double(sum), value);
+    const auto total = is_first ? value : dn::Add(as_double(sum), value);
     store_as(total, sum);
     return total;
 }
@@ -56,18 +38,18 @@ struct SymplecticEuler {
     template <class T>
     static HWY_INLINE DoubleVec velocity_now(const StepScheme & /*scheme*/, int /*stage*/, double /*step*/,
                                              const Component<T> &at) {
-        return hn::Load(Doubles(), at.velocity);
+        return dn::Load(Doubles(), at.velocity);
     }
 
     template <class T>
     static HWY_INLINE Motion advance(const StepScheme & /*scheme*/, int /*stage*/, double step, DoubleVec a,
                                      const Component<T> &at) {
         constexpr Doubles d;
-        const auto h = hn::Set(d, step);
-        const auto velocity = hn::MulAdd(h, a, hn::Load(d, at.velocity));
-        const auto position = hn::MulAdd(h, velocity, hn::Load(d, at.position));
-        hn::Store(velocity, d, at.velocity);
-        hn::Store(position, d, at.position);
+        const auto h = dn::Set(d, step);
+        const auto velocity = dn::MulAdd(h, a, dn::Load(d, at.velocity));
+        const auto position = dn::MulAdd(h, velocity, dn::Load(d, at.position));
+        dn::Store(velocity, d, at.velocity);
+        dn::Store(position, d, at.position);
         return {position, velocity};
     }
 };
@@ -79,24 +61,24 @@ struct VelocityVerlet {
     template <class T>
     static HWY_INLINE DoubleVec velocity_now(const StepScheme & /*scheme*/, int stage, double step,
                                              const Component<T> &at) {
-        const auto velocity = hn::Load(Doubles(), at.velocity);
-        return stage == 0 ? velocity : hn::MulAdd(hn::Set(Doubles(), step), as_double(at.acceleration), velocity);
+        const auto velocity = dn::Load(Doubles(), at.velocity);
+        return stage == 0 ? velocity : dn::MulAdd(dn::Set(Doubles(), step), as_double(at.acceleration), velocity);
     }
 
     template <class T>
     static HWY_INLINE Motion advance(const StepScheme & /*scheme*/, int stage, double step, DoubleVec a,
                                      const Component<T> &at) {
         constexpr Doubles d;
-        const auto h = hn::Set(d, step), half = hn::Set(d, 0.5 * step);
-        const auto velocity = hn::Load(d, at.velocity), position = hn::Load(d, at.position);
+        const auto h = dn::Set(d, step), half = dn::Set(d, 0.5 * step);
+        const auto velocity = dn::Load(d, at.velocity), position = dn::Load(d, at.position);
         if (stage == 0) {
-            const auto moved = hn::MulAdd(h, hn::MulAdd(half, a, velocity), position);
-            hn::Store(moved, d, at.position);
+            const auto moved = dn::MulAdd(h, dn::MulAdd(half, a, velocity), position);
+            dn::Store(moved, d, at.position);
             store_as(a, at.acceleration);
-            return {moved, hn::MulAdd(h, a, velocity)};
+            return {moved, dn::MulAdd(h, a, velocity)};
         }
-        const auto later = hn::MulAdd(half, hn::Add(as_double(at.acceleration), a), velocity);
-        hn::Store(later, d, at.velocity);
+        const auto later = dn::MulAdd(half, dn::Add(as_double(at.acceleration), a), velocity);
+        dn::Store(later, d, at.velocity);
         return {position, later};
     }
 };
@@ -109,9 +91,9 @@ struct RungeKutta {
 
     template <class T>
     static HWY_INLINE DoubleVec velocity_now(const StepScheme &scheme, int stage, double step, const Component<T> &at) {
-        const auto velocity = hn::Load(Doubles(), at.velocity);
+        const auto velocity = dn::Load(Doubles(), at.velocity);
         return stage == 0 ? velocity
-                          : hn::MulAdd(hn::Set(Doubles(), step * scheme.next[stage - 1]), as_double(at.acceleration),
+                          : dn::MulAdd(dn::Set(Doubles(), step * scheme.next[stage - 1]), as_double(at.acceleration),
                                        velocity);
     }
 
@@ -119,24 +101,24 @@ struct RungeKutta {
     static HWY_INLINE Motion advance(const StepScheme &scheme, int stage, double step, DoubleVec a,
                                      const Component<T> &at) {
         constexpr Doubles d;
-        const auto h = hn::Set(d, step);
-        const auto position = hn::Load(d, at.position), velocity = hn::Load(d, at.velocity);
+        const auto h = dn::Set(d, step);
+        const auto position = dn::Load(d, at.position), velocity = dn::Load(d, at.velocity);
         const bool is_first = stage == 0;
-        const auto for_velocity = add_to(at.for_velocity, is_first, hn::Mul(hn::Set(d, scheme.weight[stage]), a));
+        const auto for_velocity = add_to(at.for_velocity, is_first, dn::Mul(dn::Set(d, scheme.weight[stage]), a));
         if (stage + 1 == scheme.num_stages()) {
-            const auto sum = is_first ? hn::Zero(d) : as_double(at.for_position);
-            const auto moved = hn::MulAdd(h, hn::MulAdd(h, sum, velocity), position);
-            const auto later = hn::MulAdd(h, for_velocity, velocity);
-            hn::Store(moved, d, at.position);
-            hn::Store(later, d, at.velocity);
+            const auto sum = is_first ? dn::Zero(d) : as_double(at.for_position);
+            const auto moved = dn::MulAdd(h, dn::MulAdd(h, sum, velocity), position);
+            const auto later = dn::MulAdd(h, for_velocity, velocity);
+            dn::Store(moved, d, at.position);
+            dn::Store(later, d, at.velocity);
             return {moved, later};
         }
         const double next = scheme.next[stage];
-        add_to(at.for_position, is_first, hn::Mul(hn::Set(d, scheme.weight[stage + 1] * next), a));
-        const auto c = hn::Set(d, step * next);
-        const auto moved = hn::MulAdd(c, velocity_now(scheme, stage, step, at), position);
+        add_to(at.for_position, is_first, dn::Mul(dn::Set(d, scheme.weight[stage + 1] * next), a));
+        const auto c = dn::Set(d, step * next);
+        const auto moved = dn::MulAdd(c, velocity_now(scheme, stage, step, at), position);
         store_as(a, at.acceleration);
-        return {moved, hn::MulAdd(c, a, velocity)};
+        return {moved, dn::MulAdd(c, a, velocity)};
     }
 };
 
@@ -164,9 +146,9 @@ HWY_INLINE void advance(StepWorkspace<T> &at, int now, int slice, int stage, con
     const T *const forces[] = {force.x, force.y, force.z};
     T *const positions[] = {position.x, position.y, position.z};
     T *const velocities[] = {velocity.x, velocity.y, velocity.z};
-    const auto alpha = hn::Set(d, at.alpha);
+    const auto alpha = dn::Set(d, at.alpha);
     for (int c = 0; c < 3; ++c)
-        for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+        for (std::size_t lane = 0; lane < slice_size; lane += dn::Lanes(d)) {
             Component<T> component{node.position[c].data() + lane, node.velocity[c].data() + lane, nullptr, nullptr,
                                    nullptr};
             if constexpr (Scheme::has_stages) {
@@ -177,10 +159,10 @@ HWY_INLINE void advance(StepWorkspace<T> &at, int now, int slice, int stage, con
             }
             auto total = as_double(forces[c] + lane);
             if (!at.loads.empty())
-                total = hn::Add(total, as_double(at.loads[slice][c].data() + lane));
+                total = dn::Add(total, as_double(at.loads[slice][c].data() + lane));
             const auto velocity_now = Scheme::velocity_now(at.scheme, stage, at.time_step, component);
             const auto a =
-                hn::NegMulAdd(alpha, velocity_now, hn::Mul(total, as_double(node.free_per_mass[c].data() + lane)));
+                dn::NegMulAdd(alpha, velocity_now, dn::Mul(total, as_double(node.free_per_mass[c].data() + lane)));
             const auto next = Scheme::advance(at.scheme, stage, at.time_step, a, component);
             store_as(next.position, positions[c] + lane);
             if constexpr (is_damped)

@@ -21,9 +21,10 @@ template <class D, class V> HWY_INLINE V refined(D d, V v, V guess) {
 }
 
 /// 1 / sqrt(v) to half the digits at least: what one more step makes precise. The instructions that take a root and
-/// divide need several times as long.
+/// divide need several times as long. Where there is no quick guess, or the numbers are to be those of another machine,
+/// it is exact.
 template <class D, class V> HWY_INLINE V guess_of_inverse_root(D d, V v) {
-#if HWY_TARGET == HWY_SCALAR
+#if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_EMU128 || defined(LIVERMARK_EXACT_ROOTS)
     return hn::Div(hn::Set(d, hn::TFromD<D>(1)), hn::Sqrt(v));
 #else
     if constexpr (sizeof(hn::TFromD<D>) == 4) {

@@ -2,6 +2,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "msm/kernels/take_steps.cpp"
 #include <hwy/foreach_target.h> // has to come before highway.h
+#include <stdexcept>
 
 #include "msm/kernels/fan_forces-inl.hpp"
 #include "msm/kernels/schemes-inl.hpp"
@@ -68,9 +69,15 @@ template <class T> void take(StepWorkspace<T> &at, int thread, int num_steps, Ba
 void take_with_float(StepWorkspace<float> &at, int thread, int num_steps, Barrier &barrier) {
     take(at, thread, num_steps, barrier);
 }
+#if HWY_HAVE_FLOAT64
 void take_with_double(StepWorkspace<double> &at, int thread, int num_steps, Barrier &barrier) {
     take(at, thread, num_steps, barrier);
 }
+#else
+void take_with_double(StepWorkspace<double> & /*at*/, int /*thread*/, int /*num_steps*/, Barrier & /*barrier*/) {
+    throw std::logic_error("forces in double precision need vectors of float64, which are not there; ask for single");
+}
+#endif
 
 } // namespace livermark::msm::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

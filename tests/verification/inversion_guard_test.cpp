@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "msm/elastic_motion.hpp"
+#include "msm/highest_frequency.hpp"
 #include "msm/integrator.hpp"
 #include "msm/inversion_guard.hpp"
-#include "msm/spectrum.hpp"
 #include "msm/spring_network.hpp"
 #include "msm/volume_term.hpp"
 #include "tests/test_meshes.hpp"

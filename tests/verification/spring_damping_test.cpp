@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "msm/elastic_motion.hpp"
+#include "msm/highest_frequency.hpp"
 #include "msm/integrator.hpp"
 #include "msm/spectrum.hpp"
 #include "msm/spring_law.hpp"

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "msm/free_components.hpp"
+#include "msm/highest_frequency.hpp"
 #include "msm/spectrum.hpp"
 #include "msm/spring_network.hpp"
 #include "tests/bad_input.hpp"

@@ -4,6 +4,7 @@ import { ask } from './data/client.ts';
 import { Fault, type Result } from './data/types.ts';
 import { goodExaggeration, nearestExaggeration } from './picture/fields.ts';
 import { createStage, type Side, type Stage } from './picture/stage.ts';
+import { createModes } from './modes.ts';
 import { comparison } from './page/comparison.ts';
 import { listen, showChoice } from './page/controls.ts';
 import { byId, refill } from './page/elements.ts';
@@ -19,13 +20,14 @@ let choice: Choice | null = null;
 let numChanges = 0;
 let numOpened = 0;
 
-const canvas = document.querySelector('canvas')!;
+const canvas = document.querySelector<HTMLCanvasElement>('#stage canvas')!;
 const stage = startStage();
+const modes = createModes(say, complain);
 const player = createPlayer(() => result?.frameTimes ?? [], () => choice?.frame ?? 0, (frame) => apply({ frame }));
 
 function startStage(): Stage {
   try {
-    return createStage(canvas, (node) => change({ node }));
+    return createStage(canvas, { onPick: (node) => change({ node }) });
   } catch (error) {
     say('This browser cannot draw in three dimensions: switch on WebGL 2 in its settings, or open the page in another.');
     throw error;
@@ -61,7 +63,7 @@ async function draw(file: Result, chosen: Choice): Promise<void> {
     const { displacement } = fields[side]!;
     const coloured = colouredValues(fields[side]!, chosen.quantity, chosen.models[side] === reference);
     stage.show(side, { ...chosen, displacement, values: coloured, end, exaggeration: exaggerationOf(chosen) });
-    const about = document.querySelectorAll<HTMLElement>('.side p')[side]!;
+    const about = document.querySelectorAll<HTMLElement>('#stage .side p')[side]!;
     about.textContent = about.title = note(file, chosen.models[side]!, reference);
   }
   const exceeds = largest.some((l) => l[chosen.quantity] > end);
@@ -117,13 +119,14 @@ function complain(name: string, error: unknown): void {
 
 function describe(file: Result): void {
   document.title = `${file.body}, ${file.loadCase} – Livermark`;
-  byId('title').textContent = `${file.body}: ${file.loadCase}`;
+  byId('title').textContent = byId('live-title').textContent = `${file.body}: ${file.loadCase}`;
   byId('subtitle').textContent = file.title;
   const inside = file.tumours.length > 0 ? `, ${file.tumours.length} tumour${file.tumours.length > 1 ? 's' : ''} inside` : '';
   byId('about').textContent = `${file.file}: ${file.points.length / 3} nodes, ${file.surfaces.outside.triangles.length / 3} triangles on the surface${inside}. Keys on the picture: arrows turn, + and − zoom, R resets the view, Esc unmarks the node.`;
 }
 
-async function open(name: string, load: () => Promise<File> | File): Promise<void> {
+/** @param path  in the server's list; empty for a file from elsewhere */
+async function open(name: string, path: string, load: () => Promise<File> | File): Promise<void> {
   const mine = ++numOpened;
   player.stop();
   try {
@@ -142,10 +145,11 @@ async function open(name: string, load: () => Promise<File> | File): Promise<voi
       node: null,
     };
     byId('welcome').hidden = true;
-    document.querySelector('main')!.hidden = false;
+    byId('compare').hidden = false;
     describe(file);
     stage.setBody(file.points, file.surfaces);
     await apply(choice);
+    await modes.opened(file, path);
   } catch (error) {
     if (mine === numOpened) complain(name, error);
   }
@@ -153,7 +157,7 @@ async function open(name: string, load: () => Promise<File> | File): Promise<voi
 
 const openListed = (path: string) => {
   history.replaceState(null, '', `#${encodeURIComponent(path)}`);
-  return open(path, () => fetchFile(path));
+  return open(path, path, () => fetchFile(path));
 };
 
 new ResizeObserver(() => {
@@ -163,7 +167,7 @@ listen({ change, setMoving }, stage, () => choice);
 acceptFiles((file) => {
   byId<HTMLSelectElement>('files').selectedIndex = -1;
   history.replaceState(null, '', location.pathname);
-  void open(file.name, () => file);
+  void open(file.name, '', () => file);
 });
 const files = await listedFiles();
 fillList(files, (path) => void openListed(path));

@@ -8,6 +8,8 @@ import { chromium } from 'playwright-core';
 const top = resolve(import.meta.dirname, '../..');
 /** Where CMake has built livermark and write_sample_result. */
 const build = process.env.LIVERMARK_BUILD ?? join(top, 'build/release');
+export const livermark = join(build, 'app/livermark');
+export const builtTests = join(build, 'tests');
 const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
 
 export const builtPage = join(top, 'viewer/dist/index.html');
@@ -15,13 +17,20 @@ export const builtPage = join(top, 'viewer/dist/index.html');
 /** A new folder with the result files that the tests of the writer use. */
 export function sampleFolder() {
   const folder = mkdtempSync(join(tmpdir(), 'livermark_viewer_'));
-  execFileSync(join(build, 'tests/write_sample_result'), [folder]);
+  execFileSync(join(builtTests, 'write_sample_result'), [folder]);
+  return { folder, remove: () => rmSync(folder, { recursive: true }) };
+}
+
+/** A new folder with a result of a body that ships: <name>/palpation.h5. */
+export function shippedFolder(name) {
+  const folder = mkdtempSync(join(tmpdir(), 'livermark_shipped_'));
+  execFileSync(livermark, ['run', '--static', '--no-uncertainty', '--body', name, '--load-case', 'palpation', '--model', 'lloyd', '--output', folder]);
   return { folder, remove: () => rmSync(folder, { recursive: true }) };
 }
 
 /** Starts `livermark view` on any free port. */
 export async function startServer(folder) {
-  const child = spawn(join(build, 'app/livermark'), ['view', folder, '--port', '0']);
+  const child = spawn(livermark, ['view', folder, '--port', '0']);
   const ended = new Promise((done) => child.once('exit', done));
   let said = '';
   const address = await new Promise((found, failed) => {

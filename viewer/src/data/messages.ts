@@ -1,5 +1,5 @@
 // What the page asks of the worker that reads the file, and what it answers.
-import type { Field, Frame, Largest, NodeValues, ProbeMotion, Result } from './types.ts';
+import type { Field, Frame, Largest, NodeValues, ProbeMotion, Result, SoftBody } from './types.ts';
 
 export interface Questions {
   open: { question: { file: File }; answer: Result };
@@ -7,6 +7,7 @@ export interface Questions {
   largest: { question: { model: string; moving: boolean }; answer: Largest };
   node: { question: { node: number; frame: Frame }; answer: NodeValues[] };
   motion: { question: { probe: number; reference: string }; answer: ProbeMotion[] };
+  body: { question: null; answer: SoftBody };
 }
 export type Kind = keyof Questions;
 

@@ -1,6 +1,7 @@
 // A result file as results/schema.md describes it, checked where it enters the page.
 import type { File } from 'h5wasm';
-import { children, exactly, has, number, rows, text, texts } from './hdf5.ts';
+import { children, has, number, rows, text, texts } from './hdf5.ts';
+import { readMesh } from './read_mesh.ts';
 import { compactSurface, innerTriangles } from './surface.ts';
 import { Fault, type Comparison, type Model, type Result } from './types.ts';
 
@@ -53,14 +54,6 @@ function readModel(file: File, name: string): Model {
   };
 }
 
-function readTriangles(file: File, path: string, columns: number, numNodes: number): ArrayLike<number> {
-  const nodes = rows(file, path, columns);
-  for (let i = 0; i < nodes.length; i++)
-    if (!(nodes[i]! >= 0 && nodes[i]! < numNodes))
-      throw new Fault(`${path} names a node that is not there; make the file again with livermark run.`);
-  return nodes;
-}
-
 /** Finite elements after a name that the file gives, or the first model if no model was compared. */
 function referenceOf(file: File, models: Model[]): string {
   const named = text(file, '/reference', 'model') || models.map((m) => m.comparison?.reference).find(Boolean);
@@ -77,10 +70,7 @@ export function readResult(file: File, name: string): Result {
   const schema = number(file, '/', 'schema_version');
   if (schema !== knownSchema)
     throw new Fault(`It is of schema ${schema}, and this page reads schema ${knownSchema}; use the page of the same version.`);
-  const points = Float32Array.from(rows(file, '/mesh/points', 3));
-  const numNodes = points.length / 3;
-  const tetrahedra = readTriangles(file, '/mesh/tetrahedra', 4, numNodes);
-  const region = exactly(tetrahedra.length / 4, '/mesh/region', 1, rows(file, '/mesh/region', 1));
+  const { points, tetrahedra, region, triangles } = readMesh(file);
   const models = children(file, '/solutions').map((model) => readModel(file, model));
   return {
     file: name,
@@ -91,9 +81,9 @@ export function readResult(file: File, name: string): Result {
     referenceUncertainty: number(file, '/reference', 'reference_uncertainty'),
     motionReference: models.map((m) => m.comparison?.motionReference).find(Boolean) ?? '',
     models,
-    points,
+    points: Float32Array.from(points),
     surfaces: {
-      outside: compactSurface(readTriangles(file, '/mesh/boundary_triangles', 3, numNodes)),
+      outside: compactSurface(triangles),
       inside: compactSurface(innerTriangles(tetrahedra, region)),
     },
     tumours: texts(file, '/mesh/region', 'names').slice(1),

@@ -69,5 +69,17 @@ export interface ProbeMotion {
   along: Float64Array; // m
 }
 
+/** What of the file can be set in motion. */
+export interface SoftBody {
+  points: Float64Array; // (N,3) m
+  tetrahedra: Int32Array; // (M,4)
+  region: Int32Array; // (M) index into the three that follow
+  density: Float64Array; // (R) kg/m^3
+  youngModulus: Float64Array; // (R) Pa
+  poissonRatio: Float64Array; // (R)
+  triangles: Int32Array; // (T,3) boundary, right-handed seen from outside
+  held: Uint8Array; // (T) 1 where the load case prescribes no displacement in all three components
+}
+
 /** Something is wrong with a file; the message is for the reader of the page. */
 export class Fault extends Error {}

@@ -1,6 +1,7 @@
 // Reads one file at a time, off the thread that draws. The file stays where it is: only what is asked for is read.
 import * as hdf5 from 'h5wasm';
 import type { Kind, Message, Questions, Reply } from './messages.ts';
+import { readBody } from './read_body.ts';
 import { readField, readLargest, readMotion, readNode } from './read_fields.ts';
 import { readResult } from './read_result.ts';
 import { Fault, type Result } from './types.ts';
@@ -70,6 +71,7 @@ const answers: Answers = {
   largest: ({ model, moving }) => readLargest(shown().file, model, moving),
   node: ({ node, frame }) => readNode(shown().file, node, frame, numNodes()),
   motion: ({ probe, reference }) => readMotion(shown().file, probe, shown().result.probes.length, reference),
+  body: () => readBody(shown().file),
 };
 
 async function reply<K extends Kind>({ id, kind, question }: Message<K>): Promise<Reply> {

@@ -47,7 +47,7 @@ export function listen({ change, setMoving }: Changes, stage: Stage, choice: () 
     R: () => stage.resetView(),
     Escape: () => change({ node: null }),
   };
-  document.querySelector('canvas')!.addEventListener('keydown', (event) => {
+  document.querySelector<HTMLCanvasElement>('#stage canvas')!.addEventListener('keydown', (event) => {
     const action = keys[event.key];
     if (!action || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();

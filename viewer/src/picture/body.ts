@@ -3,6 +3,7 @@ import * as three from 'three';
 import type { Surface, Surfaces } from '../data/surface.ts';
 import { colourAt, notANumber, type Quantity } from './colour_maps.ts';
 import { displaced, textureCoordinates } from './fields.ts';
+import { createMarks, type Marks } from './marks.ts';
 
 export type Skin = 'translucent' | 'solid' | 'flat';
 
@@ -21,6 +22,7 @@ export interface Body {
   scene: three.Scene;
   outside: three.Mesh; // for picking
   show(look: Look): void;
+  mark(marks: Marks): void;
   faceLight(camera: three.Camera): void;
   free(): void;
 }
@@ -78,6 +80,9 @@ export function createBody(points: Float32Array, surfaces: Surfaces, size: numbe
   // Glass shows its front only: this writes how far that is, so that the far side does not shine through.
   const depth = new three.MeshBasicMaterial({ colorWrite: false });
 
+  // A map from the start: to get one later, a material would have to be compiled again.
+  for (const material of [lit, glass, flat]) material.map = textures.displacement;
+
   const outside: three.Mesh = new three.Mesh(geometryOf(surfaces.outside), lit);
   const front = new three.Mesh(outside.geometry, depth);
   const inside = new three.Mesh(geometryOf(surfaces.inside), lit);
@@ -90,18 +95,18 @@ export function createBody(points: Float32Array, surfaces: Surfaces, size: numbe
   outside.renderOrder = 2;
   marker.renderOrder = 3;
 
+  const marks = createMarks(size);
+  marks.show({ probe: null, grip: null, arrow: null });
+
   const light = new three.DirectionalLight(0xffffff, 2.2);
   const scene = new three.Scene();
-  scene.add(new three.HemisphereLight(0xffffff, 0xb8b2aa, 1.7), light, light.target, inside, front, outside, marker);
+  scene.add(new three.HemisphereLight(0xffffff, 0xb8b2aa, 1.7), light, light.target, inside, front, outside, marker, marks.object);
 
   return {
     scene,
     outside,
     show(look) {
-      for (const material of [lit, glass, flat]) {
-        material.map = textures[look.quantity];
-        material.needsUpdate = true;
-      }
+      for (const material of [lit, glass, flat]) material.map = textures[look.quantity];
       const hasInside = surfaces.inside.nodes.length > 0;
       outside.material = { translucent: glass, solid: lit, flat }[look.skin];
       front.visible = look.skin === 'translucent';
@@ -114,10 +119,12 @@ export function createBody(points: Float32Array, surfaces: Surfaces, size: numbe
         marker.position.fromArray(displaced(one, points, look.displacement, look.exaggeration));
       }
     },
+    mark: marks.show,
     faceLight(camera) {
       light.position.copy(camera.position).addScaledVector(camera.up, 0.5 * size);
     },
     free() {
+      marks.free();
       for (const part of [outside, inside, marker, halo]) part.geometry.dispose();
       for (const material of [lit, glass, flat, depth]) material.dispose();
       for (const texture of Object.values(textures)) texture.dispose();

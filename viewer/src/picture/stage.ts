@@ -3,70 +3,72 @@ import * as three from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Surfaces } from '../data/surface.ts';
 import { createBody, type Body, type Look } from './body.ts';
+import { distanceToSee, screenAt, turnCamera, viewsOf, type Screen } from './camera.ts';
+import type { Marks } from './marks.ts';
 
 export type Side = 0 | 1;
 
 export interface Stage {
   setBody(points: Float32Array, surfaces: Surfaces): void;
   show(side: Side, look: Look): void;
+  mark(side: Side, marks: Marks): void;
+  setViews(count: 1 | 2): void;
+  /** What is under the pointer. */
+  hitAt(event: PointerEvent): (Hit & { side: Side }) | null;
+  screenAt(point: readonly number[]): Screen;
+  /** What the wheel does, and two pointers: zoom, or nothing while a tool is held. */
+  setZooming(isZooming: boolean): void;
   resetView(): void;
   turn(right: number, up: number): void; // rad
   zoom(factor: number): void;
 }
 
-interface View {
-  x: number;
-  y: number; // from the top
-  width: number;
-  height: number;
+/** A place on the outside of a body, as it is drawn. */
+export interface Hit {
+  point: [number, number, number]; // [m]
+  inwards: [number, number, number]; // normal
+  triangle: number; // of the outside
+  node: number; // the nearest of its corners
+}
+
+export interface Hooks {
+  /** The node that was clicked, or null beside the body. */
+  onPick?(node: number | null): void;
+  /** Whether a press on a body is taken by a tool, so that it does not turn the camera. */
+  takesPress?(event: PointerEvent): boolean;
+  /** @param seconds  that drawing took */
+  onDrawn?(seconds: number): void;
 }
 
 const background = 0xf3f1ed;
+const asWideAsHigh = 1.5; // a body from the front
 
-const nameHeight = 68; // what stands above each view: the model and a line about it
-
-/** Below what is written, beside each other, or in a canvas that is high one below the other. [CSS pixels] */
-function views(width: number, height: number): [View, View] {
-  const isWide = width >= height;
-  const view = { width: isWide ? width / 2 : width, height: Math.max((isWide ? height : height / 2) - nameHeight, 1) };
-  const second = isWide ? { x: width / 2, y: nameHeight } : { x: 0, y: height / 2 + nameHeight };
-  return [{ x: 0, y: nameHeight, ...view }, { ...second, ...view }];
-}
-
-/** How far the camera has to be for all points to be in the middle 86 % of its view. */
-function distanceToSee(points: Float32Array, centre: three.Vector3, direction: three.Vector3, camera: three.PerspectiveCamera): number {
-  const right = new three.Vector3().crossVectors(camera.up, direction).normalize();
-  const up = new three.Vector3().crossVectors(direction, right);
-  const upwards = 0.86 * Math.tan((camera.fov * Math.PI) / 360);
-  const point = new three.Vector3();
-  let distance = 0;
-  for (let i = 0; i < points.length; i += 3) {
-    point.fromArray(points, i).sub(centre);
-    const needed = Math.max(Math.abs(point.dot(up)), Math.abs(point.dot(right)) / camera.aspect) / upwards;
-    distance = Math.max(distance, needed + point.dot(direction));
-  }
-  return distance || 1;
-}
-
-/** @param onPick  called with the number of the node that was clicked, or null beside the body */
-export function createStage(canvas: HTMLCanvasElement, onPick: (node: number | null) => void): Stage {
+/** @param nameHeight  of what stands above each view: the model and a line about it [CSS pixels] */
+export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight = 68): Stage {
   const renderer = new three.WebGLRenderer({ canvas, antialias: true });
   renderer.setClearColor(background);
   renderer.autoClear = false;
   const camera = new three.PerspectiveCamera(32, 1, 0.001, 100);
   camera.up.set(0, 0, 1);
   const controls = new OrbitControls(camera, canvas);
+  if (hooks.takesPress) {
+    // The left button and one finger may be the tool's.
+    controls.mouseButtons.RIGHT = three.MOUSE.ROTATE;
+    controls.touches.TWO = three.TOUCH.DOLLY_ROTATE;
+  }
   const sphere = new three.Sphere(new three.Vector3(), 1);
   let bodies: [Body, Body] | null = null;
   let nodes = new Int32Array();
   let places = new Float32Array(); // at rest
   let wasMoved = false;
   let isAsked = false;
+  let numViews: 1 | 2 = 2;
 
-  const layout = () => views(canvas.clientWidth, canvas.clientHeight);
+  const layout = () => viewsOf(canvas.clientWidth, canvas.clientHeight, numViews, nameHeight);
 
   function draw(): void {
     isAsked = false;
+    const start = performance.now();
     renderer.setScissorTest(false);
     renderer.clear();
     renderer.setScissorTest(true);
@@ -79,6 +81,7 @@ export function createStage(canvas: HTMLCanvasElement, onPick: (node: number | n
       body.faceLight(camera);
       renderer.render(body.scene, camera);
     }
+    hooks.onDrawn?.((performance.now() - start) / 1000);
   }
   function askForDrawing(): void {
     if (!isAsked) requestAnimationFrame(draw);
@@ -102,39 +105,53 @@ export function createStage(canvas: HTMLCanvasElement, onPick: (node: number | n
   }
 
   function resize(): void {
+    if (canvas.clientWidth === 0) return; // hidden
     renderer.setPixelRatio(window.devicePixelRatio);
     renderer.setSize(canvas.clientWidth, canvas.clientHeight, false);
-    const [view] = layout();
-    camera.aspect = view.width / Math.max(view.height, 1);
+    const view = layout()[0]!;
+    camera.aspect = view.width / view.height;
     camera.updateProjectionMatrix();
     if (!wasMoved) resetView();
     draw(); // at once: a canvas that was resized is empty
   }
 
-  function pick(event: PointerEvent): void {
+  function zoom(factor: number): void {
+    wasMoved = true;
+    camera.position.sub(controls.target).multiplyScalar(factor).add(controls.target);
+    controls.update();
+  }
+
+  function hitAt(event: PointerEvent): (Hit & { side: Side }) | null {
     const box = canvas.getBoundingClientRect();
     const [x, y] = [event.clientX - box.left, event.clientY - box.top];
-    const side = layout().findIndex((v) => x >= v.x && x < v.x + v.width && y >= v.y && y < v.y + v.height);
+    const side = layout().findIndex((v) => x >= v.x && x < v.x + v.width && y >= v.y && y < v.y + v.height) as Side;
     const view = layout()[side];
     const body = bodies?.[side];
-    if (!view || !body) return;
+    if (!view || !body) return null;
     const ray = new three.Raycaster();
     ray.setFromCamera(new three.Vector2((2 * (x - view.x)) / view.width - 1, 1 - (2 * (y - view.y)) / view.height), camera);
     const hit = ray.intersectObject(body.outside)[0];
-    if (!hit?.face) return onPick(null);
+    if (!hit?.face) return null;
     const vertices = body.outside.geometry.getAttribute('position');
     const corners = [hit.face.a, hit.face.b, hit.face.c].map((vertex) => ({
       vertex,
       distance: new three.Vector3().fromBufferAttribute(vertices as three.BufferAttribute, vertex).distanceTo(hit.point),
     }));
-    onPick(nodes[corners.sort((a, b) => a.distance - b.distance)[0]!.vertex]!);
+    const node = nodes[corners.sort((a, b) => a.distance - b.distance)[0]!.vertex]!;
+    return { side, point: hit.point.toArray(), inwards: hit.face.normal.clone().negate().toArray(), triangle: hit.faceIndex!, node };
   }
 
   let pressed: PointerEvent | null = null;
-  canvas.addEventListener('pointerdown', (event) => (pressed = event));
+  // Before the camera hears of it.
+  canvas.addEventListener('pointerdown', (event) => {
+    pressed = event;
+    const isTaken = event.button === 0 && (hooks.takesPress?.(event) ?? false);
+    controls.mouseButtons.LEFT = isTaken ? null : three.MOUSE.ROTATE;
+    controls.touches.ONE = isTaken ? null : three.TOUCH.ROTATE;
+  }, { capture: true });
   canvas.addEventListener('pointerup', (event) => {
     const isClick = pressed && Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY) < 4;
-    if (isClick && event.button === 0) pick(event);
+    if (isClick && event.button === 0) hooks.onPick?.(hitAt(event)?.node ?? null);
     pressed = null;
   });
   controls.addEventListener('start', () => (wasMoved = true));
@@ -158,22 +175,26 @@ export function createStage(canvas: HTMLCanvasElement, onPick: (node: number | n
       bodies?.[side].show(look);
       askForDrawing();
     },
+    mark(side, marks) {
+      bodies?.[side].mark(marks);
+      askForDrawing();
+    },
+    setViews(count) {
+      numViews = count;
+      const before = Math.min(camera.aspect, asWideAsHigh);
+      resize();
+      // Whoever has turned it goes on to see as much of it.
+      if (wasMoved) zoom(before / Math.min(camera.aspect, asWideAsHigh));
+    },
+    hitAt,
+    screenAt: (point) => screenAt(camera, layout()[0]!.height, point),
+    setZooming: (isZooming) => (controls.enableZoom = isZooming),
     resetView,
     turn(right, up) {
       wasMoved = true;
-      const offset = camera.position.clone().sub(controls.target);
-      const sideways = new three.Vector3().crossVectors(camera.up, offset).normalize();
-      const elevation = Math.asin(offset.z / offset.length());
-      const limit = Math.PI / 2 - 0.02;
-      const raise = Math.min(Math.max(elevation + up, -limit), limit) - elevation;
-      offset.applyAxisAngle(sideways, -raise).applyAxisAngle(camera.up, right);
-      camera.position.copy(controls.target).add(offset);
+      turnCamera(camera, controls.target, right, up);
       controls.update();
     },
-    zoom(factor) {
-      wasMoved = true;
-      camera.position.sub(controls.target).multiplyScalar(factor).add(controls.target);
-      controls.update();
-    },
+    zoom,
   };
 }

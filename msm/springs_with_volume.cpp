@@ -1,4 +1,4 @@
-#include "models/springs_with_volume.hpp"
+#include "msm/springs_with_volume.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include "msm/inversion_guard.hpp"
 #include "msm/spring_network.hpp"
 
-namespace livermark::models {
+namespace livermark::msm {
 
 namespace {
 
@@ -28,34 +28,34 @@ bool needs_volume(const core::Body &body) {
 
 } // namespace
 
-core::SpringNetwork springs_beside_volume(const core::Body &body, const msm::SpringLaw &law) {
+core::SpringNetwork springs_beside_volume(const core::Body &body, const SpringLaw &law) {
     auto spring_part = body;
     for (auto &material : spring_part.materials)
         material = {material.density, 2.5 * material.shear_modulus(), 0.25};
-    return msm::spring_network(spring_part, law);
+    return spring_network(spring_part, law);
 }
 
-std::shared_ptr<const msm::ElasticTerm> volume_beside_springs(const core::Body &body, const msm::VolumeTerm &term) {
+std::shared_ptr<const ElasticTerm> volume_beside_springs(const core::Body &body, const VolumeTerm &term) {
     std::vector<double> modulus;
     std::ranges::transform(body.materials, std::back_inserter(modulus), modulus_beside_springs);
     return term.make(body, modulus);
 }
 
-MassSprings springs_with_volume(const core::Body &body, core::SpringNetwork springs, const msm::VolumeTerm &term) {
-    std::vector<std::shared_ptr<const msm::ElasticTerm>> terms{msm::spring_term(springs)};
+MassSprings springs_with_volume(const core::Body &body, core::SpringNetwork springs, const VolumeTerm &term) {
+    std::vector<std::shared_ptr<const ElasticTerm>> terms{spring_term(springs)};
     if (needs_volume(body))
         terms.push_back(volume_beside_springs(body, term));
-    terms.push_back(msm::inversion_guard(body));
-    msm::ElasticBody elastic(springs.node_mass, std::move(terms));
+    terms.push_back(inversion_guard(body));
+    ElasticBody elastic(springs.node_mass, std::move(terms));
     return {std::move(springs), std::move(elastic)};
 }
 
-const msm::VolumeTerm &find_volume_term(std::string_view name) {
-    const auto table = msm::all_volume_terms();
-    const auto found = std::ranges::find(table, name, &msm::VolumeTerm::name);
+const VolumeTerm &find_volume_term(std::string_view name) {
+    const auto table = all_volume_terms();
+    const auto found = std::ranges::find(table, name, &VolumeTerm::name);
     if (found == table.end())
         throw std::logic_error(fmt::format("there is no volume term {}", name));
     return *found;
 }
 
-} // namespace livermark::models
+} // namespace livermark::msm

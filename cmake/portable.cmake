@@ -1,0 +1,23 @@
+# livermark_portable_sources(<target> <top>)
+# Compiles what moves the springs of the live page into a target: the same lines for WebAssembly and for the build that a
+# test holds it against. Neither has threads or CHOLMOD, and their numbers are the same to the last bit: sums in one order,
+# no fused multiplications, exact roots, and vectors of 16 bytes, because how long they are tells the order in which forces
+# are added up.
+include(extensions)
+function(livermark_portable_sources target top)
+  include(${top}/live/sources.cmake)
+  include(${top}/msm/sources.cmake)
+  list(TRANSFORM livermark_live_sources PREPEND ${top}/live/)
+  list(TRANSFORM livermark_portable_msm_sources PREPEND ${top}/msm/)
+  target_sources(${target} PRIVATE ${livermark_live_sources} ${livermark_portable_msm_sources}
+    ${top}/msm/kernels/team_of_one.cpp
+    ${top}/core/tetra_mesh.cpp ${top}/core/input_error.cpp)
+  set(CMAKE_CURRENT_SOURCE_DIR ${top}/msm)
+  livermark_extensions(${target} spring_laws TYPE SpringLaw HEADER msm/spring_law.hpp)
+  livermark_extensions(${target} integrators TYPE Integrator HEADER msm/integrator.hpp EXCLUDE implicit_euler)
+  livermark_extensions(${target} volume_terms TYPE VolumeTerm HEADER msm/volume_term.hpp)
+  target_include_directories(${target} PRIVATE ${top})
+  target_compile_definitions(${target} PRIVATE HWY_COMPILE_ONLY_STATIC LIVERMARK_EXACT_ROOTS
+    EIGEN_DONT_VECTORIZE FMT_HEADER_ONLY NDEBUG)
+  target_compile_options(${target} PRIVATE -ffp-contract=off)
+endfunction()

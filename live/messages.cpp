@@ -1,0 +1,188 @@
+#include "live/messages.hpp"
+
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <fmt/format.h>
+
+#include "core/input_error.hpp"
+#include "msm/spring_law.hpp"
+
+namespace livermark::live {
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "messages are copied as they lie in memory");
+
+/// Takes numbers from the front of a message.
+class Numbers {
+  public:
+    explicit Numbers(std::span<const double> numbers) : left_(numbers) {}
+
+    double number() {
+        if (left_.empty())
+            throw core::InputError("a message ends too early; load the page again");
+        const double value = left_.front();
+        left_ = left_.subspan(1);
+        return value;
+    }
+    int integer() {
+        const double value = number();
+        if (!(std::abs(value) <= 1e9 && value == std::floor(value)))
+            throw core::InputError(fmt::format("a message has {} where a whole number belongs", value));
+        return static_cast<int>(value);
+    }
+    /// Of something that takes so many numbers each.
+    std::size_t count() {
+        const int value = integer();
+        if (value < 0 || static_cast<std::size_t>(value) > left_.size())
+            throw core::InputError(fmt::format("a message says {} of something that is not in it", value));
+        return static_cast<std::size_t>(value);
+    }
+    core::Vector3 vector() {
+        const double x = number(), y = number();
+        return {x, y, number()};
+    }
+    template <std::size_t n> std::array<int, n> integers() {
+        std::array<int, n> values{};
+        for (int &value : values)
+            value = integer();
+        return values;
+    }
+    void end() const {
+        if (!left_.empty())
+            throw core::InputError("a message is longer than it should be; load the page again");
+    }
+
+  private:
+    std::span<const double> left_;
+};
+
+template <class T> void append(std::string &bytes, T value) {
+    char raw[sizeof value];
+    std::memcpy(raw, &value, sizeof value);
+    bytes.append(raw, sizeof value);
+}
+
+void append_vector(std::string &bytes, const core::Vector3 &v) {
+    for (const double x : v)
+        append(bytes, x);
+}
+
+std::string choose(Scene &scene, Numbers &numbers) {
+    const auto laws = msm::all_spring_laws();
+    const int law = numbers.integer();
+    if (law < 0 || law >= static_cast<int>(laws.size()))
+        throw core::InputError(fmt::format("there is no spring law {}; take 0 to {}", law, laws.size() - 1));
+    Settings settings;
+    settings.spring_law = laws[law].name;
+    settings.keeps_volume = numbers.integer() != 0;
+    settings.young_modulus = numbers.number();
+    settings.poisson_ratio = numbers.number();
+    settings.damping.alpha = numbers.number();
+    settings.damping.beta = numbers.number();
+    settings.time_step = numbers.number();
+    numbers.end();
+    const auto chosen = scene.choose(settings);
+    std::string bytes;
+    for (const double number : {chosen.time_step, chosen.longest_time_step, chosen.critical_time_step})
+        append(bytes, number);
+    append(bytes, static_cast<double>(chosen.num_springs));
+    return bytes;
+}
+
+std::string frame_bytes(const Frame &frame, double seconds) {
+    const auto &load = frame.load;
+    const auto count = [](const auto &list) { return static_cast<double>(list.size()); };
+    std::string bytes;
+    append(bytes, frame.time);
+    append_vector(bytes, frame.tool);
+    append_vector(bytes, frame.force);
+    for (const double number : {frame.indentation, frame.smallest_volume, static_cast<double>(frame.restarts), seconds,
+                                count(frame.displacement), count(load.nodes), count(load.triangles)})
+        append(bytes, number);
+    for (const int node : load.nodes)
+        append(bytes, static_cast<double>(node));
+    for (const int node : load.nodes)
+        append_vector(bytes, load.nodal[node]);
+    for (const int triangle : load.triangles)
+        append(bytes, static_cast<double>(frame.surface->facet[triangle]));
+    for (const int triangle : load.triangles)
+        append_vector(bytes, load.facet[triangle] / frame.surface->area[triangle]);
+    for (const auto &u : frame.displacement)
+        for (const double x : u)
+            append(bytes, static_cast<float>(x));
+    return bytes;
+}
+
+std::string move(Scene &scene, Numbers &numbers) {
+    using Clock = std::chrono::steady_clock;
+    Tool tool;
+    tool.kind = static_cast<ToolKind>(numbers.integer());
+    tool.target = numbers.vector();
+    tool.radius = numbers.number();
+    tool.node = numbers.integer();
+    const int num_steps = numbers.integer();
+    numbers.end();
+    const auto start = Clock::now();
+    const auto frame = scene.move(tool, num_steps);
+    return frame_bytes(frame, std::chrono::duration<double>(Clock::now() - start).count());
+}
+
+} // namespace
+
+std::unique_ptr<Scene> scene_of(std::span<const double> message) {
+    Numbers numbers(message);
+    const auto num_nodes = numbers.count(), num_tetrahedra = numbers.count(), num_regions = numbers.count(),
+               num_triangles = numbers.count();
+    core::Body body;
+    for (std::size_t i = 0; i < num_nodes; ++i)
+        body.mesh.points.push_back(numbers.vector());
+    for (std::size_t t = 0; t < num_tetrahedra; ++t)
+        body.mesh.tetrahedra.push_back(numbers.integers<4>());
+    for (std::size_t t = 0; t < num_tetrahedra; ++t)
+        body.mesh.region.push_back(numbers.integer());
+    body.materials.resize(num_regions);
+    for (auto &material : body.materials)
+        material.density = numbers.number();
+    for (auto &material : body.materials)
+        material.young_modulus = numbers.number();
+    for (auto &material : body.materials)
+        material.poisson_ratio = numbers.number();
+    body.mesh.region_names.resize(num_regions);
+    for (std::size_t f = 0; f < num_triangles; ++f)
+        body.mesh.boundary_triangles.push_back(numbers.integers<3>());
+    body.mesh.boundary_patch.assign(num_triangles, 0);
+    body.mesh.patch_names = {"boundary"};
+    std::vector<bool> is_held;
+    for (std::size_t f = 0; f < num_triangles; ++f)
+        is_held.push_back(numbers.integer() != 0);
+    numbers.end();
+    return std::make_unique<Scene>(std::move(body), is_held);
+}
+
+std::string reply(Scene &scene, std::span<const double> message) {
+    Numbers numbers(message);
+    switch (numbers.integer()) {
+    case 1:
+        return choose(scene, numbers);
+    case 2:
+        return move(scene, numbers);
+    case 3:
+        numbers.end();
+        scene.reset();
+        return {};
+    default:
+        throw core::InputError("a message of a kind that nobody knows here; load the page again");
+    }
+}
+
+std::string spring_law_names() {
+    std::string names;
+    for (const auto &law : msm::all_spring_laws())
+        names += (names.empty() ? "" : ",") + law.name;
+    return names;
+}
+
+} // namespace livermark::live

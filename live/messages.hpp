@@ -1,0 +1,38 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include "live/scene.hpp"
+
+/// What the live page says to a scene, and how it is answered, as numbers in a row: the same to the kernel in the page
+/// and to the one behind a socket. Numbers are float64, little-endian; so are the integers among them.
+namespace livermark::live {
+
+/// A body with what is held of it:
+///   N, M, R, T, points (N,3) [m], tetrahedra (M,4), region (M), density (R) [kg/m^3], Young's modulus (R) [Pa],
+///   Poisson's ratio (R), boundary triangles (T,3), held (T) 0 or 1
+/// @throws core::InputError if it is not that, or for what Scene refuses
+std::unique_ptr<Scene> scene_of(std::span<const double> message);
+
+/// Answers one message by its first number.
+///
+///     1, law, keeps volume, E [Pa], nu, alpha [1/s], beta [s], time step [s]
+///         law is an index into msm::all_spring_laws(). Answer: time step, the longest one, the critical one [s],
+///         number of springs
+///     2, tool, target (3) [m], radius [m], node, number of steps
+///         Answer: time [s], tool (3) [m], force (3) [N], indentation [m], smallest volume, restarts, seconds that the
+///         steps took, N, K, L; node (K), force (K,3) [N], facet (L), traction (L,3) [Pa]; and as float32 displacement
+///         (N,3) [m]
+///     3
+///         back to rest. The answer is empty.
+///
+/// @return bytes
+/// @throws core::InputError for any other message, or for what Scene refuses
+std::string reply(Scene &scene, std::span<const double> message);
+
+/// Names of the spring laws, in the order of their numbers, with commas between them.
+std::string spring_law_names();
+
+} // namespace livermark::live

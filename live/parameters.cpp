@@ -1,0 +1,172 @@
+#include "live/parameters.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <limits>
+
+#include "core/input_error.hpp"
+#include "live/material.hpp"
+#include "msm/highest_frequency.hpp"
+#include "msm/inversion_guard.hpp"
+#include "msm/spring_law.hpp"
+#include "msm/spring_network.hpp"
+#include "msm/tetrahedron_volume.hpp"
+#include "msm/time_step.hpp"
+#include "msm/volume_term.hpp"
+
+namespace livermark::live {
+
+namespace {
+
+/// Of the critical time step of a pressed body. What is pressed in one direction bulges in others, where its triangles
+/// get larger and its springs longer; with 0.8 one poke in two hundred was lost.
+constexpr double pressed_part = 0.5;
+/// Lowest frequency that the damping is looked at, as a part of the highest.
+constexpr double lowest_part = 1e-3;
+constexpr double reference_young_modulus = 1000.0; // [Pa]
+
+/// Written so that what is no number is outside.
+void check_range(const char *what, double value, double least, double most, const char *unit) {
+    if (!(value >= least && value <= most))
+        throw core::InputError(fmt::format("{} of {}{}: take one from {} to {}", what, value, unit, least, most));
+}
+
+const msm::SpringLaw &find_law(const std::string &name) {
+    const auto known = msm::all_spring_laws();
+    const auto found = std::ranges::find(known, name, &msm::SpringLaw::name);
+    if (found != known.end())
+        return *found;
+    std::vector<std::string> names;
+    for (const auto &law : known)
+        names.push_back(law.name);
+    throw core::InputError(
+        fmt::format("there is no spring law '{}'; known are: {}", core::shown(name), fmt::join(names, ", ")));
+}
+
+/// The same with the largest region's material everywhere.
+core::Body of_one_material(core::Body body) {
+    body.materials.assign(body.materials.size(), body.materials[largest_region(body.mesh)]);
+    return body;
+}
+
+/// Nobody presses a tumour to half its volume when it lies in something softer, and a guard as stiff as it is would ask
+/// for shorter steps. Springs alone get a guard as well: they would stay inside out. It does nothing before a
+/// tetrahedron has lost half its volume.
+std::shared_ptr<const msm::ElasticTerm> guard(const core::Body &body) {
+    return msm::inversion_guard(of_one_material(body));
+}
+
+const msm::Integrator &symplectic_euler() {
+    return msm::find_integrator("symplectic_euler");
+}
+
+} // namespace
+
+void check_settings(const Settings &settings) {
+    find_law(settings.spring_law);
+    check_range("a Young's modulus", settings.young_modulus, 1.0, 1e9, " Pa");
+    check_range("a Poisson's ratio", settings.poisson_ratio, 0.0, 0.49, "");
+    check_range("a damping by mass", settings.damping.alpha, 0.0, 1000.0, " 1/s");
+    check_range("a damping by stiffness", settings.damping.beta, 0.0, 0.1, " s");
+    check_range("a time step", settings.time_step, 0.0, 1.0, " s");
+}
+
+void check_tool(const Tool &tool, const Surface &surface) {
+    if (tool.kind == ToolKind::none)
+        return;
+    if (tool.kind != ToolKind::probe && tool.kind != ToolKind::pull)
+        throw core::InputError(
+            fmt::format("tool {}: take 0 for none, 1 for the probe or 2 for a pull", static_cast<int>(tool.kind)));
+    if (!tool.target.allFinite() || !(tool.target.norm() < 1e3))
+        throw core::InputError("a tool is led to a place that is none, or a kilometre away; lead it to the body");
+    check_range("a tool's radius", tool.radius, 1e-3, 0.1, " m");
+    if (tool.kind == ToolKind::pull && !std::ranges::binary_search(surface.nodes, tool.node))
+        throw core::InputError(
+            fmt::format("node {} cannot be pulled; take one of the surface that is not held", tool.node));
+}
+
+std::vector<bool> held_nodes(const core::TetraMesh &mesh, const std::vector<bool> &is_held) {
+    std::vector<bool> nodes(mesh.points.size(), false);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (is_held[f])
+            for (const int node : mesh.boundary_triangles[f])
+                nodes[node] = true;
+    return nodes;
+}
+
+msm::NodalConditions held_conditions(const std::vector<bool> &is_held) {
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    msm::NodalConditions conditions;
+    conditions.force.assign(is_held.size(), core::Vector3::Zero());
+    for (const bool held : is_held) {
+        conditions.displacement.emplace_back(core::Vector3::Constant(held ? 0.0 : nan));
+        conditions.constraint.push_back(held ? std::array{0, 0, 0} : std::array{-1, -1, -1});
+    }
+    return conditions;
+}
+
+msm::MassSprings mass_springs(const core::Body &body, const Settings &settings, SpringsOfLaws &kept) {
+    auto known = kept.find(settings.spring_law);
+    if (known == kept.end()) {
+        const auto reference = with_material(body, reference_young_modulus, 0.25);
+        known = kept.emplace(settings.spring_law, msm::spring_network(reference, find_law(settings.spring_law))).first;
+    }
+    auto springs = known->second;
+    const auto &material = body.materials[largest_region(body.mesh)];
+    const double carried = settings.keeps_volume ? 2.5 * material.shear_modulus() : material.young_modulus;
+    for (double &k : springs.stiffness)
+        k *= carried / reference_young_modulus;
+    std::vector<std::shared_ptr<const msm::ElasticTerm>> terms{msm::spring_term(springs), guard(body)};
+    // At Poisson's ratio 1/4 springs alone are the material.
+    if (settings.keeps_volume && settings.poisson_ratio != 0.25)
+        terms.push_back(msm::volume_beside_springs(body, msm::find_volume_term("nodal_volume")));
+    msm::ElasticBody elastic(springs.node_mass, std::move(terms));
+    return {std::move(springs), std::move(elastic)};
+}
+
+Chosen chosen_steps(const core::Body &body, const msm::MassSprings &parts, const msm::NodalConditions &conditions,
+                    const Settings &settings) {
+    const auto &points = body.mesh.points;
+    const double highest = msm::largest_angular_frequency(parts.body, points, conditions);
+    if (!(highest > 0.0))
+        throw core::InputError("nothing of the body can move; hold less of it");
+    Chosen chosen{.num_springs = static_cast<int>(parts.springs.edges.size())};
+    const auto critical = [&](double omega) {
+        return msm::critical_time_step(symplectic_euler(), settings.damping, lowest_part * omega, omega);
+    };
+    chosen.critical_time_step = critical(highest);
+    auto pressed = parts.body;
+    pressed.terms.push_back(msm::pressed_guard(of_one_material(body)));
+    const double highest_pressed = msm::largest_angular_frequency(pressed, points, conditions);
+    chosen.longest_time_step = pressed_part * critical(highest_pressed);
+    chosen.time_step = settings.time_step > 0.0 ? settings.time_step : chosen.longest_time_step;
+    // The last digits of the longest step are not those that another machine found.
+    if (chosen.time_step > chosen.longest_time_step * (1.0 + 1e-6))
+        throw core::InputError(fmt::format("a time step of {:.3g} s is too long; {:.3g} s is the longest that is safe",
+                                           chosen.time_step, chosen.longest_time_step));
+    return chosen;
+}
+
+double smallest_volume_ratio(const core::TetraMesh &mesh, const std::vector<core::Vector3> &displacement) {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (const auto &[a, b, c, d] : mesh.tetrahedra) {
+        const auto &x = mesh.points;
+        const double rest = core::signed_volume(x[a], x[b], x[c], x[d]);
+        const double now = core::signed_volume(x[a] + displacement[a], x[b] + displacement[b], x[c] + displacement[c],
+                                               x[d] + displacement[d]);
+        smallest = std::min(smallest, now / rest);
+    }
+    return smallest;
+}
+
+double indentation(const Load &load, const std::vector<core::Vector3> &displacement) {
+    const double force = load.total.norm();
+    double work = 0.0;
+    for (const int node : load.nodes)
+        work += load.nodal[node].dot(displacement[node]);
+    return force > 0.0 ? work / force : 0.0;
+}
+
+} // namespace livermark::live

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "live/scene.hpp"
+#include "msm/nodal_conditions.hpp"
+#include "msm/springs_with_volume.hpp"
+
+/// From what somebody may choose to what moves, and whether it may be chosen.
+namespace livermark::live {
+
+/// @throws core::InputError with what is wrong and the remedy
+void check_body(const core::Body &body, const std::vector<bool> &is_held);
+void check_settings(const Settings &settings);
+void check_tool(const Tool &tool, const Surface &surface);
+
+/// Nodes of boundary triangles that are held, shape (N).
+std::vector<bool> held_nodes(const core::TetraMesh &mesh, const std::vector<bool> &is_held);
+
+/// No loads, and these nodes do not move.
+msm::NodalConditions held_conditions(const std::vector<bool> &is_held);
+
+using SpringsOfLaws = std::map<std::string, core::SpringNetwork, std::less<>>;
+
+/// Springs, and what else the settings ask for. The stiffness that a law gives is Young's modulus times a number of the
+/// mesh, so each law is asked once and its answer kept.
+/// @param kept  springs of laws for the body with another Young's modulus, all regions in the same ratio
+msm::MassSprings mass_springs(const core::Body &body, const Settings &settings, SpringsOfLaws &kept);
+
+/// The steps that a body may take, and does: the longest one bears a body whose tetrahedra are pressed until their
+/// guards make them as stiff as these are.
+Chosen chosen_steps(const core::Body &body, const msm::MassSprings &parts, const msm::NodalConditions &conditions,
+                    const Settings &settings);
+
+/// Of all tetrahedra the smallest volume, as a part of what it is at rest.
+double smallest_volume_ratio(const core::TetraMesh &mesh, const std::vector<core::Vector3> &displacement);
+
+/// How far a body gives way under nodal forces, sum of f_i . u_i / |sum of f_i| [m]; 0 without a force.
+double indentation(const Load &load, const std::vector<core::Vector3> &displacement);
+
+} // namespace livermark::live

@@ -1,0 +1,186 @@
+#include "live/scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <utility>
+
+#include "core/input_error.hpp"
+#include "live/material.hpp"
+#include "live/parameters.hpp"
+#include "msm/extent.hpp"
+
+namespace livermark::live {
+
+namespace {
+
+constexpr int most_steps = 10000;
+/// What the surface of a body resists for each metre that a probe is in it, in Young's moduli by the probe's radius.
+constexpr double contact_stiffening = 20.0;
+/// What is added to a node may not be stiffer than this part of m / h^2, of which 4 is the limit of the step.
+constexpr double bearable_part = 0.4;
+constexpr double stiffest_grip = 2000.0; ///< [N/m]
+/// The triangles near a probe are found again after so many steps; nothing moves further meanwhile than the margin.
+constexpr int steps_between_searches = 8;
+constexpr double search_margin = 0.008; ///< [m]
+/// A body that has moved by so many times its size is lost.
+constexpr double largest_motion = 1.0;
+
+} // namespace
+
+Scene::Scene(core::Body body, const std::vector<bool> &is_held) : body_(std::move(body)) {
+    check_body(body_, is_held);
+    surface_ = touchable_surface(body_.mesh, is_held);
+    is_held_ = held_nodes(body_.mesh, is_held);
+    extent_ = msm::extent(body_.mesh.points);
+    load_ = no_load(surface_);
+}
+
+Chosen Scene::choose(const Settings &settings) {
+    check_settings(settings);
+    const auto body = with_material(body_, settings.young_modulus, settings.poisson_ratio);
+    const auto parts = mass_springs(body, settings, springs_);
+    const auto conditions = held_conditions(is_held_);
+    const auto chosen = chosen_steps(body, parts, conditions, settings);
+
+    auto next = msm::FastSteps::prepare(parts.body, body_.mesh.points, conditions, settings.damping, "symplectic_euler",
+                                        chosen.time_step, {.precision = msm::ForcePrecision::single_precision});
+    if (steps_)
+        next->set_state(steps_->state());
+    steps_ = std::move(next);
+    node_mass_ = parts.body.node_mass;
+    young_modulus_ = settings.young_modulus;
+    time_step_ = chosen.time_step;
+    fit_tool();
+    return chosen;
+}
+
+core::Vector3 Scene::position(int node) const {
+    return body_.mesh.points[node] + steps_->displacement(node);
+}
+
+double Scene::bearable_stiffness(int node) const {
+    return is_held_[node] ? std::numeric_limits<double>::infinity()
+                          : bearable_part * node_mass_[node] / (time_step_ * time_step_);
+}
+
+/// Begins with a tool where it differs from the one before.
+void Scene::take_up(const Tool &tool) {
+    const bool is_same = tool.kind == tool_.kind && tool.radius == tool_.radius &&
+                         (tool.kind != ToolKind::pull || tool.node == tool_.node);
+    tool_ = tool;
+    if (is_same)
+        return;
+    for (const int node : load_.nodes)
+        steps_->set_load(node, core::Vector3::Zero());
+    clear(load_);
+    hand_ = {.position = tool.target, .target = tool.target};
+    if (tool.kind == ToolKind::pull) {
+        grip_ = grip_around(surface_, body_.mesh.points, tool.node, tool.radius);
+        hand_.position = hand_.target = mean_over(grip_, surface_, [&](int i) { return position(i); });
+    }
+    fit_tool();
+}
+
+/// How stiff a tool may be for these steps.
+void Scene::fit_tool() {
+    if (tool_.kind == ToolKind::probe) {
+        contact_modulus_.assign(surface_.triangles.size(), contact_stiffening * young_modulus_ / tool_.radius);
+        for (std::size_t t = 0; t < surface_.triangles.size(); ++t)
+            for (const int node : surface_.triangles[t])
+                contact_modulus_[t] =
+                    std::min(contact_modulus_[t], bearable_stiffness(node) / surface_.nodal_area[node]);
+    }
+    if (tool_.kind == ToolKind::pull) {
+        auto unit = no_load(surface_);
+        add_pull(grip_, surface_, core::Vector3::UnitX(), unit);
+        grip_stiffness_ = stiffest_grip;
+        for (const int node : unit.nodes)
+            grip_stiffness_ = std::min(grip_stiffness_, bearable_stiffness(node) / unit.nodal[node].x());
+    }
+}
+
+/// The forces of the tool, from where the body is now.
+void Scene::touch(int step) {
+    const auto before = load_.nodes;
+    clear(load_);
+    const auto position_of = [&](int node) { return position(node); };
+    if (tool_.kind == ToolKind::probe) {
+        const Sphere sphere{hand_.position, tool_.radius};
+        if (step % steps_between_searches == 0)
+            near_ = near_triangles(surface_, sphere, search_margin, position_of);
+        add_contact(surface_, near_, sphere, contact_modulus_, position_of, load_);
+    } else {
+        const core::Vector3 held = mean_over(grip_, surface_, position_of);
+        add_pull(grip_, surface_, grip_stiffness_ * (hand_.position - held), load_);
+    }
+    for (const int node : before)
+        if (load_.nodal[node].isZero(0.0))
+            steps_->set_load(node, core::Vector3::Zero());
+    for (const int node : load_.nodes)
+        steps_->set_load(node, load_.nodal[node]);
+}
+
+Frame Scene::move(const Tool &tool, int num_steps) {
+    if (!steps_)
+        throw core::InputError("nothing has been chosen yet that could move; choose a spring law first");
+    if (num_steps < 0 || num_steps > most_steps)
+        throw core::InputError(fmt::format("{} steps at once; ask for 0 to {}", num_steps, most_steps));
+    check_tool(tool, surface_);
+    take_up(tool);
+    // What a pull draws to its target is the node; the rest of what it holds stays around it.
+    const core::Vector3 goal = tool.kind == ToolKind::pull
+                                   ? core::Vector3(tool.target + grip_.rest - body_.mesh.points[tool.node])
+                                   : tool.target;
+    if (tool.kind == ToolKind::none)
+        steps_->take(num_steps);
+    for (int step = 0; step < num_steps && tool.kind != ToolKind::none; ++step) {
+        follow(hand_, goal, time_step_);
+        touch(step);
+        advance(hand_, -load_.total, time_step_);
+        steps_->take(1);
+    }
+    time_ += num_steps * time_step_;
+    return frame();
+}
+
+Frame Scene::frame() {
+    auto state = steps_->state();
+    if (is_lost(state)) {
+        reset();
+        ++restarts_;
+        state = steps_->state();
+    }
+    Frame frame;
+    frame.time = time_;
+    frame.tool = hand_.position;
+    frame.force = -load_.total;
+    frame.restarts = restarts_;
+    frame.displacement = msm::to_field(state.displacement);
+    frame.smallest_volume = smallest_volume_ratio(body_.mesh, frame.displacement);
+    frame.indentation = indentation(load_, frame.displacement);
+    frame.load = load_;
+    frame.surface = &surface_;
+    return frame;
+}
+
+bool Scene::is_lost(const msm::State &state) const {
+    // Written so that what is no number counts as lost.
+    return !(state.displacement.lpNorm<Eigen::Infinity>() < largest_motion * extent_ && state.velocity.allFinite() &&
+             hand_.position.allFinite());
+}
+
+void Scene::reset() {
+    if (!steps_)
+        return;
+    const auto size = static_cast<Eigen::Index>(3 * body_.mesh.points.size());
+    for (const int node : load_.nodes)
+        steps_->set_load(node, core::Vector3::Zero());
+    clear(load_);
+    steps_->set_state({Eigen::VectorXd::Zero(size), Eigen::VectorXd::Zero(size)});
+    tool_ = {};
+    hand_ = {};
+}
+
+} // namespace livermark::live

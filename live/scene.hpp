@@ -1,0 +1,98 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/problem.hpp"
+#include "live/hand.hpp"
+#include "msm/kernels/fast_steps.hpp"
+
+namespace livermark::live {
+
+/// What may be chosen while a body moves.
+struct Settings {
+    std::string spring_law = "patch"; ///< of msm::all_spring_laws()
+    bool keeps_volume = true;         ///< springs carry lambda = mu, a nodal volume term the rest
+    double young_modulus = 0.0;       ///< of the region with the largest volume [Pa]; the others keep their ratio to it
+    double poisson_ratio = 0.45;      ///< of all regions, in [0, 0.49]; springs alone take no notice
+    core::RayleighDamping damping{.alpha = 10.0, .beta = 0.0};
+    double time_step = 0.0; ///< [s]; 0 takes the longest
+};
+
+/// What the settings come to.
+struct Chosen {
+    double time_step = 0.0;          ///< [s]
+    double longest_time_step = 0.0;  ///< that may be asked for [s]
+    double critical_time_step = 0.0; ///< predicted, of symplectic Euler on the body at rest [s]
+    int num_springs = 0;
+};
+
+/// A body after some steps with a tool.
+struct Frame {
+    double time = 0.0;                           ///< since the start [s]
+    core::Vector3 tool = core::Vector3::Zero();  ///< centre of the probe, or of what is pulled [m]
+    core::Vector3 force = core::Vector3::Zero(); ///< of the body on the tool [N]
+    double indentation = 0.0;                    ///< sum of f_i . u_i / |sum of f_i| over the nodal forces [m]
+    double smallest_volume = 1.0; ///< of a tetrahedron, as a part of its volume at rest; below 0 it is inverted
+    int restarts = 0;             ///< how often the motion has left all bounds and was set back to rest
+    std::vector<core::Vector3> displacement; ///< (N) [m]
+    Load load;                               ///< of the tool on the body, in the last step
+    const Surface *surface = nullptr;        ///< that the triangles of the load belong to
+};
+
+/// A soft body under somebody's hand: springs with or without a volume term, in steps of symplectic Euler by the fast
+/// kernels, and a tool that pokes or pulls. The same calls give the same bits on every machine if the kernels do, that
+/// is, in the portable build.
+class Scene {
+  public:
+    /// @param is_held  shape (T), boundary triangles whose nodes never move
+    /// @throws core::InputError if the body is not one that can move, or nothing is held, or nothing is free
+    Scene(core::Body body, const std::vector<bool> &is_held);
+
+    /// Takes other parameters, and goes on from where the body is.
+    /// @throws core::InputError if there is no such law, or a number is out of its range
+    Chosen choose(const Settings &settings);
+
+    /// Takes steps.
+    /// @param num_steps  0 ... 10000
+    /// @throws core::InputError if nothing has been chosen, or the tool is no tool
+    Frame move(const Tool &tool, int num_steps);
+
+    /// Puts the body to where it is without loads, at rest, and takes the tool away.
+    void reset();
+
+    const core::Body &body() const { return body_; }
+
+  private:
+    void take_up(const Tool &tool);
+    void fit_tool();
+    void touch(int step);
+    double bearable_stiffness(int node) const;
+    core::Vector3 position(int node) const;
+    bool is_lost(const msm::State &state) const;
+    Frame frame();
+
+    core::Body body_;
+    std::vector<bool> is_held_; ///< (N)
+    Surface surface_;
+    double extent_ = 0.0;                                             ///< [m]
+    std::map<std::string, core::SpringNetwork, std::less<>> springs_; ///< of each law, for the unit body
+
+    std::optional<msm::FastSteps> steps_;
+    std::vector<double> node_mass_; ///< (N) [kg]
+    double young_modulus_ = 0.0;    ///< [Pa]
+    double time_step_ = 0.0;        ///< [s]
+    Tool tool_;
+    Hand hand_;
+    Grip grip_;
+    std::vector<int> near_;               ///< triangles that the probe may reach
+    std::vector<double> contact_modulus_; ///< (L) [Pa/m]
+    double grip_stiffness_ = 0.0;         ///< [N/m]
+    Load load_;
+    double time_ = 0.0;
+    int restarts_ = 0;
+};
+
+} // namespace livermark::live

@@ -1,0 +1,2 @@
+set(livermark_live_sources body_checks.cpp contact.cpp hand.cpp material.cpp messages.cpp parameters.cpp scene.cpp
+  surface.cpp)

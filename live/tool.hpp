@@ -1,0 +1,21 @@
+#pragma once
+
+#include "core/tetra_mesh.hpp"
+
+namespace livermark::live {
+
+/// What the hand does. The numbers are those of the messages.
+enum class ToolKind {
+    none = 0,
+    probe = 1, ///< a sphere that follows the target and is stopped by the surface
+    pull = 2   ///< takes hold of the surface around a node and draws it to the target
+};
+
+struct Tool {
+    ToolKind kind = ToolKind::none;
+    core::Vector3 target = core::Vector3::Zero(); ///< of the centre of the sphere, or of the node [m]
+    double radius = 0.01;                         ///< of the sphere, or of what is held [m], > 0
+    int node = 0;                                 ///< of the surface; looked at by a pull alone
+};
+
+} // namespace livermark::live

@@ -1,0 +1,103 @@
+#include "msm/highest_frequency.hpp"
+
+#include <Spectra/SymEigsSolver.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <stdexcept>
+
+#include "msm/free_components.hpp"
+
+namespace livermark::msm {
+
+namespace {
+
+using Field = std::vector<core::Vector3>;
+
+/// Of the largest omega^2: its residual bounds the error of an eigenvalue.
+constexpr double largest_tolerance = 1e-9;
+constexpr int most_restarts = 1000;
+constexpr Eigen::Index num_vectors_for_largest = 40;
+
+/// y = M^-1/2 K M^-1/2 x, term by term, as Spectra asks for it. At rest the dashpots of a term act as K would.
+class ScaledStiffness {
+  public:
+    using Scalar = double;
+    ScaledStiffness(const ElasticBody &body, const Field &positions, const FreeComponents &free)
+        : body_(body), free_(free), inverse_root_mass_(inverse_root_mass(body.node_mass, free)),
+          rest_(to_unknowns(positions)), at_rest_(product(Eigen::VectorXd::Zero(rest_.size()))) {}
+
+    Eigen::Index rows() const { return free_.size(); }
+    Eigen::Index cols() const { return free_.size(); }
+    void perform_op(const double *x, double *y) const {
+        displacement_.assign(body_.node_mass.size(), core::Vector3::Zero());
+        free_.add(displacement_, Eigen::VectorXd::Map(x, rows()).cwiseProduct(inverse_root_mass_), 1.0);
+        const Eigen::VectorXd force = product(to_unknowns(displacement_)) - at_rest_;
+        Eigen::VectorXd::Map(y, rows()) = free_.gather(to_field(force)).cwiseProduct(inverse_root_mass_);
+    }
+
+  private:
+    /// K v, and the forces that rounding leaves at rest.
+    Eigen::VectorXd product(const Eigen::VectorXd &v) const {
+        Eigen::VectorXd force = Eigen::VectorXd::Zero(v.size());
+        for (const auto &term : body_.terms)
+            term->add_force(rest_, v, 1.0, force);
+        return -force;
+    }
+
+    const ElasticBody &body_;
+    const FreeComponents &free_;
+    Eigen::VectorXd inverse_root_mass_;
+    Eigen::VectorXd rest_, at_rest_;
+    mutable Field displacement_;
+};
+
+/// Lanczos's method has no room in fewer unknowns than it keeps vectors, but there the matrix can be written down.
+double largest_of_few(const ScaledStiffness &stiffness) {
+    Eigen::MatrixXd matrix(stiffness.rows(), stiffness.cols());
+    const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols());
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c)
+        stiffness.perform_op(unit.col(c).data(), matrix.col(c).data());
+    return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
+}
+
+} // namespace
+
+double largest_angular_frequency(const ElasticBody &body, const Field &positions, const NodalConditions &conditions) {
+    const FreeComponents free(conditions.displacement);
+    if (free.size() == 0)
+        return 0.0;
+    ScaledStiffness stiffness(body, positions, free);
+    if (free.size() <= num_vectors_for_largest)
+        return std::sqrt(std::max(0.0, largest_of_few(stiffness)));
+    // Three are asked for, so that a near copy of the largest is told from it and does not slow it down.
+    Spectra::SymEigsSolver<ScaledStiffness> lanczos(stiffness, 3, num_vectors_for_largest);
+    lanczos.init(); // from a random vector of fixed seed
+    lanczos.compute(Spectra::SortRule::LargestAlge, most_restarts, largest_tolerance, Spectra::SortRule::LargestAlge);
+    if (lanczos.info() != Spectra::CompInfo::Successful)
+        throw std::runtime_error(
+            fmt::format("the largest frequency did not converge in {} restarts of Lanczos's method", most_restarts));
+    return std::sqrt(lanczos.eigenvalues()[0]);
+}
+
+double gershgorin_angular_frequency(const ElasticBody &body, const Field &positions,
+                                    const NodalConditions &conditions) {
+    std::vector<Eigen::Matrix3d> block(body.node_mass.size(), Eigen::Matrix3d::Zero());
+    for (const auto &term : body.terms)
+        term->add_block_bound(to_unknowns(positions), block);
+    double largest = 0.0;
+    for (std::size_t i = 0; i < block.size(); ++i) {
+        for (int c = 0; c < 3; ++c)
+            if (!std::isnan(conditions.displacement[i][c])) {
+                block[i].row(c).setZero();
+                block[i].col(c).setZero();
+            }
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(block[i], Eigen::EigenvaluesOnly);
+        largest = std::max(largest, eigen.eigenvalues()[2] / body.node_mass[i]);
+    }
+    return std::sqrt(largest);
+}
+
+} // namespace livermark::msm

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <cstdint>
+#include <fmt/format.h>
+#include <optional>
+#include <string>
+
+#include "server/conversation.hpp"
+
+/// What a browser sends to a server on this machine, and what nobody else should.
+namespace livermark::tests {
+
+using UpgradeRequest = boost::beast::http::request<boost::beast::http::empty_body>;
+
+inline std::string own_host(std::uint16_t port) {
+    return fmt::format("127.0.0.1:{}", port);
+}
+
+inline std::string own_origin(std::uint16_t port) {
+    return "http://" + own_host(port);
+}
+
+/// A request to upgrade as a page sends it.
+inline UpgradeRequest upgrade(std::uint16_t port, const std::string &target) {
+    UpgradeRequest request(boost::beast::http::verb::get, target, 11);
+    request.set(boost::beast::http::field::host, own_host(port));
+    request.set(boost::beast::http::field::origin, own_origin(port));
+    request.set(boost::beast::http::field::connection, "Upgrade");
+    request.set(boost::beast::http::field::upgrade, "websocket");
+    request.set(boost::beast::http::field::sec_websocket_version, "13");
+    request.set(boost::beast::http::field::sec_websocket_key, "dGhlIHNhbXBsZSBub25jZQ==");
+    return request;
+}
+
+/// What HTTP answers, which is 101 where a WebSocket begins.
+inline int status_of(const UpgradeRequest &request, std::uint16_t port) {
+    boost::asio::io_context context;
+    boost::asio::ip::tcp::socket socket(context);
+    socket.connect({boost::asio::ip::address_v4::loopback(), port});
+    boost::beast::http::write(socket, request);
+    boost::beast::flat_buffer buffer;
+    boost::beast::http::response<boost::beast::http::string_body> response;
+    boost::beast::http::read(socket, buffer, response);
+    return response.result_int();
+}
+
+/// A WebSocket of a page.
+class WebSocketClient {
+  public:
+    explicit WebSocketClient(std::uint16_t port) : port_(port), stream_(context_) {
+        boost::beast::get_lowest_layer(stream_).connect({boost::asio::ip::address_v4::loopback(), port});
+    }
+
+    bool open(const std::string &target) {
+        stream_.set_option(
+            boost::beast::websocket::stream_base::decorator([this](boost::beast::websocket::request_type &request) {
+                request.set(boost::beast::http::field::origin, own_origin(port_));
+            }));
+        boost::beast::error_code error;
+        stream_.handshake(own_host(port_), target, error);
+        return !error;
+    }
+    void send(const std::string &bytes, bool is_binary = false) {
+        boost::beast::error_code error; // of a server that has closed while this was still being written
+        stream_.binary(is_binary);
+        stream_.write(boost::asio::buffer(bytes), error);
+    }
+    /// @return nothing if the socket was closed; close_code says how
+    std::optional<server::Message> receive() {
+        server::Message message;
+        auto bytes = boost::asio::dynamic_buffer(message.bytes);
+        boost::beast::error_code error;
+        stream_.read(bytes, error);
+        if (error) {
+            close_code = stream_.reason().code;
+            return std::nullopt;
+        }
+        message.is_binary = stream_.got_binary();
+        return message;
+    }
+    std::string reply_to(const std::string &text) {
+        send(text);
+        const auto reply = receive();
+        return reply ? reply->bytes : "closed";
+    }
+    void vanish() { boost::beast::get_lowest_layer(stream_).close(); }
+    void close() {
+        boost::beast::error_code error;
+        stream_.close(boost::beast::websocket::close_code::normal, error);
+    }
+
+    int close_code = 0;
+
+  private:
+    std::uint16_t port_;
+    boost::asio::io_context context_;
+    boost::beast::websocket::stream<boost::asio::ip::tcp::socket> stream_;
+};
+
+} // namespace livermark::tests

@@ -1,0 +1,94 @@
+// Finite elements beside the springs: on or off, and what is said of them.
+import { byId } from '../page/elements.ts';
+import { percent } from '../picture/scale.ts';
+import { tell } from './readings.ts';
+import type { Scene } from './scene.ts';
+import { femEngine } from './socket_engines.ts';
+import { startAsking, type Asking, type Truth } from './truth.ts';
+import type { LiveBody, LiveFrame, LiveSettings } from './types.ts';
+
+export interface Following {
+  open(body: LiveBody, settings: LiveSettings): void;
+  choose(settings: LiveSettings): void;
+  follow(frame: LiveFrame): void;
+}
+
+const readings = ['live-fem-springs', 'live-fem-indentation', 'live-fem-elements', 'live-fem-off', 'live-fem-error'];
+const box = () => byId<HTMLInputElement>('live-fem');
+
+function tellTruth({ springs, elements, error, isAtRest }: Truth): void {
+  const off = springs / elements - 1;
+  const mm = (metres: number) => `${(1000 * metres).toFixed(2).replace('-', '−')} mm`;
+  tell('live-fem-springs', springs, mm(springs));
+  tell('live-fem-indentation', elements, mm(elements));
+  tell('live-fem-elements', elements, mm(elements));
+  tell('live-fem-off', off, `${off > 0 ? '+' : ''}${off < 0 ? '−' : ''}${percent(Math.abs(off))} %`);
+  tell('live-fem-error', error, `${percent(error)} %`);
+  tell('live-fem-state', Number(isAtRest), isAtRest ? 'at rest' : 'in motion: springs have inertia and damping, FEM has not');
+}
+
+export function startFollowing(scene: Scene, complain: (error: unknown) => void): Following {
+  let body: LiveBody | null = null;
+  let settings: LiveSettings | null = null;
+  let asking: Asking | null = null;
+  let hasAnswer = false;
+  let before: LiveFrame | null = null;
+
+  /** Nothing is touched: finite elements are at rest. */
+  function forget(): void {
+    hasAnswer = false;
+    for (const id of readings) tell(id, Number.NaN, '–');
+    tell('live-fem-state', Number.NaN, 'when the body is touched and FEM has answered');
+    scene.showElements(new Float32Array(body!.points.length));
+  }
+
+  function stop(): void {
+    asking?.close();
+    asking = null;
+    box().checked = false;
+    byId('live-fem-readings').hidden = byId('live-names').hidden = true;
+    scene.showElements(null);
+  }
+
+  function start(): void {
+    if (!body || !settings) return stop();
+    byId('live-fem-readings').hidden = byId('live-names').hidden = false;
+    forget();
+    const show = (truth: Truth) => {
+      hasAnswer = true;
+      tellTruth(truth);
+      scene.showElements(truth.displacement);
+    };
+    const fail = (error: unknown) => {
+      stop();
+      complain(error);
+    };
+    asking = startAsking(femEngine(), body, settings, show, fail);
+  }
+
+  box().addEventListener('change', () => (box().checked ? start() : stop()));
+  return {
+    open(next, chosen) {
+      const goesOn = next === body && box().checked;
+      stop();
+      body = next;
+      settings = chosen;
+      before = null;
+      box().disabled = next.file === '';
+      byId('live-fem-hint').hidden = next.file !== '';
+      if (goesOn) {
+        box().checked = true;
+        start();
+      }
+    },
+    choose(chosen) {
+      settings = chosen;
+      asking?.choose(chosen);
+    },
+    follow(frame) {
+      if (asking && hasAnswer && frame.loadedFacets.length === 0) forget();
+      if (before) asking?.ask(frame, before);
+      before = frame;
+    },
+  };
+}

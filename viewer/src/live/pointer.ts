@@ -1,0 +1,126 @@
+// Mouse, finger and keys as motions of the hand.
+import type { Stage } from '../picture/stage.ts';
+import { goalOf, letGo, plus, pushTo, slide, take, type Hand } from './hand.ts';
+import type { LiveBody, Vector } from './types.ts';
+
+export interface Handling {
+  hand(): Hand;
+  change(hand: Hand): void;
+  body(): LiveBody | null;
+  /** Whether a tool stays where it is when the button is let go. */
+  stays(): boolean;
+  say(sentence: string): void;
+}
+
+const heldSentence = 'The load case holds the body there: nothing gives way. Turn it and take another place.';
+const perNotch = 0.0005 / 100; // of the wheel: half a millimetre [m/pixel]
+const linesToPixels = 33;
+
+export interface Pointer {
+  takesPress(event: PointerEvent): boolean;
+}
+
+/** Moves of the pointer across the screen, seen at what is held. */
+function across(stage: Stage, hand: Hand, right: number, down: number): Vector {
+  const screen = stage.screenAt(hand.grasp!.point);
+  return plus(screen.right.map((x) => x * right * screen.metresPerPixel) as Vector, screen.up, -down * screen.metresPerPixel);
+}
+
+/** @param stage  asked for when there is a pointer on it */
+export function createPointer(canvas: HTMLCanvasElement, stage: () => Stage, handling: Handling): Pointer {
+  let pressed: { id: number; x: number; y: number } | null = null;
+
+  function release(lets: boolean): void {
+    pressed = null;
+    stage().setZooming(true);
+    if (lets) handling.change(letGo(handling.hand()));
+  }
+  canvas.addEventListener('pointermove', (event) => {
+    const hand = handling.hand();
+    if (event.pointerId !== pressed?.id || !hand.grasp) return;
+    const [right, down] = [event.clientX - pressed.x, event.clientY - pressed.y];
+    pressed = { id: pressed.id, x: event.clientX, y: event.clientY };
+    // Away from oneself is into the body.
+    const deeper = -down * stage().screenAt(hand.grasp.point).metresPerPixel;
+    handling.change(event.shiftKey ? pushTo(hand, goalOf(hand) + deeper) : slide(hand, across(stage(), hand, right, down)));
+  });
+  canvas.addEventListener('pointerup', (event) => event.pointerId === pressed?.id && release(!handling.stays()));
+  canvas.addEventListener('pointercancel', (event) => event.pointerId === pressed?.id && release(true));
+  canvas.addEventListener('wheel', (event) => {
+    if (!pressed) return;
+    event.preventDefault();
+    // With Shift a wheel rolls sideways on some systems.
+    const pixels = (event.deltaY || event.deltaX) * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? linesToPixels : 1);
+    handling.change(pushTo(handling.hand(), goalOf(handling.hand()) - pixels * perNotch));
+  }, { passive: false });
+  canvas.addEventListener('contextmenu', (event) => event.preventDefault());
+
+  return {
+    takesPress(event) {
+      const [hand, body] = [handling.hand(), handling.body()];
+      if (pressed) {
+        // A second finger: both turn the body.
+        release(true);
+        return false;
+      }
+      if (hand.kind === 'none' || !body) return false;
+      const hit = stage().hitAt(event);
+      if (!hit || hit.side !== 0) return false;
+      if (body.held[hit.triangle]) {
+        handling.say(heldSentence);
+        return false;
+      }
+      pressed = { id: event.pointerId, x: event.clientX, y: event.clientY };
+      canvas.setPointerCapture(event.pointerId);
+      stage().setZooming(false);
+      handling.say('');
+      handling.change(take(hand, hit));
+      return true;
+    },
+  };
+}
+
+const millimetre = 0.001;
+const turned = Math.PI / 18;
+
+export interface KeyActions extends Handling {
+  touch(): void;
+  pause(): void;
+  step(): void;
+}
+
+/** Keys on the picture. Arrows turn the body; with Shift they move the tool. */
+export function listenToKeys(canvas: HTMLCanvasElement, stage: () => Stage, actions: KeyActions): void {
+  const push = (metres: number) => actions.change(pushTo(actions.hand(), goalOf(actions.hand()) + metres));
+  const arrow = (right: number, up: number, moves: boolean) => {
+    const hand = actions.hand();
+    if (!moves) return stage().turn(right * turned, up * turned);
+    if (!hand.grasp) return;
+    const { metresPerPixel } = stage().screenAt(hand.grasp.point);
+    const pixels = millimetre / metresPerPixel;
+    actions.change(slide(hand, across(stage(), hand, right * pixels, -up * pixels)));
+  };
+  const keys: Record<string, (isShifted: boolean) => void> = {
+    ArrowLeft: (moves) => arrow(-1, 0, moves),
+    ArrowRight: (moves) => arrow(1, 0, moves),
+    ArrowUp: (moves) => arrow(0, 1, moves),
+    ArrowDown: (moves) => arrow(0, -1, moves),
+    PageDown: () => push(millimetre),
+    PageUp: () => push(-millimetre),
+    Enter: actions.touch,
+    Escape: () => actions.change(letGo(actions.hand())),
+    ' ': actions.pause,
+    '.': actions.step,
+    '+': () => stage().zoom(0.9),
+    '=': () => stage().zoom(0.9),
+    '-': () => stage().zoom(1 / 0.9),
+    r: () => stage().resetView(),
+    R: () => stage().resetView(),
+  };
+  canvas.addEventListener('keydown', (event) => {
+    const action = keys[event.key];
+    if (!action || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    action(event.shiftKey);
+  });
+}

@@ -1,0 +1,67 @@
+// The numbers of the body that moves. Each element also has its number as it is, in data-value.
+import { byId } from '../page/elements.ts';
+import { millimetres, short } from '../picture/scale.ts';
+import { length } from './hand.ts';
+import type { Timing } from './session.ts';
+import type { LiveFrame } from './types.ts';
+
+/** Text and value of an output. @param value  in SI units; NaN where there is none */
+export function tell(id: string, value: number, text: string): void {
+  const output = byId(id);
+  output.dataset['value'] = String(value);
+  if (output.textContent !== text) output.textContent = text;
+}
+
+export function showFrame(frame: LiveFrame, numSteps: number): void {
+  const force = length(frame.force);
+  tell('live-force', force, `${force.toFixed(2)} N`);
+  tell('live-indentation', frame.indentation, `${(1000 * frame.indentation).toFixed(2).replace('-', '−')} mm`);
+  tell('live-volume', frame.smallestVolume, short(frame.smallestVolume));
+  tell('live-time', frame.time, `${frame.time.toFixed(2)} s`);
+  tell('live-steps', numSteps, String(numSteps));
+  const times = frame.restarts === 1 ? 'once' : `${frame.restarts} times`;
+  tell('live-restarts', frame.restarts, frame.restarts === 0 ? '' : `The motion left all bounds ${times} and was set back to rest: push less, or take a shorter time step.`);
+  byId('live-restarts').hidden = frame.restarts === 0;
+}
+
+function median(values: number[]): number {
+  const sorted = [...values].sort((a, b) => a - b);
+  const middle = sorted.length >> 1;
+  return sorted.length % 2 === 1 ? sorted[middle]! : (sorted[middle - 1]! + sorted[middle]!) / 2;
+}
+
+const span = 1; // that medians are taken over [s]
+
+/** How a frame of the screen is spent, over the last second. */
+export interface Budget {
+  spend(timing: Timing): void;
+  draw(seconds: number): void;
+}
+
+export function createBudget(): Budget {
+  let spent: (Timing & { at: number })[] = [];
+  let drawn: { at: number; seconds: number }[] = [];
+  let shownAt = 0;
+
+  function show(now: number): void {
+    if (now - shownAt < 0.25) return; // no faster than one can read
+    shownAt = now;
+    spent = spent.filter(({ at }) => at > now - span);
+    drawn = drawn.filter(({ at }) => at > now - span);
+    const milliseconds = (id: string, values: number[]) => tell(id, median(values), values.length === 0 ? '–' : `${millimetres(median(values))} ms`);
+    milliseconds('live-solver', spent.map((t) => t.solver));
+    milliseconds('live-transfer', spent.map((t) => t.transfer));
+    milliseconds('live-drawing', drawn.map(({ seconds }) => seconds));
+    const sum = (of: (t: Timing) => number) => spent.reduce((total, t) => total + of(t), 0);
+    const part = sum((t) => t.simulated) / sum((t) => t.elapsed);
+    if (Number.isFinite(part)) tell('live-pace', part, part > 0.97 ? 'real time' : `${Number(part.toPrecision(2))} of real time`);
+  }
+  return {
+    spend(timing) {
+      const now = performance.now() / 1000;
+      if (timing.elapsed > 0) spent.push({ ...timing, at: now });
+      show(now);
+    },
+    draw: (seconds) => drawn.push({ at: performance.now() / 1000, seconds }),
+  };
+}

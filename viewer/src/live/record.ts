@@ -1,0 +1,62 @@
+// Everything that was asked of an engine, in order: enough to do the same again elsewhere.
+import type { Chosen, LiveFrame, LiveSettings, Tool } from './types.ts';
+
+export interface Move {
+  kind: 'move';
+  tool: Tool;
+  numSteps: number;
+  frame: Pick<LiveFrame, 'time' | 'force' | 'indentation' | 'smallestVolume'>;
+}
+export type Entry = Move | { kind: 'choose'; settings: LiveSettings; chosen: Chosen } | { kind: 'reset' };
+
+const columns = [
+  'kind', 'num_steps', 'tool', 'target_x', 'target_y', 'target_z', 'radius', 'node',
+  'law', 'keeps_volume', 'young_modulus', 'poisson_ratio', 'mass_damping', 'stiffness_damping', 'time_step',
+  'time', 'force_x', 'force_y', 'force_z', 'indentation', 'smallest_volume',
+] as const;
+type Row = Partial<Record<(typeof columns)[number], string | number>>;
+
+export function moveOf(tool: Tool, numSteps: number, { time, force, indentation, smallestVolume }: LiveFrame): Move {
+  return { kind: 'move', tool, numSteps, frame: { time, force, indentation, smallestVolume } };
+}
+
+function moveRow({ tool, numSteps, frame }: Move): Row {
+  const [force_x, force_y, force_z] = frame.force;
+  const answer = { time: frame.time, force_x, force_y, force_z, indentation: frame.indentation, smallest_volume: frame.smallestVolume };
+  const asked = { kind: 'move', num_steps: numSteps, tool: tool.kind };
+  if (tool.kind === 'none') return { ...asked, ...answer };
+  const [target_x, target_y, target_z] = tool.target;
+  return { ...asked, target_x, target_y, target_z, radius: tool.radius, ...(tool.kind === 'pull' && { node: tool.node }), ...answer };
+}
+
+function rowOf(entry: Entry): Row {
+  if (entry.kind === 'reset') return { kind: 'reset' };
+  if (entry.kind === 'move') return moveRow(entry);
+  const { settings, chosen } = entry;
+  return {
+    kind: 'choose',
+    law: settings.springLaw,
+    keeps_volume: Number(settings.keepsVolume),
+    young_modulus: settings.youngModulus,
+    poisson_ratio: settings.poissonRatio,
+    mass_damping: settings.massDamping,
+    stiffness_damping: settings.stiffnessDamping,
+    // The step that was taken: 0 would be another one on another machine.
+    time_step: chosen.timeStep,
+  };
+}
+
+/** A line for each entry, in SI units, with as many digits as the numbers have. What does not apply is left empty. */
+export function csvOf(entries: readonly Entry[]): string {
+  const lines = entries.map(rowOf).map((row) => columns.map((column) => row[column] ?? '').join(','));
+  return [columns.join(','), ...lines, ''].join('\n');
+}
+
+export function download(name: string, text: string): void {
+  const link = document.createElement('a');
+  link.href = URL.createObjectURL(new Blob([text], { type: 'text/csv' }));
+  link.download = name;
+  link.click();
+  // The browser has begun to read it by then.
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}

@@ -1,0 +1,51 @@
+// What `livermark view` solves for the page: the springs natively, and linear finite elements.
+import { Fault } from '../data/types.ts';
+import { openSocket, type Socket } from './socket.ts';
+import { springsEngine } from './springs_engine.ts';
+import type { Engine, TruthEngine } from './types.ts';
+
+function opened(socket: Socket | null): Socket {
+  if (!socket) throw new Fault('No body is open.');
+  return socket;
+}
+
+function asBytes(answer: string | ArrayBuffer): ArrayBuffer {
+  if (typeof answer === 'string') throw new Fault('The server answers with something else. Load the page again.');
+  return answer;
+}
+
+export function nativeEngine(): Engine {
+  let socket: Socket | null = null;
+  return springsEngine('native', {
+    async open({ file }) {
+      socket?.close();
+      socket = openSocket('/live/springs', file);
+      return String(await socket.ask('spring_laws'));
+    },
+    ask: async (message) => asBytes(await opened(socket).ask(message)),
+    close: () => socket?.close(),
+  });
+}
+
+export function femEngine(): TruthEngine {
+  let socket: Socket | null = null;
+  return {
+    async open({ file }) {
+      socket?.close();
+      socket = openSocket('/live/fem', file);
+    },
+    async choose({ youngModulus, poissonRatio }) {
+      await opened(socket).ask(
+        new URLSearchParams({ young_modulus: String(youngModulus), poisson_ratio: String(poissonRatio) }).toString());
+    },
+    async solve(facets, tractions) {
+      const message = new Float64Array(4 * facets.length);
+      facets.forEach((facet, i) => {
+        message[4 * i] = facet;
+        message.set(tractions.subarray(3 * i, 3 * i + 3), 4 * i + 1);
+      });
+      return new Float32Array(asBytes(await opened(socket).ask(message)));
+    },
+    close: () => socket?.close(),
+  };
+}

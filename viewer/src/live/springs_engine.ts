@@ -1,0 +1,28 @@
+// An engine, of whatever carries its messages.
+import { bodyMessage, chooseMessage, moveMessage, readChosen, readFrame, resetMessage } from './springs_messages.ts';
+import type { Engine, LiveBody } from './types.ts';
+
+/** Carries messages to springs, and their answers back, in order. Faults are what `ask` throws. */
+export interface Carrier {
+  /** @return names of the spring laws with commas between them */
+  open(body: LiveBody, message: () => Float64Array): Promise<string>;
+  ask(message: Float64Array): Promise<ArrayBuffer>;
+  close(): void;
+}
+
+export function springsEngine(name: string, carrier: Carrier): Engine {
+  let springLaws: string[] = [];
+  return {
+    name,
+    async open(body) {
+      springLaws = (await carrier.open(body, () => bodyMessage(body))).split(',');
+      return { springLaws };
+    },
+    choose: async (settings) => readChosen(await carrier.ask(chooseMessage(settings, springLaws))),
+    move: async (tool, numSteps) => readFrame(await carrier.ask(moveMessage(tool, numSteps))),
+    async reset() {
+      await carrier.ask(resetMessage());
+    },
+    close: () => carrier.close(),
+  };
+}

@@ -1,0 +1,76 @@
+// What the live page and its engines say to each other. SI units; vectors are [x, y, z].
+
+import type { SoftBody } from '../data/types.ts';
+
+export type Vector = [number, number, number];
+
+/** All of a result file that moves. */
+export interface LiveBody extends SoftBody {
+  file: string; // path in the server's list; empty for a file that was dropped
+}
+
+export interface LiveSettings {
+  springLaw: string; // one of Engine.springLaws
+  keepsVolume: boolean; // with the nodal volume term
+  youngModulus: number; // of the region with the largest volume [Pa]; the others keep their ratio to it
+  poissonRatio: number; // of all regions, in [0, 0.49]; springs alone take no notice
+  massDamping: number; // alpha of Rayleigh's damping [1/s], >= 0
+  stiffnessDamping: number; // beta [s], >= 0
+  timeStep: number; // [s]; 0 takes the longest that the page offers
+}
+
+/** What the settings come to. */
+export interface Chosen {
+  timeStep: number; // that steps have [s]
+  longestTimeStep: number; // that the page may offer [s]
+  criticalTimeStep: number; // predicted [s]
+  numSprings: number;
+}
+
+/**
+ * What the hand does. A probe is a sphere that follows the target as if by a spring, and is stopped by the body; a pull
+ * takes hold of the surface around a node and draws it to the target.
+ */
+export type Tool =
+  | { kind: 'none' }
+  | { kind: 'probe'; target: Vector; radius: number }
+  | { kind: 'pull'; target: Vector; node: number; radius: number };
+
+export interface LiveFrame {
+  time: number; // since the start [s]
+  displacement: Float32Array; // (N,3) m
+  tool: Vector; // centre of the probe, or of the patch that is pulled [m]
+  force: Vector; // of the body on the tool [N]
+  /** How far the body gives way under the tool: sum of f_i . u_i / |sum of f_i| over its nodal forces [m]; 0 untouched. */
+  indentation: number;
+  loadedNodes: Int32Array; // (K)
+  nodalForces: Float64Array; // (K,3) of the tool on the body [N]
+  loadedFacets: Int32Array; // (L) index into the triangles
+  tractions: Float64Array; // (L,3) the same as the nodal forces, as the load cases say it [Pa]
+  smallestVolume: number; // of a tetrahedron, as a part of its volume at rest; below 0 it is inverted
+  restarts: number; // how often the motion left all bounds and was set back to rest
+  stepSeconds: number; // that the engine needed for this frame [s]
+}
+
+/** Moves the springs. Answers come in the order of the questions. Faults are sentences. */
+export interface Engine {
+  readonly name: string;
+  /** Springs of which laws it knows. */
+  open(body: LiveBody): Promise<{ springLaws: string[] }>;
+  /** May be called while it runs: the motion goes on with the new parameters. */
+  choose(settings: LiveSettings): Promise<Chosen>;
+  move(tool: Tool, numSteps: number): Promise<LiveFrame>;
+  /** Back to rest, where it lies without a tool. */
+  reset(): Promise<void>;
+  close(): void;
+}
+
+/** The linear finite element answer to the same forces. */
+export interface TruthEngine {
+  /** @param body  of a file in the server's list */
+  open(body: LiveBody): Promise<void>;
+  choose(settings: Pick<LiveSettings, 'youngModulus' | 'poissonRatio'>): Promise<void>;
+  /** @return (N,3) displacement [m] */
+  solve(facets: Int32Array, tractions: Float64Array): Promise<Float32Array>;
+  close(): void;
+}

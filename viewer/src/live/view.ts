@@ -1,0 +1,176 @@
+// The live page: a body, an engine that moves it, and somebody's hand on it.
+import type { Result } from '../data/types.ts';
+import { byId } from '../page/elements.ts';
+import type { Skin } from '../picture/body.ts';
+import { startFollowing, type Following } from './following.ts';
+import { atRest, goOn, letGo, take, toolOf, type Hand } from './hand.ts';
+import { createPointer, listenToKeys, type Handling } from './pointer.ts';
+import { createBudget, showFrame } from './readings.ts';
+import { csvOf, download, moveOf, type Entry } from './record.ts';
+import { createScene, type Scene } from './scene.ts';
+import { startSession, type Listener, type Session } from './session.ts';
+import { listenToSettings, settingsOf, showChosen, showLaws, showSettings } from './settings_panel.ts';
+import { nativeEngine } from './socket_engines.ts';
+import { furthest, surfaceAt } from './surface.ts';
+import { listenToTools, nodeField, showHand, stays } from './tools_panel.ts';
+import { drawTrace } from './trace.ts';
+import type { LiveBody, LiveFrame, LiveSettings } from './types.ts';
+import { wasmEngine } from './wasm_engine.ts';
+
+const fitting = 'The springs are being fitted to the body…';
+
+export interface LiveView {
+  /** Sets a body in motion; the same body goes on. */
+  show(result: Result, body: LiveBody): Promise<void>;
+  hide(): void;
+}
+
+/** @param say  shows a sentence about what went wrong, or none */
+export function createLiveView(say: (sentence: string) => void): LiveView {
+  let body: LiveBody | null = null;
+  let session: Session | null = null;
+  let settings: LiveSettings | null = null;
+  let entries: Entry[] = [];
+  let hand: Hand = atRest;
+  let frame: LiveFrame | null = null;
+  let isPaused = false;
+  let wasPaused = false; // before it was hidden
+  let numStarted = 0;
+  let tracedAt = 0;
+  const budget = createBudget();
+  const canvas = document.querySelector<HTMLCanvasElement>('#live-stage canvas')!;
+  const calm = matchMedia('(prefers-reduced-motion: reduce)');
+  const note = (sentence: string) => (byId('live-note').textContent = sentence);
+  const complain = (error: unknown) => say(error instanceof Error ? error.message : String(error));
+
+  function change(next: Hand): void {
+    if (isPaused && next.grasp && !hand.grasp) note('It pauses; “Go on”, or Space on the picture.');
+    hand = next;
+    showHand(hand);
+  }
+  const handling: Handling = { hand: () => hand, change, body: () => body, stays, say: note };
+  const pointer = createPointer(canvas, () => scene.stage, handling);
+  const scene: Scene = createScene(canvas, { takesPress: pointer.takesPress, onDrawn: budget.draw });
+  const following: Following = startFollowing(scene, complain);
+
+  function touch(): void {
+    const node = nodeField().valueAsNumber;
+    if (!body || hand.kind === 'none') return;
+    const isNode = Number.isInteger(node) && node >= 0 && node < body.points.length / 3;
+    const place = isNode ? surfaceAt(body, frame?.displacement ?? new Float32Array(body.points.length), node) : null;
+    if (place) change(take(hand, place));
+    note(place ? '' : isNode ? `Node ${node} is inside or held; take one of the free surface, such as ${furthest(body, [0, -1, 0])}.` : 'There is no such node.');
+  }
+  const letHandGo = () => change(letGo(hand));
+  const pause = () => session?.pause(!isPaused);
+  const step = () => session?.step();
+
+  /** A trace that goes on by itself is motion too: who wants less of it gets it in steps. */
+  function trace(): void {
+    const now = performance.now();
+    if (calm.matches && !isPaused && now - tracedAt < 1000) return;
+    tracedAt = now;
+    drawTrace(byId<HTMLCanvasElement>('live-trace'), entries);
+  }
+
+  const listener: Listener = {
+    tool(elapsed) {
+      hand = goOn(hand, elapsed);
+      return toolOf(hand);
+    },
+    moved(tool, numSteps, next, timing) {
+      entries.push(moveOf(tool, numSteps, next));
+      following.follow(next);
+      frame = next;
+      scene.showSprings(next, tool);
+      showFrame(next, numSteps);
+      budget.spend(timing);
+      trace();
+    },
+    chosen(asked, chosen) {
+      settings = asked;
+      entries.push({ kind: 'choose', settings: asked, chosen });
+      following.choose(asked);
+      showSettings(asked);
+      showChosen(chosen);
+      byId('live').dataset['state'] = 'moving';
+      note('');
+    },
+    wasReset() {
+      entries.push({ kind: 'reset' });
+      letHandGo();
+      scene.forget();
+    },
+    failed(error, kept) {
+      complain(error);
+      if (kept) showSettings(kept);
+      byId('live').dataset['state'] = 'fault';
+    },
+    paused(pauses) {
+      isPaused = pauses;
+      byId('live-pause').textContent = pauses ? '▶ Go on' : '❚❚ Pause';
+      (byId('live-step-once') as HTMLButtonElement).disabled = !pauses;
+    },
+  };
+
+  /** From rest: no engine knows what another one has moved. */
+  async function start(of: LiveBody): Promise<void> {
+    const mine = ++numStarted;
+    session?.close();
+    session = null;
+    entries = [];
+    frame = null;
+    letHandGo();
+    say('');
+    note(fitting);
+    byId('live').dataset['state'] = 'starting';
+    const engine = byId<HTMLSelectElement>('live-engine').value === 'native' ? nativeEngine() : wasmEngine();
+    try {
+      const { springLaws } = await engine.open(of);
+      if (mine !== numStarted) return engine.close();
+      settings = showLaws(springLaws, settings ?? settingsOf(of));
+      following.open(of, settings);
+      session = startSession(engine, settings, listener);
+      listener.paused(false);
+    } catch (error) {
+      engine.close();
+      if (mine === numStarted) listener.failed(error, null);
+    }
+  }
+
+  listenToTools({ hand: () => hand, change, touch, letGo: letHandGo });
+  listenToKeys(canvas, () => scene.stage, { ...handling, touch, pause, step });
+  listenToSettings(() => settings, (asked) => (say(''), note(fitting), session?.choose(asked)), say);
+  byId('live-engine').addEventListener('change', () => body && void start(body));
+  byId('live-pause').addEventListener('click', pause);
+  byId('live-step-once').addEventListener('click', step);
+  byId('live-reset').addEventListener('click', () => session?.reset());
+  byId('live-view').addEventListener('click', () => scene.stage.resetView());
+  byId('live-save').addEventListener('click', () => download('livermark_live.csv', csvOf(entries)));
+  byId('live-skin').addEventListener('change', (event) => scene.setSkin((event.target as HTMLInputElement).value as Skin));
+  showHand(hand);
+
+  return {
+    async show(result, next) {
+      if (next === body) return session?.pause(wasPaused);
+      body = next;
+      settings = null;
+      const skin: Skin = result.tumours.length > 0 ? 'translucent' : 'solid';
+      byId<HTMLInputElement>(`live-${skin}`).checked = true;
+      scene.setBody(result);
+      scene.setSkin(skin);
+      nodeField().max = String(next.points.length / 3 - 1);
+      nodeField().value = String(furthest(next, [0, -1, 0]));
+      const isServed = next.file !== '';
+      const native = byId<HTMLSelectElement>('live-engine');
+      native.options[1]!.disabled = !isServed;
+      if (!isServed) native.value = 'wasm';
+      await start(next);
+    },
+    hide() {
+      wasPaused = isPaused;
+      letHandGo();
+      session?.pause(true);
+    },
+  };
+}

@@ -1,0 +1,115 @@
+// The springs of the live page in an empty page, and the same lines compiled for this machine.
+import { spawnSync } from 'node:child_process';
+import { join } from 'node:path';
+import * as hdf5 from 'h5wasm/node';
+import { build } from 'vite';
+import { builtTests, startBrowser } from './browser.mjs';
+
+const viewer = join(import.meta.dirname, '..');
+/** Built for the machines whose numbers are those of WebAssembly. */
+export const liveReplay = join(builtTests, 'live_replay');
+
+/** The harness as one script, made as the page is made. */
+async function bundledHarness() {
+  const [{ output }] = await build({
+    root: viewer,
+    configFile: false,
+    logLevel: 'warn',
+    worker: { format: 'iife' },
+    build: {
+      write: false,
+      assetsInlineLimit: Number.MAX_SAFE_INTEGER,
+      lib: { entry: join(viewer, 'tests/springs_harness.ts'), formats: ['iife'], name: 'harness' },
+    },
+  });
+  return output[0].code;
+}
+
+/** A browser with the harness in an empty page. */
+export async function startHarness() {
+  const harness = await bundledHarness();
+  const browser = await startBrowser();
+  const page = await browser.newPage();
+  await page.addScriptTag({ content: harness });
+  return {
+    open: (body) => page.evaluate((body) => springs.open(body), body),
+    /** In parts, because one answer may be only so long. */
+    async play(rows, { whole = false } = {}) {
+      const answers = [];
+      for (let i = 0; i < rows.length; i += 50)
+        answers.push(...(await page.evaluate(([rows, whole]) => springs.play(rows, whole), [rows.slice(i, i + 50), whole])));
+      return answers;
+    },
+    stop: () => browser.close(),
+  };
+}
+
+/** The body of a result file, as the live page reads it. */
+export async function bodyOf(path) {
+  await hdf5.ready;
+  const file = new hdf5.File(path, 'r');
+  const values = (path) => Array.from(file.get(path).value, Number);
+  const condition = values('load_case/condition'), value = values('load_case/value');
+  const body = {
+    file: '',
+    points: values('mesh/points'),
+    tetrahedra: values('mesh/tetrahedra'),
+    region: values('mesh/region'),
+    density: values('materials/density'),
+    youngModulus: values('materials/young_modulus'),
+    poissonRatio: values('materials/poisson_ratio'),
+    triangles: values('mesh/boundary_triangles'),
+    held: condition.map((kind, f) => Number(kind === 1 && value.slice(3 * f, 3 * f + 3).every((x) => x === 0))),
+  };
+  file.close();
+  return body;
+}
+
+const bodyNumbers = (b) => [
+  b.points.length / 3, b.tetrahedra.length / 4, b.density.length, b.triangles.length / 3,
+  ...[b.points, b.tetrahedra, b.region, b.density, b.youngModulus, b.poissonRatio, b.triangles, b.held].flat(),
+];
+const rowNumbers = (row, laws) => {
+  if (row.kind === 'reset') return [3];
+  if (row.kind === 'choose') {
+    const s = row.settings;
+    return [1, laws.indexOf(s.springLaw), Number(s.keepsVolume), s.youngModulus, s.poissonRatio, s.massDamping, s.stiffnessDamping, s.timeStep];
+  }
+  const { kind, target = [0, 0, 0], radius = 0, node = 0 } = row.tool;
+  return [2, ['none', 'probe', 'pull'].indexOf(kind), ...target, radius, node, row.numSteps];
+};
+
+/** Answers of the native program to the same rows, as bytes. */
+export function playNatively(body, rows, laws) {
+  const messages = [bodyNumbers(body), ...rows.map((row) => rowNumbers(row, laws))].map((numbers) => {
+    const bytes = Buffer.alloc(8 * (1 + numbers.length));
+    bytes.writeBigUInt64LE(BigInt(numbers.length));
+    numbers.forEach((x, i) => bytes.writeDoubleLE(x, 8 * (1 + i)));
+    return bytes;
+  });
+  const { stdout, stderr, status } = spawnSync(liveReplay, { input: Buffer.concat(messages), maxBuffer: 2 ** 31 });
+  if (status !== 0) throw new Error(`live_replay: ${stderr}`);
+  const answers = [];
+  for (let offset = 0; offset < stdout.length;) {
+    const size = Number(stdout.readBigUInt64LE(offset));
+    answers.push(Buffer.from(stdout.subarray(offset + 8, offset + 8 + size))); // a copy begins where float64 may
+    offset += 8 + size;
+  }
+  return answers;
+}
+
+/** All numbers of the answer to a move, but the seconds that it took. */
+export function frameOf(answer) {
+  const view = new DataView(answer.buffer, answer.byteOffset, answer.length);
+  let offset = 0;
+  const number = () => view.getFloat64((offset += 8) - 8, true);
+  const numbers = (count) => Array.from({ length: count }, number);
+  const frame = { time: number(), tool: numbers(3), force: numbers(3), indentation: number(), smallestVolume: number(), restarts: number() };
+  number();
+  const [numNodes, numLoaded, numFacets] = numbers(3);
+  Object.assign(frame, {
+    loadedNodes: numbers(numLoaded), nodalForces: numbers(3 * numLoaded), loadedFacets: numbers(numFacets), tractions: numbers(3 * numFacets),
+  });
+  frame.displacement = Array.from({ length: 3 * numNodes }, () => view.getFloat32((offset += 4) - 4, true));
+  return frame;
+}

@@ -1,0 +1,132 @@
+// The springs of the live page: in WebAssembly they move as natively, to the last bit, and they bear what hands do.
+import assert from 'node:assert/strict';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+import { shippedFolder } from './browser.mjs';
+import { bodyOf, frameOf, playNatively, startHarness } from './springs.mjs';
+
+let harness, healthy, tumours;
+async function shippedBody(name) {
+  const { folder, remove } = shippedFolder(name);
+  const body = await bodyOf(join(folder, name, 'palpation.h5'));
+  remove();
+  return body;
+}
+before(async () => {
+  harness = await startHarness();
+  healthy = await shippedBody('liver_healthy');
+  tumours = await shippedBody('liver_tumours');
+});
+after(() => harness?.stop());
+
+const settings = (changes = {}) => ({
+  springLaw: 'patch', keepsVolume: true, youngModulus: 5000, poissonRatio: 0.45, massDamping: 10, stiffnessDamping: 0, timeStep: 0, ...changes,
+});
+
+/** Numbers in [0, 1), the same every time (mulberry32). */
+function randomNumbers(seed) {
+  return () => {
+    seed = (seed + 0x6d2b79f5) | 0;
+    let t = Math.imul(seed ^ (seed >>> 15), 1 | seed);
+    t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
+    return ((t ^ (t >>> 14)) >>> 0) / 2 ** 32;
+  };
+}
+
+/** The body's own nodes that can be touched, with the normal there, outwards. */
+function touchable(body) {
+  const normals = new Map();
+  const at = (node) => body.points.slice(3 * node, 3 * node + 3);
+  const heldNodes = new Set(body.triangles.filter((_, i) => body.held[Math.floor(i / 3)]));
+  for (let t = 0; t < body.held.length; t++) {
+    const corners = body.triangles.slice(3 * t, 3 * t + 3);
+    const [a, b, c] = corners.map(at);
+    const u = b.map((x, i) => x - a[i]), v = c.map((x, i) => x - a[i]);
+    const normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    for (const node of corners)
+      if (!heldNodes.has(node)) normals.set(node, (normals.get(node) ?? [0, 0, 0]).map((x, i) => x + normal[i]));
+  }
+  return [...normals].map(([node, normal]) => ({ node, point: at(node), normal: normal.map((x) => x / Math.hypot(...normal)) }));
+}
+
+/** A poke or a pull that jumps to its target, and letting go. */
+function handling(body, random, numSteps) {
+  const places = touchable(body);
+  const { node, point, normal } = places[Math.floor(random() * places.length)];
+  const radius = 0.004 + 0.016 * random();
+  const sideways = () => 0.03 * (random() - 0.5);
+  const poke = random() < 0.6;
+  const along = poke ? radius - 0.04 * random() : 0.06 * (random() - 0.3);
+  const target = point.map((x, i) => x + along * normal[i] + sideways());
+  const tool = poke ? { kind: 'probe', target, radius } : { kind: 'pull', target, radius, node };
+  return [
+    { kind: 'move', tool, numSteps },
+    { kind: 'move', tool: { kind: 'none' }, numSteps: Math.floor(numSteps / 4) },
+  ];
+}
+
+const moves = (body, seed, count, numSteps) => {
+  const random = randomNumbers(seed);
+  return Array.from({ length: count }, () => handling(body, random, numSteps)).flat();
+};
+
+/** The longest step is told by an eigenvalue, whose last digits are those of a C library; what is recorded is the step. */
+const about = (actual, expected) => assert.ok(Math.abs(actual - expected) <= 1e-12 * expected, `${actual}, not ${expected}`);
+
+async function movesAsNatively(body, choices) {
+  const laws = await harness.open(body);
+  const chosen = await harness.play(choices.map((choice) => ({ kind: 'choose', settings: settings(choice) })));
+  const rows = choices.flatMap((choice, i) => [
+    { kind: 'choose', settings: settings({ ...choice, timeStep: chosen[i].timeStep }) },
+    ...moves(body, 10 + i, 4, 60),
+  ]);
+  rows.push({ kind: 'reset' }, ...moves(body, 99, 1, 20));
+  const inPage = await harness.play(rows, { whole: true });
+  const natively = playNatively(body, rows, laws);
+  assert.equal(natively.length, rows.length);
+  rows.forEach((row, i) => {
+    if (row.kind === 'choose') {
+      const [timeStep, longest, critical, numSprings] = new Float64Array(natively[i].buffer, natively[i].byteOffset, 4);
+      assert.deepEqual([inPage[i].timeStep, inPage[i].numSprings], [timeStep, numSprings]);
+      about(inPage[i].longestTimeStep, longest);
+      about(inPage[i].criticalTimeStep, critical);
+    }
+    if (row.kind === 'move') {
+      const { stepSeconds, ...frame } = inPage[i];
+      assert.deepEqual(frame, frameOf(natively[i]), `row ${i}`);
+      if (row.tool.kind === 'pull') assert.ok(Math.hypot(...frame.force) > 0, 'a pull is felt');
+    }
+  });
+}
+
+test('WebAssembly moves the liver as the native build does, bit for bit, whatever is chosen', () =>
+  movesAsNatively(healthy, [{}, { poissonRatio: 0.3, youngModulus: 2000 }, { springLaw: 'lloyd', keepsVolume: false }, { poissonRatio: 0.49, massDamping: 30, stiffnessDamping: 1e-4 }]));
+
+test('WebAssembly moves the liver with tumours as the native build does, bit for bit', () =>
+  movesAsNatively(tumours, [{}, { springLaw: 'van_gelder', poissonRatio: 0.25 }]));
+
+/** Every move is sound, and after the last one the body comes to rest in its own shape. */
+async function bears(body, choices, count) {
+  await harness.open(body);
+  let smallest = 1;
+  for (const [i, choice] of choices.entries()) {
+    await harness.play([{ kind: 'choose', settings: settings(choice) }]);
+    const answers = await harness.play(moves(body, 1000 + i, count / choices.length, 160));
+    for (const { finite, restarts, force, indentation, smallestVolume } of answers) {
+      assert.ok(finite && Number.isFinite(indentation) && force.every(Number.isFinite) && Number.isFinite(smallestVolume));
+      assert.equal(restarts, 0, 'the motion left all bounds');
+      smallest = Math.min(smallest, smallestVolume);
+    }
+    const rest = await harness.play(Array(8).fill({ kind: 'move', tool: { kind: 'none' }, numSteps: 500 }));
+    assert.ok(rest.at(-1).smallestVolume > 0.9, `at rest a tetrahedron has ${rest.at(-1).smallestVolume} of its volume`);
+  }
+  return smallest;
+}
+
+test('500 random pokes and pulls leave the liver sound', async (t) => {
+  t.diagnostic(`smallest volume on the way: ${await bears(healthy, [{}, { poissonRatio: 0.49 }, { springLaw: 'lloyd', keepsVolume: false }, { poissonRatio: 0.3, massDamping: 2 }], 500)}`);
+});
+
+test('500 random pokes and pulls leave the liver with tumours sound', async (t) => {
+  t.diagnostic(`smallest volume on the way: ${await bears(tumours, [{}, { springLaw: 'lloyd' }, { springLaw: 'lloyd', keepsVolume: false }, { poissonRatio: 0.49 }], 500)}`);
+});

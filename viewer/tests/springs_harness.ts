@@ -1,0 +1,55 @@
+// What tests of the springs call in an empty page: the engine of the live page, many moves at once.
+import type { LiveBody, LiveFrame, LiveSettings, Tool } from '../src/live/types.ts';
+import { wasmEngine } from '../src/live/wasm_engine.ts';
+
+export type Row =
+  | { kind: 'choose'; settings: LiveSettings }
+  | { kind: 'move'; tool: Tool; numSteps: number }
+  | { kind: 'reset' };
+/** Of arrays of numbers, so that it can be said across processes. */
+type PlainBody = { [K in keyof LiveBody]: LiveBody[K] extends string ? string : number[] };
+
+const engine = wasmEngine();
+
+async function open(body: PlainBody): Promise<string[]> {
+  const { springLaws } = await engine.open({
+    file: '',
+    points: Float64Array.from(body.points),
+    tetrahedra: Int32Array.from(body.tetrahedra),
+    region: Int32Array.from(body.region),
+    density: Float64Array.from(body.density),
+    youngModulus: Float64Array.from(body.youngModulus),
+    poissonRatio: Float64Array.from(body.poissonRatio),
+    triangles: Int32Array.from(body.triangles),
+    held: Uint8Array.from(body.held),
+  });
+  return springLaws;
+}
+
+const numbersOf = ({ displacement, loadedNodes, nodalForces, loadedFacets, tractions, tool, force, ...numbers }: LiveFrame) => ({
+  ...numbers,
+  tool,
+  force,
+  displacement: Array.from(displacement),
+  loadedNodes: Array.from(loadedNodes),
+  nodalForces: Array.from(nodalForces),
+  loadedFacets: Array.from(loadedFacets),
+  tractions: Array.from(tractions),
+});
+
+/** @return of each row what it answered; of moves all numbers, or those that tell whether the body is sound */
+async function play(rows: Row[], whole: boolean): Promise<unknown[]> {
+  const answers = [];
+  for (const row of rows) {
+    if (row.kind === 'choose') answers.push(await engine.choose(row.settings));
+    else if (row.kind === 'reset') answers.push(await engine.reset());
+    else {
+      const frame = await engine.move(row.tool, row.numSteps);
+      const { time, force, indentation, smallestVolume, restarts, displacement } = frame;
+      answers.push(whole ? numbersOf(frame) : { time, force, indentation, smallestVolume, restarts, finite: displacement.every(Number.isFinite) });
+    }
+  }
+  return answers;
+}
+
+Object.assign(globalThis, { springs: { open, play } });
