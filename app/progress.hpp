@@ -1,5 +1,6 @@
 #pragma once
 
+#include <mutex>
 #include <string>
 
 namespace livermark::app {
@@ -13,13 +14,14 @@ class Progress {
     Progress(const Progress &) = delete;
     Progress &operator=(const Progress &) = delete;
 
-    /// Begins the next step.
+    /// Begins the next step. Threads may call it.
     void next(const std::string &what);
 
   private:
     int num_steps_;
     int step_ = 0;
     bool is_terminal_;
+    std::mutex mutex_;
 };
 
 } // namespace livermark::app

@@ -67,6 +67,11 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
     command->add_flag(
         "--resume", options->resume,
         "Keep the result files that the same command has left in the output folder, and go on from there");
+    command
+        ->add_option("--jobs", options->jobs,
+                     "Load cases that are worked on side by side, each on one core with factors of its own; by default "
+                     "one for each core, if memory allows. With --jobs 1 nothing disturbs the times of the models")
+        ->check(CLI::Range(1, 1024));
     using enum fem_reference::SolverChoice;
     command
         ->add_option("--fem-solver", options->model_options.fem_solver,

@@ -22,6 +22,7 @@ struct RunOptions {
     bool no_uncertainty = false;
     bool only_static = false;
     bool resume = false;
+    std::optional<int> jobs; ///< load cases side by side, >= 1; as many as there are cores and memory for if not given
     models::ModelOptions model_options;
 };
 

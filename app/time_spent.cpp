@@ -8,21 +8,27 @@
 
 namespace livermark::app {
 
+double &TimeSpent::of_stage(const std::string &stage) {
+    const auto found = std::ranges::find(stages_, stage, &decltype(stages_)::value_type::first);
+    return found != stages_.end() ? found->second : stages_.emplace_back(stage, 0.0).second;
+}
+
 void TimeSpent::stop() {
     if (is_running_)
-        stages_[current_].second += std::chrono::duration<double>(Clock::now() - start_).count();
+        of_stage(current_) += std::chrono::duration<double>(Clock::now() - start_).count();
     is_running_ = false;
 }
 
 void TimeSpent::begin(const std::string &stage) {
     stop();
-    using Stage = decltype(stages_)::value_type;
-    const auto found = std::ranges::find(stages_, stage, &Stage::first);
-    current_ = static_cast<std::size_t>(found - stages_.begin());
-    if (found == stages_.end())
-        stages_.emplace_back(stage, 0.0);
+    current_ = stage;
     is_running_ = true;
     start_ = Clock::now();
+}
+
+void TimeSpent::add(const TimeSpent &other) {
+    for (const auto &[stage, seconds] : other.stages_)
+        of_stage(stage) += seconds;
 }
 
 std::string TimeSpent::text() {

@@ -13,16 +13,22 @@ class TimeSpent {
     /// Ends the stage that it was in, if any. A stage that comes again goes on where it was.
     void begin(const std::string &stage);
 
+    /// Ends the stage that it is in, if any, and begins no other.
+    void stop();
+
+    /// Adds what another clock measured, which has stopped, as if its stages had come after its own.
+    void add(const TimeSpent &other);
+
     /// A sentence, then a line for each stage that took a hundredth of the time or more, the longest first. The clock
     /// stops.
     std::string text();
 
   private:
     using Clock = std::chrono::steady_clock;
-    void stop();
+    double &of_stage(const std::string &stage);
 
     std::vector<std::pair<std::string, double>> stages_; ///< [s]
-    std::size_t current_ = 0;
+    std::string current_;
     bool is_running_ = false;
     Clock::time_point start_;
 };

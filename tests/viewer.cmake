@@ -27,7 +27,7 @@ if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64" AND NOT CMAKE_BUILD_TYPE STREQUAL "D
   include(portable)
   add_executable(live_replay live_replay.cpp)
   livermark_portable_sources(live_replay ${CMAKE_SOURCE_DIR})
-  target_compile_options(live_replay PRIVATE -march=x86-64-v2)
+  target_compile_options(live_replay PRIVATE -O3 -march=x86-64-v2)
   target_link_libraries(live_replay PRIVATE Boost::headers Eigen3::Eigen livermark_build_options)
   list(APPEND parts springs)
 endif()

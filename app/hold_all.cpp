@@ -1,0 +1,191 @@
+#include "app/hold_all.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <functional>
+#include <mutex>
+#include <utility>
+
+#include "app/amplitudes.hpp"
+#include "app/contest.hpp"
+#include "app/load_scaling.hpp"
+#include "app/output.hpp"
+#include "app/progress.hpp"
+#include "core/input_error.hpp"
+#include "core/side_by_side.hpp"
+#include "fem_reference/mpi_session.hpp"
+#include "fem_reference/solver_choice.hpp"
+#include "results/kept_result.hpp"
+#include "results/provenance.hpp"
+#include "results/result_file.hpp"
+
+namespace livermark::app {
+
+namespace {
+
+/// Every choice of models has the baseline.
+const core::Model &baseline_of(const std::vector<core::Model> &models) {
+    return *std::ranges::find(models, models::baseline_model, &core::Model::name);
+}
+
+using Contest = std::function<void(const core::Problem &)>;
+
+/// Holds one contest for each amplitude of a problem, in the same order on all ranks: what is collective in it would
+/// wait for ever otherwise, so a failure of one keeps nobody from the next.
+/// @throws core::InputError on one rank, if a result cannot be kept
+void for_each_amplitude(const core::Problem &problem, const core::Model &baseline, const RunOptions &options,
+                        const Contest &hold, const std::function<void(const core::Problem &, const char *)> &failed) {
+    const auto guarded = [&](const core::Problem &at_work, const Contest &action) {
+        try {
+            action(at_work);
+        } catch (const core::InputError &error) {
+            // All else was checked before: results have no place any more. Other ranks would wait for this one.
+            if (fem_reference::mpi_num_ranks() == 1)
+                throw;
+            failed(at_work, error.what());
+        } catch (const std::exception &error) {
+            failed(at_work, error.what());
+        }
+    };
+    guarded(problem, [&](const core::Problem &as_read) {
+        for (const auto &loaded : at_amplitudes(scaled_to_target(as_read, baseline), options.amplitudes))
+            guarded(loaded, hold);
+    });
+}
+
+void keep(const std::filesystem::path &file, const results::Result &result) {
+    try {
+        results::write_result(file, result);
+    } catch (const core::InputError &error) {
+        throw core::InputError(fmt::format("{}, and go on with --resume", error.what()));
+    }
+}
+
+std::string name_of(const core::Problem &problem) {
+    return fmt::format("{} / {}", problem.body->name, problem.load_case.name);
+}
+
+/// Problems of one body with the same static answer, which models keep: one after the other by one worker, so that what
+/// is kept does not depend on the number of workers.
+struct Batches {
+    std::vector<std::vector<std::size_t>> problems;
+    std::vector<int> body; ///< of each batch
+};
+
+Batches batches_of(const std::vector<core::Problem> &problems) {
+    Batches batches;
+    std::vector<const core::Body *> bodies;
+    for (std::size_t p = 0; p < problems.size(); ++p) {
+        const auto &[body, load_case] = problems[p];
+        const auto same = std::ranges::find_if(batches.problems, [&](const auto &batch) {
+            const auto &first = problems[batch.front()];
+            return first.body == body && core::are_statically_equal(first.load_case, load_case);
+        });
+        if (same != batches.problems.end()) {
+            same->push_back(p);
+            continue;
+        }
+        const auto number = std::ranges::find(bodies, body.get()) - bodies.begin();
+        if (number == std::ssize(bodies))
+            bodies.push_back(body.get());
+        batches.problems.push_back({p});
+        batches.body.push_back(static_cast<int>(number));
+    }
+    return batches;
+}
+
+/// Of the largest body; what the finite elements keep of a liver, measured, with and without its refined mesh.
+double bytes_per_worker(const RunTask &task, bool with_uncertainty) {
+    const double bytes_per_tetrahedron = with_uncertainty ? 250e3 : 60e3;
+    std::size_t most = 1;
+    for (const auto &problem : task.problems)
+        most = std::max(most, problem.body->mesh.tetrahedra.size());
+    return bytes_per_tetrahedron * static_cast<double>(most);
+}
+
+/// Algebraic multigrid, asked for or taken for what is too large to factor, runs on one communicator of this process.
+int num_workers(const RunTask &task, const RunOptions &options) {
+    using enum fem_reference::SolverChoice;
+    const bool is_large = std::ranges::any_of(task.problems, [](const core::Problem &problem) {
+        const auto &mesh = problem.body->mesh;
+        const auto num_edges = mesh.num_nodes() + mesh.num_tetrahedra() + mesh.num_boundary_triangles() / 2; // Euler
+        return 3 * (mesh.num_nodes() + num_edges) > fem_reference::largest_direct_system;
+    });
+    if (fem_reference::mpi_num_ranks() > 1 || task.model_options.fem_solver == iterative || is_large)
+        return 1;
+    return options.jobs.value_or(core::workers_that_fit(bytes_per_worker(task, !options.no_uncertainty)));
+}
+
+/// What a worker has for itself.
+struct Worker {
+    std::vector<core::Model> models; ///< with the factors that they keep
+    TimeSpent spent;
+};
+
+constexpr auto *other_work = "loads, comparisons, files";
+
+} // namespace
+
+Outcomes hold_all(const RunTask &task, const RunOptions &options, const std::string &command_line) {
+    std::vector<Worker> workers(num_workers(task, options));
+    workers.front().models = task.models;
+    std::vector<Outcome> outcomes(task.problems.size());
+    const auto num_contests = task.problems.size() * std::max<std::size_t>(1, options.amplitudes.size());
+    Progress progress(static_cast<int>(num_contests * task.models.size()));
+    std::mutex files; // the HDF5 library takes one thread at a time
+    const auto hold = [&](Worker &worker, const core::Problem &problem, Outcome &outcome) {
+        const auto file =
+            make_output_folder(output_folder(options, problem), problem) / (problem.load_case.name + ".h5");
+        const auto provenance = results::current_provenance(command_line);
+        if (options.resume) {
+            const std::scoped_lock lock(files);
+            if (auto kept = results::kept_result(file, problem, provenance)) {
+                for (const auto &model : worker.models)
+                    progress.next(fmt::format("{} / {}, kept", name_of(problem), model.name));
+                outcome.done.push_back(std::move(*kept));
+                return;
+            }
+        }
+        auto result = hold_contest(problem, worker.models, task.bands, provenance, [&](const auto &model) {
+            progress.next(fmt::format("{} / {}", name_of(problem), model));
+            worker.spent.begin(model);
+        });
+        worker.spent.begin(other_work);
+        const std::scoped_lock lock(files);
+        keep(file, result);
+        outcome.done.push_back(std::move(result));
+    };
+    const auto batches = batches_of(task.problems);
+    core::side_by_side(batches.body, static_cast<int>(workers.size()), [&](int number, int batch) {
+        auto &worker = workers[number];
+        worker.spent.begin(other_work);
+        if (worker.models.empty())
+            worker.models = models_of(options, task.model_options);
+        for (const auto p : batches.problems[batch])
+            for_each_amplitude(
+                task.problems[p], baseline_of(worker.models), options,
+                [&](const core::Problem &loaded) { hold(worker, loaded, outcomes[p]); },
+                [&](const core::Problem &failed, const char *reason) {
+                    worker.spent.begin(other_work);
+                    outcomes[p].failures.push_back(fmt::format("{}: {}", name_of(failed), reason));
+                });
+        worker.spent.stop();
+    });
+    Outcomes all{std::move(outcomes), {}};
+    for (const auto &worker : workers)
+        all.spent.add(worker.spent);
+    return all;
+}
+
+void help_first_rank(const RunTask &task, const RunOptions &options, const std::string &command_line) {
+    for (const auto &problem : task.problems)
+        for_each_amplitude(
+            problem, baseline_of(task.models), options,
+            [&](const core::Problem &loaded) {
+                hold_contest(loaded, task.models, task.bands, results::current_provenance(command_line),
+                             [](const auto &) {});
+            },
+            [](const auto &, const char *) {});
+}
+
+} // namespace livermark::app

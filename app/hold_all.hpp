@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/run_task.hpp"
+#include "app/time_spent.hpp"
+#include "results/result.hpp"
+
+namespace livermark::app {
+
+/// What became of one problem, at all amplitudes.
+struct Outcome {
+    std::vector<results::Result> done;
+    std::vector<std::string> failures; ///< a sentence each
+};
+
+/// What became of all.
+struct Outcomes {
+    std::vector<Outcome> of_problem; ///< (P) in the order of the problems
+    TimeSpent spent;                 ///< of all workers together
+};
+
+/// Holds the contests of a run, side by side where cores and memory allow and the options do not say otherwise, and
+/// keeps each in its file as soon as it is done. The numbers do not depend on how many are held side by side.
+/// @param command_line  kept in the result files
+/// @throws core::InputError if a result cannot be kept
+Outcomes hold_all(const RunTask &task, const RunOptions &options, const std::string &command_line);
+
+/// The part of the MPI ranks that neither compare nor write. What fails here fails on rank 0 as well, which says so.
+void help_first_rank(const RunTask &task, const RunOptions &options, const std::string &command_line);
+
+} // namespace livermark::app
