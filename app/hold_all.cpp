@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <functional>
-#include <mutex>
-#include <utility>
+#include <sstream>
+#include <stdexcept>
 
 #include "app/amplitudes.hpp"
 #include "app/contest.hpp"
@@ -66,7 +66,7 @@ std::string name_of(const core::Problem &problem) {
 }
 
 /// Problems of one body with the same static answer, which models keep: one after the other by one worker, so that what
-/// is kept does not depend on the number of workers.
+/// is kept does not depend on how many there are.
 struct Batches {
     std::vector<std::vector<std::size_t>> problems;
     std::vector<int> body; ///< of each batch
@@ -116,65 +116,97 @@ int num_workers(const RunTask &task, const RunOptions &options) {
     return options.jobs.value_or(core::workers_that_fit(bytes_per_worker(task, !options.no_uncertainty)));
 }
 
-/// What a worker has for itself.
-struct Worker {
-    std::vector<core::Model> models; ///< with the factors that they keep
-    TimeSpent spent;
+/// What a worker tells of the load cases that it is at: a letter, the number of the problem, and what it is about.
+enum class News : char { step = 's', time = 't', result = 'r', failure = 'f' };
+
+std::string to_text(News news, std::size_t problem, const std::string &about, double seconds = 0.0) {
+    return fmt::format("{} {} {} {}", static_cast<char>(news), problem, seconds, about);
+}
+
+/// What came home.
+struct Told {
+    explicit Told(const std::string &text) {
+        std::istringstream words(text);
+        char letter = 0;
+        words >> letter >> problem >> seconds;
+        words.ignore();
+        std::getline(words, about, '\0');
+        news = static_cast<News>(letter);
+    }
+
+    News news;
+    std::size_t problem = 0;
+    double seconds = 0.0;
+    std::string about;
 };
 
-constexpr auto *other_work = "loads, comparisons, files";
+/// Holds the contests of one problem, at all amplitudes.
+void hold_one(const RunTask &task, const RunOptions &options, const std::string &command_line, std::size_t number,
+              const core::Tell &tell) {
+    TimeSpent spent;
+    const auto *const other_work = "loads, comparisons, files";
+    spent.begin(other_work);
+    const auto step = [&](const core::Problem &problem, const std::string &what) {
+        tell(to_text(News::step, number, fmt::format("{} / {}", name_of(problem), what)));
+    };
+    const auto hold = [&](const core::Problem &problem) {
+        const auto file =
+            make_output_folder(output_folder(options, problem), problem) / (problem.load_case.name + ".h5");
+        const auto provenance = results::current_provenance(command_line);
+        if (options.resume && results::kept_result(file, problem, provenance)) {
+            for (const auto &model : task.models)
+                step(problem, model.name + ", kept");
+        } else {
+            const auto result = hold_contest(problem, task.models, task.bands, provenance, [&](const auto &model) {
+                step(problem, model);
+                spent.begin(model);
+            });
+            spent.begin(other_work);
+            keep(file, result);
+        }
+        tell(to_text(News::result, number, file.string()));
+    };
+    for_each_amplitude(task.problems[number], baseline_of(task.models), options, hold,
+                       [&](const core::Problem &problem, const char *reason) {
+                           spent.begin(other_work);
+                           tell(to_text(News::failure, number, fmt::format("{}: {}", name_of(problem), reason)));
+                       });
+    for (const auto &[stage, seconds] : spent.stages())
+        tell(to_text(News::time, number, stage, seconds));
+}
 
 } // namespace
 
 Outcomes hold_all(const RunTask &task, const RunOptions &options, const std::string &command_line) {
-    std::vector<Worker> workers(num_workers(task, options));
-    workers.front().models = task.models;
-    std::vector<Outcome> outcomes(task.problems.size());
+    Outcomes outcomes{std::vector<Outcome>(task.problems.size()), {}};
     const auto num_contests = task.problems.size() * std::max<std::size_t>(1, options.amplitudes.size());
     Progress progress(static_cast<int>(num_contests * task.models.size()));
-    std::mutex files; // the HDF5 library takes one thread at a time
-    const auto hold = [&](Worker &worker, const core::Problem &problem, Outcome &outcome) {
-        const auto file =
-            make_output_folder(output_folder(options, problem), problem) / (problem.load_case.name + ".h5");
-        const auto provenance = results::current_provenance(command_line);
-        if (options.resume) {
-            const std::scoped_lock lock(files);
-            if (auto kept = results::kept_result(file, problem, provenance)) {
-                for (const auto &model : worker.models)
-                    progress.next(fmt::format("{} / {}, kept", name_of(problem), model.name));
-                outcome.done.push_back(std::move(*kept));
-                return;
-            }
-        }
-        auto result = hold_contest(problem, worker.models, task.bands, provenance, [&](const auto &model) {
-            progress.next(fmt::format("{} / {}", name_of(problem), model));
-            worker.spent.begin(model);
-        });
-        worker.spent.begin(other_work);
-        const std::scoped_lock lock(files);
-        keep(file, result);
-        outcome.done.push_back(std::move(result));
-    };
     const auto batches = batches_of(task.problems);
-    core::side_by_side(batches.body, static_cast<int>(workers.size()), [&](int number, int batch) {
-        auto &worker = workers[number];
-        worker.spent.begin(other_work);
-        if (worker.models.empty())
-            worker.models = models_of(options, task.model_options);
-        for (const auto p : batches.problems[batch])
-            for_each_amplitude(
-                task.problems[p], baseline_of(worker.models), options,
-                [&](const core::Problem &loaded) { hold(worker, loaded, outcomes[p]); },
-                [&](const core::Problem &failed, const char *reason) {
-                    worker.spent.begin(other_work);
-                    outcomes[p].failures.push_back(fmt::format("{}: {}", name_of(failed), reason));
-                });
-        worker.spent.stop();
-    });
-    Outcomes all{std::move(outcomes), {}};
-    for (const auto &worker : workers)
-        all.spent.add(worker.spent);
-    return all;
+    core::side_by_side(
+        batches.body, num_workers(task, options),
+        [&](int batch, const core::Tell &tell) {
+            for (const auto number : batches.problems[batch])
+                hold_one(task, options, command_line, number, tell);
+        },
+        [&](int /*batch*/, const std::string &text) {
+            const Told told(text);
+            auto &outcome = outcomes.of_problem[told.problem];
+            switch (told.news) {
+            case News::step:
+                progress.next(told.about);
+                break;
+            case News::time:
+                outcomes.spent.add(told.about, told.seconds);
+                break;
+            case News::result:
+                outcome.done.push_back(results::read_result(told.about));
+                break;
+            case News::failure:
+                outcome.failures.push_back(told.about);
+                break;
+            }
+        });
+    return outcomes;
 }
 
 void help_first_rank(const RunTask &task, const RunOptions &options, const std::string &command_line) {

@@ -20,7 +20,6 @@ Progress::~Progress() {
 }
 
 void Progress::next(const std::string &what) {
-    const std::scoped_lock lock(mutex_);
     const auto line = fmt::format("[{}/{}] {}", ++step_, num_steps_, what);
     if (is_terminal_)
         fmt::print(stderr, "{}{}", erase_line, line);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <mutex>
 #include <string>
 
 namespace livermark::app {
@@ -14,14 +13,13 @@ class Progress {
     Progress(const Progress &) = delete;
     Progress &operator=(const Progress &) = delete;
 
-    /// Begins the next step. Threads may call it.
+    /// Begins the next step.
     void next(const std::string &what);
 
   private:
     int num_steps_;
     int step_ = 0;
     bool is_terminal_;
-    std::mutex mutex_;
 };
 
 } // namespace livermark::app

@@ -37,14 +37,15 @@ int run(const RunOptions &options, const std::string &command_line) {
     TimeSpent spent;
     spent.begin("bodies and load cases");
     const auto task = prepare(options);
-    spent.stop();
     if (fem_reference::mpi_rank() != 0) {
         help_first_rank(task, options, command_line);
         return 0;
     }
 
+    spent.stop();
     auto outcomes = hold_all(task, options, command_line);
-    spent.add(outcomes.spent);
+    for (const auto &[stage, seconds] : outcomes.spent.stages())
+        spent.add(stage, seconds);
     std::vector<results::Result> done;
     std::vector<std::string> failures;
     for (auto &outcome : outcomes.of_problem) {

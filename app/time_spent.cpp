@@ -8,14 +8,9 @@
 
 namespace livermark::app {
 
-double &TimeSpent::of_stage(const std::string &stage) {
-    const auto found = std::ranges::find(stages_, stage, &decltype(stages_)::value_type::first);
-    return found != stages_.end() ? found->second : stages_.emplace_back(stage, 0.0).second;
-}
-
 void TimeSpent::stop() {
     if (is_running_)
-        of_stage(current_) += std::chrono::duration<double>(Clock::now() - start_).count();
+        add(current_, std::chrono::duration<double>(Clock::now() - start_).count());
     is_running_ = false;
 }
 
@@ -26,9 +21,17 @@ void TimeSpent::begin(const std::string &stage) {
     start_ = Clock::now();
 }
 
-void TimeSpent::add(const TimeSpent &other) {
-    for (const auto &[stage, seconds] : other.stages_)
-        of_stage(stage) += seconds;
+void TimeSpent::add(const std::string &stage, double seconds) {
+    const auto found = std::ranges::find(stages_, stage, &decltype(stages_)::value_type::first);
+    if (found != stages_.end())
+        found->second += seconds;
+    else
+        stages_.emplace_back(stage, seconds);
+}
+
+const std::vector<std::pair<std::string, double>> &TimeSpent::stages() {
+    stop();
+    return stages_;
 }
 
 std::string TimeSpent::text() {

@@ -16,8 +16,11 @@ class TimeSpent {
     /// Ends the stage that it is in, if any, and begins no other.
     void stop();
 
-    /// Adds what another clock measured, which has stopped, as if its stages had come after its own.
-    void add(const TimeSpent &other);
+    /// Adds what another clock measured.
+    void add(const std::string &stage, double seconds);
+
+    /// In the order in which they began; with what they took [s]. The clock stops.
+    const std::vector<std::pair<std::string, double>> &stages();
 
     /// A sentence, then a line for each stage that took a hundredth of the time or more, the longest first. The clock
     /// stops.
@@ -25,7 +28,6 @@ class TimeSpent {
 
   private:
     using Clock = std::chrono::steady_clock;
-    double &of_stage(const std::string &stage);
 
     std::vector<std::pair<std::string, double>> stages_; ///< [s]
     std::string current_;

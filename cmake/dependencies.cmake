@@ -35,7 +35,8 @@ find_library(CHOLMOD_LIBRARY cholmod REQUIRED)
 find_path(CHOLMOD_INCLUDE_DIR cholmod.h PATH_SUFFIXES suitesparse REQUIRED)
 add_library(livermark_cholmod INTERFACE)
 target_include_directories(livermark_cholmod SYSTEM INTERFACE ${CHOLMOD_INCLUDE_DIR})
-target_link_libraries(livermark_cholmod INTERFACE ${CHOLMOD_LIBRARY})
+# CHOLMOD runs on GCC's OpenMP; core/openmp.hpp keeps it in one thread.
+target_link_libraries(livermark_cholmod INTERFACE ${CHOLMOD_LIBRARY} gomp)
 
 # The eigensolver that the tests hold Spectra against.
 find_library(ARPACK_LIBRARY arpack REQUIRED)

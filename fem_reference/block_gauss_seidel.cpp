@@ -28,7 +28,7 @@ BlockGaussSeidel::BlockGaussSeidel(const SymmetricMatrix &matrix, const std::vec
     const int num_nodes = matrix.num_rows() / 3;
     row_start_.push_back(0);
     column_.reserve(matrix.column.size() / 9);
-    block_.reserve(matrix.column.size() / 9);
+    block_.reserve(matrix.column.size() + 1);
     for (int node = 0; node < num_nodes; ++node) {
         const int begin = matrix.row_start[3 * node];
         const int length = matrix.row_start[3 * node + 1] - begin;
@@ -45,18 +45,21 @@ BlockGaussSeidel::BlockGaussSeidel(const SymmetricMatrix &matrix, const std::vec
                 inverse_diagonal_.push_back(padded(block.inverse()));
             }
             column_.push_back(other);
-            block_.push_back(padded(block));
+            const Eigen::Matrix3f rounded = block.cast<float>();
+            block_.insert(block_.end(), rounded.data(), rounded.data() + rounded.size());
         }
         row_start_.push_back(static_cast<int>(column_.size()));
     }
+    block_.push_back(0.0F);
     now_.assign(static_cast<std::size_t>(num_nodes), Padded::Zero());
 }
 
 BlockGaussSeidel::Padded BlockGaussSeidel::less_blocks(Padded sum, int begin, int end) const {
     for (int k = begin; k < end; ++k) {
-        const auto &block = block_[k];
+        const float *const block = &block_[9 * static_cast<std::size_t>(k)];
         const auto &other = now_[column_[k]];
-        sum -= block.col(0) * other[0] + block.col(1) * other[1] + block.col(2) * other[2];
+        sum -= Eigen::Vector4f::Map(block) * other[0] + Eigen::Vector4f::Map(block + 3) * other[1] +
+               Eigen::Vector4f::Map(block + 6) * other[2];
     }
     return sum;
 }

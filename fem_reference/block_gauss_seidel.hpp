@@ -10,7 +10,7 @@ namespace livermark::fem_reference {
 
 /// Gauss-Seidel sweeps over the nodes of a system, three components at a time. Kept in single precision: a smoother
 /// lives from the memory that it does not move. Vectors of three are padded to four, so that a processor takes them
-/// at once.
+/// at once; blocks are not: a fourth lane gets what comes next in memory, and nobody looks at it.
 class BlockGaussSeidel {
   public:
     /// @param matrix   of 3 x 3 blocks, as ElasticSystem has it
@@ -30,20 +30,20 @@ class BlockGaussSeidel {
     void sweep_backward(std::span<const double> right_hand_side, std::span<double> u);
 
   private:
-    using Block = Eigen::Matrix<float, 4, 3>; ///< the last row is zero
-    using Padded = Eigen::Vector4f;           ///< the last component is zero
+    using PaddedBlock = Eigen::Matrix<float, 4, 3>; ///< the last row is zero
+    using Padded = Eigen::Vector4f;                 ///< the last component does not count
 
     /// sum - (blocks from begin to end) now_
     Padded less_blocks(Padded sum, int begin, int end) const;
     void load(std::span<const double> u);
     void put(int node, const Padded &value, std::span<double> u);
 
-    std::vector<int> row_start_;          ///< (n + 1)
-    std::vector<int> diagonal_;           ///< (n) place of the diagonal block in column_
-    std::vector<int> column_;             ///< (blocks) node
-    std::vector<Block> block_;            ///< (blocks)
-    std::vector<Block> inverse_diagonal_; ///< (n)
-    std::vector<Padded> now_;             ///< (n) what a sweep works on
+    std::vector<int> row_start_;                ///< (n + 1)
+    std::vector<int> diagonal_;                 ///< (n) place of the diagonal block in column_
+    std::vector<int> column_;                   ///< (blocks) node
+    std::vector<float> block_;                  ///< (9 blocks + 1) by columns, and a last one that may be read
+    std::vector<PaddedBlock> inverse_diagonal_; ///< (n)
+    std::vector<Padded> now_;                   ///< (n) what a sweep works on
 };
 
 } // namespace livermark::fem_reference

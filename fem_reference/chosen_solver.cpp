@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "fem_reference/algebraic_multigrid.hpp"
+#include "fem_reference/mass_matrix.hpp"
 #include "fem_reference/two_level.hpp"
 
 namespace livermark::fem_reference {
@@ -32,7 +33,7 @@ class Factor : public Preconditioner {
 
 } // namespace
 
-ChosenSolver::ChosenSolver(const ElasticSystem &system, SolverChoice choice) {
+ChosenSolver::ChosenSolver(const ElasticSystem &system, SolverChoice choice) : stiffness_(&system.stiffness) {
     if (choice == SolverChoice::iterative ||
         (choice == SolverChoice::automatic && system.stiffness.num_rows() > largest_direct_system)) {
         iterative_.emplace(system.stiffness, algebraic_multigrid(system));
@@ -42,7 +43,8 @@ ChosenSolver::ChosenSolver(const ElasticSystem &system, SolverChoice choice) {
     }
 }
 
-ChosenSolver::ChosenSolver(const ElasticSystem &fine, const ElasticSystem &coarse, ChosenSolver &coarse_solver) {
+ChosenSolver::ChosenSolver(const ElasticSystem &fine, const ElasticSystem &coarse, ChosenSolver &coarse_solver)
+    : stiffness_(&fine.stiffness) {
     iterative_.emplace(fine.stiffness, two_level(fine, coarse, coarse_solver.inverse()));
 }
 
@@ -59,6 +61,13 @@ ConstrainedSolution ChosenSolver::solve(std::span<const double> prescribed, std:
 
 double ChosenSolver::setup_seconds() const {
     return direct_ ? direct_->factor_seconds() : iterative_->setup_seconds();
+}
+
+void ChosenSolver::multiply(std::span<const double> x, std::span<double> out) const {
+    if (direct_)
+        multiply_stiffness(*stiffness_, x, out);
+    else
+        iterative_->multiply(x, out);
 }
 
 Preconditioner &ChosenSolver::inverse() {

@@ -31,6 +31,10 @@ class ChosenSolver {
     /// Seconds that the set-up in use took, also when it was made for an earlier solve.
     double setup_seconds() const;
 
+    /// out = K x, whatever is prescribed
+    /// @param x, out  shape (n), not the same
+    void multiply(std::span<const double> x, std::span<double> out) const;
+
     /// An approximate inverse of the matrix: the factor, or the preconditioner of the iterative solver.
     Preconditioner &inverse();
 
@@ -38,6 +42,7 @@ class ChosenSolver {
     std::string description(const ConstrainedSolution &solution) const;
 
   private:
+    const SymmetricMatrix *stiffness_;
     std::optional<ConstrainedSolver> direct_;
     std::unique_ptr<Preconditioner> factor_; ///< a view of direct_
     std::optional<IterativeSolver> iterative_;

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/openmp.hpp"
 #include "fem_reference/mass_matrix.hpp"
 
 namespace livermark::fem_reference {
@@ -31,6 +32,7 @@ std::vector<double> residual_of(const SymmetricMatrix &matrix, std::span<const d
 
 struct ConstrainedSolver::Impl {
     explicit Impl(const SymmetricMatrix &matrix) : stiffness(matrix) {
+        core::keep_openmp_in_this_thread();
         cholmod_start(&common);
         common.print = 0;
         // One ordering instead of the best of several, and one kind of factor: the same bits every time. Nested

@@ -26,7 +26,7 @@ struct Ending {
 /// @param residual  shape (n), the right-hand side, zero where not free; used up
 /// @param size      what the residual is relative to; its own norm where it is 0
 /// @param u         shape (n), the solution is added to its free entries
-Ending conjugate_gradients(const SymmetricMatrix &matrix, const std::vector<bool> &is_free,
+Ending conjugate_gradients(const SymmetricBlocks &matrix, const std::vector<bool> &is_free,
                            Preconditioner &preconditioner, int max_iterations, std::vector<double> residual,
                            double size, std::vector<double> &u) {
     const double start = std::sqrt(dot(residual, residual));
@@ -43,7 +43,7 @@ Ending conjugate_gradients(const SymmetricMatrix &matrix, const std::vector<bool
         const double beta = -dot(image, correction) / curvature;
         for (std::size_t i = 0; i < u.size(); ++i)
             direction[i] = correction[i] + beta * direction[i];
-        multiply_stiffness(matrix, direction, image);
+        matrix.multiply(direction, image);
         keep_free(is_free, image);
         curvature = dot(direction, image);
         const double alpha = dot(residual, direction) / curvature;
@@ -63,7 +63,7 @@ Ending conjugate_gradients(const SymmetricMatrix &matrix, const std::vector<bool
 
 IterativeSolver::IterativeSolver(const SymmetricMatrix &stiffness, std::unique_ptr<Preconditioner> preconditioner,
                                  int max_iterations)
-    : stiffness_(&stiffness), preconditioner_(std::move(preconditioner)), max_iterations_(max_iterations) {}
+    : stiffness_(stiffness), preconditioner_(std::move(preconditioner)), max_iterations_(max_iterations) {}
 
 bool IterativeSolver::set_up(std::span<const double> prescribed) {
     const auto start = std::chrono::steady_clock::now();
@@ -92,14 +92,14 @@ ConstrainedSolution IterativeSolver::solve(std::span<const double> prescribed, s
         u[i] = is_free_[i] ? 0.0 : prescribed[i];
     const auto imbalance = [&] { // f - K u
         std::vector<double> out(u.size());
-        multiply_stiffness(*stiffness_, u, out);
+        multiply(u, out);
         for (std::size_t i = 0; i < out.size(); ++i)
             out[i] = load[i] - out[i];
         return out;
     };
     auto right_hand_side = imbalance();
     keep_free(is_free_, right_hand_side);
-    const auto ending = conjugate_gradients(*stiffness_, is_free_, *preconditioner_, max_iterations_,
+    const auto ending = conjugate_gradients(stiffness_, is_free_, *preconditioner_, max_iterations_,
                                             std::move(right_hand_side), size, u);
     solution.iterations = ending.iterations;
     solution.relative_residual = ending.relative_residual;

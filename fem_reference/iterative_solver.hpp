@@ -4,6 +4,7 @@
 
 #include "fem_reference/constrained_solver.hpp"
 #include "fem_reference/preconditioner.hpp"
+#include "fem_reference/symmetric_blocks.hpp"
 
 namespace livermark::fem_reference {
 
@@ -13,7 +14,7 @@ class IterativeSolver {
     /// Norm of the residual over that of the right-hand side of the free rows at which the iteration stops.
     static constexpr double tolerance = 1e-11;
 
-    /// @param stiffness       symmetric positive semidefinite; the caller keeps it alive and unchanged
+    /// @param stiffness       symmetric positive semidefinite; of 3 x 3 blocks
     /// @param preconditioner  of this matrix
     /// @param max_iterations  after how many steps it gives up
     IterativeSolver(const SymmetricMatrix &stiffness, std::unique_ptr<Preconditioner> preconditioner,
@@ -30,13 +31,17 @@ class IterativeSolver {
     /// @param size        what the tolerance is relative to; the norm of the right-hand side where it is 0
     ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load, double size = 0.0);
 
+    /// out = K x, whatever is prescribed
+    /// @param x, out  shape (n), not the same
+    void multiply(std::span<const double> x, std::span<double> out) const { stiffness_.multiply(x, out); }
+
     Preconditioner &preconditioner() const { return *preconditioner_; }
 
     /// Seconds that the preconditioner in use took, also when it was made for an earlier solve.
     double setup_seconds() const { return setup_seconds_; }
 
   private:
-    const SymmetricMatrix *stiffness_;
+    SymmetricBlocks stiffness_;
     std::unique_ptr<Preconditioner> preconditioner_;
     int max_iterations_;
     std::vector<bool> is_free_;

@@ -26,14 +26,14 @@ std::span<const double> part(const Vector &vector, std::size_t first, std::size_
 
 /// The block matrix on free displacements; prescribed ones are zero in what comes out.
 struct BlockMatrix {
-    const SymmetricMatrix &stiffness;
+    const ChosenSolver &solver;
     const PressureSystem &pressure;
     const std::vector<bool> &is_free;
 
     /// force = K u + D^T p, and imbalance = D u - C p
     void apply(std::span<const double> u, std::span<const double> p, std::span<double> force,
                std::span<double> imbalance) const {
-        multiply_stiffness(stiffness, u, force);
+        solver.multiply(u, force);
         multiply(pressure.compliance, p, imbalance);
         const auto &[row_start, column, value] = pressure.divergence;
         for (std::size_t q = 0; q < p.size(); ++q) {
@@ -71,14 +71,13 @@ struct BlockPreconditioner {
 } // namespace
 
 struct MixedSolver::Impl {
-    Impl(const SymmetricMatrix &k, ChosenSolver &inverse_of_k, const PressureSystem &p, double of_residual)
-        : stiffness(k), solver(inverse_of_k), pressure(p), tolerance(of_residual), norm(pressure.norm) {
+    Impl(ChosenSolver &of_k, const PressureSystem &p, double of_residual)
+        : solver(of_k), pressure(p), tolerance(of_residual), norm(pressure.norm) {
         const std::vector<double> all_free(static_cast<std::size_t>(pressure.num_pressures()),
                                            std::numeric_limits<double>::quiet_NaN());
         norm.factorise(all_free);
     }
 
-    const SymmetricMatrix &stiffness;
     ChosenSolver &solver;
     const PressureSystem &pressure;
     double tolerance;
@@ -102,9 +101,8 @@ struct MixedSolver::Impl {
     }
 };
 
-MixedSolver::MixedSolver(const SymmetricMatrix &stiffness, ChosenSolver &solver, const PressureSystem &pressure,
-                         double tolerance)
-    : impl_(std::make_unique<Impl>(stiffness, solver, pressure, tolerance)) {}
+MixedSolver::MixedSolver(ChosenSolver &solver, const PressureSystem &pressure, double tolerance)
+    : impl_(std::make_unique<Impl>(solver, pressure, tolerance)) {}
 MixedSolver::~MixedSolver() = default;
 MixedSolver::MixedSolver(MixedSolver &&) noexcept = default;
 MixedSolver &MixedSolver::operator=(MixedSolver &&) noexcept = default;
@@ -128,7 +126,7 @@ ConstrainedSolution MixedSolver::solve(std::span<const double> prescribed, std::
         u[i] = is_free[i] ? 0.0 : prescribed[i];
     std::vector<double> p(num_p, 0.0), imbalance(num_p);
     solution.residual.resize(num_u);
-    const BlockMatrix matrix{impl_->stiffness, impl_->pressure, is_free};
+    const BlockMatrix matrix{impl_->solver, impl_->pressure, is_free};
     matrix.apply(u, p, solution.residual, imbalance);
 
     Vector right_hand_side(num_u + num_p), unknowns(num_u + num_p);

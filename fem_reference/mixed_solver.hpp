@@ -22,9 +22,8 @@ class MixedSolver {
     static constexpr double default_tolerance = 1e-9;
     static constexpr int max_iterations = 1000;
 
-    /// @param stiffness  K; it, the solver and the pressure are kept alive by the caller, the matrices unchanged
-    MixedSolver(const SymmetricMatrix &stiffness, ChosenSolver &solver, const PressureSystem &pressure,
-                double tolerance = default_tolerance);
+    /// @param solver  of K; it and the pressure are kept alive by the caller, the pressure unchanged
+    explicit MixedSolver(ChosenSolver &solver, const PressureSystem &pressure, double tolerance = default_tolerance);
     ~MixedSolver();
     MixedSolver(MixedSolver &&) noexcept;
     MixedSolver &operator=(MixedSolver &&) noexcept;

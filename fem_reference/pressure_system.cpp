@@ -44,28 +44,36 @@ PressureNumbers number_pressures(const core::Body &body) {
     return numbers;
 }
 
-/// Sums entries that are given one by one.
+/// Sums entries that are given one by one, each place in the order in which it was given.
 class Rows {
   public:
     explicit Rows(int num_rows) : row_(num_rows) {}
 
-    void add(int row, int column, double value) { row_[row][column] += value; }
+    void add(int row, int column, double value) { row_[row].emplace_back(column, value); }
 
-    template <class Matrix> Matrix compressed() const {
+    template <class Matrix> Matrix compressed() {
         Matrix matrix;
         matrix.row_start.push_back(0);
-        for (const auto &entries : row_) {
-            for (const auto &[column, value] : entries) {
-                matrix.column.push_back(column);
-                matrix.value.push_back(value);
+        for (auto &entries : row_) {
+            std::ranges::stable_sort(entries, {}, &Entry::first);
+            for (std::size_t k = 0; k < entries.size(); ++k) {
+                const auto &[column, value] = entries[k];
+                if (k > 0 && column == entries[k - 1].first) {
+                    matrix.value.back() += value;
+                } else {
+                    matrix.column.push_back(column);
+                    matrix.value.push_back(value);
+                }
             }
             matrix.row_start.push_back(static_cast<int>(matrix.column.size()));
+            entries = {}; // the memory is needed for the next ones
         }
         return matrix;
     }
 
   private:
-    std::vector<std::map<int, double>> row_;
+    using Entry = std::pair<int, double>;
+    std::vector<std::vector<Entry>> row_;
 };
 
 } // namespace

@@ -2,6 +2,8 @@
 
 #include <Eigen/CholmodSupport>
 
+#include "core/openmp.hpp"
+
 namespace livermark::msm {
 
 struct Cholesky::Impl {
@@ -10,6 +12,7 @@ struct Cholesky::Impl {
 };
 
 Cholesky::Cholesky() : impl_(std::make_unique<Impl>()) {
+    core::keep_openmp_in_this_thread();
     auto &common = impl_->solver.cholmod();
     common.print = 0;
     common.nmethods = 1;

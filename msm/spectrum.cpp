@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "core/input_error.hpp"
+#include "core/openmp.hpp"
 #include "msm/free_components.hpp"
 
 namespace livermark::msm {
@@ -33,6 +34,7 @@ class InverseStiffness : private Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix
   public:
     using Scalar = double;
     explicit InverseStiffness(const Eigen::SparseMatrix<double> &matrix) {
+        core::keep_openmp_in_this_thread();
         cholmod().print = 0;
         compute(matrix);
     }

@@ -1,6 +1,7 @@
 #include <Eigen/CholmodSupport>
 #include <memory>
 
+#include "core/openmp.hpp"
 #include "msm/integrator.hpp"
 
 namespace livermark::msm::integrators {
@@ -17,6 +18,7 @@ constexpr double slow = 0.3;
 class ImplicitEuler {
   public:
     ImplicitEuler(const EquationOfMotion &equation, double h) : equation_(&equation), h_(h) {
+        core::keep_openmp_in_this_thread();
         solver_->cholmod().print = 0;
     }
 

@@ -53,6 +53,7 @@ std::vector<BadInput> bad_command_lines() {
         words("Incompressible", "run --body beam --poisson 0.5", "--poisson", "between -1 and 0.5"),
         words("NanPoissonRatio", "run --body beam --poisson nan", "--poisson", "between -1 and 0.5"),
         words("AmplitudeOfZero", "run --amplitude 0", "--amplitude", "finite number above zero"),
+        words("NoJobs", "run --jobs 0", "--jobs", "not in range 1 to 1024"),
         words("NegativeTimeStep", "run --time-step -1", "--time-step", "finite number above zero"),
         on_bar("UnknownIntegrator", good_run + " --integrator rk4", "no integrator 'rk4'", "known are: explicit_euler"),
         on_bar("RelaxationWithoutExplicitSteps", good_run + " --equilibrium relaxation --integrator implicit_euler",

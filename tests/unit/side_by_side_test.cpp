@@ -1,0 +1,102 @@
+#include "core/side_by_side.hpp"
+
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <unistd.h>
+#include <vector>
+
+#include "core/input_error.hpp"
+
+namespace livermark {
+namespace {
+
+/// @return shape (I) the process that did each item
+std::vector<std::string> processes(const std::vector<int> &group, int num_workers) {
+    std::vector<std::string> process(group.size());
+    core::side_by_side(
+        group, num_workers, [](int, const core::Tell &tell) { tell(std::to_string(getpid())); },
+        [&](int item, const std::string &text) {
+            EXPECT_TRUE(process[item].empty()) << "item " << item << " is done twice";
+            process[item] = text;
+        });
+    return process;
+}
+
+TEST(SideBySide, DoesEachItemOnce) {
+    const std::vector<int> group{0, 0, 2, 0, 2, 2, 1, 0, 2};
+    for (const int num_workers : {1, 2, 3, 40})
+        for (const auto &process : processes(group, num_workers))
+            EXPECT_FALSE(process.empty());
+    EXPECT_TRUE(processes({}, 2).empty());
+}
+
+TEST(SideBySide, OneWorkerGoesGroupByGroupInThisProcess) {
+    const std::vector<int> group{1, 0, 1, 0};
+    std::vector<int> order;
+    core::side_by_side(group, 1, [&](int item, const core::Tell &) { order.push_back(item); }, {});
+    EXPECT_EQ(order, (std::vector<int>{1, 3, 0, 2}));
+}
+
+TEST(SideBySide, WorkersBeginGroupsOfTheirOwnAndThenHelp) {
+    const auto of_groups = processes({0, 0, 0, 1, 1, 1}, 2);
+    EXPECT_NE(of_groups[0], of_groups[3]);
+    EXPECT_NE(of_groups[0], std::to_string(getpid()));
+    const auto of_one_group = processes({0, 0}, 2);
+    EXPECT_NE(of_one_group[0], of_one_group[1]);
+}
+
+TEST(SideBySide, TextsComeInTheirOrderAndWhole) {
+    const std::vector<int> group{0, 1, 2};
+    const std::string large(300'000, 'x'); // more than a pipe holds
+    std::vector<std::vector<std::string>> told(group.size());
+    core::side_by_side(
+        group, 3,
+        [&](int item, const core::Tell &tell) {
+            tell("");
+            tell(large + std::to_string(item));
+            tell("end");
+        },
+        [&](int item, const std::string &text) { told[item].push_back(text); });
+    for (std::size_t item = 0; item < group.size(); ++item)
+        EXPECT_EQ(told[item], (std::vector<std::string>{"", large + std::to_string(item), "end"}));
+}
+
+/// @return what the message is if the fourth item of many ends like this
+template <class Fault> std::string message(int num_workers, const std::function<void()> &fault) {
+    try {
+        core::side_by_side(std::vector<int>(50, 0), num_workers,
+                           [&](int item, const core::Tell &) {
+                               if (item == 3)
+                                   fault();
+                           },
+                           {});
+    } catch (const Fault &error) {
+        return error.what();
+    }
+    return "no fault";
+}
+
+TEST(SideBySide, AFaultEndsTheWork) {
+    for (const int num_workers : {1, 2}) {
+        EXPECT_EQ(message<core::InputError>(num_workers, [] { throw core::InputError("no room"); }), "no room");
+        EXPECT_EQ(message<std::runtime_error>(num_workers, [] { throw std::range_error("wrong"); }), "wrong");
+    }
+}
+
+TEST(SideBySide, AWorkerThatIsKilledIsMissed) {
+    const auto text = message<std::runtime_error>(2, [] { std::raise(SIGKILL); });
+    EXPECT_NE(text.find("a worker ended before its work did (Killed)"), std::string::npos) << text;
+}
+
+TEST(WorkersThatFit, AreAtLeastOneAndOneForEachCoreAtMost) {
+    EXPECT_EQ(core::workers_that_fit(1e30), 1);
+    EXPECT_EQ(core::workers_that_fit(1.0), static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+} // namespace
+} // namespace livermark
