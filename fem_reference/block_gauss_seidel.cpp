@@ -54,13 +54,22 @@ BlockGaussSeidel::BlockGaussSeidel(const SymmetricMatrix &matrix, const std::vec
     now_.assign(static_cast<std::size_t>(num_nodes), Padded::Zero());
 }
 
+BlockGaussSeidel::Padded BlockGaussSeidel::less_block(const Padded &sum, int k) const {
+    const float *const block = &block_[9 * static_cast<std::size_t>(k)];
+    const auto &other = now_[column_[k]];
+    return sum - (Eigen::Vector4f::Map(block) * other[0] + Eigen::Vector4f::Map(block + 3) * other[1] +
+                  Eigen::Vector4f::Map(block + 6) * other[2]);
+}
+
 BlockGaussSeidel::Padded BlockGaussSeidel::less_blocks(Padded sum, int begin, int end) const {
-    for (int k = begin; k < end; ++k) {
-        const float *const block = &block_[9 * static_cast<std::size_t>(k)];
-        const auto &other = now_[column_[k]];
-        sum -= Eigen::Vector4f::Map(block) * other[0] + Eigen::Vector4f::Map(block + 3) * other[1] +
-               Eigen::Vector4f::Map(block + 6) * other[2];
-    }
+    for (int k = begin; k < end; ++k)
+        sum = less_block(sum, k);
+    return sum;
+}
+
+BlockGaussSeidel::Padded BlockGaussSeidel::less_blocks_from_the_last(Padded sum, int begin, int end) const {
+    for (int k = end - 1; k >= begin; --k)
+        sum = less_block(sum, k);
     return sum;
 }
 
@@ -92,8 +101,10 @@ void BlockGaussSeidel::residual_after_forward(std::span<const double> u, std::sp
 void BlockGaussSeidel::sweep_backward(std::span<const double> right_hand_side, std::span<double> u) {
     load(u);
     for (int node = static_cast<int>(now_.size()) - 1; node >= 0; --node) {
-        const Padded before = less_blocks(padded(&right_hand_side[3 * node]), row_start_[node], diagonal_[node]);
-        put(node, times(inverse_diagonal_[node], less_blocks(before, diagonal_[node] + 1, row_start_[node + 1])), u);
+        const Padded behind =
+            less_blocks_from_the_last(padded(&right_hand_side[3 * node]), diagonal_[node] + 1, row_start_[node + 1]);
+        put(node, times(inverse_diagonal_[node], less_blocks_from_the_last(behind, row_start_[node], diagonal_[node])),
+            u);
     }
 }
 

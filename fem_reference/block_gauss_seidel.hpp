@@ -35,6 +35,10 @@ class BlockGaussSeidel {
 
     /// sum - (blocks from begin to end) now_
     Padded less_blocks(Padded sum, int begin, int end) const;
+    /// The same, the last block first: a sweep that goes down in memory has to do so in each row as well, or nothing is
+    /// fetched ahead.
+    Padded less_blocks_from_the_last(Padded sum, int begin, int end) const;
+    Padded less_block(const Padded &sum, int k) const;
     void load(std::span<const double> u);
     void put(int node, const Padded &value, std::span<double> u);
 

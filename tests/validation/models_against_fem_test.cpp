@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <gtest/gtest.h>
 #include <ostream>
-#include <sstream>
 
 #include "core/error_norms.hpp"
 #include "core/toml_input.hpp"
@@ -18,8 +17,6 @@ namespace livermark {
 namespace {
 
 using core::Vector3;
-
-constexpr bool ran_with_uncertainty = LIVERMARK_VALIDATION_WITH_UNCERTAINTY;
 
 /// What a run on one rank has.
 constexpr auto reference = models::references.front();
@@ -43,14 +40,9 @@ bool fits(const std::string &load_case, const core::TetraMesh &mesh) {
     }
 }
 
-/// All that ships, or what a Debug build runs of it.
+/// All that ships.
 std::vector<Contest> all_contests() {
     std::vector<Contest> contests;
-    std::istringstream chosen(LIVERMARK_VALIDATION_PROBLEMS); // body and load case by turns
-    for (Contest contest; chosen >> contest.body >> contest.load_case;)
-        contests.push_back(contest);
-    if (!contests.empty())
-        return contests;
     for (const auto &name : core::list_toml(LIVERMARK_SOURCE_DIR "/meshes")) {
         const auto body = meshes::read_body(LIVERMARK_SOURCE_DIR "/meshes/" + name + ".toml");
         for (const auto &load_case : core::list_toml(LIVERMARK_SOURCE_DIR "/load_cases"))
@@ -82,7 +74,7 @@ class ModelsAgainstFem : public testing::TestWithParam<Contest> {
 
 /// Of what moves, two spring models are enough.
 TEST_P(ModelsAgainstFem, HasEveryModelOfTheTableUnderItsName) {
-    const bool has_all = ran_with_uncertainty && !result.problem.load_case.release;
+    const bool has_all = !result.problem.load_case.release;
     for (const auto &model : models::all_models())
         if (has_all) {
             EXPECT_NE(find(model.name), nullptr) << model.name;
@@ -108,8 +100,6 @@ TEST_P(ModelsAgainstFem, EverySolutionIsFoundAndComparedWithTheReference) {
 
 /// The finite elements say how good they are, in every norm of the comparison, and how they were solved.
 TEST_P(ModelsAgainstFem, TheReferenceHasAnErrorBarOfItsOwn) {
-    if (!ran_with_uncertainty)
-        GTEST_SKIP() << "the refined reference takes too long in a debug build";
     ASSERT_TRUE(result.reference_uncertainty);
     const auto &uncertainty = *result.reference_uncertainty;
     const auto again = results::estimate_uncertainty(result.problem.body->mesh, find(reference.on_mesh)->solution,
@@ -131,8 +121,6 @@ TEST_P(ModelsAgainstFem, TheReferenceHasAnErrorBarOfItsOwn) {
 }
 
 TEST_P(ModelsAgainstFem, EveryErrorIsInItsBand) {
-    if (!ran_with_uncertainty)
-        GTEST_SKIP() << "bands hold against the reference that is chosen when its uncertainty is known";
     const auto bands = results::read_error_bands(LIVERMARK_SOURCE_DIR "/results/error_bands.toml");
     for (const auto &model : result.models) {
         if (model.name == reference_name())

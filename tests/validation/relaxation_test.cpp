@@ -23,8 +23,6 @@ class Relaxation : public testing::TestWithParam<std::string> {};
 
 /// Time stepping under damping and Newton's method find the same rest, on every load case that ships.
 TEST_P(Relaxation, ComesToTheEquilibriumThatNewtonFinds) {
-    if (!LIVERMARK_VALIDATION_WITH_UNCERTAINTY && GetParam() != "beam")
-        GTEST_SKIP() << "a hundred thousand steps of a liver take too long in a debug build";
     const auto body = std::make_shared<const core::Body>(
         meshes::read_body(std::filesystem::path(LIVERMARK_SOURCE_DIR "/meshes") / (GetParam() + ".toml")));
     models::ModelOptions by_time_stepping;
