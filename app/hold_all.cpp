@@ -76,18 +76,18 @@ Batches batches_of(const std::vector<core::Problem> &problems) {
     Batches batches;
     std::vector<const core::Body *> bodies;
     for (std::size_t p = 0; p < problems.size(); ++p) {
-        const auto &[body, load_case] = problems[p];
+        const auto &problem = problems[p];
         const auto same = std::ranges::find_if(batches.problems, [&](const auto &batch) {
             const auto &first = problems[batch.front()];
-            return first.body == body && core::are_statically_equal(first.load_case, load_case);
+            return first.body == problem.body && core::are_statically_equal(first.load_case, problem.load_case);
         });
         if (same != batches.problems.end()) {
             same->push_back(p);
             continue;
         }
-        const auto number = std::ranges::find(bodies, body.get()) - bodies.begin();
+        const auto number = std::ranges::find(bodies, problem.body.get()) - bodies.begin();
         if (number == std::ssize(bodies))
-            bodies.push_back(body.get());
+            bodies.push_back(problem.body.get());
         batches.problems.push_back({p});
         batches.body.push_back(static_cast<int>(number));
     }

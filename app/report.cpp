@@ -27,7 +27,9 @@ int make_report(const ReportOptions &options, const std::string &command_line) {
     core::check_place(output);
     core::write_whole(output, report::make_report(data, paper_tables(data), command_line));
     fmt::print("{}\n", output.string());
-    return 0;
+    for (const auto &fault : data.faults)
+        fmt::print(stderr, "livermark: left out: {}\n", fault);
+    return data.faults.empty() ? 0 : 1;
 }
 
 } // namespace

@@ -100,6 +100,8 @@ std::string head(const ReportData &data) {
     html +=
         fact("Files", fmt::format("{} of runs, {} of stability, {} of histories, {} of timings", data.results.size(),
                                   data.stability.size(), data.histories.size(), data.timings.size()));
+    for (const auto &fault : data.faults)
+        html += fact("Left out", fault);
     if (!data.results.empty()) {
         const auto newest = std::ranges::max_element(
             data.results, {}, [](const results::Result &result) { return result.provenance.created; });

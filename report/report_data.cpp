@@ -32,6 +32,28 @@ void sort_results(ReportData &data) {
     data.files = std::move(sorted.files);
 }
 
+void read_file(const std::filesystem::path &file, const std::string &name, ReportData &data) {
+    switch (results::kind_of_file(file)) {
+    case results::FileKind::result:
+        data.results.push_back(results::read_result(file));
+        data.files.push_back(name);
+        break;
+    case results::FileKind::stability:
+        data.stability.push_back(results::read_stability(file));
+        break;
+    case results::FileKind::histories:
+        data.histories.push_back(results::read_histories(file));
+        break;
+    case results::FileKind::timings:
+        data.timings.push_back(results::read_timings(file));
+        break;
+    case results::FileKind::modes:
+    case results::FileKind::calibration:
+    case results::FileKind::other:
+        data.others.push_back(name);
+    }
+}
+
 } // namespace
 
 ReportData read_report_data(const std::filesystem::path &folder) {
@@ -40,32 +62,18 @@ ReportData read_report_data(const std::filesystem::path &folder) {
         throw core::InputError(
             fmt::format("{}: there is no such folder; give the one that `livermark run` filled", folder.string()));
     ReportData data;
-    for (const auto &file : results::hdf5_files_below(folder)) {
-        const auto name = file.lexically_relative(folder).string();
-        switch (results::kind_of_file(file)) {
-        case results::FileKind::result:
-            data.results.push_back(results::read_result(file));
-            data.files.push_back(name);
-            break;
-        case results::FileKind::stability:
-            data.stability.push_back(results::read_stability(file));
-            break;
-        case results::FileKind::histories:
-            data.histories.push_back(results::read_histories(file));
-            break;
-        case results::FileKind::timings:
-            data.timings.push_back(results::read_timings(file));
-            break;
-        case results::FileKind::modes:
-        case results::FileKind::calibration:
-        case results::FileKind::other:
-            data.others.push_back(name);
+    for (const auto &file : results::hdf5_files_below(folder))
+        try {
+            read_file(file, file.lexically_relative(folder).string(), data);
+        } catch (const core::InputError &fault) {
+            data.faults.emplace_back(fault.what());
         }
-    }
     if (data.results.empty() && data.stability.empty() && data.histories.empty() && data.timings.empty())
-        throw core::InputError(fmt::format("{}: there are no result files here; make some with `livermark run --output "
-                                           "{}`",
-                                           folder.string(), folder.string()));
+        throw core::InputError(data.faults.empty()
+                                   ? fmt::format("{0}: there are no result files here; make some with `livermark run "
+                                                 "--output {0}`",
+                                                 folder.string())
+                                   : data.faults.front());
     sort_results(data);
     return data;
 }

@@ -19,11 +19,11 @@ struct ReportData {
     std::vector<results::Histories> histories;
     std::vector<results::Timings> timings;
     std::vector<std::string> others; ///< files of other kinds, which no part of the report is about
+    std::vector<std::string> faults; ///< a sentence for each file that cannot be read or is damaged, and is left out
 };
 
 /// Reads every .h5 below a folder.
-/// @throws core::InputError if the folder cannot be listed, one of the files cannot be read or is damaged, or none of
-///         them has anything for a report
+/// @throws core::InputError if the folder cannot be listed, or none of the files has anything for a report
 ReportData read_report_data(const std::filesystem::path &folder);
 
 } // namespace livermark::report

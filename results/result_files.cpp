@@ -6,7 +6,7 @@
 #include <system_error>
 
 #include "core/input_error.hpp"
-#include "results/hdf5_io.hpp"
+#include "results/file_kind.hpp"
 #include "results/result_file.hpp"
 
 namespace livermark::results {
@@ -59,8 +59,7 @@ std::vector<Result> read_results(std::span<const std::filesystem::path> paths) {
 
 bool is_result_file(const std::filesystem::path &path) {
     try {
-        const hdf5::InputFile file(path);
-        return file.has("/mesh") && file.has("/solutions") && !file.children("/solutions").empty();
+        return kind_of_file(path) == FileKind::result;
     } catch (const core::InputError &) {
         return false;
     }

@@ -169,19 +169,17 @@ std::vector<BadInput> bad_hdf5_files() {
         report("EmptyFolderForAReport", "a folder for a report without result files", "runs:", "no result files",
                "make some with `livermark run --output runs`",
                [](const fs::path &folder) { fs::create_directory(folder); }),
-        report("DamagedFileForAReport", "a damaged file among those of a report",
+        report("DamagedFileForAReport", "nothing but a damaged file for a report",
                "runs/bar/bad.h5:", "truncated or damaged", "make it again with `livermark run`",
                [](const fs::path &folder) {
                    fs::create_directories(folder / "bar");
-                   results::write_result(folder / "bar" / "good.h5", sample_result());
                    results::write_result(folder / "bar" / "bad.h5", sample_result());
                    fs::resize_file(folder / "bar" / "bad.h5", 10000);
                }),
-        report("RandomBytesForAReport", "random bytes among the files of a report", "runs/bad.h5:", "not an HDF5 file",
+        report("RandomBytesForAReport", "nothing but random bytes for a report", "runs/bad.h5:", "not an HDF5 file",
                "give a file that `livermark run` wrote",
                [](const fs::path &folder) {
                    fs::create_directory(folder);
-                   results::write_result(folder / "good.h5", sample_result());
                    std::ofstream(folder / "bad.h5", std::ios::binary) << random_bytes();
                }),
         report("SpoiltTimingsForAReport", "a timing file of a report without its clock",
