@@ -62,7 +62,7 @@ struct Corners {
 };
 
 /// Of the mixed formulation on a refined body, whose discretisation is wrong by percents.
-constexpr double refined_tolerance = 1e-6;
+constexpr double refined_tolerance = 1e-7;
 
 } // namespace
 
