@@ -111,7 +111,7 @@ int num_workers(const RunTask &task, const RunOptions &options) {
         const auto num_edges = mesh.num_nodes() + mesh.num_tetrahedra() + mesh.num_boundary_triangles() / 2; // Euler
         return 3 * (mesh.num_nodes() + num_edges) > fem_reference::largest_direct_system;
     });
-    if (fem_reference::mpi_num_ranks() > 1 || task.model_options.fem_solver == iterative || is_large)
+    if (fem_reference::mpi_num_ranks() > 1 || options.model_options.fem_solver == iterative || is_large)
         return 1;
     return options.jobs.value_or(core::workers_that_fit(bytes_per_worker(task, !options.no_uncertainty)));
 }

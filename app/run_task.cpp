@@ -58,8 +58,8 @@ RunTask prepare_on_this_rank(const RunOptions &options) {
         throw core::InputError("--fem-solver direct works on one rank only; leave it out or start without mpirun");
     if (fem_reference::mpi_num_ranks() > 1 && options.jobs.value_or(1) > 1)
         throw core::InputError("--jobs works on one rank only; leave it out or start without mpirun");
-    const auto chosen = model_options(options);
-    RunTask task{chosen, models_of(options, chosen), read_all_problems(options), read_bands(options)};
+    RunTask task{choose_models(options.models, model_options(options), !options.no_uncertainty),
+                 read_all_problems(options), read_bands(options)};
     if (options.only_static)
         std::erase_if(task.problems,
                       [](const core::Problem &problem) { return problem.load_case.release.has_value(); });
@@ -75,10 +75,6 @@ RunTask prepare_on_this_rank(const RunOptions &options) {
 }
 
 } // namespace
-
-std::vector<core::Model> models_of(const RunOptions &options, const models::ModelOptions &chosen) {
-    return choose_models(options.models, chosen, !options.no_uncertainty);
-}
 
 std::filesystem::path output_folder(const RunOptions &options, const core::Problem &problem) {
     return options.poisson_ratios.empty()

@@ -12,7 +12,6 @@ namespace livermark::app {
 
 /// What the options of a run come to.
 struct RunTask {
-    models::ModelOptions model_options;
     std::vector<core::Model> models;
     std::vector<core::Problem> problems;
     results::ErrorBands bands;
@@ -21,9 +20,6 @@ struct RunTask {
 /// Reads and checks all that a user may have got wrong, and makes the output folders.
 /// @throws core::InputError on all MPI ranks, if it has a fault on one of them
 RunTask prepare(const RunOptions &options);
-
-/// Another set of the same models, which keeps factors of its own.
-std::vector<core::Model> models_of(const RunOptions &options, const models::ModelOptions &chosen);
 
 /// Bodies of another Poisson's ratio have a folder of their own, and leave the files of the others alone.
 std::filesystem::path output_folder(const RunOptions &options, const core::Problem &problem);

@@ -20,9 +20,8 @@ using Tell = std::function<void(const std::string &text)>;
 /// @param num_workers  >= 1
 /// @param work         called for an item; what it changes in memory may stay in the worker, what it tells comes home
 /// @param told         called in this process with an item and each text, in the order of the telling
-/// @throws InputError or std::runtime_error as the work threw first; std::runtime_error if a worker is killed. The
-/// other
-///   workers are then stopped.
+/// @throws InputError or std::runtime_error as the work threw first; std::runtime_error if a worker is killed; the
+///   other workers are then stopped
 void side_by_side(std::span<const int> group, int num_workers, const std::function<void(int item, const Tell &)> &work,
                   const std::function<void(int item, const std::string &text)> &told);
 
