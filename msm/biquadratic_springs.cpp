@@ -1,15 +1,12 @@
 #include "msm/biquadratic_springs.hpp"
 
-#include <algorithm>
-
+#include "msm/edge_stretches.hpp"
 #include "msm/tetrahedron_volume.hpp"
 
 namespace livermark::msm {
 
 namespace {
 
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Matrix12 = Eigen::Matrix<double, 12, 12>;
 
 struct Tetrahedron {
@@ -20,20 +17,11 @@ struct Tetrahedron {
 
 Tetrahedron make_tetrahedron(const Eigen::VectorXd &rest, const std::array<int, 4> &nodes,
                              const core::Material &material) {
-    Tetrahedron result{.nodes = nodes, .rest_square = {}, .coupling = {}};
-    const auto [volume, gradient] = volume_gradient(rest, nodes);
-    std::array<Eigen::Matrix3d, 6> dual;
-    for (int e = 0; e < 6; ++e) {
-        const auto [i, j] = core::tetrahedron_edges[e];
-        result.rest_square[e] = (of_node(rest, nodes[j]) - of_node(rest, nodes[i])).squaredNorm();
-        const Eigen::Matrix3d product = gradient[i] * gradient[j].transpose() / (volume * volume);
-        dual[e] = -0.5 * (product + product.transpose());
-    }
-    for (int e = 0; e < 6; ++e)
-        for (int f = 0; f < 6; ++f)
-            result.coupling(e, f) = volume * (material.lame_lambda() * dual[e].trace() * dual[f].trace() +
-                                              2.0 * material.shear_modulus() * dual[e].cwiseProduct(dual[f]).sum());
-    return result;
+    const Matrix6 strain = strain_of_stretches(rest, nodes);
+    return {.nodes = nodes,
+            .rest_square = squared_lengths(edge_spans(nodes, rest)),
+            .coupling = 4.0 * volume_gradient(rest, nodes).volume * strain.transpose() *
+                        isotropic_stiffness(material.lame_lambda(), material.shear_modulus()) * strain};
 }
 
 class BiquadraticSprings : public ElasticTerm {
@@ -48,7 +36,7 @@ class BiquadraticSprings : public ElasticTerm {
     double energy(const Eigen::VectorXd &x) const override {
         double energy = 0.0;
         for (const auto &tetrahedron : tetrahedra_) {
-            const Vector6 q = stretch(tetrahedron, spans(tetrahedron, x));
+            const Vector6 q = stretch(tetrahedron, edge_spans(tetrahedron.nodes, x));
             energy += 0.125 * q.dot(tetrahedron.coupling * q);
         }
         return energy;
@@ -57,19 +45,11 @@ class BiquadraticSprings : public ElasticTerm {
     void add_force(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta,
                    Eigen::VectorXd &force) const override {
         for (const auto &tetrahedron : tetrahedra_) {
-            const auto span = spans(tetrahedron, x);
-            Vector6 q = stretch(tetrahedron, span);
-            if (beta != 0.0) {
-                const auto rate = spans(tetrahedron, v);
-                for (int e = 0; e < 6; ++e)
-                    q[e] += 2.0 * beta * span[e].dot(rate[e]);
-            }
-            const Vector6 tension = 0.5 * tetrahedron.coupling * q;
-            for (int e = 0; e < 6; ++e) {
-                const auto [i, j] = core::tetrahedron_edges[e];
-                of_node(force, tetrahedron.nodes[i]) += tension[e] * span[e];
-                of_node(force, tetrahedron.nodes[j]) -= tension[e] * span[e];
-            }
+            const auto spans = edge_spans(tetrahedron.nodes, x);
+            Vector6 q = stretch(tetrahedron, spans);
+            if (beta != 0.0)
+                q += beta * squared_length_rates(spans, edge_spans(tetrahedron.nodes, v));
+            add_tensions(tetrahedron.nodes, spans, 0.5 * tetrahedron.coupling * q, force);
         }
     }
 
@@ -98,46 +78,21 @@ class BiquadraticSprings : public ElasticTerm {
     }
 
   private:
-    using Spans = std::array<core::Vector3, 6>;
-
-    /// Differences of a field along the edges.
-    static Spans spans(const Tetrahedron &tetrahedron, const Eigen::VectorXd &field) {
-        Spans span;
-        for (int e = 0; e < 6; ++e) {
-            const auto [i, j] = core::tetrahedron_edges[e];
-            span[e] = of_node(field, tetrahedron.nodes[j]) - of_node(field, tetrahedron.nodes[i]);
-        }
-        return span;
-    }
-
-    static Vector6 stretch(const Tetrahedron &tetrahedron, const Spans &span) {
-        Vector6 q;
-        for (int e = 0; e < 6; ++e)
-            q[e] = span[e].squaredNorm() - tetrahedron.rest_square[e];
-        return q;
+    static Vector6 stretch(const Tetrahedron &tetrahedron, const EdgeSpans &spans) {
+        return squared_lengths(spans) - tetrahedron.rest_square;
     }
 
     static Matrix12 tetrahedron_hessian(const Tetrahedron &tetrahedron, const Eigen::VectorXd &x, Tangent tangent) {
-        const auto span = spans(tetrahedron, x);
-        Eigen::Matrix<double, 12, 6> slope = Eigen::Matrix<double, 12, 6>::Zero(); // dq_e/dx
-        for (int e = 0; e < 6; ++e) {
-            const auto [i, j] = core::tetrahedron_edges[e];
-            slope.block<3, 1>(3 * i, e) = -2.0 * span[e];
-            slope.block<3, 1>(3 * j, e) = 2.0 * span[e];
-        }
+        const auto spans = edge_spans(tetrahedron.nodes, x);
+        const auto slope = squared_length_slopes(spans);
         Matrix12 hessian = 0.25 * slope * tetrahedron.coupling * slope.transpose();
         if (tangent == Tangent::material)
             return hessian;
-        const Vector6 tension = 0.5 * tetrahedron.coupling * stretch(tetrahedron, span);
-        for (int e = 0; e < 6; ++e) {
-            const auto [i, j] = core::tetrahedron_edges[e];
-            const Eigen::Matrix3d part = (tangent == Tangent::semi_definite ? std::max(tension[e], 0.0) : tension[e]) *
-                                         Eigen::Matrix3d::Identity();
-            hessian.block<3, 3>(3 * i, 3 * i) += part;
-            hessian.block<3, 3>(3 * j, 3 * j) += part;
-            hessian.block<3, 3>(3 * i, 3 * j) -= part;
-            hessian.block<3, 3>(3 * j, 3 * i) -= part;
-        }
+        const Vector6 tension = 0.5 * tetrahedron.coupling * stretch(tetrahedron, spans);
+        if (tangent == Tangent::semi_definite)
+            hessian += tension_hessian(tension.cwiseMax(0.0));
+        else
+            hessian += tension_hessian(tension);
         return hessian;
     }
 

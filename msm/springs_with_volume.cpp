@@ -18,14 +18,6 @@ double modulus_beside_springs(const core::Material &material) {
     return material.lame_lambda() - material.shear_modulus();
 }
 
-/// At Poisson's ratio 1/4 nothing is left but rounding.
-bool needs_volume(const core::Body &body) {
-    constexpr double rounding = 1e-12;
-    return std::ranges::any_of(body.materials, [](const auto &material) {
-        return std::abs(modulus_beside_springs(material)) > rounding * material.shear_modulus();
-    });
-}
-
 } // namespace
 
 core::SpringNetwork springs_beside_volume(const core::Body &body, const SpringLaw &law) {
@@ -33,6 +25,13 @@ core::SpringNetwork springs_beside_volume(const core::Body &body, const SpringLa
     for (auto &material : spring_part.materials)
         material = {material.density, 2.5 * material.shear_modulus(), 0.25};
     return spring_network(spring_part, law);
+}
+
+bool needs_volume(const core::Body &body) {
+    constexpr double rounding = 1e-12;
+    return std::ranges::any_of(body.materials, [](const auto &material) {
+        return std::abs(modulus_beside_springs(material)) > rounding * material.shear_modulus();
+    });
 }
 
 std::shared_ptr<const ElasticTerm> volume_beside_springs(const core::Body &body, const VolumeTerm &term) {

@@ -22,6 +22,9 @@ struct MassSprings {
 /// Poisson's ratio 1/4.
 core::SpringNetwork springs_beside_volume(const core::Body &body, const SpringLaw &law);
 
+/// Whether anything is left of lambda: not at Poisson's ratio 1/4.
+bool needs_volume(const core::Body &body);
+
 /// What resists changes of volume with what is left of lambda.
 std::shared_ptr<const ElasticTerm> volume_beside_springs(const core::Body &body, const VolumeTerm &term);
 

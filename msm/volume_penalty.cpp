@@ -16,13 +16,13 @@ using SparseRows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 class VolumePenalty : public ElasticTerm {
   public:
     VolumePenalty(const core::TetraMesh &mesh, const ControlVolumes &parts)
-        : tetrahedra_(mesh.tetrahedra), share_(parts.share), centre_(parts.centre),
+        : tetrahedra_(mesh.tetrahedra), share_(parts.share), centre_(parts.centre), mean_(parts.mean),
           modulus_(Eigen::VectorXd::Map(parts.modulus.data(), static_cast<Eigen::Index>(parts.modulus.size()))),
           rest_volume_(share_ * volumes(to_unknowns(mesh.points))) {}
 
     double energy(const Eigen::VectorXd &x) const override {
-        const Eigen::VectorXd change = share_ * volumes(x) - rest_volume_;
-        return 0.5 * change.dot(modulus_.cwiseProduct(change).cwiseQuotient(rest_volume_));
+        const Eigen::VectorXd change = resisted_change(volumes(x));
+        return 0.5 * change.dot(modulus_.cwiseProduct(rest_volume_).cwiseProduct(change));
     }
 
     void add_force(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta,
@@ -46,8 +46,8 @@ class VolumePenalty : public ElasticTerm {
     }
 
     Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd &x, Tangent tangent) const override {
-        const SparseRows gradient = share_ * volume_gradients(x);
-        Eigen::VectorXd factor = modulus_.cwiseQuotient(rest_volume_);
+        const SparseRows gradient = resisted_change_gradients(x);
+        Eigen::VectorXd factor = modulus_.cwiseProduct(rest_volume_);
         if (tangent == Tangent::semi_definite)
             factor = factor.cwiseMax(0.0);
         const SparseRows scaled = factor.asDiagonal() * gradient;
@@ -59,7 +59,7 @@ class VolumePenalty : public ElasticTerm {
 
     /// (sum_j g_j . u_j)^2 <= (sum_j |g_j|) sum_j (g_j . u_j)^2 / |g_j|
     void add_block_bound(const Eigen::VectorXd &x, std::vector<Eigen::Matrix3d> &blocks) const override {
-        const SparseRows gradient = share_ * volume_gradients(x);
+        const SparseRows gradient = resisted_change_gradients(x);
         for (Eigen::Index c = 0; c < gradient.outerSize(); ++c) {
             std::vector<std::pair<Eigen::Index, core::Vector3>> of_corner;
             double sum = 0.0;
@@ -70,7 +70,7 @@ class VolumePenalty : public ElasticTerm {
             }
             for (const auto &[node, g] : of_corner)
                 sum += g.norm();
-            const double factor = std::max(modulus_[c], 0.0) / rest_volume_[c] * sum;
+            const double factor = std::max(modulus_[c], 0.0) * rest_volume_[c] * sum;
             for (const auto &[node, g] : of_corner)
                 if (g.norm() > 0.0)
                     blocks[node] += factor / g.norm() * g * g.transpose();
@@ -78,6 +78,8 @@ class VolumePenalty : public ElasticTerm {
     }
 
     bool describe(StepParts &parts) const override {
+        if (mean_.size() > 0)
+            return false;
         const Eigen::VectorXd stiffness = modulus_.cwiseQuotient(rest_volume_);
         parts.tetrahedra = tetrahedra_;
         if (centre_.empty())
@@ -112,10 +114,25 @@ class VolumePenalty : public ElasticTerm {
         return volume;
     }
 
-    /// p_c = kappa_c (V_c / V0_c - 1)
+    /// What the energy is made of: e_c = V_c / V0_c - 1, or the means of these.
+    Eigen::VectorXd resisted_change(const Eigen::VectorXd &tetrahedron_volume) const {
+        const Eigen::VectorXd change = (share_ * tetrahedron_volume - rest_volume_).cwiseQuotient(rest_volume_);
+        return mean_.size() > 0 ? Eigen::VectorXd(mean_ * change) : change;
+    }
+
+    /// (C, 3N) its derivative [1/m]
+    SparseRows resisted_change_gradients(const Eigen::VectorXd &x) const {
+        const SparseRows gradient = rest_volume_.cwiseInverse().asDiagonal() * SparseRows(share_ * volume_gradients(x));
+        return mean_.size() > 0 ? SparseRows(mean_ * gradient) : gradient;
+    }
+
+    /// Of each control volume, dU/dV_c [Pa].
     Eigen::VectorXd pressure(const Eigen::VectorXd &tetrahedron_volume) const {
-        return modulus_.cwiseProduct((share_ * tetrahedron_volume).cwiseQuotient(rest_volume_) -
-                                     Eigen::VectorXd::Ones(rest_volume_.size()));
+        const Eigen::VectorXd change = resisted_change(tetrahedron_volume);
+        if (mean_.size() == 0)
+            return modulus_.cwiseProduct(change);
+        return (mean_.transpose() * modulus_.cwiseProduct(rest_volume_).cwiseProduct(change))
+            .cwiseQuotient(rest_volume_);
     }
 
     /// (M, 3N) grad V_t
@@ -153,11 +170,27 @@ class VolumePenalty : public ElasticTerm {
     std::vector<std::array<int, 4>> tetrahedra_;
     SparseRows share_;
     std::vector<int> centre_;
+    SparseRows mean_;
     Eigen::VectorXd modulus_;
     Eigen::VectorXd rest_volume_;
 };
 
 } // namespace
+
+ControlVolumes volumes_around_nodes(const NodalParts &parts, const std::vector<double> &modulus) {
+    ControlVolumes result;
+    result.centre = parts.node;
+    for (const int region : parts.region)
+        result.modulus.push_back(modulus[region]);
+    std::vector<Eigen::Triplet<double>> share;
+    for (std::size_t t = 0; t < parts.at_corner.size(); ++t)
+        for (const int part : parts.at_corner[t])
+            share.emplace_back(part, static_cast<int>(t), 0.25);
+    result.share.resize(static_cast<Eigen::Index>(parts.node.size()),
+                        static_cast<Eigen::Index>(parts.at_corner.size()));
+    result.share.setFromTriplets(share.begin(), share.end());
+    return result;
+}
 
 std::shared_ptr<const ElasticTerm> volume_penalty(const core::TetraMesh &mesh, const ControlVolumes &control_volumes) {
     return std::make_shared<VolumePenalty>(mesh, control_volumes);

@@ -6,6 +6,7 @@
 
 #include "core/tetra_mesh.hpp"
 #include "msm/elastic_body.hpp"
+#include "msm/nodal_parts.hpp"
 
 namespace livermark::msm {
 
@@ -14,13 +15,21 @@ struct ControlVolumes {
     Eigen::SparseMatrix<double, Eigen::RowMajor> share; ///< (C, M) part of each tetrahedron that belongs to each, >= 0
     std::vector<double> modulus;                        ///< (C) kappa [Pa]
     std::vector<int> centre; ///< (C) node that each is around, with a quarter of its tetrahedra; empty if they are none
+    /// (C, C) the means of relative changes that are resisted in place of the changes themselves, each row with the sum
+    /// 1; empty if these are
+    Eigen::SparseMatrix<double, Eigen::RowMajor> mean;
 };
+
+/// The part of the body around each node as a control volume.
+/// @param modulus  kappa of each region, shape (R) [Pa]
+ControlVolumes volumes_around_nodes(const NodalParts &parts, const std::vector<double> &modulus);
 
 /// U = sum over control volumes c of kappa_c / 2 (V_c - V0_c)^2 / V0_c, V_c = sum over tetrahedra t of share_ct V_t now
 /// and V0_c at rest: the energy that a first Lame parameter kappa adds to small strains. Its forces are p_t grad V_t
 /// with the pressure p_t = sum over c of share_ct kappa_c (V_c / V0_c - 1), and so its exact gradient at any
 /// deformation. (Bonet and Burton 1998, Commun. Numer. Meth. Engng. 14: with a quarter of each tetrahedron to each
-/// corner this is the average nodal pressure.)
+/// corner this is the average nodal pressure.) With means, the relative changes e = V_c / V0_c - 1 are replaced by
+/// mean e, in the energy and so in the pressure, which is mean^T (kappa V0 mean e) / V0.
 /// @param mesh  at rest
 std::shared_ptr<const ElasticTerm> volume_penalty(const core::TetraMesh &mesh, const ControlVolumes &control_volumes);
 

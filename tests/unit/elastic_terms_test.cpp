@@ -8,6 +8,7 @@
 
 #include "msm/biquadratic_springs.hpp"
 #include "msm/inversion_guard.hpp"
+#include "msm/nodal_springs.hpp"
 #include "msm/spring_network.hpp"
 #include "msm/volume_term.hpp"
 #include "tests/test_meshes.hpp"
@@ -32,6 +33,7 @@ std::vector<NamedTerm> all_terms() {
              return msm::spring_term(msm::spring_network(body, msm::all_spring_laws().front()));
          }},
         {"biquadratic_springs", msm::biquadratic_springs},
+        {"nodal_springs", [](const core::Body &body) { return msm::nodal_springs(body, 0.2); }},
         {"inversion_guard", msm::inversion_guard},
     };
     for (const auto &volume : msm::all_volume_terms())

@@ -1,0 +1,201 @@
+#include "msm/nodal_springs.hpp"
+
+#include "msm/edge_stretches.hpp"
+#include "msm/nodal_parts.hpp"
+
+namespace livermark::msm {
+
+namespace {
+
+using Matrix12 = Eigen::Matrix<double, 12, 12>;
+using Strains = std::vector<Vector6>;
+
+struct Tetrahedron {
+    std::array<int, 4> nodes;
+    std::array<int, 4> parts;  // around its corners
+    double volume;             // V_t [m^3]
+    double shear_modulus;      // [Pa]
+    Vector6 rest_square;       // l0^2 of each edge [m^2]
+    Matrix6 strain_of_stretch; // [1/m^2]
+};
+
+Vector6 stress(double shear_modulus, const Vector6 &strain) {
+    Vector6 result = 2.0 * shear_modulus * strain;
+    result.head<3>().array() += shear_modulus * strain.head<3>().sum();
+    return result;
+}
+
+class NodalSprings : public ElasticTerm {
+  public:
+    NodalSprings(const core::Body &body, double alone) : alone_(alone) {
+        const auto parts = nodal_parts(body);
+        part_volume_ = parts.volume;
+        for (const int region : parts.region)
+            part_modulus_.push_back(body.materials[region].shear_modulus());
+        const auto rest = to_unknowns(body.mesh.points);
+        tetrahedra_.reserve(body.mesh.tetrahedra.size());
+        for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t) {
+            const auto &nodes = body.mesh.tetrahedra[t];
+            tetrahedra_.push_back({.nodes = nodes,
+                                   .parts = parts.at_corner[t],
+                                   .volume = parts.tetrahedron_volume[t],
+                                   .shear_modulus = body.materials[body.mesh.region[t]].shear_modulus(),
+                                   .rest_square = squared_lengths(edge_spans(nodes, rest)),
+                                   .strain_of_stretch = strain_of_stretches(rest, nodes)});
+        }
+    }
+
+    double energy(const Eigen::VectorXd &x) const override {
+        const auto strain = strains(x, x, 0.0);
+        double energy = 0.0;
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
+            energy +=
+                0.5 * alone_ * tetrahedra_[t].volume * strain[t].dot(stress(tetrahedra_[t].shear_modulus, strain[t]));
+        const auto mean = means(strain);
+        for (std::size_t c = 0; c < mean.size(); ++c)
+            energy += 0.5 * (1.0 - alone_) * part_volume_[c] * mean[c].dot(stress(part_modulus_[c], mean[c]));
+        return energy;
+    }
+
+    void add_force(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta,
+                   Eigen::VectorXd &force) const override {
+        const auto tension = tensions(strains(x, v, beta));
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
+            add_tensions(tetrahedra_[t].nodes, edge_spans(tetrahedra_[t].nodes, x), tension[t], force);
+    }
+
+    Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd &x, Tangent tangent) const override {
+        const auto mean_slope = mean_strain_slopes(x);
+        Eigen::SparseMatrix<double> stiffness(mean_slope.rows(), mean_slope.rows());
+        stiffness.reserve(Eigen::VectorXi::Constant(mean_slope.rows(), 6));
+        for (std::size_t c = 0; c < part_volume_.size(); ++c) {
+            const Matrix6 block =
+                (1.0 - alone_) * part_volume_[c] * isotropic_stiffness(part_modulus_[c], part_modulus_[c]);
+            for (int column = 0; column < 6; ++column)
+                for (int row = 0; row < 6; ++row)
+                    stiffness.insert(6 * static_cast<Eigen::Index>(c) + row,
+                                     6 * static_cast<Eigen::Index>(c) + column) = block(row, column);
+        }
+        const Eigen::SparseMatrix<double> stress_slope = stiffness * mean_slope;
+        Eigen::SparseMatrix<double> hessian = Eigen::SparseMatrix<double>(mean_slope.transpose()) * stress_slope;
+        hessian += tetrahedra_hessian(x, tangent);
+        return hessian;
+    }
+
+    /// The mean of a strain costs no more than the mean of what each strain costs, so u^T K u is at most what it would
+    /// be with all stiffness inside the tetrahedra, and there u^T K_t u <= 4 sum of u_a^T (K_t)_aa u_a.
+    void add_block_bound(const Eigen::VectorXd &x, std::vector<Eigen::Matrix3d> &blocks) const override {
+        for (const auto &tetrahedron : tetrahedra_) {
+            const Matrix12 block = stiffness_inside(tetrahedron, x);
+            for (int a = 0; a < 4; ++a)
+                blocks[tetrahedron.nodes[a]] += 4.0 * block.block<3, 3>(3 * a, 3 * a);
+        }
+    }
+
+  private:
+    /// E_t(x), and beta times its rate at the velocities v
+    Strains strains(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta) const {
+        Strains strain(tetrahedra_.size());
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
+            const auto &tetrahedron = tetrahedra_[t];
+            const auto spans = edge_spans(tetrahedron.nodes, x);
+            Vector6 stretch = squared_lengths(spans) - tetrahedron.rest_square;
+            if (beta != 0.0)
+                stretch += beta * squared_length_rates(spans, edge_spans(tetrahedron.nodes, v));
+            strain[t] = tetrahedron.strain_of_stretch * stretch;
+        }
+        return strain;
+    }
+
+    /// Part of the strain of a tetrahedron that is the strain of each part around its corners.
+    double share(const Tetrahedron &tetrahedron, int part) const {
+        return 0.25 * tetrahedron.volume / part_volume_[part];
+    }
+
+    /// E_c
+    Strains means(const Strains &strain) const {
+        Strains mean(part_volume_.size(), Vector6::Zero());
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
+            for (const int part : tetrahedra_[t].parts)
+                mean[part] += share(tetrahedra_[t], part) * strain[t];
+        return mean;
+    }
+
+    /// Of each edge in each tetrahedron, 2 dU/dq: force over span [N/m].
+    Strains tensions(const Strains &strain) const {
+        auto nodal_stress = means(strain);
+        for (std::size_t c = 0; c < nodal_stress.size(); ++c)
+            nodal_stress[c] = stress((1.0 - alone_) * part_modulus_[c], nodal_stress[c]);
+        Strains tension(tetrahedra_.size());
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
+            const auto &tetrahedron = tetrahedra_[t];
+            Vector6 sum = stress(alone_ * tetrahedron.shear_modulus, strain[t]);
+            for (const int part : tetrahedron.parts)
+                sum += 0.25 * nodal_stress[part];
+            tension[t] = 2.0 * tetrahedron.volume * tetrahedron.strain_of_stretch.transpose() * sum;
+        }
+        return tension;
+    }
+
+    /// (6C, 3N) dE_c/dx
+    Eigen::SparseMatrix<double> mean_strain_slopes(const Eigen::VectorXd &x) const {
+        std::vector<Eigen::Triplet<double>> entries;
+        entries.reserve(288 * tetrahedra_.size());
+        for (const auto &tetrahedron : tetrahedra_) {
+            const Eigen::Matrix<double, 6, 12> slope = strain_slope(tetrahedron, x);
+            for (const int part : tetrahedron.parts)
+                for (int column = 0; column < 12; ++column)
+                    for (int row = 0; row < 6; ++row)
+                        entries.emplace_back(6 * part + row, 3 * tetrahedron.nodes[column / 3] + column % 3,
+                                             share(tetrahedron, part) * slope(row, column));
+        }
+        Eigen::SparseMatrix<double> slopes(6 * static_cast<Eigen::Index>(part_volume_.size()), x.size());
+        slopes.setFromTriplets(entries.begin(), entries.end());
+        return slopes;
+    }
+
+    /// What stays inside the tetrahedra, and what the tensions of all add when edges turn.
+    Eigen::SparseMatrix<double> tetrahedra_hessian(const Eigen::VectorXd &x, Tangent tangent) const {
+        const auto tension = tensions(strains(x, x, 0.0));
+        std::vector<Eigen::Triplet<double>> entries;
+        entries.reserve(144 * tetrahedra_.size());
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
+            const auto &nodes = tetrahedra_[t].nodes;
+            Matrix12 block = alone_ * stiffness_inside(tetrahedra_[t], x);
+            if (tangent == Tangent::exact)
+                block += tension_hessian(tension[t]);
+            else if (tangent == Tangent::semi_definite)
+                block += tension_hessian(tension[t].cwiseMax(0.0));
+            for (int row = 0; row < 12; ++row)
+                for (int column = 0; column < 12; ++column)
+                    entries.emplace_back(3 * nodes[row / 3] + row % 3, 3 * nodes[column / 3] + column % 3,
+                                         block(row, column));
+        }
+        Eigen::SparseMatrix<double> hessian(x.size(), x.size());
+        hessian.setFromTriplets(entries.begin(), entries.end());
+        return hessian;
+    }
+
+    static Eigen::Matrix<double, 6, 12> strain_slope(const Tetrahedron &tetrahedron, const Eigen::VectorXd &x) {
+        return tetrahedron.strain_of_stretch * squared_length_slopes(edge_spans(tetrahedron.nodes, x)).transpose();
+    }
+
+    static Matrix12 stiffness_inside(const Tetrahedron &tetrahedron, const Eigen::VectorXd &x) {
+        const auto slope = strain_slope(tetrahedron, x);
+        return tetrahedron.volume * slope.transpose() *
+               isotropic_stiffness(tetrahedron.shear_modulus, tetrahedron.shear_modulus) * slope;
+    }
+
+    double alone_;
+    std::vector<Tetrahedron> tetrahedra_;
+    std::vector<double> part_volume_;  // (C) [m^3]
+    std::vector<double> part_modulus_; // (C) [Pa]
+};
+
+} // namespace
+
+std::shared_ptr<const ElasticTerm> nodal_springs(const core::Body &body, double alone) {
+    return std::make_shared<NodalSprings>(body, alone);
+}
+
+} // namespace livermark::msm

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <memory>
+
+#include "core/problem.hpp"
+#include "msm/elastic_body.hpp"
+
+namespace livermark::msm {
+
+/// Biquadratic springs that are coupled around each node instead of inside each tetrahedron, but for a part of them:
+///   U = (1 - alone) sum over nodal parts c of V_c / 2 E_c : C : E_c + alone sum over tetrahedra t of V_t / 2 E_t : C :
+///   E_t
+/// E_t is Green's strain of a tetrahedron in the squares of its edges' lengths (edge_stretches.hpp), E_c its mean over
+/// the part of a body around a node, by volume, and C : E = mu (tr E) I + 2 mu E: they carry lambda = mu, as springs
+/// do. With alone = 1 they are biquadratic springs of Poisson's ratio 1/4.
+///
+/// Strains of tetrahedra make a body too stiff, and their means around nodes too soft, with motions in which they
+/// cancel; a little of the first beside the second is nearly right. (Puso and Solberg 2006, Int. J. Numer. Meth. Engng.
+/// 67, and Liu, Nguyen-Thoi and Lam 2008, Comput. Methods Appl. Mech. Engrg. 197, of linear elements.)
+/// @param body   at rest, positive volumes
+/// @param alone  part of the stiffness that stays inside each tetrahedron, between 0 and 1
+std::shared_ptr<const ElasticTerm> nodal_springs(const core::Body &body, double alone);
+
+} // namespace livermark::msm
