@@ -48,7 +48,7 @@ class BiquadraticSprings : public ElasticTerm {
             const auto spans = edge_spans(tetrahedron.nodes, x);
             Vector6 q = stretch(tetrahedron, spans);
             if (beta != 0.0)
-                q += beta * squared_length_rates(spans, edge_spans(tetrahedron.nodes, v));
+                q += beta * stretch_rates(spans, edge_spans(tetrahedron.nodes, v));
             add_tensions(tetrahedron.nodes, spans, 0.5 * tetrahedron.coupling * q, force);
         }
     }
@@ -78,22 +78,23 @@ class BiquadraticSprings : public ElasticTerm {
     }
 
   private:
-    static Vector6 stretch(const Tetrahedron &tetrahedron, const EdgeSpans &spans) {
+    static Vector6 stretch(const Tetrahedron &tetrahedron, const EdgeVectors &spans) {
         return squared_lengths(spans) - tetrahedron.rest_square;
     }
 
     static Matrix12 tetrahedron_hessian(const Tetrahedron &tetrahedron, const Eigen::VectorXd &x, Tangent tangent) {
         const auto spans = edge_spans(tetrahedron.nodes, x);
-        const auto slope = squared_length_slopes(spans);
+        const auto slope = stretch_slopes(spans);
         Matrix12 hessian = 0.25 * slope * tetrahedron.coupling * slope.transpose();
         if (tangent == Tangent::material)
             return hessian;
-        const Vector6 tension = 0.5 * tetrahedron.coupling * stretch(tetrahedron, spans);
+        Vector6 tension = 0.5 * tetrahedron.coupling * stretch(tetrahedron, spans);
         if (tangent == Tangent::semi_definite)
-            hessian += tension_hessian(tension.cwiseMax(0.0));
-        else
-            hessian += tension_hessian(tension);
-        return hessian;
+            tension = tension.cwiseMax(0.0);
+        std::array<Eigen::Matrix3d, 6> of_span;
+        for (int e = 0; e < 6; ++e)
+            of_span[e] = tension[e] * Eigen::Matrix3d::Identity();
+        return hessian + hessian_of_edges(of_span);
     }
 
     std::vector<Tetrahedron> tetrahedra_;

@@ -6,8 +6,8 @@
 
 namespace livermark::msm {
 
-EdgeSpans edge_spans(const std::array<int, 4> &nodes, const Eigen::VectorXd &field) {
-    EdgeSpans spans;
+EdgeVectors edge_spans(const std::array<int, 4> &nodes, const Eigen::VectorXd &field) {
+    EdgeVectors spans;
     for (int e = 0; e < 6; ++e) {
         const auto [i, j] = core::tetrahedron_edges[e];
         spans[e] = of_node(field, nodes[j]) - of_node(field, nodes[i]);
@@ -15,48 +15,47 @@ EdgeSpans edge_spans(const std::array<int, 4> &nodes, const Eigen::VectorXd &fie
     return spans;
 }
 
-Vector6 squared_lengths(const EdgeSpans &spans) {
+Vector6 squared_lengths(const EdgeVectors &spans) {
     Vector6 result;
     for (int e = 0; e < 6; ++e)
         result[e] = spans[e].squaredNorm();
     return result;
 }
 
-Vector6 squared_length_rates(const EdgeSpans &spans, const EdgeSpans &rates) {
+Vector6 stretch_rates(const EdgeVectors &pulls, const EdgeVectors &rates) {
     Vector6 result;
     for (int e = 0; e < 6; ++e)
-        result[e] = 2.0 * spans[e].dot(rates[e]);
+        result[e] = 2.0 * pulls[e].dot(rates[e]);
     return result;
 }
 
-Eigen::Matrix<double, 12, 6> squared_length_slopes(const EdgeSpans &spans) {
+Eigen::Matrix<double, 12, 6> stretch_slopes(const EdgeVectors &pulls) {
     Eigen::Matrix<double, 12, 6> slopes = Eigen::Matrix<double, 12, 6>::Zero();
     for (int e = 0; e < 6; ++e) {
         const auto [i, j] = core::tetrahedron_edges[e];
-        slopes.block<3, 1>(3 * i, e) = -2.0 * spans[e];
-        slopes.block<3, 1>(3 * j, e) = 2.0 * spans[e];
+        slopes.block<3, 1>(3 * i, e) = -2.0 * pulls[e];
+        slopes.block<3, 1>(3 * j, e) = 2.0 * pulls[e];
     }
     return slopes;
 }
 
-void add_tensions(const std::array<int, 4> &nodes, const EdgeSpans &spans, const Vector6 &tension,
+void add_tensions(const std::array<int, 4> &nodes, const EdgeVectors &pulls, const Vector6 &tension,
                   Eigen::VectorXd &force) {
     for (int e = 0; e < 6; ++e) {
         const auto [i, j] = core::tetrahedron_edges[e];
-        of_node(force, nodes[i]) += tension[e] * spans[e];
-        of_node(force, nodes[j]) -= tension[e] * spans[e];
+        of_node(force, nodes[i]) += tension[e] * pulls[e];
+        of_node(force, nodes[j]) -= tension[e] * pulls[e];
     }
 }
 
-Eigen::Matrix<double, 12, 12> tension_hessian(const Vector6 &tension) {
+Eigen::Matrix<double, 12, 12> hessian_of_edges(const std::array<Eigen::Matrix3d, 6> &of_span) {
     Eigen::Matrix<double, 12, 12> hessian = Eigen::Matrix<double, 12, 12>::Zero();
     for (int e = 0; e < 6; ++e) {
         const auto [i, j] = core::tetrahedron_edges[e];
-        const Eigen::Matrix3d part = tension[e] * Eigen::Matrix3d::Identity();
-        hessian.block<3, 3>(3 * i, 3 * i) += part;
-        hessian.block<3, 3>(3 * j, 3 * j) += part;
-        hessian.block<3, 3>(3 * i, 3 * j) -= part;
-        hessian.block<3, 3>(3 * j, 3 * i) -= part;
+        hessian.block<3, 3>(3 * i, 3 * i) += of_span[e];
+        hessian.block<3, 3>(3 * j, 3 * j) += of_span[e];
+        hessian.block<3, 3>(3 * i, 3 * j) -= of_span[e];
+        hessian.block<3, 3>(3 * j, 3 * i) -= of_span[e];
     }
     return hessian;
 }

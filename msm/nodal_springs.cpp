@@ -15,7 +15,7 @@ struct Tetrahedron {
     std::array<int, 4> parts;  // around its corners
     double volume;             // V_t [m^3]
     double shear_modulus;      // [Pa]
-    Vector6 rest_square;       // l0^2 of each edge [m^2]
+    Vector6 rest_length;       // l0 of each edge [m]
     Matrix6 strain_of_stretch; // [1/m^2]
 };
 
@@ -40,7 +40,7 @@ class NodalSprings : public ElasticTerm {
                                    .parts = parts.at_corner[t],
                                    .volume = parts.tetrahedron_volume[t],
                                    .shear_modulus = body.materials[body.mesh.region[t]].shear_modulus(),
-                                   .rest_square = squared_lengths(edge_spans(nodes, rest)),
+                                   .rest_length = squared_lengths(edge_spans(nodes, rest)).cwiseSqrt(),
                                    .strain_of_stretch = strain_of_stretches(rest, nodes)});
         }
     }
@@ -61,7 +61,7 @@ class NodalSprings : public ElasticTerm {
                    Eigen::VectorXd &force) const override {
         const auto tension = tensions(strains(x, v, beta));
         for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
-            add_tensions(tetrahedra_[t].nodes, edge_spans(tetrahedra_[t].nodes, x), tension[t], force);
+            add_tensions(tetrahedra_[t].nodes, edges(tetrahedra_[t], x).pull, tension[t], force);
     }
 
     Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd &x, Tangent tangent) const override {
@@ -93,15 +93,29 @@ class NodalSprings : public ElasticTerm {
     }
 
   private:
+    /// The six edges of a tetrahedron as they are: how long [m], and which way, times l0 [m].
+    struct Edges {
+        Vector6 length;
+        EdgeVectors pull;
+    };
+
+    static Edges edges(const Tetrahedron &tetrahedron, const Eigen::VectorXd &x) {
+        Edges result{.length = {}, .pull = edge_spans(tetrahedron.nodes, x)};
+        result.length = squared_lengths(result.pull).cwiseSqrt();
+        for (int e = 0; e < 6; ++e)
+            result.pull[e] *= tetrahedron.rest_length[e] / result.length[e];
+        return result;
+    }
+
     /// E_t(x), and beta times its rate at the velocities v
     Strains strains(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta) const {
         Strains strain(tetrahedra_.size());
         for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
             const auto &tetrahedron = tetrahedra_[t];
-            const auto spans = edge_spans(tetrahedron.nodes, x);
-            Vector6 stretch = squared_lengths(spans) - tetrahedron.rest_square;
+            const auto [length, pull] = edges(tetrahedron, x);
+            Vector6 stretch = 2.0 * tetrahedron.rest_length.cwiseProduct(length - tetrahedron.rest_length);
             if (beta != 0.0)
-                stretch += beta * squared_length_rates(spans, edge_spans(tetrahedron.nodes, v));
+                stretch += beta * stretch_rates(pull, edge_spans(tetrahedron.nodes, v));
             strain[t] = tetrahedron.strain_of_stretch * stretch;
         }
         return strain;
@@ -121,7 +135,7 @@ class NodalSprings : public ElasticTerm {
         return mean;
     }
 
-    /// Of each edge in each tetrahedron, 2 dU/dq: force over span [N/m].
+    /// Of each edge in each tetrahedron, 2 dU/dq_e [N/m].
     Strains tensions(const Strains &strain) const {
         auto nodal_stress = means(strain);
         for (std::size_t c = 0; c < nodal_stress.size(); ++c)
@@ -163,9 +177,9 @@ class NodalSprings : public ElasticTerm {
             const auto &nodes = tetrahedra_[t].nodes;
             Matrix12 block = alone_ * stiffness_inside(tetrahedra_[t], x);
             if (tangent == Tangent::exact)
-                block += tension_hessian(tension[t]);
+                block += turning_hessian(tetrahedra_[t], x, tension[t]);
             else if (tangent == Tangent::semi_definite)
-                block += tension_hessian(tension[t].cwiseMax(0.0));
+                block += turning_hessian(tetrahedra_[t], x, tension[t].cwiseMax(0.0));
             for (int row = 0; row < 12; ++row)
                 for (int column = 0; column < 12; ++column)
                     entries.emplace_back(3 * nodes[row / 3] + row % 3, 3 * nodes[column / 3] + column % 3,
@@ -176,8 +190,20 @@ class NodalSprings : public ElasticTerm {
         return hessian;
     }
 
+    /// What tensions add that stay the same when the edges turn.
+    static Matrix12 turning_hessian(const Tetrahedron &tetrahedron, const Eigen::VectorXd &x, const Vector6 &tension) {
+        const auto [length, pull] = edges(tetrahedron, x);
+        std::array<Eigen::Matrix3d, 6> of_span;
+        for (int e = 0; e < 6; ++e) {
+            const core::Vector3 direction = pull[e].normalized();
+            of_span[e] = tension[e] * tetrahedron.rest_length[e] / length[e] *
+                         (Eigen::Matrix3d::Identity() - direction * direction.transpose());
+        }
+        return hessian_of_edges(of_span);
+    }
+
     static Eigen::Matrix<double, 6, 12> strain_slope(const Tetrahedron &tetrahedron, const Eigen::VectorXd &x) {
-        return tetrahedron.strain_of_stretch * squared_length_slopes(edge_spans(tetrahedron.nodes, x)).transpose();
+        return tetrahedron.strain_of_stretch * stretch_slopes(edges(tetrahedron, x).pull).transpose();
     }
 
     static Matrix12 stiffness_inside(const Tetrahedron &tetrahedron, const Eigen::VectorXd &x) {

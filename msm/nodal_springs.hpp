@@ -7,12 +7,15 @@
 
 namespace livermark::msm {
 
-/// Biquadratic springs that are coupled around each node instead of inside each tetrahedron, but for a part of them:
+/// Springs along the edges of a mesh that are coupled to each other around each node, and a part of them inside each
+/// tetrahedron:
 ///   U = (1 - alone) sum over nodal parts c of V_c / 2 E_c : C : E_c + alone sum over tetrahedra t of V_t / 2 E_t : C :
 ///   E_t
-/// E_t is Green's strain of a tetrahedron in the squares of its edges' lengths (edge_stretches.hpp), E_c its mean over
-/// the part of a body around a node, by volume, and C : E = mu (tr E) I + 2 mu E: they carry lambda = mu, as springs
-/// do. With alone = 1 they are biquadratic springs of Poisson's ratio 1/4.
+/// E_t is the strain of a tetrahedron in the elongations of its edges (edge_stretches.hpp, q = 2 l0 (l - l0)), E_c its
+/// mean over the part of a body around a node, by volume, and C : E = mu (tr E) I + 2 mu E: they carry lambda = mu, as
+/// springs do. Forces are proportional to elongations, as those of springs are; with Green's strain, q = l^2 - l0^2, a
+/// fingertip that presses a tenth into tissue finds it softer by some percent.
+/// For small strains and alone = 1 they are biquadratic springs of Poisson's ratio 1/4.
 ///
 /// Strains of tetrahedra make a body too stiff, and their means around nodes too soft, with motions in which they
 /// cancel; a little of the first beside the second is nearly right. (Puso and Solberg 2006, Int. J. Numer. Meth. Engng.
