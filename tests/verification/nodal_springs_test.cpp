@@ -16,7 +16,7 @@ namespace {
 
 using core::Vector3;
 
-constexpr double alone = 1.0 / 6.0;
+constexpr double alone = 0.2;
 
 std::shared_ptr<const core::Body> box(double poisson_ratio) {
     return tests::make_body(tests::shaken_box_mesh({0.1, 0.08, 0.06}, {5, 4, 3}), {1060.0, 5000.0, poisson_ratio});
