@@ -76,7 +76,8 @@ template <class T> struct SlicedBody {
     Aligned<T> coupled_modulus; ///< (rows) 1/16 of the shear modulus of springs around a node, by volume [Pa/m^3]
 
     std::vector<int> volume_start; ///< (rows / 16 + 1) tetrahedra around the nodes of the rows, in units of 16
-    Aligned<std::int32_t> member;  ///< the tetrahedron; one behind the last where there is none
+    Aligned<std::int32_t> member;  ///< the tetrahedron; one behind the last where there is none;
+                                   ///< where springs are coupled, eight times that
     Aligned<T> volume_stiffness;   ///< (rows) a quarter of the pressure for each m^3 gained [Pa/m^3]
     /// From the sums of what the tetrahedra around nodes have gained to means of relative changes [1/m^3]; empty if no
     /// means are resisted.

@@ -65,6 +65,8 @@ void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3
                             static_cast<T>(gradient[corner][static_cast<Eigen::Index>(c)] / volume);
                 }
             }
+    for (auto &member : body.member)
+        member *= 8;
     body.coupled_modulus.assign(body.num_rows, T(0));
     const auto volume = rest_volumes(parts, x);
     for (std::size_t c = 0; c < volume.size(); ++c)
