@@ -61,9 +61,11 @@ HWY_INLINE Columns<D> derivatives(const Vec3<D> &end, const Vec3<D> &from, const
             along(rest.end.z, rest.from.z, rest.to.z)};
 }
 
+// These are functions of their own, so that the loops of bodies without such springs stay as they are.
+
 /// Volume times the strain of each tetrahedron of the fans of a slice, and the volume that it has gained, with beta
 /// times how fast they grow.
-template <bool is_damped, class T> HWY_INLINE void nodal_strains(StepWorkspace<T> &at, int now, int slice) {
+template <bool is_damped, class T> HWY_NOINLINE void nodal_strains(StepWorkspace<T> &at, int now, int slice) {
     using D = Lanes<T>;
     constexpr D d;
     const auto &body = at.body;
@@ -99,7 +101,7 @@ template <bool is_damped, class T> HWY_INLINE void nodal_strains(StepWorkspace<T
 
 /// A quarter of the stress around the nodes of 16 rows, from the strains of the tetrahedra there, and the pressures
 /// there or what these are made of.
-template <class T> HWY_INLINE void nodal_stresses(StepWorkspace<T> &at, int now, int volume_slice) {
+template <class T> HWY_NOINLINE void nodal_stresses(StepWorkspace<T> &at, int now, int volume_slice) {
     using D = Lanes<T>;
     constexpr D d;
     constexpr hn::CappedTag<T, 8> eight;
@@ -164,7 +166,7 @@ HWY_INLINE CornerForces<D> pulls(const Vec3<D> &end, const Vec3<D> &from, const 
 }
 
 /// The forces of stresses, pressures and the guard on the nodes of the fans of a slice; see fan_forces().
-template <class T> HWY_INLINE void nodal_spring_forces(StepWorkspace<T> &at, int now, int slice) {
+template <class T> HWY_NOINLINE void nodal_spring_forces(StepWorkspace<T> &at, int now, int slice) {
     using D = Lanes<T>;
     constexpr D d;
     const auto &body = at.body;
