@@ -10,7 +10,10 @@
 #include "msm/extent.hpp"
 #include "msm/highest_frequency.hpp"
 #include "msm/integrator.hpp"
+#include "msm/inversion_guard.hpp"
 #include "msm/kernels/fast_steps.hpp"
+#include "msm/mass_lumping.hpp"
+#include "msm/nodal_springs.hpp"
 #include "msm/springs_with_volume.hpp"
 #include "msm/time_step.hpp"
 
@@ -53,6 +56,15 @@ msm::ElasticBody springs_with_nodal_volume(const Scene &scene) {
         .body;
 }
 
+/// Those of the model `nodal_springs`.
+msm::ElasticBody coupled_springs(const Scene &scene) {
+    constexpr double alone = 1.0 / 6.0;
+    const auto &body = *scene.problem.body;
+    return {msm::lumped_masses(body),
+            {msm::nodal_springs(body, alone),
+             msm::volume_beside_springs(body, msm::find_volume_term("mean_nodal_volume")), msm::inversion_guard(body)}};
+}
+
 std::vector<Matter> all_matter() {
     return {{.suffix = {},
              .summary = "springs",
@@ -63,9 +75,18 @@ std::vector<Matter> all_matter() {
              .summary = "springs, the volume around nodes, and the inversion guard",
              .max_refinements = max_refinements_with_volume,
              .make = springs_with_nodal_volume,
+             .largest_angular_frequency =
+                 [](const Scene &scene) {
+                     return msm::largest_angular_frequency(springs_with_nodal_volume(scene),
+                                                           scene.problem.body->mesh.points, scene.conditions);
+                 }},
+            {.suffix = "_nodal_springs",
+             .summary = "springs coupled around nodes, means of the volume there, and the inversion guard",
+             .max_refinements = max_refinements_with_volume,
+             .make = coupled_springs,
              .largest_angular_frequency = [](const Scene &scene) {
-                 return msm::largest_angular_frequency(springs_with_nodal_volume(scene),
-                                                       scene.problem.body->mesh.points, scene.conditions);
+                 return msm::largest_angular_frequency(coupled_springs(scene), scene.problem.body->mesh.points,
+                                                       scene.conditions);
              }}};
 }
 

@@ -2,6 +2,7 @@
 
 #include "msm/edge_stretches.hpp"
 #include "msm/nodal_parts.hpp"
+#include "msm/step_parts.hpp"
 
 namespace livermark::msm {
 
@@ -30,6 +31,7 @@ class NodalSprings : public ElasticTerm {
     NodalSprings(const core::Body &body, double alone) : alone_(alone) {
         const auto parts = nodal_parts(body);
         part_volume_ = parts.volume;
+        part_node_ = parts.node;
         for (const int region : parts.region)
             part_modulus_.push_back(body.materials[region].shear_modulus());
         const auto rest = to_unknowns(body.mesh.points);
@@ -90,6 +92,19 @@ class NodalSprings : public ElasticTerm {
             for (int a = 0; a < 4; ++a)
                 blocks[tetrahedron.nodes[a]] += 4.0 * block.block<3, 3>(3 * a, 3 * a);
         }
+    }
+
+    bool describe(StepParts &parts) const override {
+        std::vector<std::array<int, 4>> part_at_corner;
+        parts.tetrahedra.clear();
+        for (const auto &tetrahedron : tetrahedra_) {
+            part_at_corner.push_back(tetrahedron.parts);
+            parts.tetrahedra.push_back(tetrahedron.nodes);
+            parts.inner_modulus.push_back(alone_ * tetrahedron.shear_modulus);
+        }
+        for (const double modulus : part_modulus_)
+            parts.coupled_modulus.push_back((1.0 - alone_) * modulus);
+        return describe_volumes(part_node_, part_at_corner, parts);
     }
 
   private:
@@ -214,6 +229,7 @@ class NodalSprings : public ElasticTerm {
 
     double alone_;
     std::vector<Tetrahedron> tetrahedra_;
+    std::vector<int> part_node_;       // (C)
     std::vector<double> part_volume_;  // (C) [m^3]
     std::vector<double> part_modulus_; // (C) [Pa]
 };

@@ -8,8 +8,14 @@
 
 namespace livermark::msm {
 
-/// What fast kernels know how to move: springs, the volume around nodes or of tetrahedra, and the guard against
-/// inversion, as plain arrays. Empty arrays stand for a part that is not there.
+/// The weight that the relative change of one volume has in the mean that another resists.
+struct MeanEntry {
+    int volume, other;
+    double weight;
+};
+
+/// What fast kernels know how to move: springs, springs coupled around nodes, the volume around nodes or of tetrahedra,
+/// and the guard against inversion, as plain arrays. Empty arrays stand for a part that is not there.
 struct StepParts {
     std::vector<std::array<int, 2>> edges; ///< (S) node numbers
     std::vector<double> stiffness;         ///< (S) [N/m]
@@ -22,9 +28,19 @@ struct StepParts {
     std::vector<int> centre;
     std::vector<double> volume_stiffness;          ///< (C) pressure for each m^3 that it has gained [Pa/m^3]
     std::vector<std::array<int, 4>> corner_volume; ///< (M) control volume around each corner
-    std::vector<double> least_volume;              ///< (M) [m^3] below which a tetrahedron is pushed back
-    std::vector<double> guard_stiffness;           ///< (M) pressure for each m^3 that it then lacks [Pa/m^3]
+    /// Makes of relative changes of volumes the means that are resisted in place of these; empty if these are.
+    std::vector<MeanEntry> mean;
+    /// (C) shear modulus of the springs that are coupled in each control volume [Pa]
+    std::vector<double> coupled_modulus;
+    std::vector<double> inner_modulus;   ///< (M) of those that stay inside each tetrahedron [Pa]
+    std::vector<double> least_volume;    ///< (M) [m^3] below which a tetrahedron is pushed back
+    std::vector<double> guard_stiffness; ///< (M) pressure for each m^3 that it then lacks [Pa/m^3]
 };
+
+/// Puts down where control volumes around nodes are.
+/// @return false if another term has already put down others
+bool describe_volumes(const std::vector<int> &centre, const std::vector<std::array<int, 4>> &corner_volume,
+                      StepParts &parts);
 
 /// @return nothing if the body has a part that fast kernels do not know
 std::optional<StepParts> step_parts(const ElasticBody &body);

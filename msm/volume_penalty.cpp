@@ -78,27 +78,27 @@ class VolumePenalty : public ElasticTerm {
     }
 
     bool describe(StepParts &parts) const override {
-        if (mean_.size() > 0)
-            return false;
         const Eigen::VectorXd stiffness = modulus_.cwiseQuotient(rest_volume_);
         parts.tetrahedra = tetrahedra_;
         if (centre_.empty())
             return describe_tetrahedra(stiffness, parts);
-        parts.centre = centre_;
         parts.volume_stiffness.assign(stiffness.begin(), stiffness.end());
-        parts.corner_volume.resize(tetrahedra_.size());
+        for (int c = 0; c < mean_.outerSize(); ++c)
+            for (SparseRows::InnerIterator entry(mean_, c); entry; ++entry)
+                parts.mean.push_back({c, static_cast<int>(entry.col()), entry.value()});
+        std::vector<std::array<int, 4>> corner_volume(tetrahedra_.size());
         for (int c = 0; c < share_.rows(); ++c)
             for (SparseRows::InnerIterator entry(share_, c); entry; ++entry) {
                 const auto &corners = tetrahedra_[entry.col()];
-                parts.corner_volume[entry.col()][std::ranges::find(corners, centre_[c]) - corners.begin()] = c;
+                corner_volume[entry.col()][std::ranges::find(corners, centre_[c]) - corners.begin()] = c;
             }
-        return true;
+        return describe_volumes(centre_, corner_volume, parts);
     }
 
   private:
     /// @return false unless each tetrahedron is a control volume of its own
     bool describe_tetrahedra(const Eigen::VectorXd &stiffness, StepParts &parts) const {
-        if (share_.rows() != share_.cols() || share_.nonZeros() != share_.rows())
+        if (mean_.size() > 0 || share_.rows() != share_.cols() || share_.nonZeros() != share_.rows())
             return false;
         for (int c = 0; c < share_.rows(); ++c)
             if (share_.coeff(c, c) != 1.0)

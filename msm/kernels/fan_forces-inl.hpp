@@ -9,6 +9,7 @@
 
 #include <algorithm>
 
+#include "msm/kernels/mean_pressures-inl.hpp"
 #include "msm/kernels/step_workspace.hpp"
 #include "msm/kernels/vectors-inl.hpp"
 
@@ -110,31 +111,21 @@ template <bool is_damped, class T> HWY_INLINE void volume_gains(StepWorkspace<T>
     }
 }
 
-/// A quarter of the pressure around the nodes of 16 rows, into these.
+/// A quarter of the pressure around the nodes of 16 rows, into these, or what it is made of.
 template <class T> HWY_INLINE void pressures(StepWorkspace<T> &at, int now, int volume_slice) {
-    constexpr Lanes<T> d;
-    const hn::RebindToSigned<Lanes<T>> signed_lanes;
-    const hn::Rebind<std::int32_t, Lanes<T>> index_lanes;
+    using D = Lanes<T>;
+    constexpr D d;
     const auto &body = at.body;
-    alignas(64) T pressure[slice_size];
+    HWY_ALIGN T gain[slice_size];
     const std::size_t end = static_cast<std::size_t>(body.volume_start[volume_slice + 1]) * slice_size;
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         auto sum = hn::Zero(d);
         for (std::size_t m = static_cast<std::size_t>(body.volume_start[volume_slice]) * slice_size + lane; m < end;
-             m += slice_size) {
-            const auto member = hn::Load(index_lanes, body.member.data() + m);
-            if constexpr (sizeof(T) == 4)
-                sum = hn::Add(sum, hn::GatherIndex(d, at.gain.data(), member));
-            else
-                sum = hn::Add(sum, hn::GatherIndex(d, at.gain.data(), hn::PromoteTo(signed_lanes, member)));
-        }
-        const std::size_t row = static_cast<std::size_t>(volume_slice) * slice_size + lane;
-        hn::Store(hn::Mul(hn::Mul(sum, hn::Set(d, T(0.25))), hn::Load(d, body.volume_stiffness.data() + row)), d,
-                  pressure + lane);
+             m += slice_size)
+            sum = hn::Add(sum, gather(D(), at.gain.data(), body.member.data() + m));
+        hn::Store(sum, d, gain + lane);
     }
-    T *rows = at.rows[now].data() + static_cast<std::size_t>(volume_slice) * slice_size * 4;
-    for (int i = 0; i < slice_size; ++i)
-        rows[4 * i + 3] = pressure[i];
+    set_gains(at, now, volume_slice, gain);
 }
 
 /// What pushes the corners of tetrahedra outwards: the pressures around the nodes, their own, and the guard against
@@ -206,15 +197,6 @@ template <bool is_damped, class T> HWY_INLINE void fan_forces(StepWorkspace<T> &
         const Vec3<D> nothing{zero, zero, zero};
         add_force(D(), minus(nothing, plus(plus(on_rim, before), on_end)), at.corner_force, slot);
     }
-}
-
-/// The corner forces of all fans of a chunk.
-template <bool is_damped, class T> HWY_INLINE void chunk_forces(StepWorkspace<T> &at, int now, int chunk) {
-    const auto &body = at.body;
-    std::fill(at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk]),
-              at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk + 1]), T(0));
-    for (int slice = body.chunk_fans[chunk]; slice < body.chunk_fans[chunk + 1]; ++slice)
-        fan_forces<is_damped>(at, now, slice);
 }
 
 /// Adds what the tetrahedra have given to each node of a slice.

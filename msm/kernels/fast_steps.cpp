@@ -72,6 +72,10 @@ template <class V> std::size_t bytes(const V &values) {
     return values.size() * sizeof(typename V::value_type);
 }
 
+template <class T> std::size_t bytes(const SlicedMatrix<T> &matrix) {
+    return bytes(matrix.column) + bytes(matrix.value);
+}
+
 /// Where springs end that only fill up a slice: so far from any body that they have a length [m].
 constexpr float far = 1e4F;
 
@@ -95,7 +99,17 @@ template <class T> class Steps : public FastSteps::Implementation {
             at_.velocity_rows = at_.rows;
         for (auto &rows : at_.rows)
             std::fill(rows.end() - 4, rows.end(), static_cast<T>(far));
-        at_.gain.assign(at_.body.rest_volume.size() + slice_size, T(0));
+        if (at_.body.rest_shape.empty()) {
+            at_.gain.assign(at_.body.rest_volume.size() + slice_size, T(0));
+        } else {
+            at_.strain.assign(8 * (at_.body.rest_volume.size() + 1), T(0));
+            for (auto &rows : at_.stress)
+                rows.assign(4 * static_cast<std::size_t>(at_.body.num_rows), T(0));
+        }
+        if (!at_.body.mean_change.start.empty()) {
+            at_.change.assign(at_.body.num_rows, T(0));
+            at_.mean_change = at_.change;
+        }
         at_.corner_force.assign(4 * static_cast<std::size_t>(at_.body.chunk_start.back() + 1), T(0));
         share_work();
         for (std::size_t i = 0; i < positions.size(); ++i)
@@ -159,7 +173,9 @@ template <class T> class Steps : public FastSteps::Implementation {
                bytes(body.tetrahedron_stiffness) + bytes(body.least_volume) + bytes(body.guard_stiffness) +
                bytes(body.member) + bytes(body.volume_stiffness) + bytes(at_.nodes) + bytes(at_.loads) +
                bytes(at_.stages) + 2 * bytes(at_.rows[0]) + 2 * bytes(at_.velocity_rows[0]) + bytes(at_.gain) +
-               bytes(at_.corner_force);
+               bytes(at_.corner_force) + bytes(body.rest_shape) + bytes(body.inner_modulus) +
+               bytes(body.coupled_modulus) + bytes(body.mean_change) + bytes(body.mean_pressure) + bytes(at_.strain) +
+               2 * bytes(at_.stress[0]) + bytes(at_.change) + bytes(at_.mean_change);
     }
 
   private:
@@ -171,7 +187,8 @@ template <class T> class Steps : public FastSteps::Implementation {
     }
 
     void share_work() {
-        at_.slices = shares(at_.body.spring_start, team_.size());
+        // Where there are no springs, nodes cost what it takes to collect the forces of tetrahedra.
+        at_.slices = shares(at_.body.neighbour.empty() ? at_.body.sum_start : at_.body.spring_start, team_.size());
         at_.fan_slices = shares(at_.body.fan_start, team_.size());
         at_.chunks = shares(running_count(static_cast<int>(at_.body.chunk_start.size()) - 1), team_.size());
         at_.volume_slices = shares(at_.body.volume_start, team_.size());

@@ -33,7 +33,8 @@ template <class T> void slice_springs(const StepParts &parts, SlicedBody<T> &bod
 template <class T> SlicedBody<T> sliced_body(const StepParts &parts, const std::vector<core::Vector3> &positions) {
     SlicedBody<T> body;
     const int num_nodes = static_cast<int>(positions.size());
-    const auto order = order_by_degree(parts.edges, num_nodes);
+    const auto order =
+        order_by_degree(parts.edges.empty() ? core::edge_table(parts.tetrahedra).edges : parts.edges, num_nodes);
     body.row_of_node.resize(num_nodes);
     for (int row = 0; row < num_nodes; ++row)
         body.row_of_node[order[row]] = row;

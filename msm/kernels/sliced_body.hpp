@@ -20,6 +20,13 @@ inline constexpr int chunk_size = 512;
 /// Starts at a cache line.
 template <class T> using Aligned = std::vector<T, boost::alignment::aligned_allocator<T, 64>>;
 
+/// A sparse matrix whose rows and columns are rows of a SlicedBody, 16 of which are a slice.
+template <class T> struct SlicedMatrix {
+    std::vector<int> start; ///< (slices + 1) entries of the longest row of each, in units of 16
+    Aligned<std::int32_t> column;
+    Aligned<T> value; ///< 0 where a row is filled up
+};
+
 /// The parts of a body for vector units: sliced ELLPACK (SELL-C-sigma of Kreutzer et al. 2014, SIAM J. Sci. Comput.
 /// 36(5)). A slice is 16 nodes of about the same degree; the d-th neighbours of all of them are next to each other, and
 /// slices with fewer are filled up with springs of no stiffness. Every spring is kept at both of its ends, so that each
@@ -30,7 +37,8 @@ template <class T> using Aligned = std::vector<T, boost::alignment::aligned_allo
 /// of the row behind those of all nodes.
 ///
 /// Tetrahedra come in fans around edges, so that one node has to be fetched for most of them, and not four. Every chunk
-/// of fans adds up forces in places of its own, which the nodes then collect.
+/// of fans adds up forces in places of its own, which the nodes then collect. Springs that are coupled around nodes are
+/// found in the same fans and in the same control volumes.
 /// @tparam T  of everything that forces are made from
 template <class T> struct SlicedBody {
     int num_slices = 0; ///< of nodes
@@ -61,9 +69,22 @@ template <class T> struct SlicedBody {
     std::vector<int> sum_start;       ///< (slices + 1) places to sum for the nodes of a slice, in units of 16
     Aligned<std::int32_t> sum;        ///< one of these places; one behind the last, where nothing is added, as filling
 
+    /// (lines, 15, 16) of each tetrahedron at rest, the gradients of the barycentric coordinates of three corners,
+    /// which are the end of the axis and both nodes of the rim [1/m], and the lengths of its edges: from the start of
+    /// the axis to these three, and from the first of them to the second and so on around [m]. Empty if no springs are
+    /// coupled, as are the following.
+    Aligned<T> rest_shape;
+    Aligned<T> inner_modulus;   ///< (lines, 16) of springs inside a tetrahedron [Pa]
+    Aligned<T> coupled_modulus; ///< (rows) 1/16 of the shear modulus of springs around a node, by volume [Pa/m^3]
+
     std::vector<int> volume_start; ///< (rows / 16 + 1) tetrahedra around the nodes of the rows, in units of 16
-    Aligned<std::int32_t> member;  ///< the tetrahedron; one behind the last where there is none
+    Aligned<std::int32_t> member;  ///< the tetrahedron; one behind the last where there is none;
+                                   ///< where springs are coupled, eight times that
     Aligned<T> volume_stiffness;   ///< (rows) a quarter of the pressure for each m^3 gained [Pa/m^3]
+    /// From the sums of what the tetrahedra around nodes have gained to means of relative changes [1/m^3]; empty if no
+    /// means are resisted.
+    SlicedMatrix<T> mean_change;
+    SlicedMatrix<T> mean_pressure; ///< from these means to a quarter of the pressure around each node [Pa]
 };
 
 /// @param positions  shape (N) [m], at rest

@@ -55,13 +55,6 @@ template <class T> std::vector<Fan> fan_order(std::vector<Fan> fans, SlicedBody<
     return ordered;
 }
 
-/// Which tetrahedron stands where on the lines, and which node stands where among the corners.
-struct Lines {
-    std::vector<int> tetrahedron; ///< number, none where a fan is filled up
-    std::vector<int> node;        ///< number; where a fan is filled up its last one, and none in a fan of nothing
-    std::vector<int> owner;       ///< a tetrahedron that the node belongs to there
-};
-
 template <class T> Lines lines_of(const std::vector<Fan> &fans, SlicedBody<T> &body) {
     Lines lines;
     body.fan_start.assign(1, 0);
@@ -98,8 +91,9 @@ void slice_volumes(const StepParts &parts, const std::vector<int> &row_of_volume
     body.volume_start = starts(count);
     body.member.assign(static_cast<std::size_t>(body.volume_start.back()) * slice_size,
                        static_cast<int>(lines.tetrahedron.size()));
-    body.volume_stiffness.assign(body.num_rows, T(0));
-    for (std::size_t c = 0; c < row_of_volume.size(); ++c)
+    if (!parts.volume_stiffness.empty())
+        body.volume_stiffness.assign(body.num_rows, T(0));
+    for (std::size_t c = 0; c < parts.volume_stiffness.size(); ++c)
         body.volume_stiffness[row_of_volume[c]] = static_cast<T>(0.25 * parts.volume_stiffness[c]);
     std::vector<int> used(body.num_rows, 0);
     for (std::size_t at = 0; at < lines.tetrahedron.size(); ++at)
@@ -108,15 +102,6 @@ void slice_volumes(const StepParts &parts, const std::vector<int> &row_of_volume
                 const int row = row_of_volume[c];
                 body.member[place(body.volume_start, row, used[row])] = static_cast<std::int32_t>(at);
             }
-}
-
-/// Values of tetrahedra on the lines, and zeros where there is none.
-template <class T> Aligned<T> on_lines(const std::vector<double> &values, const Lines &lines) {
-    Aligned<T> result(values.empty() ? 0 : lines.tetrahedron.size(), T(0));
-    for (std::size_t at = 0; at < result.size(); ++at)
-        if (lines.tetrahedron[at] != none)
-            result[at] = static_cast<T>(values[lines.tetrahedron[at]]);
-    return result;
 }
 
 /// Gives each node that a chunk touches a place to add forces to, and each node the list of its places.
@@ -185,6 +170,8 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
     slice_sums(lines, body);
     if (!parts.centre.empty())
         slice_volumes(parts, row_of_volume, lines, body);
+    slice_nodal_springs(parts, positions, row_of_volume, lines, body);
+    slice_means(parts, positions, row_of_volume, body);
 }
 
 template void slice_tetrahedra(const StepParts &, const std::vector<core::Vector3> &, SlicedBody<float> &);

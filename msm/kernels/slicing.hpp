@@ -31,9 +31,35 @@ inline std::size_t place(const std::vector<int> &start, int row, int &used) {
     return line * slice_size + row % slice_size;
 }
 
+/// Which tetrahedron stands where on the lines, and which node stands where among the corners.
+struct Lines {
+    std::vector<int> tetrahedron; ///< number, none where a fan is filled up
+    std::vector<int> node;        ///< number; where a fan is filled up its last one, and none in a fan of nothing
+    std::vector<int> owner;       ///< a tetrahedron that the node belongs to there
+};
+
+/// Values of tetrahedra on the lines, and zeros where there is none.
+template <class T> Aligned<T> on_lines(const std::vector<double> &values, const Lines &lines) {
+    Aligned<T> result(values.empty() ? 0 : lines.tetrahedron.size(), T(0));
+    for (std::size_t at = 0; at < result.size(); ++at)
+        if (lines.tetrahedron[at] != none)
+            result[at] = static_cast<T>(values[lines.tetrahedron[at]]);
+    return result;
+}
+
 /// The part of sliced_body() that tetrahedra have: fans, corner forces and volumes.
 /// @param body  with its nodes
 template <class T>
 void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &positions, SlicedBody<T> &body);
+
+/// The parts that springs coupled around nodes have, and means of changes of volume.
+/// @param positions      shape (N) [m], at rest
+/// @param row_of_volume  shape (C)
+template <class T>
+void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3> &positions,
+                         const std::vector<int> &row_of_volume, const Lines &lines, SlicedBody<T> &body);
+template <class T>
+void slice_means(const StepParts &parts, const std::vector<core::Vector3> &positions,
+                 const std::vector<int> &row_of_volume, SlicedBody<T> &body);
 
 } // namespace livermark::msm

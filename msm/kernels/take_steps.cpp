@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "msm/kernels/fan_forces-inl.hpp"
+#include "msm/kernels/nodal_springs-inl.hpp"
 #include "msm/kernels/schemes-inl.hpp"
 #include "msm/kernels/spring_forces-inl.hpp"
 #include "msm/kernels/team.hpp"
@@ -12,25 +13,59 @@
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
 
+/// The forces of all fans of a chunk on their corners.
+template <bool is_damped, class T> HWY_INLINE void chunk_forces(StepWorkspace<T> &at, int now, int chunk) {
+    const auto &body = at.body;
+    std::fill(at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk]),
+              at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk + 1]), T(0));
+    const int end = body.chunk_fans[chunk + 1];
+    if (!body.rest_shape.empty())
+        for (int slice = body.chunk_fans[chunk]; slice < end; ++slice)
+            nodal_spring_forces(at, now, slice);
+    else
+        for (int slice = body.chunk_fans[chunk]; slice < end; ++slice)
+            fan_forces<is_damped>(at, now, slice);
+}
+
+/// What the fans need to know of the nodes around them: stresses and pressures. All threads call it.
+template <bool is_damped, class T>
+HWY_INLINE void nodal_states(StepWorkspace<T> &at, int now, int thread, Barrier &barrier) {
+    const auto [first_fan, last_fan] = at.fan_slices[thread];
+    const auto [first, last] = at.volume_slices[thread];
+    const bool is_coupled = !at.body.rest_shape.empty();
+    for (int slice = first_fan; slice < last_fan; ++slice)
+        if (is_coupled)
+            nodal_strains<is_damped>(at, now, slice);
+        else
+            volume_gains<is_damped>(at, now, slice);
+    barrier.wait();
+    for (int slice = first; slice < last; ++slice)
+        if (is_coupled)
+            nodal_stresses(at, now, slice);
+        else
+            pressures(at, now, slice);
+    barrier.wait();
+    if (at.change.empty())
+        return;
+    for (int slice = first; slice < last; ++slice)
+        mean_changes(at, slice);
+    barrier.wait();
+    for (int slice = first; slice < last; ++slice)
+        mean_pressures(at, now, slice);
+    barrier.wait();
+}
+
 template <class Scheme, bool is_damped, class T>
 void run(StepWorkspace<T> &at, int thread, int num_steps, Barrier &barrier) {
     const auto [first_slice, last_slice] = at.slices[thread];
-    const auto [first_fan, last_fan] = at.fan_slices[thread];
     const auto [first_chunk, last_chunk] = at.chunks[thread];
-    const auto [first_volume, last_volume] = at.volume_slices[thread];
-    const bool has_volumes = !at.body.volume_stiffness.empty(), has_tetrahedra = !at.body.rest_volume.empty();
+    const bool has_states = !at.body.member.empty(), has_tetrahedra = !at.body.rest_volume.empty();
     const int num_stages = at.scheme.num_stages();
     int now = at.now;
     for (int step = 0; step < num_steps; ++step)
         for (int stage = 0; stage < num_stages; ++stage) {
-            if (has_volumes) {
-                for (int slice = first_fan; slice < last_fan; ++slice)
-                    volume_gains<is_damped>(at, now, slice);
-                barrier.wait();
-                for (int slice = first_volume; slice < last_volume; ++slice)
-                    pressures(at, now, slice);
-                barrier.wait();
-            }
+            if (has_states)
+                nodal_states<is_damped>(at, now, thread, barrier);
             if (has_tetrahedra) {
                 for (int chunk = first_chunk; chunk < last_chunk; ++chunk)
                     chunk_forces<is_damped>(at, now, chunk);

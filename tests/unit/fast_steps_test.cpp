@@ -9,8 +9,9 @@
 #include "msm/integrator.hpp"
 #include "msm/inversion_guard.hpp"
 #include "msm/kernels/fast_steps.hpp"
+#include "msm/nodal_springs.hpp"
 #include "msm/spring_network.hpp"
-#include "msm/volume_term.hpp"
+#include "msm/springs_with_volume.hpp"
 #include "tests/test_meshes.hpp"
 
 namespace livermark {
@@ -76,25 +77,47 @@ Sample random_springs(int num_nodes) {
     return sample;
 }
 
-/// The first tetrahedra of a box of two materials, with springs, a volume term if one is named, and the guard.
-Sample tetrahedra(int num_tetrahedra, const std::string &volume_term) {
+/// The first tetrahedra of a box of two materials.
+core::Body two_materials(int num_tetrahedra, double soft_ratio, double hard_ratio) {
     auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {3, 3, 2});
     mesh.tetrahedra.resize(num_tetrahedra);
     mesh.region_names = {"soft", "hard"};
     mesh.region.assign(num_tetrahedra, 0);
     for (int t = 0; t < num_tetrahedra; ++t)
         mesh.region[t] = mesh.points[mesh.tetrahedra[t][0]].x() < 0.04 ? 0 : 1;
+    return {.name = "two", .mesh = mesh, .materials = {{1060.0, 5e3, soft_ratio}, {1060.0, 2e4, hard_ratio}}};
+}
+
+/// A body with nothing that holds it together yet.
+Sample loose(const core::Body &body) {
     Sample sample;
-    sample.positions = mesh.points;
-    std::mt19937 random(num_tetrahedra);
-    sample.conditions = some_conditions(mesh.points.size(), random);
-    const core::Body body{.name = "two", .mesh = mesh, .materials = {{1060.0, 5e3, 0.4}, {1060.0, 2e4, 0.45}}};
-    auto springs = msm::spring_network(body, msm::all_spring_laws().front());
-    springs.node_mass.assign(mesh.points.size(), 0.002); // nodes of no tetrahedron would have none
-    sample.body = springs;
+    sample.positions = body.mesh.points;
+    std::mt19937 random(static_cast<unsigned>(body.mesh.num_tetrahedra()));
+    sample.conditions = some_conditions(sample.positions.size(), random);
+    sample.body.node_mass.assign(sample.positions.size(), 0.002); // nodes of no tetrahedron would have none
+    return sample;
+}
+
+/// Tetrahedra with springs, a volume term if one is named, and the guard.
+Sample tetrahedra(int num_tetrahedra, const std::string &volume_term) {
+    const auto body = two_materials(num_tetrahedra, 0.4, 0.45);
+    auto sample = loose(body);
+    sample.body.terms = msm::ElasticBody(msm::spring_network(body, msm::all_spring_laws().front())).terms;
     for (const auto &term : msm::all_volume_terms())
         if (term.name == volume_term)
             sample.body.terms.push_back(term.make(body, {7e3, 2e4}));
+    sample.body.terms.push_back(msm::inversion_guard(body));
+    return sample;
+}
+
+/// Tetrahedra with springs that are coupled around nodes and the guard, and with means of the volume around nodes where
+/// they have another Poisson's ratio than springs.
+Sample coupled_tetrahedra(int num_tetrahedra, double soft_ratio, double hard_ratio) {
+    const auto body = two_materials(num_tetrahedra, soft_ratio, hard_ratio);
+    auto sample = loose(body);
+    sample.body.terms = {msm::nodal_springs(body, 0.2)};
+    if (msm::needs_volume(body))
+        sample.body.terms.push_back(msm::volume_beside_springs(body, msm::find_volume_term("mean_nodal_volume")));
     sample.body.terms.push_back(msm::inversion_guard(body));
     return sample;
 }
@@ -180,11 +203,25 @@ TEST_P(EveryVectorUnit, MovesAnyNumberOfNodesAsTheOracleDoes) {
 
 TEST_P(EveryVectorUnit, MovesAnyNumberOfTetrahedraAsTheOracleDoes) {
     for (const int count : {1, 2, 15, 16, 17, 33, 108})
-        for (const auto *term : {"", "nodal_volume", "tetrahedral_volume"})
+        for (const auto *term : {"", "mean_nodal_volume", "nodal_volume", "tetrahedral_volume"})
             for (const auto &damping : {core::RayleighDamping{0.0, 0.0}, core::RayleighDamping{3.0, 0.002}})
                 for (const auto precision : both_precisions) {
                     SCOPED_TRACE(testing::Message() << count << " " << term);
                     const auto sample = tetrahedra(count, term);
+                    const auto expected = by_the_oracle(sample, damping, "symplectic_euler", 3);
+                    const auto found = by_the_kernel(sample, damping, "symplectic_euler", 3, {.precision = precision});
+                    EXPECT_LT(error(found, expected, sample), tolerance(precision));
+                }
+}
+
+TEST_P(EveryVectorUnit, MovesSpringsThatAreCoupledAroundNodesAsTheOracleDoes) {
+    for (const int count : {1, 2, 15, 16, 17, 33, 108})
+        for (const auto &[soft_ratio, hard_ratio] :
+             {std::pair(0.25, 0.25), std::pair(0.45, 0.45), std::pair(0.25, 0.4)})
+            for (const auto &damping : {core::RayleighDamping{0.0, 0.0}, core::RayleighDamping{3.0, 0.002}})
+                for (const auto precision : both_precisions) {
+                    SCOPED_TRACE(testing::Message() << count << " " << soft_ratio << " " << hard_ratio);
+                    const auto sample = coupled_tetrahedra(count, soft_ratio, hard_ratio);
                     const auto expected = by_the_oracle(sample, damping, "symplectic_euler", 3);
                     const auto found = by_the_kernel(sample, damping, "symplectic_euler", 3, {.precision = precision});
                     EXPECT_LT(error(found, expected, sample), tolerance(precision));
@@ -207,15 +244,15 @@ TEST_P(EveryVectorUnit, KnowsEveryExplicitIntegrator) {
 }
 
 TEST_P(EveryVectorUnit, GivesTheSameForAnyNumberOfThreads) {
-    const auto sample = tetrahedra(108, "nodal_volume");
-    for (const auto precision : both_precisions) {
-        const auto one = by_the_kernel(sample, {3.0, 0.002}, "runge_kutta_4", 10, {precision, 1});
-        for (const int num_threads : {2, 3, 7, 20}) {
-            const auto many = by_the_kernel(sample, {3.0, 0.002}, "runge_kutta_4", 10, {precision, num_threads});
-            EXPECT_EQ(one.displacement, many.displacement) << num_threads;
-            EXPECT_EQ(one.velocity, many.velocity) << num_threads;
+    for (const auto &sample : {tetrahedra(108, "nodal_volume"), coupled_tetrahedra(108, 0.4, 0.45)})
+        for (const auto precision : both_precisions) {
+            const auto one = by_the_kernel(sample, {3.0, 0.002}, "runge_kutta_4", 10, {precision, 1});
+            for (const int num_threads : {2, 3, 7, 20}) {
+                const auto many = by_the_kernel(sample, {3.0, 0.002}, "runge_kutta_4", 10, {precision, num_threads});
+                EXPECT_EQ(one.displacement, many.displacement) << num_threads;
+                EXPECT_EQ(one.velocity, many.velocity) << num_threads;
+            }
         }
-    }
 }
 
 INSTANTIATE_TEST_SUITE_P(FastSteps, EveryVectorUnit, testing::ValuesIn(hwy::SupportedAndGeneratedTargets()),

@@ -1,0 +1,114 @@
+#include "msm/elastic_body.hpp"
+#include "msm/kernels/slicing.hpp"
+#include "msm/tetrahedron_volume.hpp"
+
+namespace livermark::msm {
+
+namespace {
+
+/// V0_c of each control volume around a node. @return shape (C) [m^3]
+std::vector<double> rest_volumes(const StepParts &parts, const Eigen::VectorXd &x) {
+    std::vector<double> volume(parts.centre.size(), 0.0);
+    for (std::size_t t = 0; t < parts.tetrahedra.size(); ++t)
+        for (const int c : parts.corner_volume[t])
+            volume[c] += 0.25 * volume_gradient(x, parts.tetrahedra[t]).volume;
+    return volume;
+}
+
+/// Gradients of the last three of four corners, then lengths of edges, as in SlicedBody::rest_shape.
+std::vector<double> rest_shape(const Eigen::VectorXd &x, const std::array<int, 4> &nodes) {
+    const auto [volume, gradient] = volume_gradient(x, nodes);
+    std::vector<double> values;
+    for (const std::size_t corner : {1U, 2U, 3U})
+        for (const double component : gradient[corner])
+            values.push_back(component / volume);
+    for (const auto &[a, b] :
+         {std::pair(0, 1), std::pair(0, 2), std::pair(0, 3), std::pair(1, 2), std::pair(2, 3), std::pair(3, 1)})
+        values.push_back((of_node(x, nodes[b]) - of_node(x, nodes[a])).norm());
+    return values;
+}
+
+struct Entry {
+    int row, column;
+    double value;
+};
+
+template <class T> SlicedMatrix<T> sliced_matrix(const std::vector<Entry> &entries, int num_rows) {
+    std::vector<int> length(num_rows, 0);
+    for (const auto &entry : entries)
+        ++length[entry.row];
+    SlicedMatrix<T> matrix{starts(length), {}, {}};
+    matrix.column.assign(static_cast<std::size_t>(matrix.start.back()) * slice_size, 0);
+    matrix.value.assign(matrix.column.size(), T(0));
+    std::vector<int> used(num_rows, 0);
+    for (const auto &[row, column, value] : entries) {
+        const auto at = place(matrix.start, row, used[row]);
+        matrix.column[at] = column;
+        matrix.value[at] = static_cast<T>(value);
+    }
+    return matrix;
+}
+
+} // namespace
+
+template <class T>
+void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3> &positions,
+                         const std::vector<int> &row_of_volume, const Lines &lines, SlicedBody<T> &body) {
+    if (parts.coupled_modulus.empty())
+        return;
+    const auto x = to_unknowns(positions);
+    body.inner_modulus = on_lines<T>(parts.inner_modulus, lines);
+    constexpr std::size_t num_values = 15;
+    body.rest_shape.assign(num_values * lines.tetrahedron.size(), T(0));
+    for (std::size_t slice = 0; slice + 1 < body.fan_start.size(); ++slice)
+        for (int line = body.fan_start[slice]; line < body.fan_start[slice + 1]; ++line)
+            for (std::size_t lane = 0; lane < slice_size; ++lane) {
+                const int t = lines.tetrahedron[static_cast<std::size_t>(line) * slice_size + lane];
+                if (t == none)
+                    continue;
+                const auto start = static_cast<std::size_t>(body.fan_start[slice]) + 3 * slice;
+                const auto from = static_cast<std::size_t>(line) + 3 * slice + 2;
+                std::array<int, 4> nodes{};
+                std::ranges::transform(std::array{start, start + 1, from, from + 1}, nodes.begin(),
+                                       [&](std::size_t at) { return lines.node[at * slice_size + lane]; });
+                T *value = body.rest_shape.data() + num_values * static_cast<std::size_t>(line) * slice_size + lane;
+                for (const double number : rest_shape(x, nodes)) {
+                    *value = static_cast<T>(number);
+                    value += slice_size;
+                }
+            }
+    for (auto &member : body.member)
+        member *= 8;
+    body.coupled_modulus.assign(body.num_rows, T(0));
+    const auto volume = rest_volumes(parts, x);
+    for (std::size_t c = 0; c < volume.size(); ++c)
+        body.coupled_modulus[row_of_volume[c]] = static_cast<T>(parts.coupled_modulus[c] / (16.0 * volume[c]));
+}
+
+template <class T>
+void slice_means(const StepParts &parts, const std::vector<core::Vector3> &positions,
+                 const std::vector<int> &row_of_volume, SlicedBody<T> &body) {
+    if (parts.mean.empty())
+        return;
+    const auto volume = rest_volumes(parts, to_unknowns(positions));
+    std::vector<Entry> change, pressure;
+    for (const auto &[c, other, weight] : parts.mean) {
+        const int row = row_of_volume[c], other_row = row_of_volume[other];
+        change.push_back({row, other_row, 0.25 * weight / volume[other]});
+        const double modulus = parts.volume_stiffness[c] * volume[c];
+        pressure.push_back({other_row, row, 0.25 * weight * modulus * volume[c] / volume[other]});
+    }
+    body.mean_change = sliced_matrix<T>(change, body.num_rows);
+    body.mean_pressure = sliced_matrix<T>(pressure, body.num_rows);
+}
+
+template void slice_nodal_springs(const StepParts &, const std::vector<core::Vector3> &, const std::vector<int> &,
+                                  const Lines &, SlicedBody<float> &);
+template void slice_nodal_springs(const StepParts &, const std::vector<core::Vector3> &, const std::vector<int> &,
+                                  const Lines &, SlicedBody<double> &);
+template void slice_means(const StepParts &, const std::vector<core::Vector3> &, const std::vector<int> &,
+                          SlicedBody<float> &);
+template void slice_means(const StepParts &, const std::vector<core::Vector3> &, const std::vector<int> &,
+                          SlicedBody<double> &);
+
+} // namespace livermark::msm
