@@ -10,9 +10,7 @@
 #include "msm/extent.hpp"
 #include "msm/highest_frequency.hpp"
 #include "msm/integrator.hpp"
-#include "msm/inversion_guard.hpp"
 #include "msm/kernels/fast_steps.hpp"
-#include "msm/mass_lumping.hpp"
 #include "msm/nodal_springs.hpp"
 #include "msm/springs_with_volume.hpp"
 #include "msm/time_step.hpp"
@@ -56,13 +54,8 @@ msm::ElasticBody springs_with_nodal_volume(const Scene &scene) {
         .body;
 }
 
-/// Those of the model `nodal_springs`.
 msm::ElasticBody coupled_springs(const Scene &scene) {
-    constexpr double alone = 1.0 / 6.0;
-    const auto &body = *scene.problem.body;
-    return {msm::lumped_masses(body),
-            {msm::nodal_springs(body, alone),
-             msm::volume_beside_springs(body, msm::find_volume_term("mean_nodal_volume")), msm::inversion_guard(body)}};
+    return msm::nodal_springs_with_volume(*scene.problem.body);
 }
 
 std::vector<Matter> all_matter() {

@@ -1,7 +1,10 @@
 #include "msm/nodal_springs.hpp"
 
 #include "msm/edge_stretches.hpp"
+#include "msm/inversion_guard.hpp"
+#include "msm/mass_lumping.hpp"
 #include "msm/nodal_parts.hpp"
+#include "msm/springs_with_volume.hpp"
 #include "msm/step_parts.hpp"
 
 namespace livermark::msm {
@@ -238,6 +241,14 @@ class NodalSprings : public ElasticTerm {
 
 std::shared_ptr<const ElasticTerm> nodal_springs(const core::Body &body, double alone) {
     return std::make_shared<NodalSprings>(body, alone);
+}
+
+ElasticBody nodal_springs_with_volume(const core::Body &body) {
+    std::vector<std::shared_ptr<const ElasticTerm>> terms{nodal_springs(body, 0.2)};
+    if (needs_volume(body))
+        terms.push_back(volume_beside_springs(body, find_volume_term("mean_nodal_volume")));
+    terms.push_back(inversion_guard(body));
+    return {lumped_masses(body), std::move(terms)};
 }
 
 } // namespace livermark::msm

@@ -5,7 +5,6 @@
 #include "fem_reference/linear_elasticity.hpp"
 #include "msm/biquadratic_springs.hpp"
 #include "msm/equilibrium.hpp"
-#include "msm/mass_lumping.hpp"
 #include "msm/nodal_springs.hpp"
 #include "msm/springs_with_volume.hpp"
 #include "tests/test_meshes.hpp"
@@ -104,10 +103,7 @@ TEST_P(NodalSpringsModel, IsTwiceAsGoodAsLinearFiniteElements) {
     tests::prescribe(load_case, body->mesh, "x_min", Vector3::Zero());
     tests::pull(load_case, body->mesh, "x_max", {3.0, 5.0, -2.0});
     const core::Problem problem{body, load_case};
-    std::vector<std::shared_ptr<const msm::ElasticTerm>> terms{msm::nodal_springs(*body, alone)};
-    if (msm::needs_volume(*body))
-        terms.push_back(msm::volume_beside_springs(*body, msm::find_volume_term("mean_nodal_volume")));
-    const msm::ElasticBody springs(msm::lumped_masses(*body), terms);
+    const auto springs = msm::nodal_springs_with_volume(*body);
     const auto found =
         msm::find_equilibrium(springs, body->mesh.points, msm::nodal_conditions(problem, springs.node_mass))
             .linear_displacement;
