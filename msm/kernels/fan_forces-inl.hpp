@@ -7,8 +7,6 @@
 #define LIVERMARK_FAN_FORCES_INL_HPP
 #endif
 
-#include <algorithm>
-
 #include "msm/kernels/mean_pressures-inl.hpp"
 #include "msm/kernels/step_workspace.hpp"
 #include "msm/kernels/vectors-inl.hpp"

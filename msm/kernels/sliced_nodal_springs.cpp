@@ -1,3 +1,5 @@
+#include <array>
+
 #include "msm/elastic_body.hpp"
 #include "msm/kernels/slicing.hpp"
 #include "msm/tetrahedron_volume.hpp"

@@ -1,6 +1,7 @@
 // Highway compiles this file once for each vector unit, and the machine's best one is taken when the program runs.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "msm/kernels/take_steps.cpp"
+#include <algorithm>
 #include <hwy/foreach_target.h> // has to come before highway.h
 #include <stdexcept>
 
