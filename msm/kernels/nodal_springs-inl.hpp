@@ -10,6 +10,7 @@
 #include <algorithm>
 
 #include "msm/kernels/fan_forces-inl.hpp"
+#include "msm/kernels/roots-inl.hpp"
 #include "msm/kernels/step_workspace.hpp"
 #include "msm/kernels/symmetric-inl.hpp"
 
@@ -66,21 +67,26 @@ template <class D> HWY_INLINE OfEdges<Vec3<D>> edge_spans(const Vec3<D> &a, cons
 }
 
 /// Where a fan is filled up, two corners are one.
-template <class D> HWY_INLINE hn::Vec<D> length(D d, const Vec3<D> &span) {
-    return hn::Sqrt(hn::Max(dot(span, span), hn::Set(d, hn::TFromD<D>(1e-30))));
+template <class D> HWY_INLINE hn::Vec<D> squared_length(D d, const Vec3<D> &span) {
+    return hn::Max(dot(span, span), hn::Set(d, hn::TFromD<D>(1e-30)));
 }
 
 /// Length at rest over length.
+template <class D> HWY_INLINE hn::Vec<D> shortening(D d, const Vec3<D> &span, hn::Vec<D> rest_length) {
+    const auto square = squared_length(d, span);
+    return hn::Mul(rest_length, refined(d, square, guess_of_inverse_root(d, square)));
+}
 template <class D>
 HWY_INLINE OfEdges<hn::Vec<D>> shortenings(D d, const OfEdges<Vec3<D>> &span, const OfEdges<hn::Vec<D>> &rest) {
-    return {hn::Div(rest.a, length(d, span.a)),   hn::Div(rest.b, length(d, span.b)),
-            hn::Div(rest.c, length(d, span.c)),   hn::Div(rest.ab, length(d, span.ab)),
-            hn::Div(rest.bc, length(d, span.bc)), hn::Div(rest.ca, length(d, span.ca))};
+    return {shortening(d, span.a, rest.a),   shortening(d, span.b, rest.b),   shortening(d, span.c, rest.c),
+            shortening(d, span.ab, rest.ab), shortening(d, span.bc, rest.bc), shortening(d, span.ca, rest.ca)};
 }
 
 /// l0 (l - l0), half the stretch of an edge.
 template <class D> HWY_INLINE hn::Vec<D> half_stretch(D d, const Vec3<D> &span, hn::Vec<D> rest_length) {
-    return hn::Mul(rest_length, hn::Sub(length(d, span), rest_length));
+    const auto square = squared_length(d, span);
+    const auto length = hn::Mul(square, refined(d, square, guess_of_inverse_root(d, square)));
+    return hn::Mul(rest_length, hn::Sub(length, rest_length));
 }
 template <class D>
 HWY_INLINE OfEdges<hn::Vec<D>> half_stretches(D d, const OfEdges<Vec3<D>> &span, const OfEdges<hn::Vec<D>> &rest) {
@@ -219,15 +225,15 @@ HWY_INLINE CornerForces<D> pulls(D d, const OfEdges<Vec3<D>> &span, const RestSh
                                  const Symmetric<D> &stress) {
     const auto of_a = product<D>(stress, rest.a), of_b = product<D>(stress, rest.b), of_c = product<D>(stress, rest.c);
     const auto ab = dot(rest.a, of_b), bc = dot(rest.b, of_c), ca = dot(rest.c, of_a);
-    const auto shortening = shortenings(d, span, rest.length);
+    const auto shorter = shortenings(d, span, rest.length);
     const auto along = [](const hn::Vec<D> &r, const hn::Vec<D> &m, const hn::Vec<D> &n, const hn::Vec<D> &l,
                           const Vec3<D> &x) HWY_ATTR { return scaled<D>(hn::Mul(r, hn::Add(m, hn::Add(n, l))), x); };
-    const auto on_ab = scaled<D>(hn::Mul(shortening.ab, ab), span.ab);
-    const auto on_bc = scaled<D>(hn::Mul(shortening.bc, bc), span.bc);
-    const auto on_ca = scaled<D>(hn::Mul(shortening.ca, ca), span.ca);
-    return {plus(along(shortening.a, dot(rest.a, of_a), ab, ca, span.a), minus(on_ab, on_ca)),
-            plus(along(shortening.b, dot(rest.b, of_b), bc, ab, span.b), minus(on_bc, on_ab)),
-            plus(along(shortening.c, dot(rest.c, of_c), ca, bc, span.c), minus(on_ca, on_bc))};
+    const auto on_ab = scaled<D>(hn::Mul(shorter.ab, ab), span.ab);
+    const auto on_bc = scaled<D>(hn::Mul(shorter.bc, bc), span.bc);
+    const auto on_ca = scaled<D>(hn::Mul(shorter.ca, ca), span.ca);
+    return {plus(along(shorter.a, dot(rest.a, of_a), ab, ca, span.a), minus(on_ab, on_ca)),
+            plus(along(shorter.b, dot(rest.b, of_b), bc, ab, span.b), minus(on_bc, on_ab)),
+            plus(along(shorter.c, dot(rest.c, of_c), ca, bc, span.c), minus(on_ca, on_bc))};
 }
 
 /// The forces of stresses, pressures and the guard on the nodes of the fans of a slice; see fan_forces().
