@@ -58,10 +58,7 @@ class BiquadraticSprings : public ElasticTerm {
         entries.reserve(144 * tetrahedra_.size());
         for (const auto &tetrahedron : tetrahedra_) {
             const Matrix12 block = tetrahedron_hessian(tetrahedron, x, tangent);
-            for (int row = 0; row < 12; ++row)
-                for (int column = 0; column < 12; ++column)
-                    entries.emplace_back(3 * tetrahedron.nodes[row / 3] + row % 3,
-                                         3 * tetrahedron.nodes[column / 3] + column % 3, block(row, column));
+            add_block(entries, tetrahedron.nodes, block);
         }
         Eigen::SparseMatrix<double> hessian(x.size(), x.size());
         hessian.setFromTriplets(entries.begin(), entries.end());

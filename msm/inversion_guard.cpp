@@ -57,10 +57,7 @@ class InversionGuard : public ElasticTerm {
         entries.reserve(144 * tetrahedra_.size());
         for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
             const auto block = tetrahedron_hessian(x, t, tangent);
-            for (int row = 0; row < 12; ++row)
-                for (int column = 0; column < 12; ++column)
-                    entries.emplace_back(3 * tetrahedra_[t][row / 3] + row % 3,
-                                         3 * tetrahedra_[t][column / 3] + column % 3, block(row, column));
+            add_block(entries, tetrahedra_[t], block);
         }
         Eigen::SparseMatrix<double> hessian(x.size(), x.size());
         hessian.setFromTriplets(entries.begin(), entries.end());

@@ -6,6 +6,7 @@
 #include "msm/nodal_parts.hpp"
 #include "msm/springs_with_volume.hpp"
 #include "msm/step_parts.hpp"
+#include "msm/tetrahedron_volume.hpp"
 
 namespace livermark::msm {
 
@@ -198,10 +199,7 @@ class NodalSprings : public ElasticTerm {
                 block += turning_hessian(tetrahedra_[t], x, tension[t]);
             else if (tangent == Tangent::semi_definite)
                 block += turning_hessian(tetrahedra_[t], x, tension[t].cwiseMax(0.0));
-            for (int row = 0; row < 12; ++row)
-                for (int column = 0; column < 12; ++column)
-                    entries.emplace_back(3 * nodes[row / 3] + row % 3, 3 * nodes[column / 3] + column % 3,
-                                         block(row, column));
+            add_block(entries, nodes, block);
         }
         Eigen::SparseMatrix<double> hessian(x.size(), x.size());
         hessian.setFromTriplets(entries.begin(), entries.end());

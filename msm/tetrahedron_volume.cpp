@@ -40,4 +40,12 @@ Eigen::Matrix<double, 12, 12> volume_hessian(const Eigen::VectorXd &x, const std
     return hessian;
 }
 
+void add_block(std::vector<Eigen::Triplet<double>> &entries, const std::array<int, 4> &tetrahedron,
+               const Eigen::Matrix<double, 12, 12> &block) {
+    for (int row = 0; row < 12; ++row)
+        for (int column = 0; column < 12; ++column)
+            entries.emplace_back(3 * tetrahedron[row / 3] + row % 3, 3 * tetrahedron[column / 3] + column % 3,
+                                 block(row, column));
+}
+
 } // namespace livermark::msm

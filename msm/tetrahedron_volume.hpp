@@ -2,7 +2,9 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <Eigen/SparseCore>
 #include <array>
+#include <vector>
 
 #include "core/tetra_mesh.hpp"
 
@@ -28,5 +30,9 @@ inline VolumeGradient volume_gradient(const Eigen::VectorXd &x, const std::array
 
 /// Second derivatives d2V / dx_a dx_b, rows and columns 3 a + component [m].
 Eigen::Matrix<double, 12, 12> volume_hessian(const Eigen::VectorXd &x, const std::array<int, 4> &tetrahedron);
+
+/// Puts such a block of one tetrahedron where its nodes are in a (3N, 3N) matrix.
+void add_block(std::vector<Eigen::Triplet<double>> &entries, const std::array<int, 4> &tetrahedron,
+               const Eigen::Matrix<double, 12, 12> &block);
 
 } // namespace livermark::msm

@@ -156,11 +156,7 @@ class VolumePenalty : public ElasticTerm {
         entries.reserve(144 * tetrahedra_.size());
         for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
             const auto block = volume_hessian(x, tetrahedra_[t]);
-            for (int row = 0; row < 12; ++row)
-                for (int column = 0; column < 12; ++column)
-                    entries.emplace_back(3 * tetrahedra_[t][row / 3] + row % 3,
-                                         3 * tetrahedra_[t][column / 3] + column % 3,
-                                         tetrahedron_pressure[static_cast<Eigen::Index>(t)] * block(row, column));
+            add_block(entries, tetrahedra_[t], tetrahedron_pressure[static_cast<Eigen::Index>(t)] * block);
         }
         Eigen::SparseMatrix<double> matrix(x.size(), x.size());
         matrix.setFromTriplets(entries.begin(), entries.end());

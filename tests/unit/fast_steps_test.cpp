@@ -11,7 +11,7 @@
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/nodal_springs.hpp"
 #include "msm/spring_network.hpp"
-#include "msm/springs_with_volume.hpp"
+#include "msm/volume_term.hpp"
 #include "tests/test_meshes.hpp"
 
 namespace livermark {
@@ -115,10 +115,7 @@ Sample tetrahedra(int num_tetrahedra, const std::string &volume_term) {
 Sample coupled_tetrahedra(int num_tetrahedra, double soft_ratio, double hard_ratio) {
     const auto body = two_materials(num_tetrahedra, soft_ratio, hard_ratio);
     auto sample = loose(body);
-    sample.body.terms = {msm::nodal_springs(body, 0.2)};
-    if (msm::needs_volume(body))
-        sample.body.terms.push_back(msm::volume_beside_springs(body, msm::find_volume_term("mean_nodal_volume")));
-    sample.body.terms.push_back(msm::inversion_guard(body));
+    sample.body.terms = msm::nodal_springs_with_volume(body).terms;
     return sample;
 }
 
