@@ -58,29 +58,28 @@ msm::ElasticBody coupled_springs(const Scene &scene) {
     return msm::nodal_springs_with_volume(*scene.problem.body);
 }
 
+double frequency_of(const msm::ElasticBody &body, const Scene &scene) {
+    return msm::largest_angular_frequency(body, scene.problem.body->mesh.points, scene.conditions);
+}
+
 std::vector<Matter> all_matter() {
-    return {{.suffix = {},
-             .summary = "springs",
-             .max_refinements = std::numeric_limits<int>::max(),
-             .make = [](const Scene &scene) { return msm::ElasticBody(scene.springs); },
-             .largest_angular_frequency = [](const Scene &scene) { return scene.largest_angular_frequency; }},
-            {.suffix = "_nodal_volume",
-             .summary = "springs, the volume around nodes, and the inversion guard",
-             .max_refinements = max_refinements_with_volume,
-             .make = springs_with_nodal_volume,
-             .largest_angular_frequency =
-                 [](const Scene &scene) {
-                     return msm::largest_angular_frequency(springs_with_nodal_volume(scene),
-                                                           scene.problem.body->mesh.points, scene.conditions);
-                 }},
-            {.suffix = "_nodal_springs",
-             .summary = "springs coupled around nodes, means of the volume there, and the inversion guard",
-             .max_refinements = max_refinements_with_volume,
-             .make = coupled_springs,
-             .largest_angular_frequency = [](const Scene &scene) {
-                 return msm::largest_angular_frequency(coupled_springs(scene), scene.problem.body->mesh.points,
-                                                       scene.conditions);
-             }}};
+    return {
+        {.suffix = {},
+         .summary = "springs",
+         .max_refinements = std::numeric_limits<int>::max(),
+         .make = [](const Scene &scene) { return msm::ElasticBody(scene.springs); },
+         .largest_angular_frequency = [](const Scene &scene) { return scene.largest_angular_frequency; }},
+        {.suffix = "_nodal_volume",
+         .summary = "springs, the volume around nodes, and the inversion guard",
+         .max_refinements = max_refinements_with_volume,
+         .make = springs_with_nodal_volume,
+         .largest_angular_frequency =
+             [](const Scene &scene) { return frequency_of(springs_with_nodal_volume(scene), scene); }},
+        {.suffix = "_nodal_springs",
+         .summary = "springs coupled around nodes, means of the volume there, and the inversion guard",
+         .max_refinements = max_refinements_with_volume,
+         .make = coupled_springs,
+         .largest_angular_frequency = [](const Scene &scene) { return frequency_of(coupled_springs(scene), scene); }}};
 }
 
 msm::State start_of(const Scene &scene) {
