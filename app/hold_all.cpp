@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <functional>
+#include <numeric>
 #include <sstream>
 #include <stdexcept>
 
@@ -94,6 +95,28 @@ Batches batches_of(const std::vector<core::Problem> &problems) {
     return batches;
 }
 
+/// Those that hold the same components of a body one after the other: models keep the last factor. What comes first
+/// otherwise stays first.
+Batches by_what_they_hold(const Batches &batches, const std::vector<core::Problem> &problems) {
+    const auto &all = batches.problems;
+    const auto first_alike = [&](std::size_t batch) {
+        const auto &problem = problems[all[batch].front()];
+        return std::ranges::find_if(all, [&](const auto &candidate) {
+            const auto &other = problems[candidate.front()];
+            return other.body == problem.body && core::hold_the_same(other.load_case, problem.load_case);
+        });
+    };
+    std::vector<std::size_t> order(all.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::ranges::stable_sort(order, {}, first_alike);
+    Batches ordered;
+    for (const auto batch : order) {
+        ordered.problems.push_back(all[batch]);
+        ordered.body.push_back(batches.body[batch]);
+    }
+    return ordered;
+}
+
 /// Of the largest body; what the finite elements keep of a liver, measured, with and without its refined mesh.
 double bytes_per_worker(const RunTask &task, bool with_uncertainty) {
     const double bytes_per_tetrahedron = with_uncertainty ? 250e3 : 60e3;
@@ -181,7 +204,7 @@ Outcomes hold_all(const RunTask &task, const RunOptions &options, const std::str
     Outcomes outcomes{std::vector<Outcome>(task.problems.size()), {}};
     const auto num_contests = task.problems.size() * std::max<std::size_t>(1, options.amplitudes.size());
     Progress progress(static_cast<int>(num_contests * task.models.size()));
-    const auto batches = batches_of(task.problems);
+    const auto batches = by_what_they_hold(batches_of(task.problems), task.problems);
     core::side_by_side(
         batches.body, num_workers(task, options),
         [&](int batch, const core::Tell &tell) {

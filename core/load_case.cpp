@@ -21,6 +21,20 @@ bool are_statically_equal(const LoadCase &a, const LoadCase &b) {
            std::ranges::equal(a.value, b.value, same_value);
 }
 
+bool hold_the_same(const LoadCase &a, const LoadCase &b) {
+    const auto is_held = [](const LoadCase &load_case, std::size_t facet, int component) {
+        return load_case.condition[facet] == FacetCondition::prescribed_displacement &&
+               !std::isnan(load_case.value[facet][component]);
+    };
+    if (a.condition.size() != b.condition.size())
+        return false;
+    for (std::size_t facet = 0; facet < a.condition.size(); ++facet)
+        for (int component = 0; component < 3; ++component)
+            if (is_held(a, facet, component) != is_held(b, facet, component))
+                return false;
+    return true;
+}
+
 LoadCase scaled(LoadCase load_case, double factor) {
     for (auto &value : load_case.value)
         value *= factor; // NaN, a free component, stays NaN

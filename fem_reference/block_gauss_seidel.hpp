@@ -1,16 +1,17 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <span>
 #include <vector>
 
 #include "fem_reference/elastic_system.hpp"
+#include "fem_reference/rows_of_blocks.hpp"
 
 namespace livermark::fem_reference {
 
-/// Gauss-Seidel sweeps over the nodes of a system, three components at a time. Kept in single precision: a smoother
-/// lives from the memory that it does not move. Vectors of three are padded to four, so that a processor takes them
-/// at once; blocks are not: a fourth lane gets what comes next in memory, and nobody looks at it.
+/// Gauss-Seidel sweeps over the nodes of a system, three components at a time, in an order that keeps neighbours near
+/// each other. A smoother lives from the memory that it does not move: it is in single precision, and of the blocks
+/// only those below the diagonal are kept. What a row of them takes from the nodes before gives, transposed, what
+/// these nodes take from it, so each sweep reads them once.
 class BlockGaussSeidel {
   public:
     /// @param matrix   of 3 x 3 blocks, as ElasticSystem has it
@@ -20,34 +21,22 @@ class BlockGaussSeidel {
     /// One sweep from the first node to the last, from zero.
     /// @param right_hand_side  shape (3 n), zero where not free
     /// @param u                shape (3 n), what it was does not matter
-    void sweep_forward_from_zero(std::span<const double> right_hand_side, std::span<double> u);
-
-    /// right_hand_side - K u after sweep_forward_from_zero: of the rows only what lies behind the diagonal is left.
-    void residual_after_forward(std::span<const double> u, std::span<double> residual);
+    /// @param residual         shape (3 n) right_hand_side - K u
+    void sweep_forward_from_zero(std::span<const double> right_hand_side, std::span<double> u,
+                                 std::span<double> residual);
 
     /// One sweep from the last node to the first: the adjoint of the forward one.
     /// @param u  shape (3 n), improved
     void sweep_backward(std::span<const double> right_hand_side, std::span<double> u);
 
   private:
-    using PaddedBlock = Eigen::Matrix<float, 4, 3>; ///< the last row is zero
-    using Padded = Eigen::Vector4f;                 ///< the last component does not count
-
-    /// sum - (blocks from begin to end) now_
-    Padded less_blocks(Padded sum, int begin, int end) const;
-    /// The same, the last block first: a sweep that goes down in memory has to do so in each row as well, or nothing is
-    /// fetched ahead.
-    Padded less_blocks_from_the_last(Padded sum, int begin, int end) const;
-    Padded less_block(const Padded &sum, int k) const;
-    void load(std::span<const double> u);
-    void put(int node, const Padded &value, std::span<double> u);
-
-    std::vector<int> row_start_;                ///< (n + 1)
-    std::vector<int> diagonal_;                 ///< (n) place of the diagonal block in column_
-    std::vector<int> column_;                   ///< (blocks) node
-    std::vector<float> block_;                  ///< (9 blocks + 1) by columns, and a last one that may be read
-    std::vector<PaddedBlock> inverse_diagonal_; ///< (n)
-    std::vector<Padded> now_;                   ///< (n) what a sweep works on
+    std::vector<int> node_;                      ///< (n) at each place of the order
+    std::vector<int> row_start_;                 ///< (n + 1) of the blocks below the diagonal
+    std::vector<int> column_;                    ///< (blocks) place
+    std::vector<Block<float>> block_;            ///< (blocks + 1) and a last one that may be read
+    std::vector<Block<float>> inverse_diagonal_; ///< (n + 1) likewise
+    std::vector<Padded<float>> now_;             ///< (n) what a sweep works on
+    std::vector<Padded<float>> taken_;           ///< (n) K u of the rows behind
 };
 
 } // namespace livermark::fem_reference

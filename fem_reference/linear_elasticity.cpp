@@ -61,9 +61,6 @@ struct Corners {
     std::unique_ptr<ChosenSolver> solver;
 };
 
-/// Of the mixed formulation on a refined body, whose discretisation is wrong by percents.
-constexpr double refined_tolerance = 1e-7;
-
 } // namespace
 
 struct StaticSolver::Impl {
@@ -72,10 +69,10 @@ struct StaticSolver::Impl {
           corners(*body, choice, matrices), solver(make_solver(choice)) {
         finish(MixedSolver::default_tolerance);
     }
-    Impl(std::shared_ptr<const core::Body> refined, Impl &coarse)
+    Impl(std::shared_ptr<const core::Body> refined, Impl &coarse, double tolerance)
         : body(std::move(refined)), formulation(coarse.formulation), start(Clock::now()),
           matrices(*body, 2, formulation), solver(matrices.system, coarse.matrices.system, coarse.solver) {
-        finish(refined_tolerance);
+        finish(tolerance);
     }
 
     ChosenSolver make_solver(SolverChoice choice) {
@@ -107,8 +104,8 @@ struct StaticSolver::Impl {
 StaticSolver::StaticSolver(std::shared_ptr<const core::Body> body, int degree, SolverChoice choice,
                            Formulation formulation)
     : impl_(std::make_unique<Impl>(std::move(body), degree, choice, formulation)) {}
-StaticSolver::StaticSolver(std::shared_ptr<const core::Body> refined_body, StaticSolver &coarse)
-    : impl_(std::make_unique<Impl>(std::move(refined_body), *coarse.impl_)) {}
+StaticSolver::StaticSolver(std::shared_ptr<const core::Body> refined_body, StaticSolver &coarse, double tolerance)
+    : impl_(std::make_unique<Impl>(std::move(refined_body), *coarse.impl_, tolerance)) {}
 StaticSolver::~StaticSolver() = default;
 StaticSolver::StaticSolver(StaticSolver &&) noexcept = default;
 StaticSolver &StaticSolver::operator=(StaticSolver &&) noexcept = default;

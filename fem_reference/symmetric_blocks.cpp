@@ -2,50 +2,57 @@
 
 #include <algorithm>
 
+#include "fem_reference/node_order.hpp"
+
 namespace livermark::fem_reference {
 
-SymmetricBlocks::SymmetricBlocks(const SymmetricMatrix &matrix) {
-    const int num_nodes = matrix.num_rows() / 3;
-    const auto about = (matrix.column.size() / 9 + num_nodes) / 2;
-    column_.reserve(about);
-    block_.reserve(about);
+SymmetricBlocks::SymmetricBlocks(const SymmetricMatrix &matrix) : node_(order_by_distance(matrix)) {
+    std::vector<int> place(node_.size());
+    for (std::size_t at = 0; at < node_.size(); ++at)
+        place[node_[at]] = static_cast<int>(at);
+    const auto num_below = (matrix.column.size() / 9 - node_.size()) / 2;
+    column_.reserve(num_below);
+    block_.reserve(num_below + 1);
+    diagonal_.reserve(node_.size() + 1);
     row_start_.push_back(0);
-    for (int node = 0; node < num_nodes; ++node) {
+    for (const int node : node_) {
         const int begin = matrix.row_start[3 * node];
         const int length = matrix.row_start[3 * node + 1] - begin;
         for (int k = 0; k < length; k += 3) {
             const int other = matrix.column[begin + k] / 3;
-            if (other < node)
+            if (place[other] > place[node])
                 continue;
-            column_.push_back(other);
-            auto &block = block_.emplace_back();
+            auto &block = other == node ? diagonal_.emplace_back() : block_.emplace_back();
             for (int i = 0; i < 3; ++i)
                 std::copy_n(&matrix.value[begin + i * length + k], 3, &block[3 * i]);
+            if (other != node)
+                column_.push_back(place[other]);
         }
         row_start_.push_back(static_cast<int>(column_.size()));
     }
+    block_.push_back({});
+    diagonal_.push_back({});
 }
 
+LIVERMARK_WIDE_CLONES
 void SymmetricBlocks::multiply(std::span<const double> x, std::span<double> out) const {
-    std::ranges::fill(out, 0.0);
-    const auto num_nodes = static_cast<int>(row_start_.size()) - 1;
-    for (int node = 0; node < num_nodes; ++node) {
-        const double x0 = x[3 * node], x1 = x[3 * node + 1], x2 = x[3 * node + 2];
-        double sum[3]{};
-        for (int k = row_start_[node]; k < row_start_[node + 1]; ++k) {
-            const auto &b = block_[k];
-            const double *const other = &x[3 * column_[k]];
-            for (int i = 0; i < 3; ++i)
-                sum[i] += b[3 * i] * other[0] + b[3 * i + 1] * other[1] + b[3 * i + 2] * other[2];
-            if (k == row_start_[node])
-                continue; // the diagonal block is its own mirror image
-            double *const mirrored = &out[3 * column_[k]];
-            for (int j = 0; j < 3; ++j)
-                mirrored[j] += b[j] * x0 + b[3 + j] * x1 + b[6 + j] * x2;
+    std::vector<Padded<double>> in(node_.size()), sum(node_.size());
+    for (std::size_t at = 0; at < node_.size(); ++at)
+        std::copy_n(&x[3 * static_cast<std::size_t>(node_[at])], 3, in[at].data());
+    for (std::size_t at = 0; at < node_.size(); ++at) {
+        RowSum<double> row;
+        row.add(diagonal_[at].data(), in[at].data());
+        for (int k = row_start_[at]; k < row_start_[at + 1]; ++k) {
+            ask_ahead(&block_[k], 1);
+            row.add(block_[k].data(), in[column_[k]].data());
+            add_transposed(block_[k].data(), in[at].data(), sum[column_[k]].data());
         }
-        for (int i = 0; i < 3; ++i)
-            out[3 * node + i] += sum[i];
+        const auto total = row.total();
+        for (std::size_t i = 0; i < 3; ++i)
+            sum[at][i] = total[i]; // what lies behind comes later
     }
+    for (std::size_t at = 0; at < node_.size(); ++at)
+        std::copy_n(sum[at].data(), 3, &out[3 * static_cast<std::size_t>(node_[at])]);
 }
 
 } // namespace livermark::fem_reference

@@ -1,15 +1,16 @@
 #pragma once
 
-#include <array>
 #include <span>
 #include <vector>
 
 #include "fem_reference/elastic_system.hpp"
+#include "fem_reference/rows_of_blocks.hpp"
 
 namespace livermark::fem_reference {
 
 /// A stiffness matrix kept for products alone, which take as long as its bytes take to come: of the 3 x 3 blocks those
-/// on and above the diagonal, one column number each, which is 40 % of what compressed rows hold.
+/// on and below the diagonal, one column number each, which is 40 % of what compressed rows hold, in an order that
+/// keeps neighbours near each other.
 class SymmetricBlocks {
   public:
     /// @param matrix  of 3 x 3 blocks, as ElasticSystem has it
@@ -20,11 +21,11 @@ class SymmetricBlocks {
     void multiply(std::span<const double> x, std::span<double> out) const;
 
   private:
-    using Block = std::array<double, 9>; ///< by rows
-
-    std::vector<int> row_start_; ///< (n + 1)
-    std::vector<int> column_;    ///< (blocks) node; the diagonal comes first in each row
-    std::vector<Block> block_;   ///< (blocks)
+    std::vector<int> node_;            ///< (n) at each place of the order
+    std::vector<int> row_start_;       ///< (n + 1) of the blocks below the diagonal
+    std::vector<int> column_;          ///< (blocks) place
+    std::vector<Block<double>> block_; ///< (blocks + 1) and a last one that may be read
+    std::vector<Block<double>> diagonal_; ///< (n + 1) likewise
 };
 
 } // namespace livermark::fem_reference

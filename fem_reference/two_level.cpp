@@ -34,8 +34,7 @@ class TwoLevel : public Preconditioner {
     }
 
     void apply(std::span<const double> residual, std::span<double> correction) override {
-        smoother_->sweep_forward_from_zero(residual, correction);
-        smoother_->residual_after_forward(correction, fine_residual_);
+        smoother_->sweep_forward_from_zero(residual, correction, fine_residual_);
         prolongation_.restrict_to(fine_residual_, coarse_residual_);
         for (std::size_t dof = 0; dof < coarse_residual_.size(); ++dof)
             if (!coarse_is_free_[dof])

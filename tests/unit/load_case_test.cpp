@@ -90,5 +90,17 @@ TEST(StaticallyEqualLoadCases, DifferInNothingThatActs) {
     EXPECT_FALSE(core::are_statically_equal(example(), core::without_tractions(example())));
 }
 
+TEST(LoadCasesThatHoldTheSame, MayDifferInLoadsAndInHowFarTheyMove) {
+    auto other = core::without_tractions(example());
+    other.value[0].x() = 0.25;
+    other.acceleration.z() = -9.81;
+    EXPECT_TRUE(core::hold_the_same(example(), other));
+    other.value[0].z() = 0.0;
+    EXPECT_FALSE(core::hold_the_same(example(), other));
+    other = example();
+    other.condition[1] = core::FacetCondition::prescribed_displacement;
+    EXPECT_FALSE(core::hold_the_same(example(), other));
+}
+
 } // namespace
 } // namespace livermark

@@ -158,6 +158,10 @@ TEST(FemMixed, SolversAgree) {
     fem_reference::StaticSolver above_corners(problem.body, 2, SolverChoice::automatic, Formulation::mixed);
     fem_reference::StaticSolver three_levels(fine.body, above_corners);
     expect_agreement(three_levels.solve(fine.load_case), exact, 1e-7);
+
+    constexpr double tolerance = 1e-5;
+    fem_reference::StaticSolver in_haste(fine.body, above_corners, tolerance);
+    expect_agreement(in_haste.solve(fine.load_case), exact, tolerance);
 }
 
 TEST(FemMixed, ReactionsBalanceTheLoads) {
