@@ -75,8 +75,9 @@ template <class T> struct SlicedBody {
     /// (lines, 16) of springs coupled inside tetrahedra alone, times the volume at rest: half of lambda, and mu [J];
     /// empty if there are none
     Aligned<T> half_lambda, shear_modulus;
-    /// (lines, 6, 16) lengths of its edges: from the start of the axis to these three corners, and from the first of
-    /// them to the second and so on around [m]. Empty if no springs are coupled around nodes, as are the following.
+    /// (lines, 6, 16) lengths of the edges of each tetrahedron: from the start of the axis to these three corners, and
+    /// from the first of them to the second and so on around [m]. Empty if no springs are coupled around nodes, as are
+    /// the following.
     Aligned<T> rest_length;
     Aligned<T> inner_modulus;   ///< (lines, 16) of springs inside a tetrahedron [Pa]
     Aligned<T> coupled_modulus; ///< (rows) 1/16 of the shear modulus of springs around a node, by volume [Pa/m^3]
