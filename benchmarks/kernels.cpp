@@ -6,11 +6,13 @@
 #include <thread>
 
 #include "benchmarks/oracle.hpp"
+#include "msm/biquadratic_springs.hpp"
 #include "msm/elastic_motion.hpp"
 #include "msm/extent.hpp"
 #include "msm/highest_frequency.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
+#include "msm/mass_lumping.hpp"
 #include "msm/nodal_springs.hpp"
 #include "msm/springs_with_volume.hpp"
 #include "msm/time_step.hpp"
@@ -58,6 +60,11 @@ msm::ElasticBody coupled_springs(const Scene &scene) {
     return msm::nodal_springs_with_volume(*scene.problem.body);
 }
 
+msm::ElasticBody springs_inside_tetrahedra(const Scene &scene) {
+    const auto &body = *scene.problem.body;
+    return {msm::lumped_masses(body), {msm::biquadratic_springs(body)}};
+}
+
 double frequency_of(const msm::ElasticBody &body, const Scene &scene) {
     return msm::largest_angular_frequency(body, scene.problem.body->mesh.points, scene.conditions);
 }
@@ -79,7 +86,14 @@ std::vector<Matter> all_matter() {
          .summary = "springs coupled around nodes, means of the volume there, and the inversion guard",
          .max_refinements = max_refinements_with_volume,
          .make = coupled_springs,
-         .largest_angular_frequency = [](const Scene &scene) { return frequency_of(coupled_springs(scene), scene); }}};
+         .largest_angular_frequency = [](const Scene &scene) { return frequency_of(coupled_springs(scene), scene); }},
+        {.suffix = "_biquadratic_springs",
+         .summary = "springs coupled inside each tetrahedron",
+         .max_refinements = max_refinements_with_volume,
+         .make = springs_inside_tetrahedra,
+         .largest_angular_frequency = [](const Scene &scene) {
+             return frequency_of(springs_inside_tetrahedra(scene), scene);
+         }}};
 }
 
 msm::State start_of(const Scene &scene) {

@@ -1,6 +1,7 @@
 #include "msm/biquadratic_springs.hpp"
 
 #include "msm/edge_stretches.hpp"
+#include "msm/step_parts.hpp"
 #include "msm/tetrahedron_volume.hpp"
 
 namespace livermark::msm {
@@ -11,14 +12,17 @@ using Matrix12 = Eigen::Matrix<double, 12, 12>;
 
 struct Tetrahedron {
     std::array<int, 4> nodes;
-    Vector6 rest_square; ///< l0^2 of each edge [m^2]
-    Matrix6 coupling;    ///< k_ef [N/m^3]
+    double lame_lambda, shear_modulus; ///< [Pa]
+    Vector6 rest_square;               ///< l0^2 of each edge [m^2]
+    Matrix6 coupling;                  ///< k_ef [N/m^3]
 };
 
 Tetrahedron make_tetrahedron(const Eigen::VectorXd &rest, const std::array<int, 4> &nodes,
                              const core::Material &material) {
     const Matrix6 strain = strain_of_stretches(rest, nodes);
     return {.nodes = nodes,
+            .lame_lambda = material.lame_lambda(),
+            .shear_modulus = material.shear_modulus(),
             .rest_square = squared_lengths(edge_spans(nodes, rest)),
             .coupling = 4.0 * volume_gradient(rest, nodes).volume * strain.transpose() *
                         isotropic_stiffness(material.lame_lambda(), material.shear_modulus()) * strain};
@@ -72,6 +76,16 @@ class BiquadraticSprings : public ElasticTerm {
             for (int a = 0; a < 4; ++a)
                 blocks[tetrahedron.nodes[a]] += 4.0 * block.block<3, 3>(3 * a, 3 * a);
         }
+    }
+
+    bool describe(StepParts &parts) const override {
+        parts.tetrahedra.clear();
+        for (const auto &tetrahedron : tetrahedra_) {
+            parts.tetrahedra.push_back(tetrahedron.nodes);
+            parts.lame_lambda.push_back(tetrahedron.lame_lambda);
+            parts.shear_modulus.push_back(tetrahedron.shear_modulus);
+        }
+        return true;
     }
 
   private:

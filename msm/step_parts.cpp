@@ -16,7 +16,8 @@ bool describe_volumes(const std::vector<int> &centre, const std::vector<std::arr
 std::optional<StepParts> step_parts(const ElasticBody &body) {
     StepParts parts;
     const bool are_known = std::ranges::all_of(body.terms, [&](const auto &term) { return term->describe(parts); });
-    return are_known ? std::optional(std::move(parts)) : std::nullopt;
+    const bool are_coupled_twice = !parts.coupled_modulus.empty() && !parts.shear_modulus.empty();
+    return are_known && !are_coupled_twice ? std::optional(std::move(parts)) : std::nullopt;
 }
 
 } // namespace livermark::msm

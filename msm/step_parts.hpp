@@ -14,8 +14,9 @@ struct MeanEntry {
     double weight;
 };
 
-/// What fast kernels know how to move: springs, springs coupled around nodes, the volume around nodes or of tetrahedra,
-/// and the guard against inversion, as plain arrays. Empty arrays stand for a part that is not there.
+/// What fast kernels know how to move: springs, springs coupled around nodes or inside tetrahedra, the volume around
+/// nodes or of tetrahedra, and the guard against inversion, as plain arrays. Empty arrays stand for a part that is not
+/// there.
 struct StepParts {
     std::vector<std::array<int, 2>> edges; ///< (S) node numbers
     std::vector<double> stiffness;         ///< (S) [N/m]
@@ -32,7 +33,9 @@ struct StepParts {
     std::vector<MeanEntry> mean;
     /// (C) shear modulus of the springs that are coupled in each control volume [Pa]
     std::vector<double> coupled_modulus;
-    std::vector<double> inner_modulus;   ///< (M) of those that stay inside each tetrahedron [Pa]
+    std::vector<double> inner_modulus; ///< (M) of those that stay inside each tetrahedron [Pa]
+    /// (M) of biquadratic springs, which no fast kernel has together with those around nodes: lambda and mu [Pa]
+    std::vector<double> lame_lambda, shear_modulus;
     std::vector<double> least_volume;    ///< (M) [m^3] below which a tetrahedron is pushed back
     std::vector<double> guard_stiffness; ///< (M) pressure for each m^3 that it then lacks [Pa/m^3]
 };

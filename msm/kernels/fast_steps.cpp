@@ -99,7 +99,7 @@ template <class T> class Steps : public FastSteps::Implementation {
             at_.velocity_rows = at_.rows;
         for (auto &rows : at_.rows)
             std::fill(rows.end() - 4, rows.end(), static_cast<T>(far));
-        if (at_.body.rest_shape.empty()) {
+        if (at_.body.coupled_modulus.empty()) {
             at_.gain.assign(at_.body.rest_volume.size() + slice_size, T(0));
         } else {
             at_.strain.assign(8 * (at_.body.rest_volume.size() + 1), T(0));
@@ -173,9 +173,10 @@ template <class T> class Steps : public FastSteps::Implementation {
                bytes(body.tetrahedron_stiffness) + bytes(body.least_volume) + bytes(body.guard_stiffness) +
                bytes(body.member) + bytes(body.volume_stiffness) + bytes(at_.nodes) + bytes(at_.loads) +
                bytes(at_.stages) + 2 * bytes(at_.rows[0]) + 2 * bytes(at_.velocity_rows[0]) + bytes(at_.gain) +
-               bytes(at_.corner_force) + bytes(body.rest_shape) + bytes(body.inner_modulus) +
-               bytes(body.coupled_modulus) + bytes(body.mean_change) + bytes(body.mean_pressure) + bytes(at_.strain) +
-               2 * bytes(at_.stress[0]) + bytes(at_.change) + bytes(at_.mean_change);
+               bytes(at_.corner_force) + bytes(body.rest_gradient) + bytes(body.rest_length) + bytes(body.half_lambda) +
+               bytes(body.shear_modulus) + bytes(body.inner_modulus) + bytes(body.coupled_modulus) +
+               bytes(body.mean_change) + bytes(body.mean_pressure) + bytes(at_.strain) + 2 * bytes(at_.stress[0]) +
+               bytes(at_.change) + bytes(at_.mean_change);
     }
 
   private:

@@ -9,10 +9,9 @@
 
 #include <algorithm>
 
-#include "msm/kernels/fan_forces-inl.hpp"
 #include "msm/kernels/roots-inl.hpp"
 #include "msm/kernels/step_workspace.hpp"
-#include "msm/kernels/symmetric-inl.hpp"
+#include "msm/kernels/stressed_fans-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
@@ -45,21 +44,13 @@ template <class D, class T> HWY_INLINE void store_eight(D d, const SymmetricAndM
 /// the rim (b and c), and around these three.
 template <class V> struct OfEdges { V a, b, c, ab, bc, ca; };
 
-/// What is kept of a tetrahedron at rest.
-template <class D> struct RestShape {
-    Vec3<D> a, b, c; ///< gradients of the barycentric coordinates of three corners
-    OfEdges<hn::Vec<D>> length;
-};
-
+/// Lengths at rest.
 /// @param t  place on the lines
 template <class D, class T>
-HWY_INLINE RestShape<D> rest_shape(D d, const SlicedBody<T> &body, std::size_t t, std::size_t lane) {
-    const T *at = body.rest_shape.data() + 15 * (t - lane) + lane;
+HWY_INLINE OfEdges<hn::Vec<D>> rest_lengths(D d, const SlicedBody<T> &body, std::size_t t, std::size_t lane) {
+    const T *at = body.rest_length.data() + 6 * (t - lane) + lane;
     const auto load = [&](int k) HWY_ATTR { return hn::Load(d, at + k * slice_size); };
-    return {{load(0), load(1), load(2)},
-            {load(3), load(4), load(5)},
-            {load(6), load(7), load(8)},
-            {load(9), load(10), load(11), load(12), load(13), load(14)}};
+    return {load(0), load(1), load(2), load(3), load(4), load(5)};
 }
 
 template <class D> HWY_INLINE OfEdges<Vec3<D>> edge_spans(const Vec3<D> &a, const Vec3<D> &b, const Vec3<D> &c) {
@@ -109,7 +100,7 @@ HWY_INLINE OfEdges<hn::Vec<D>> plus_rates(const OfEdges<hn::Vec<D>> &stretch, hn
 /// E = sum over corners m, n but the first of A_mn g_m g_n^T, where A_mm is half the stretch from the first corner and
 /// 2 A_mn = A_mm + A_nn - half the stretch between m and n: what the law of cosines makes of
 /// E = -1/4 sum over edges of q (g g^T + g g^T).
-template <class D> HWY_INLINE Symmetric<D> strain_of(D d, const OfEdges<hn::Vec<D>> &half, const RestShape<D> &rest) {
+template <class D> HWY_INLINE Symmetric<D> strain_of(D d, const OfEdges<hn::Vec<D>> &half, const OfCorners<D> &rest) {
     const auto between = [&](const hn::Vec<D> &m, const hn::Vec<D> &n, const hn::Vec<D> &edge)
                              HWY_ATTR { return hn::Mul(hn::Set(d, hn::TFromD<D>(0.5)), hn::Sub(hn::Add(m, n), edge)); };
     const auto ab = between(half.a, half.b, half.ab), bc = between(half.b, half.c, half.bc),
@@ -149,17 +140,18 @@ template <bool is_damped, class T> HWY_NOINLINE void nodal_strains(StepWorkspace
         for (std::size_t t = lines.first; t < lines.end; t += slice_size) {
             corner += slice_size;
             const auto to = fetch_rim(D(), axis, rows, corner);
-            const auto rest = rest_shape(D(), body, t, lane);
+            const auto rest_length = rest_lengths(D(), body, t, lane);
             const auto span = edge_spans<D>(axis.direction, from.arm, to.arm);
-            auto half = half_stretches(D(), span, rest.length);
+            auto half = half_stretches(D(), span, rest_length);
             [[maybe_unused]] const auto before = rates;
             const auto volume = volume_between<is_damped>(D(), at, now, from, to, corner, rates);
             if constexpr (is_damped)
-                half = plus_rates<D>(half, hn::Set(d, static_cast<T>(at.beta)), shortenings(D(), span, rest.length),
+                half = plus_rates<D>(half, hn::Set(d, static_cast<T>(at.beta)), shortenings(D(), span, rest_length),
                                      span, edge_spans<D>(rates.axis, before.arm, rates.arm));
             const auto rest_volume = hn::Load(d, body.rest_volume.data() + t);
             store_eight(D(),
-                        {scaled<D>(rest_volume, strain_of(D(), half, rest)), hn::MulSub(volume, sixth, rest_volume)},
+                        {scaled<D>(rest_volume, strain_of(D(), half, rest_gradients(D(), body, t, lane))),
+                         hn::MulSub(volume, sixth, rest_volume)},
                         at.strain.data() + 8 * t);
             from = to;
         }
@@ -214,18 +206,15 @@ HWY_INLINE Symmetric<D> fetch_stress(D d, const StepWorkspace<T> &at, const std:
     return {a.x, a.y, a.z, a.w, b.x, b.y};
 }
 
-/// Forces on three corners of a tetrahedron.
-template <class D> struct CornerForces { Vec3<D> end, from, to; };
-
 /// What a stress pulls the corners inwards with. An edge between corners m and n is under the tension -g_m . S g_n, an
 /// edge from the first corner under what is left of g_m . S g_m; its direction has length l0.
 /// @param stress  times the volume
 template <class D>
-HWY_INLINE CornerForces<D> pulls(D d, const OfEdges<Vec3<D>> &span, const RestShape<D> &rest,
-                                 const Symmetric<D> &stress) {
+HWY_INLINE OfCorners<D> pulls(D d, const OfEdges<Vec3<D>> &span, const OfCorners<D> &rest,
+                              const OfEdges<hn::Vec<D>> &rest_length, const Symmetric<D> &stress) {
     const auto of_a = product<D>(stress, rest.a), of_b = product<D>(stress, rest.b), of_c = product<D>(stress, rest.c);
     const auto ab = dot(rest.a, of_b), bc = dot(rest.b, of_c), ca = dot(rest.c, of_a);
-    const auto shorter = shortenings(d, span, rest.length);
+    const auto shorter = shortenings(d, span, rest_length);
     const auto along = [](const hn::Vec<D> &r, const hn::Vec<D> &m, const hn::Vec<D> &n, const hn::Vec<D> &l,
                           const Vec3<D> &x) HWY_ATTR { return scaled<D>(hn::Mul(r, hn::Add(m, hn::Add(n, l))), x); };
     const auto on_ab = scaled<D>(hn::Mul(shorter.ab, ab), span.ab);
@@ -246,15 +235,14 @@ template <class T> HWY_NOINLINE void nodal_spring_forces(StepWorkspace<T> &at, i
         const FanLines lines(body, slice, lane);
         const auto *corner = body.corner.data() + lines.corner;
         const auto *slot = body.force_slot.data() + lines.corner;
+        const auto *rim_slot = slot + 2 * slice_size;
         const auto axis = fetch_axis(D(), rows, corner);
         const auto axis_stress = plus<D>(fetch_stress(D(), at, corner), fetch_stress(D(), at, corner + slice_size));
         FanRates<false, D> rates;
         corner += 2 * slice_size;
         auto from = fetch_rim(D(), axis, rows, corner);
         auto from_stress = fetch_stress(D(), at, corner);
-        const auto zero = hn::Zero(d);
-        Vec3<D> before{zero, zero, zero}, on_rim = before, on_end = before;
-        const auto *rim_slot = slot + 2 * slice_size;
+        FanPulls<D> sums{D()};
         for (std::size_t t = lines.first; t < lines.end; t += slice_size, rim_slot += slice_size) {
             corner += slice_size;
             const auto to = fetch_rim(D(), axis, rows, corner);
@@ -263,24 +251,17 @@ template <class T> HWY_NOINLINE void nodal_spring_forces(StepWorkspace<T> &at, i
             const auto inside = stress(D(), hn::Load(d, body.inner_modulus.data() + t),
                                        load_eight(D(), at.strain.data() + 8 * t).tensor);
             const auto total = plus_scaled<D>(inside, hn::Load(d, body.rest_volume.data() + t), around);
-            const auto pull =
-                pulls(D(), edge_spans<D>(axis.direction, from.arm, to.arm), rest_shape(D(), body, t, lane), total);
+            const auto pull = pulls(D(), edge_spans<D>(axis.direction, from.arm, to.arm),
+                                    rest_gradients(D(), body, t, lane), rest_lengths(D(), body, t, lane), total);
 
             const auto volume = volume_between<false>(D(), at, now, from, to, corner, rates);
             const auto pressure = hn::Add(axis.pressure, hn::Add(from.pressure, to.pressure));
             const auto push = push_on(D(), body, pressure, volume, volume, t);
-            const auto force = minus(before, plus_scaled<D>(pull.from, push, to.lever));
-            add_force(D(), force, at.corner_force, rim_slot);
-            on_rim = plus(on_rim, force);
-            on_end = plus(on_end, minus(scaled<D>(push, cross(from.arm, to.arm)), pull.end));
-            before = minus(scaled<D>(push, from.lever), pull.to);
+            sums.add(D(), pull, push, from, to, at.corner_force, rim_slot);
             from = to;
             from_stress = to_stress;
         }
-        add_force(D(), before, at.corner_force, rim_slot);
-        add_force(D(), on_end, at.corner_force, slot + slice_size);
-        const Vec3<D> nothing{zero, zero, zero};
-        add_force(D(), minus(nothing, plus(plus(on_rim, before), on_end)), at.corner_force, slot);
+        sums.finish(D(), at.corner_force, slot, rim_slot);
     }
 }
 

@@ -37,8 +37,8 @@ template <class T> struct SlicedMatrix {
 /// of the row behind those of all nodes.
 ///
 /// Tetrahedra come in fans around edges, so that one node has to be fetched for most of them, and not four. Every chunk
-/// of fans adds up forces in places of its own, which the nodes then collect. Springs that are coupled around nodes are
-/// found in the same fans and in the same control volumes.
+/// of fans adds up forces in places of its own, which the nodes then collect. Springs that are coupled are found in
+/// the same fans, and around nodes in the same control volumes.
 /// @tparam T  of everything that forces are made from
 template <class T> struct SlicedBody {
     int num_slices = 0; ///< of nodes
@@ -69,11 +69,16 @@ template <class T> struct SlicedBody {
     std::vector<int> sum_start;       ///< (slices + 1) places to sum for the nodes of a slice, in units of 16
     Aligned<std::int32_t> sum;        ///< one of these places; one behind the last, where nothing is added, as filling
 
-    /// (lines, 15, 16) of each tetrahedron at rest, the gradients of the barycentric coordinates of three corners,
-    /// which are the end of the axis and both nodes of the rim [1/m], and the lengths of its edges: from the start of
-    /// the axis to these three, and from the first of them to the second and so on around [m]. Empty if no springs are
-    /// coupled, as are the following.
-    Aligned<T> rest_shape;
+    /// (lines, 9, 16) of each tetrahedron at rest, the gradients of the barycentric coordinates of three corners, which
+    /// are the end of the axis and both nodes of the rim [1/m]. Empty if no springs are coupled.
+    Aligned<T> rest_gradient;
+    /// (lines, 16) of springs coupled inside tetrahedra alone, times the volume at rest: half of lambda, and mu [J];
+    /// empty if there are none
+    Aligned<T> half_lambda, shear_modulus;
+    /// (lines, 6, 16) lengths of the edges of each tetrahedron: from the start of the axis to these three corners, and
+    /// from the first of them to the second and so on around [m]. Empty if no springs are coupled around nodes, as are
+    /// the following.
+    Aligned<T> rest_length;
     Aligned<T> inner_modulus;   ///< (lines, 16) of springs inside a tetrahedron [Pa]
     Aligned<T> coupled_modulus; ///< (rows) 1/16 of the shear modulus of springs around a node, by volume [Pa/m^3]
 

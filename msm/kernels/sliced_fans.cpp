@@ -104,6 +104,14 @@ void slice_volumes(const StepParts &parts, const std::vector<int> &row_of_volume
             }
 }
 
+/// factor a b of each tetrahedron, empty if there is no b.
+std::vector<double> products(double factor, const std::vector<double> &a, const std::vector<double> &b) {
+    std::vector<double> result;
+    for (std::size_t i = 0; i < b.size(); ++i)
+        result.push_back(factor * a[i] * b[i]);
+    return result;
+}
+
 /// Gives each node that a chunk touches a place to add forces to, and each node the list of its places.
 template <class T> void slice_sums(const Lines &lines, SlicedBody<T> &body) {
     std::vector<std::vector<int>> places(body.first_copy);
@@ -151,6 +159,8 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
         rest_volume.push_back(volume_gradient(x, corners).volume);
     body.rest_volume = on_lines<T>(rest_volume, lines);
     body.volume_share = on_lines<T>(std::vector<double>(rest_volume.size(), 1.0), lines);
+    body.half_lambda = on_lines<T>(products(0.5, rest_volume, parts.lame_lambda), lines);
+    body.shear_modulus = on_lines<T>(products(1.0, rest_volume, parts.shear_modulus), lines);
     body.tetrahedron_stiffness = on_lines<T>(parts.tetrahedron_stiffness, lines);
     body.least_volume = on_lines<T>(parts.least_volume, lines);
     body.guard_stiffness = on_lines<T>(parts.guard_stiffness, lines);
@@ -170,6 +180,7 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
     slice_sums(lines, body);
     if (!parts.centre.empty())
         slice_volumes(parts, row_of_volume, lines, body);
+    slice_shapes(parts, positions, lines, body);
     slice_nodal_springs(parts, positions, row_of_volume, lines, body);
     slice_means(parts, positions, row_of_volume, body);
 }

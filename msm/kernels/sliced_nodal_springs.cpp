@@ -1,5 +1,3 @@
-#include <array>
-
 #include "msm/elastic_body.hpp"
 #include "msm/kernels/slicing.hpp"
 #include "msm/tetrahedron_volume.hpp"
@@ -15,19 +13,6 @@ std::vector<double> rest_volumes(const StepParts &parts, const Eigen::VectorXd &
         for (const int c : parts.corner_volume[t])
             volume[c] += 0.25 * volume_gradient(x, parts.tetrahedra[t]).volume;
     return volume;
-}
-
-/// Gradients of the last three of four corners, then lengths of edges, as in SlicedBody::rest_shape.
-std::vector<double> rest_shape(const Eigen::VectorXd &x, const std::array<int, 4> &nodes) {
-    const auto [volume, gradient] = volume_gradient(x, nodes);
-    std::vector<double> values;
-    for (const std::size_t corner : {1U, 2U, 3U})
-        for (const double component : gradient[corner])
-            values.push_back(component / volume);
-    for (const auto &[a, b] :
-         {std::pair(0, 1), std::pair(0, 2), std::pair(0, 3), std::pair(1, 2), std::pair(2, 3), std::pair(3, 1)})
-        values.push_back((of_node(x, nodes[b]) - of_node(x, nodes[a])).norm());
-    return values;
 }
 
 struct Entry {
@@ -60,25 +45,6 @@ void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3
         return;
     const auto x = to_unknowns(positions);
     body.inner_modulus = on_lines<T>(parts.inner_modulus, lines);
-    constexpr std::size_t num_values = 15;
-    body.rest_shape.assign(num_values * lines.tetrahedron.size(), T(0));
-    for (std::size_t slice = 0; slice + 1 < body.fan_start.size(); ++slice)
-        for (int line = body.fan_start[slice]; line < body.fan_start[slice + 1]; ++line)
-            for (std::size_t lane = 0; lane < slice_size; ++lane) {
-                const int t = lines.tetrahedron[static_cast<std::size_t>(line) * slice_size + lane];
-                if (t == none)
-                    continue;
-                const auto start = static_cast<std::size_t>(body.fan_start[slice]) + 3 * slice;
-                const auto from = static_cast<std::size_t>(line) + 3 * slice + 2;
-                std::array<int, 4> nodes{};
-                std::ranges::transform(std::array{start, start + 1, from, from + 1}, nodes.begin(),
-                                       [&](std::size_t at) { return lines.node[at * slice_size + lane]; });
-                T *value = body.rest_shape.data() + num_values * static_cast<std::size_t>(line) * slice_size + lane;
-                for (const double number : rest_shape(x, nodes)) {
-                    *value = static_cast<T>(number);
-                    value += slice_size;
-                }
-            }
     for (auto &member : body.member)
         member *= 8;
     body.coupled_modulus.assign(body.num_rows, T(0));

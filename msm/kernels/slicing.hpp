@@ -52,6 +52,12 @@ template <class T> Aligned<T> on_lines(const std::vector<double> &values, const 
 template <class T>
 void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &positions, SlicedBody<T> &body);
 
+/// What springs that are coupled have to know of each tetrahedron at rest.
+/// @param positions  shape (N) [m], at rest
+template <class T>
+void slice_shapes(const StepParts &parts, const std::vector<core::Vector3> &positions, const Lines &lines,
+                  SlicedBody<T> &body);
+
 /// The parts that springs coupled around nodes have, and means of changes of volume.
 /// @param positions      shape (N) [m], at rest
 /// @param row_of_volume  shape (C)

@@ -5,6 +5,7 @@
 #include <hwy/foreach_target.h> // has to come before highway.h
 #include <stdexcept>
 
+#include "msm/kernels/biquadratic_springs-inl.hpp"
 #include "msm/kernels/fan_forces-inl.hpp"
 #include "msm/kernels/nodal_springs-inl.hpp"
 #include "msm/kernels/schemes-inl.hpp"
@@ -20,9 +21,12 @@ template <bool is_damped, class T> HWY_INLINE void chunk_forces(StepWorkspace<T>
     std::fill(at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk]),
               at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk + 1]), T(0));
     const int end = body.chunk_fans[chunk + 1];
-    if (!body.rest_shape.empty())
+    if (!body.coupled_modulus.empty())
         for (int slice = body.chunk_fans[chunk]; slice < end; ++slice)
             nodal_spring_forces(at, now, slice);
+    else if (!body.shear_modulus.empty())
+        for (int slice = body.chunk_fans[chunk]; slice < end; ++slice)
+            biquadratic_spring_forces<is_damped>(at, now, slice);
     else
         for (int slice = body.chunk_fans[chunk]; slice < end; ++slice)
             fan_forces<is_damped>(at, now, slice);
@@ -33,7 +37,7 @@ template <bool is_damped, class T>
 HWY_INLINE void nodal_states(StepWorkspace<T> &at, int now, int thread, Barrier &barrier) {
     const auto [first_fan, last_fan] = at.fan_slices[thread];
     const auto [first, last] = at.volume_slices[thread];
-    const bool is_coupled = !at.body.rest_shape.empty();
+    const bool is_coupled = !at.body.coupled_modulus.empty();
     for (int slice = first_fan; slice < last_fan; ++slice)
         if (is_coupled)
             nodal_strains<is_damped>(at, now, slice);
