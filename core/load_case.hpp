@@ -59,8 +59,8 @@ LoadCase without_tractions(LoadCase load_case);
 /// last bit.
 bool are_statically_equal(const LoadCase &a, const LoadCase &b);
 
-/// Whether two load cases on one mesh hold the same components of the displacement, wherever to: a factor of what is free
-/// under one then serves the other.
+/// Whether two load cases on one mesh hold the same components of the displacement, wherever to: a factor of what is
+/// free under one then serves the other.
 bool hold_the_same(const LoadCase &a, const LoadCase &b);
 
 /// The same with everything that drives it multiplied: tractions, accelerations and the prescribed displacements that

@@ -37,7 +37,8 @@ class StaticSolver {
     /// themselves with the solver of the body before refinement.
     /// @param refined_body  core::refine(body of the coarse solver)
     /// @param coarse        of degree 2; kept alive by the caller, and used by this solver
-    /// @param tolerance     of the iterations of the mixed formulation, see MixedSolver; the reactions balance the loads
+    /// @param tolerance     of the iterations of the mixed formulation, see MixedSolver; the reactions balance the
+    /// loads
     ///   whatever it is
     /// @throws std::invalid_argument if the body is not that, or if a boundary triangle is not an outer face
     StaticSolver(std::shared_ptr<const core::Body> refined_body, StaticSolver &coarse, double tolerance = 1e-7);

@@ -31,8 +31,8 @@ template <class T> struct Quad {
     [[gnu::always_inline]] void put(T *place) const { std::memcpy(place, &lanes, sizeof lanes); }
 };
 
-/// Asks for a block that a loop over the blocks in memory comes to a while after this one: a processor that waits to see
-/// where the loop goes reads at half the speed.
+/// Asks for a block that a loop over the blocks in memory comes to a while after this one: a processor that waits to
+/// see where the loop goes reads at half the speed.
 /// @param direction  1 or -1, of the loop
 template <class T> [[gnu::always_inline]] inline void ask_ahead(const Block<T> *block, int direction) {
     constexpr int blocks_ahead = 64;

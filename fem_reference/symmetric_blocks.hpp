@@ -21,10 +21,10 @@ class SymmetricBlocks {
     void multiply(std::span<const double> x, std::span<double> out) const;
 
   private:
-    std::vector<int> node_;            ///< (n) at each place of the order
-    std::vector<int> row_start_;       ///< (n + 1) of the blocks below the diagonal
-    std::vector<int> column_;          ///< (blocks) place
-    std::vector<Block<double>> block_; ///< (blocks + 1) and a last one that may be read
+    std::vector<int> node_;               ///< (n) at each place of the order
+    std::vector<int> row_start_;          ///< (n + 1) of the blocks below the diagonal
+    std::vector<int> column_;             ///< (blocks) place
+    std::vector<Block<double>> block_;    ///< (blocks + 1) and a last one that may be read
     std::vector<Block<double>> diagonal_; ///< (n + 1) likewise
 };
 

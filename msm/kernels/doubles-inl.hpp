@@ -8,6 +8,7 @@
 
 #include <cstring>
 #include <hwy/highway.h>
+#include <type_traits>
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
@@ -34,6 +35,39 @@ HWY_INLINE void store_as(DoubleVec v, double *place) {
 HWY_INLINE void store_as(DoubleVec v, float *place) {
     const hn::Rebind<float, Doubles> narrow;
     hn::Store(hn::DemoteTo(narrow, v), narrow, place);
+}
+
+/// How many vectors of doubles it takes to hold one of D.
+template <class D> constexpr std::size_t num_parts() {
+    return hn::MaxLanes(D()) / hn::MaxLanes(Doubles());
+}
+
+/// A vector of either precision as doubles, and back. It stays in registers: what is stored in parts and loaded as a
+/// whole has to wait until it has arrived in the cache.
+template <class D, class V> HWY_INLINE void to_doubles(D /*d*/, V v, DoubleVec *parts) {
+    if constexpr (std::is_same_v<hn::TFromD<D>, double>) {
+        parts[0] = v;
+    } else {
+#if HWY_TARGET == HWY_SCALAR
+        parts[0] = hn::PromoteTo(Doubles(), v);
+#else
+        constexpr hn::Half<D> half;
+        parts[0] = hn::PromoteTo(Doubles(), hn::LowerHalf(half, v));
+        parts[1] = hn::PromoteTo(Doubles(), hn::UpperHalf(half, v));
+#endif
+    }
+}
+template <class D> HWY_INLINE hn::Vec<D> from_doubles([[maybe_unused]] D d, const DoubleVec *parts) {
+    if constexpr (std::is_same_v<hn::TFromD<D>, double>) {
+        return parts[0];
+    } else {
+#if HWY_TARGET == HWY_SCALAR
+        return hn::DemoteTo(d, parts[0]);
+#else
+        constexpr hn::Half<D> half;
+        return hn::Combine(d, hn::DemoteTo(half, parts[1]), hn::DemoteTo(half, parts[0]));
+#endif
+    }
 }
 
 #else
@@ -85,6 +119,22 @@ HWY_INLINE DoubleVec as_double(const float *force) {
 HWY_INLINE void store_as(DoubleVec v, float *place) {
     place[0] = static_cast<float>(v[0]);
     place[1] = static_cast<float>(v[1]);
+}
+
+template <class D> constexpr std::size_t num_parts() {
+    return hn::MaxLanes(D()) / 2;
+}
+template <class D, class V> HWY_INLINE void to_doubles(D d, V v, DoubleVec *parts) {
+    HWY_ALIGN float lanes[hn::MaxLanes(D())];
+    hn::Store(v, d, lanes);
+    for (std::size_t p = 0; p < num_parts<D>(); ++p)
+        parts[p] = as_double(lanes + 2 * p);
+}
+template <class D> HWY_INLINE hn::Vec<D> from_doubles(D d, const DoubleVec *parts) {
+    HWY_ALIGN float lanes[hn::MaxLanes(D())];
+    for (std::size_t p = 0; p < num_parts<D>(); ++p)
+        store_as(parts[p], lanes + 2 * p);
+    return hn::Load(d, lanes);
 }
 
 #endif

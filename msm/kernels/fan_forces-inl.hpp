@@ -197,22 +197,17 @@ template <bool is_damped, class T> HWY_INLINE void fan_forces(StepWorkspace<T> &
     }
 }
 
-/// Adds what the tetrahedra have given to each node of a slice.
-template <class T> HWY_INLINE void add_corner_forces(const StepWorkspace<T> &at, int slice, SliceForce<T> &force) {
-    constexpr Lanes<T> d;
+/// The same with what the tetrahedra have given to nodes of a slice, those from `lane` on.
+template <class D, class T>
+HWY_INLINE Vec3<D> plus_corner_forces(D d, const StepWorkspace<T> &at, int slice, std::size_t lane, Vec3<D> force) {
     const auto &body = at.body;
     const std::size_t end = static_cast<std::size_t>(body.sum_start[slice + 1]) * slice_size;
-    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
-        auto x = hn::Load(d, force.x + lane), y = hn::Load(d, force.y + lane), z = hn::Load(d, force.z + lane);
-        for (std::size_t s = static_cast<std::size_t>(body.sum_start[slice]) * slice_size + lane; s < end;
-             s += slice_size) {
-            const auto sum = fetch(d, at.corner_force.data(), body.sum.data() + s);
-            x = hn::Add(x, sum.x);
-            y = hn::Add(y, sum.y);
-            z = hn::Add(z, sum.z);
-        }
-        store(Lanes<T>(), {x, y, z}, force, lane);
+    for (std::size_t s = static_cast<std::size_t>(body.sum_start[slice]) * slice_size + lane; s < end;
+         s += slice_size) {
+        const auto sum = fetch(d, at.corner_force.data(), body.sum.data() + s);
+        force = plus(force, Vec3<D>{sum.x, sum.y, sum.z});
     }
+    return force;
 }
 
 } // namespace livermark::msm::HWY_NAMESPACE

@@ -122,55 +122,65 @@ struct RungeKutta {
     }
 };
 
-/// Writes the rows of a slice, and the copies of its nodes.
-template <class T>
-HWY_INLINE void write_rows(const SlicedBody<T> &body, int slice, const SliceForce<T> &value, Aligned<T> &rows) {
-    constexpr Lanes<T> d;
-    T *own = rows.data() + static_cast<std::size_t>(slice) * slice_size * 4;
-    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d))
-        hn::StoreInterleaved4(hn::Load(d, value.x + lane), hn::Load(d, value.y + lane), hn::Load(d, value.z + lane),
-                              hn::Zero(d), d, own + 4 * lane);
-    if (body.copied_row.empty())
-        return;
-    for (int c = body.copy_start[slice]; c < body.copy_start[slice + 1]; ++c)
-        std::copy_n(rows.data() + 4 * static_cast<std::size_t>(body.copied_row[c]), 4,
-                    rows.data() + 4 * static_cast<std::size_t>(body.first_copy + c));
+/// Puts vectors at nodes of a slice into their rows.
+template <class D, class T> HWY_INLINE void write_rows(D d, const Vec3<D> &value, T *rows) {
+    hn::StoreInterleaved4(value.x, value.y, value.z, hn::Zero(d), d, rows);
 }
 
-/// From the forces on a slice to the rows of the next stage.
-template <class Scheme, bool is_damped, class T>
-HWY_INLINE void advance(StepWorkspace<T> &at, int now, int slice, int stage, const SliceForce<T> &force) {
-    constexpr Doubles d;
-    SliceForce<T> position, velocity;
+/// Where a node of a slice has copies of its row, these follow it.
+template <bool is_damped, class T> HWY_INLINE void write_copies(StepWorkspace<T> &at, int next, int slice) {
+    const auto &body = at.body;
+    for (int c = body.copy_start[slice]; c < body.copy_start[slice + 1]; ++c) {
+        const std::size_t from = 4 * static_cast<std::size_t>(body.copied_row[c]);
+        const std::size_t to = 4 * static_cast<std::size_t>(body.first_copy + c);
+        std::copy_n(at.rows[next].data() + from, 4, at.rows[next].data() + to);
+        if constexpr (is_damped)
+            std::copy_n(at.velocity_rows[next].data() + from, 4, at.velocity_rows[next].data() + to);
+    }
+}
+
+/// From the forces on nodes of a slice, those from `lane` on, to their rows of the next stage.
+template <class Scheme, bool is_damped, class D, class T>
+HWY_INLINE void advance(D d, StepWorkspace<T> &at, int now, int slice, std::size_t lane, int stage,
+                        const Vec3<D> &force) {
     NodeSlice<T> &node = at.nodes[slice];
-    const T *const forces[] = {force.x, force.y, force.z};
-    T *const positions[] = {position.x, position.y, position.z};
-    T *const velocities[] = {velocity.x, velocity.y, velocity.z};
-    const auto alpha = dn::Set(d, at.alpha);
-    for (int c = 0; c < 3; ++c)
-        for (std::size_t lane = 0; lane < slice_size; lane += dn::Lanes(d)) {
-            Component<T> component{node.position[c].data() + lane, node.velocity[c].data() + lane, nullptr, nullptr,
-                                   nullptr};
+    const auto alpha = dn::Set(Doubles(), at.alpha);
+    const double step = at.time_step;
+    const bool has_loads = !at.loads.empty();
+    const auto component = [&](const hn::Vec<D> &of_force, std::size_t c, hn::Vec<D> &position,
+                               hn::Vec<D> &velocity) HWY_ATTR {
+        DoubleVec total[num_parts<D>()], positions[num_parts<D>()], velocities[num_parts<D>()];
+        to_doubles(d, of_force, total);
+        for (std::size_t part = 0; part < num_parts<D>(); ++part) {
+            const std::size_t l = lane + part * dn::Lanes(Doubles());
+            Component<T> of_node{node.position[c].data() + l, node.velocity[c].data() + l, nullptr, nullptr, nullptr};
             if constexpr (Scheme::has_stages) {
                 auto &stages = at.stages[slice];
-                component.acceleration = stages.acceleration[c].data() + lane;
-                component.for_position = stages.for_position[c].data() + lane;
-                component.for_velocity = stages.for_velocity[c].data() + lane;
+                of_node.acceleration = stages.acceleration[c].data() + l;
+                of_node.for_position = stages.for_position[c].data() + l;
+                of_node.for_velocity = stages.for_velocity[c].data() + l;
             }
-            auto total = as_double(forces[c] + lane);
-            if (!at.loads.empty())
-                total = dn::Add(total, as_double(at.loads[slice][c].data() + lane));
-            const auto velocity_now = Scheme::velocity_now(at.scheme, stage, at.time_step, component);
+            if (has_loads)
+                total[part] = dn::Add(total[part], as_double(at.loads[slice][c].data() + l));
+            const auto velocity_now = Scheme::velocity_now(at.scheme, stage, step, of_node);
             const auto a =
-                dn::NegMulAdd(alpha, velocity_now, dn::Mul(total, as_double(node.free_per_mass[c].data() + lane)));
-            const auto next = Scheme::advance(at.scheme, stage, at.time_step, a, component);
-            store_as(next.position, positions[c] + lane);
-            if constexpr (is_damped)
-                store_as(next.velocity, velocities[c] + lane);
+                dn::NegMulAdd(alpha, velocity_now, dn::Mul(total[part], as_double(node.free_per_mass[c].data() + l)));
+            const auto next = Scheme::advance(at.scheme, stage, step, a, of_node);
+            positions[part] = next.position;
+            velocities[part] = next.velocity;
         }
-    write_rows(at.body, slice, position, at.rows[1 - now]);
+        position = from_doubles(d, positions);
+        if constexpr (is_damped)
+            velocity = from_doubles(d, velocities);
+    };
+    auto position = force, velocity = force;
+    component(force.x, 0, position.x, velocity.x);
+    component(force.y, 1, position.y, velocity.y);
+    component(force.z, 2, position.z, velocity.z);
+    const std::size_t row = (static_cast<std::size_t>(slice) * slice_size + lane) * 4;
+    write_rows(d, position, at.rows[1 - now].data() + row);
     if constexpr (is_damped)
-        write_rows(at.body, slice, velocity, at.velocity_rows[1 - now]);
+        write_rows(d, velocity, at.velocity_rows[1 - now].data() + row);
 }
 
 } // namespace livermark::msm::HWY_NAMESPACE

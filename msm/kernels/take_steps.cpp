@@ -62,9 +62,12 @@ HWY_INLINE void nodal_states(StepWorkspace<T> &at, int now, int thread, Barrier 
 
 template <class Scheme, bool is_damped, class T>
 void run(StepWorkspace<T> &at, int thread, int num_steps, Barrier &barrier) {
+    using D = Lanes<T>;
+    constexpr D d;
     const auto [first_slice, last_slice] = at.slices[thread];
     const auto [first_chunk, last_chunk] = at.chunks[thread];
-    const bool has_states = !at.body.member.empty(), has_tetrahedra = !at.body.rest_volume.empty();
+    const bool has_states = !at.body.member.empty(), has_tetrahedra = !at.body.rest_volume.empty(),
+               has_copies = !at.body.copied_row.empty();
     const int num_stages = at.scheme.num_stages();
     int now = at.now;
     for (int step = 0; step < num_steps; ++step)
@@ -77,11 +80,14 @@ void run(StepWorkspace<T> &at, int thread, int num_steps, Barrier &barrier) {
                 barrier.wait();
             }
             for (int slice = first_slice; slice < last_slice; ++slice) {
-                SliceForce<T> force;
-                spring_forces<is_damped>(at, now, slice, force);
-                if (has_tetrahedra)
-                    add_corner_forces(at, slice, force);
-                advance<Scheme, is_damped>(at, now, slice, stage, force);
+                for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+                    auto force = spring_forces<is_damped>(at, now, slice, lane);
+                    if (has_tetrahedra)
+                        force = plus_corner_forces(D(), at, slice, lane, force);
+                    advance<Scheme, is_damped>(D(), at, now, slice, lane, stage, force);
+                }
+                if (has_copies)
+                    write_copies<is_damped>(at, 1 - now, slice);
             }
             now = 1 - now;
             if (step + 1 < num_steps || stage + 1 < num_stages)

@@ -40,15 +40,6 @@ template <class D> HWY_INLINE Vec3<D> minus(const Vec3<D> &a, const Vec3<D> &b) 
     return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
 }
 
-/// Forces on the nodes of a slice.
-template <class T> struct alignas(64) SliceForce { T x[slice_size], y[slice_size], z[slice_size]; };
-
-template <class D, class T> HWY_INLINE void store(D d, const Vec3<D> &v, SliceForce<T> &force, std::size_t lane) {
-    hn::Store(v.x, d, force.x + lane);
-    hn::Store(v.y, d, force.y + lane);
-    hn::Store(v.z, d, force.z + lane);
-}
-
 } // namespace livermark::msm::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
