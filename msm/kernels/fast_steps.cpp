@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "msm/kernels/step_workspace.hpp"
 #include "msm/kernels/team.hpp"
@@ -48,6 +49,38 @@ std::vector<Share> shares(const std::vector<int> &running_cost, int num_threads)
     shares.front().first = 0;
     shares.back().last = std::max(static_cast<int>(running_cost.size()) - 1, 0);
     return shares;
+}
+
+/// The slices of a thread, those last that read rows of other threads. The forces of tetrahedra have barriers of their
+/// own, and all nodes may be read by the fans of others.
+template <class T> SliceShare shared_last(const SlicedBody<T> &body, const Share &share) {
+    SliceShare result;
+    for (int slice = share.first; slice < share.last; ++slice)
+        result.order.push_back(slice);
+    if (!body.rest_volume.empty())
+        return result;
+    constexpr int line_size = 64 / sizeof(T);
+    std::set<int> foreign;
+    const auto is_inner = [&](int slice) {
+        bool is = true;
+        for (int s = body.spring_start[slice] * slice_size; s < body.spring_start[slice + 1] * slice_size; ++s) {
+            const int other = body.neighbour[s] / 4 / slice_size;
+            if (other >= body.num_slices || (other >= share.first && other < share.last))
+                continue;
+            foreign.insert(body.neighbour[s] / line_size * line_size);
+            is = false;
+        }
+        return is;
+    };
+    const auto first_shared = std::stable_partition(result.order.begin(), result.order.end(), is_inner);
+    result.num_inner = static_cast<std::size_t>(first_shared - result.order.begin());
+    result.foreign.place.assign(foreign.begin(), foreign.end());
+    for (auto slice = first_shared; slice != result.order.end(); ++slice)
+        for (int place = 0; place < 4 * slice_size; place += line_size)
+            result.shared.place.push_back(4 * slice_size * *slice + place);
+    for (auto *lines : {&result.foreign, &result.shared})
+        lines->at_once = lines->place.size() / std::max<std::size_t>(1, result.num_inner / 2) + 1;
+    return result;
 }
 
 /// Of things that cost the same.
@@ -189,7 +222,9 @@ template <class T> class Steps : public FastSteps::Implementation {
 
     void share_work() {
         // Where there are no springs, nodes cost what it takes to collect the forces of tetrahedra.
-        at_.slices = shares(at_.body.neighbour.empty() ? at_.body.sum_start : at_.body.spring_start, team_.size());
+        for (const auto &share :
+             shares(at_.body.neighbour.empty() ? at_.body.sum_start : at_.body.spring_start, team_.size()))
+            at_.slices.push_back(shared_last(at_.body, share));
         at_.fan_slices = shares(at_.body.fan_start, team_.size());
         at_.chunks = shares(running_count(static_cast<int>(at_.body.chunk_start.size()) - 1), team_.size());
         at_.volume_slices = shares(at_.body.volume_start, team_.size());

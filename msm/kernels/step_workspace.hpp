@@ -42,6 +42,21 @@ struct Share {
     int first = 0, last = 0;
 };
 
+/// Cache lines of rows.
+struct CacheLines {
+    std::vector<int> place;  ///< of the first number of each
+    std::size_t at_once = 0; ///< how many to ask for before each slice
+};
+
+/// Slices of nodes that one thread moves. Those come last whose springs end at nodes of other threads: until then these
+/// have time to move theirs, and what they have written has time to come.
+struct SliceShare {
+    std::vector<int> order;
+    std::size_t num_inner = 0;
+    CacheLines foreign; ///< rows of other threads that it reads
+    CacheLines shared;  ///< its own rows that others read
+};
+
 /// Everything that the steps of a body read and write.
 template <class T> struct StepWorkspace {
     SlicedBody<T> body;
@@ -67,7 +82,8 @@ template <class T> struct StepWorkspace {
     Aligned<T> change, mean_change;
     Aligned<T> corner_force; ///< (places of all chunks and one that stays zero, 4) [N]
 
-    std::vector<Share> slices, fan_slices, volume_slices, chunks; ///< of each thread
+    std::vector<SliceShare> slices;                       ///< of each thread
+    std::vector<Share> fan_slices, volume_slices, chunks; ///< of each thread
 };
 
 /// Takes steps, with the widest vectors that the machine has; every thread of a team calls it. The result does not

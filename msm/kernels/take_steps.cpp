@@ -60,18 +60,62 @@ HWY_INLINE void nodal_states(StepWorkspace<T> &at, int now, int thread, Barrier 
     barrier.wait();
 }
 
+/// The nodes of a slice to their rows of the next stage.
 template <class Scheme, bool is_damped, class T>
-void run(StepWorkspace<T> &at, int thread, int num_steps, Barrier &barrier) {
+HWY_INLINE void move_slice(StepWorkspace<T> &at, int now, int slice, int stage) {
     using D = Lanes<T>;
     constexpr D d;
-    const auto [first_slice, last_slice] = at.slices[thread];
+    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+        auto force = spring_forces<is_damped>(at, now, slice, lane);
+        if (!at.body.rest_volume.empty())
+            force = plus_corner_forces(D(), at, slice, lane, force);
+        advance<Scheme, is_damped>(D(), at, now, slice, lane, stage, force);
+    }
+    if (!at.body.copied_row.empty())
+        write_copies<is_damped>(at, 1 - now, slice);
+}
+
+/// Asks for cache lines of rows, some on the way of a thread through its slices.
+/// @param way  slices since it began to ask
+template <class T, int for_writing>
+HWY_INLINE void ask_for(const Aligned<T> &rows, const CacheLines &lines, std::size_t way) {
+    const std::size_t end = std::min(lines.place.size(), lines.at_once * (way + 1));
+    for (std::size_t k = lines.at_once * way; k < end; ++k)
+        __builtin_prefetch(rows.data() + lines.place[k], for_writing);
+}
+
+/// The nodes of a thread to their rows of the next stage: first those that do not need others. Half the way through
+/// these it waits for the stage before, and asks for what others have written and read since: to get a cache line from
+/// another core takes as long as to move a slice.
+template <class Scheme, bool is_damped, class T>
+HWY_INLINE void move_nodes(StepWorkspace<T> &at, int now, const SliceShare &slices, int stage, Barrier &barrier,
+                           int round) {
+    if (slices.order.empty())
+        barrier.wait_for(round);
+    const std::size_t half = slices.num_inner / 2;
+    for (std::size_t s = 0; s < slices.order.size(); ++s) {
+        if (s == half)
+            barrier.wait_for(round);
+        if (s >= half) {
+            ask_for<T, 0>(at.rows[now], slices.foreign, s - half);
+            ask_for<T, 1>(at.rows[1 - now], slices.shared, s - half);
+        }
+        move_slice<Scheme, is_damped>(at, now, slices.order[s], stage);
+    }
+}
+
+template <class Scheme, bool is_damped, class T>
+void run(StepWorkspace<T> &at, int thread, int num_steps, Barrier &barrier) {
+    const auto &slices = at.slices[thread];
     const auto [first_chunk, last_chunk] = at.chunks[thread];
-    const bool has_states = !at.body.member.empty(), has_tetrahedra = !at.body.rest_volume.empty(),
-               has_copies = !at.body.copied_row.empty();
+    const bool has_states = !at.body.member.empty(), has_tetrahedra = !at.body.rest_volume.empty();
     const int num_stages = at.scheme.num_stages();
     int now = at.now;
+    int round = -1; // of the stage before, where others may still be at work
     for (int step = 0; step < num_steps; ++step)
         for (int stage = 0; stage < num_stages; ++stage) {
+            if (has_tetrahedra)
+                barrier.wait_for(round);
             if (has_states)
                 nodal_states<is_damped>(at, now, thread, barrier);
             if (has_tetrahedra) {
@@ -79,19 +123,10 @@ void run(StepWorkspace<T> &at, int thread, int num_steps, Barrier &barrier) {
                     chunk_forces<is_damped>(at, now, chunk);
                 barrier.wait();
             }
-            for (int slice = first_slice; slice < last_slice; ++slice) {
-                for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
-                    auto force = spring_forces<is_damped>(at, now, slice, lane);
-                    if (has_tetrahedra)
-                        force = plus_corner_forces(D(), at, slice, lane, force);
-                    advance<Scheme, is_damped>(D(), at, now, slice, lane, stage, force);
-                }
-                if (has_copies)
-                    write_copies<is_damped>(at, 1 - now, slice);
-            }
-            now = 1 - now;
+            move_nodes<Scheme, is_damped>(at, now, slices, stage, barrier, round);
             if (step + 1 < num_steps || stage + 1 < num_stages)
-                barrier.wait(); // the team waits for the last step
+                round = barrier.arrive(); // the team waits for the last step
+            now = 1 - now;
         }
 }
 

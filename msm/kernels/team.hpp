@@ -12,13 +12,19 @@ class Barrier {
   public:
     explicit Barrier(int num_threads) : num_threads_(num_threads) {}
 
-    void wait() {
+    void wait() { wait_for(arrive()); }
+
+    /// The same in two parts, between which a thread may do what the others do not have to wait for.
+    /// @return what to wait for
+    int arrive() { return num_threads_ > 1 ? tell_others() : 0; }
+    void wait_for(int round) {
         if (num_threads_ > 1)
-            wait_for_others();
+            wait_for_others(round);
     }
 
   private:
-    void wait_for_others();
+    int tell_others();
+    void wait_for_others(int round);
 
     int num_threads_;
     alignas(64) std::atomic<int> num_here_ = 0;
