@@ -21,8 +21,9 @@ using tests::shaken;
 using tests::tetrahedra;
 using tests::tolerance;
 
-/// Springs between nodes at random places, each with its neighbours in number and with some others.
-Sample random_springs(int num_nodes) {
+/// Springs between nodes at random places, each with its neighbours in number and with some others:
+/// one in so many.
+Sample random_springs(int num_nodes, unsigned int one_in = 50) {
     std::mt19937 random(num_nodes);
     Sample sample;
     core::SpringNetwork springs;
@@ -30,7 +31,7 @@ Sample random_springs(int num_nodes) {
         sample.positions.emplace_back(tests::random_vector(random, 0.1));
         springs.node_mass.push_back(tests::random_value(random, 0.001, 0.003));
         for (int j = 0; j < i; ++j)
-            if (i - j < 3 || random() % 50 == 0) {
+            if (i - j < 3 || random() % one_in == 0) {
                 springs.edges.push_back({j, i});
                 springs.rest_length.push_back((sample.positions[i] - sample.positions[j]).norm());
                 springs.stiffness.push_back(tests::random_value(random, 10.0, 100.0));
@@ -80,6 +81,14 @@ TEST_P(EveryVectorUnit, KnowsEveryExplicitIntegrator) {
 
 TEST_P(EveryVectorUnit, GivesTheSameForAnyNumberOfThreads) {
     tests::expect_the_same_for_any_number_of_threads(tetrahedra(108, "nodal_volume"));
+}
+
+/// A thread moves nodes that others do not see while these are still at work: all of a chain but its seams. Where
+/// springs go everywhere there are none, and in few slices some threads have nothing to do.
+TEST_P(EveryVectorUnit, GivesTheSameForAnyNumberOfThreadsThatShareSprings) {
+    constexpr int never = 1 << 20;
+    for (const auto &sample : {random_springs(1000, never), random_springs(300), random_springs(20)})
+        tests::expect_the_same_for_any_number_of_threads(sample);
 }
 
 INSTANTIATE_TEST_SUITE_P(FastSteps, EveryVectorUnit, testing::ValuesIn(hwy::SupportedAndGeneratedTargets()),
