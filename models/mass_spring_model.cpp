@@ -1,5 +1,6 @@
 #include "models/mass_spring_model.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <fmt/format.h>
@@ -61,8 +62,14 @@ void add_motion(core::Solution &solution, const core::Problem &problem, const ms
     }
 }
 
-/// What a model has of the last body, and the factor of its stiffness at rest for the components that were held last.
-/// The seconds are those that it took when it was made.
+bool hold_the_same(const std::vector<core::Vector3> &a, const std::vector<core::Vector3> &b) {
+    return std::ranges::equal(a, b, [](const core::Vector3 &x, const core::Vector3 &y) {
+        return (x.array().isNaN() == y.array().isNaN()).all();
+    });
+}
+
+/// What a model has of the last body, and the factor of its stiffness at rest and its explicit steps for the components
+/// that were held last. The seconds are those that it took when it was made.
 class Kept {
   public:
     explicit Kept(MakeMassSprings make) : make_(std::move(make)) {}
@@ -70,6 +77,7 @@ class Kept {
     const msm::MassSprings &on(const std::shared_ptr<const core::Body> &body) {
         if (body_ != body) {
             rest_.reset();
+            steps_.reset();
             const auto start = Clock::now();
             parts_ = make_(*body);
             make_seconds_ = seconds(Clock::now() - start);
@@ -89,6 +97,15 @@ class Kept {
         return *rest_;
     }
 
+    /// @param body  of the last on()
+    const core::ExplicitSteps &steps(const msm::NodalConditions &conditions) {
+        if (!steps_ || !hold_the_same(held_in_steps_, conditions.displacement)) {
+            steps_ = msm::explicit_steps(parts_->body, body_->mesh.points, conditions);
+            held_in_steps_ = conditions.displacement;
+        }
+        return *steps_;
+    }
+
     double make_seconds() const { return make_seconds_; }
     double rest_seconds() const { return rest_seconds_; }
 
@@ -97,6 +114,8 @@ class Kept {
     std::shared_ptr<const core::Body> body_;
     std::optional<msm::MassSprings> parts_;
     std::optional<msm::RestStiffness> rest_;
+    std::optional<core::ExplicitSteps> steps_;
+    std::vector<core::Vector3> held_in_steps_; ///< prescribed displacements
     double make_seconds_ = 0.0;
     double rest_seconds_ = 0.0;
 };
@@ -143,7 +162,7 @@ core::Solution solve(const core::Problem &problem, Kept &kept, const ModelOption
         positions[i] += solution.displacement[i];
     solution.strain_energy = msm::elastic_energy(body, positions);
     solution.springs = springs;
-    solution.explicit_steps = msm::explicit_steps(body, points, conditions);
+    solution.explicit_steps = kept.steps(conditions);
     if (problem.load_case.release && solution.status == core::SolutionStatus::ok)
         add_motion(solution, problem, body, options.time_stepping);
     return solution;
