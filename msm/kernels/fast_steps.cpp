@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 
+#include "msm/kernels/shares.hpp"
 #include "msm/kernels/step_workspace.hpp"
 #include "msm/kernels/team.hpp"
 
@@ -34,61 +34,6 @@ std::optional<StepScheme> find_scheme(const std::string &integrator) {
         {"velocity_verlet", {.kind = Kind::velocity_verlet}}};
     const auto place = schemes.find(integrator);
     return place == schemes.end() ? std::nullopt : std::optional(place->second);
-}
-
-/// Cuts what has the given running costs into parts of about equal cost.
-std::vector<Share> shares(const std::vector<int> &running_cost, int num_threads) {
-    std::vector<Share> shares(num_threads);
-    const int total = running_cost.empty() ? 0 : running_cost.back();
-    const auto cut = [&](int part) {
-        const auto wanted = static_cast<int>(static_cast<long>(total) * part / num_threads);
-        return static_cast<int>(std::ranges::lower_bound(running_cost, wanted) - running_cost.begin());
-    };
-    for (int thread = 0; thread < num_threads; ++thread)
-        shares[thread] = {cut(thread), cut(thread + 1)};
-    shares.front().first = 0;
-    shares.back().last = std::max(static_cast<int>(running_cost.size()) - 1, 0);
-    return shares;
-}
-
-/// The slices of a thread, those last that read rows of other threads. The forces of tetrahedra have barriers of their
-/// own, and all nodes may be read by the fans of others.
-template <class T> SliceShare shared_last(const SlicedBody<T> &body, const Share &share) {
-    SliceShare result;
-    for (int slice = share.first; slice < share.last; ++slice)
-        result.order.push_back(slice);
-    if (!body.rest_volume.empty())
-        return result;
-    constexpr int line_size = 64 / sizeof(T);
-    std::set<int> foreign;
-    const auto is_inner = [&](int slice) {
-        bool is = true;
-        for (int s = body.spring_start[slice] * slice_size; s < body.spring_start[slice + 1] * slice_size; ++s) {
-            const int other = body.neighbour[s] / 4 / slice_size;
-            if (other >= body.num_slices || (other >= share.first && other < share.last))
-                continue;
-            foreign.insert(body.neighbour[s] / line_size * line_size);
-            is = false;
-        }
-        return is;
-    };
-    const auto first_shared = std::stable_partition(result.order.begin(), result.order.end(), is_inner);
-    result.num_inner = static_cast<std::size_t>(first_shared - result.order.begin());
-    result.foreign.place.assign(foreign.begin(), foreign.end());
-    for (auto slice = first_shared; slice != result.order.end(); ++slice)
-        for (int place = 0; place < 4 * slice_size; place += line_size)
-            result.shared.place.push_back(4 * slice_size * *slice + place);
-    for (auto *lines : {&result.foreign, &result.shared})
-        lines->at_once = lines->place.size() / std::max<std::size_t>(1, result.num_inner / 2) + 1;
-    return result;
-}
-
-/// Of things that cost the same.
-std::vector<int> running_count(int count) {
-    std::vector<int> cost;
-    for (int i = 0; i <= count; ++i)
-        cost.push_back(i);
-    return cost;
 }
 
 /// Positions less their mean: rows of single precision are finest near the origin.
@@ -144,7 +89,7 @@ template <class T> class Steps : public FastSteps::Implementation {
             at_.mean_change = at_.change;
         }
         at_.corner_force.assign(4 * static_cast<std::size_t>(at_.body.chunk_start.back() + 1), T(0));
-        share_work();
+        share_work(at_, team_.size());
         for (std::size_t i = 0; i < positions.size(); ++i)
             for (int c = 0; c < 3; ++c) {
                 const bool is_free = std::isnan(conditions.displacement[i][c]);
@@ -218,16 +163,6 @@ template <class T> class Steps : public FastSteps::Implementation {
             return;
         for (std::size_t i = 0; i < force.size(); ++i)
             set_load(static_cast<int>(i), force[i]);
-    }
-
-    void share_work() {
-        // Where there are no springs, nodes cost what it takes to collect the forces of tetrahedra.
-        for (const auto &share :
-             shares(at_.body.neighbour.empty() ? at_.body.sum_start : at_.body.spring_start, team_.size()))
-            at_.slices.push_back(shared_last(at_.body, share));
-        at_.fan_slices = shares(at_.body.fan_start, team_.size());
-        at_.chunks = shares(running_count(static_cast<int>(at_.body.chunk_start.size()) - 1), team_.size());
-        at_.volume_slices = shares(at_.body.volume_start, team_.size());
     }
 
     template <class U> U &of(SliceField<U> NodeSlice<T>::*field, std::size_t node, int component) {

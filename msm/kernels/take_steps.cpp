@@ -3,6 +3,7 @@
 #define HWY_TARGET_INCLUDE "msm/kernels/take_steps.cpp"
 #include <algorithm>
 #include <hwy/foreach_target.h> // has to come before highway.h
+#include <optional>
 #include <stdexcept>
 
 #include "msm/kernels/biquadratic_springs-inl.hpp"
@@ -87,15 +88,20 @@ HWY_INLINE void ask_for(const Aligned<T> &rows, const CacheLines &lines, std::si
 /// The nodes of a thread to their rows of the next stage: first those that do not need others. Half the way through
 /// these it waits for the stage before, and asks for what others have written and read since: to get a cache line from
 /// another core takes as long as to move a slice.
+/// @param before  what to wait for, if anything
 template <class Scheme, bool is_damped, class T>
 HWY_INLINE void move_nodes(StepWorkspace<T> &at, int now, const SliceShare &slices, int stage, Barrier &barrier,
-                           int round) {
+                           std::optional<Barrier::Round> before) {
+    const auto wait = [&]() HWY_ATTR {
+        if (before)
+            barrier.wait_for(*before);
+    };
     if (slices.order.empty())
-        barrier.wait_for(round);
+        wait();
     const std::size_t half = slices.num_inner / 2;
     for (std::size_t s = 0; s < slices.order.size(); ++s) {
         if (s == half)
-            barrier.wait_for(round);
+            wait();
         if (s >= half) {
             ask_for<T, 0>(at.rows[now], slices.foreign, s - half);
             ask_for<T, 1>(at.rows[1 - now], slices.shared, s - half);
@@ -111,11 +117,11 @@ void run(StepWorkspace<T> &at, int thread, int num_steps, Barrier &barrier) {
     const bool has_states = !at.body.member.empty(), has_tetrahedra = !at.body.rest_volume.empty();
     const int num_stages = at.scheme.num_stages();
     int now = at.now;
-    int round = -1; // of the stage before, where others may still be at work
+    std::optional<Barrier::Round> before; // the last stage, at which others may still be
     for (int step = 0; step < num_steps; ++step)
         for (int stage = 0; stage < num_stages; ++stage) {
-            if (has_tetrahedra)
-                barrier.wait_for(round);
+            if (has_tetrahedra && before)
+                barrier.wait_for(*before);
             if (has_states)
                 nodal_states<is_damped>(at, now, thread, barrier);
             if (has_tetrahedra) {
@@ -123,9 +129,9 @@ void run(StepWorkspace<T> &at, int thread, int num_steps, Barrier &barrier) {
                     chunk_forces<is_damped>(at, now, chunk);
                 barrier.wait();
             }
-            move_nodes<Scheme, is_damped>(at, now, slices, stage, barrier, round);
+            move_nodes<Scheme, is_damped>(at, now, slices, stage, barrier, before);
             if (step + 1 < num_steps || stage + 1 < num_stages)
-                round = barrier.arrive(); // the team waits for the last step
+                before = barrier.arrive(); // the team waits for the last step
             now = 1 - now;
         }
 }

@@ -14,8 +14,8 @@ constexpr int num_looks = 4000, num_yields = 100;
 
 } // namespace
 
-int Barrier::tell_others() {
-    const int round = round_.load(std::memory_order_relaxed);
+Barrier::Round Barrier::tell_others() {
+    const Round round = round_.load(std::memory_order_relaxed);
     if (num_here_.fetch_add(1, std::memory_order_acq_rel) == num_threads_ - 1) {
         num_here_.store(0, std::memory_order_relaxed);
         round_.store(round + 1, std::memory_order_release);
@@ -23,7 +23,7 @@ int Barrier::tell_others() {
     return round;
 }
 
-void Barrier::wait_for_others(int round) {
+void Barrier::wait_for_others(Round round) {
     for (int spins = 0; round_.load(std::memory_order_acquire) == round; ++spins)
         if (spins > patience)
             std::this_thread::yield();

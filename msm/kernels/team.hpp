@@ -12,23 +12,25 @@ class Barrier {
   public:
     explicit Barrier(int num_threads) : num_threads_(num_threads) {}
 
+    using Round = unsigned int; ///< of waiting; after very many they begin again
+
     void wait() { wait_for(arrive()); }
 
     /// The same in two parts, between which a thread may do what the others do not have to wait for.
     /// @return what to wait for
-    int arrive() { return num_threads_ > 1 ? tell_others() : 0; }
-    void wait_for(int round) {
+    Round arrive() { return num_threads_ > 1 ? tell_others() : 0; }
+    void wait_for(Round round) {
         if (num_threads_ > 1)
             wait_for_others(round);
     }
 
   private:
-    int tell_others();
-    void wait_for_others(int round);
+    Round tell_others();
+    void wait_for_others(Round round);
 
     int num_threads_;
     alignas(64) std::atomic<int> num_here_ = 0;
-    alignas(64) std::atomic<int> round_ = 0;
+    alignas(64) std::atomic<Round> round_ = 0;
 };
 
 /// Threads that do the same work together, again and again. They sleep where nothing comes for some 50 microseconds:

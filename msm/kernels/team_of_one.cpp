@@ -2,10 +2,10 @@
 
 namespace livermark::msm {
 
-int Barrier::tell_others() {
+Barrier::Round Barrier::tell_others() {
     return 0;
 }
-void Barrier::wait_for_others(int /*round*/) {}
+void Barrier::wait_for_others(Round /*round*/) {}
 
 struct Team::Others {};
 

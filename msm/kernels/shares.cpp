@@ -1,0 +1,80 @@
+#include "msm/kernels/shares.hpp"
+
+#include <algorithm>
+#include <set>
+
+namespace livermark::msm {
+
+namespace {
+
+/// Cuts what has the given running costs into parts of about equal cost.
+std::vector<Share> shares(const std::vector<int> &running_cost, int num_threads) {
+    std::vector<Share> shares(num_threads);
+    const int total = running_cost.empty() ? 0 : running_cost.back();
+    const auto cut = [&](int part) {
+        const auto wanted = static_cast<int>(static_cast<long>(total) * part / num_threads);
+        return static_cast<int>(std::ranges::lower_bound(running_cost, wanted) - running_cost.begin());
+    };
+    for (int thread = 0; thread < num_threads; ++thread)
+        shares[thread] = {cut(thread), cut(thread + 1)};
+    shares.front().first = 0;
+    shares.back().last = std::max(static_cast<int>(running_cost.size()) - 1, 0);
+    return shares;
+}
+
+/// The slices of a thread, those last that read rows of other threads. The forces of tetrahedra have barriers of their
+/// own, and all nodes may be read by the fans of others.
+template <class T> SliceShare shared_last(const SlicedBody<T> &body, const Share &share) {
+    SliceShare result;
+    for (int slice = share.first; slice < share.last; ++slice)
+        result.order.push_back(slice);
+    if (!body.rest_volume.empty())
+        return result;
+    constexpr int line_size = 64 / sizeof(T);
+    std::set<int> foreign;
+    const auto is_inner = [&](int slice) {
+        bool is = true;
+        for (int s = body.spring_start[slice] * slice_size; s < body.spring_start[slice + 1] * slice_size; ++s) {
+            const int other = body.neighbour[s] / 4 / slice_size;
+            if (other >= body.num_slices || (other >= share.first && other < share.last))
+                continue;
+            foreign.insert(body.neighbour[s] / line_size * line_size);
+            is = false;
+        }
+        return is;
+    };
+    const auto first_shared = std::stable_partition(result.order.begin(), result.order.end(), is_inner);
+    result.num_inner = static_cast<std::size_t>(first_shared - result.order.begin());
+    result.foreign.place.assign(foreign.begin(), foreign.end());
+    for (auto slice = first_shared; slice != result.order.end(); ++slice)
+        for (int place = 0; place < 4 * slice_size; place += line_size)
+            result.shared.place.push_back(4 * slice_size * *slice + place);
+    for (auto *lines : {&result.foreign, &result.shared})
+        lines->at_once = lines->place.size() / std::max<std::size_t>(1, result.num_inner / 2) + 1;
+    return result;
+}
+
+/// Of things that cost the same.
+std::vector<int> running_count(int count) {
+    std::vector<int> cost;
+    for (int i = 0; i <= count; ++i)
+        cost.push_back(i);
+    return cost;
+}
+
+} // namespace
+
+template <class T> void share_work(StepWorkspace<T> &workspace, int num_threads) {
+    const auto &body = workspace.body;
+    // Where there are no springs, nodes cost what it takes to collect the forces of tetrahedra.
+    for (const auto &share : shares(body.neighbour.empty() ? body.sum_start : body.spring_start, num_threads))
+        workspace.slices.push_back(shared_last(body, share));
+    workspace.fan_slices = shares(body.fan_start, num_threads);
+    workspace.chunks = shares(running_count(static_cast<int>(body.chunk_start.size()) - 1), num_threads);
+    workspace.volume_slices = shares(body.volume_start, num_threads);
+}
+
+template void share_work(StepWorkspace<float> &, int);
+template void share_work(StepWorkspace<double> &, int);
+
+} // namespace livermark::msm
