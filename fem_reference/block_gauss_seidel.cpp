@@ -3,8 +3,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 
-#include "fem_reference/node_order.hpp"
-
 namespace livermark::fem_reference {
 
 namespace {
@@ -33,82 +31,65 @@ Padded<float> rounded(const double *components) {
 
 } // namespace
 
-BlockGaussSeidel::BlockGaussSeidel(const SymmetricMatrix &matrix, const std::vector<bool> &is_free)
-    : node_(order_by_distance(matrix)), now_(node_.size()), taken_(node_.size()) {
-    std::vector<int> place(node_.size());
-    for (std::size_t at = 0; at < node_.size(); ++at)
-        place[node_[at]] = static_cast<int>(at);
-    const auto num_below = (matrix.column.size() / 9 - node_.size()) / 2;
-    column_.reserve(num_below);
-    block_.reserve(num_below + 1);
-    inverse_diagonal_.reserve(node_.size() + 1);
-    row_start_.push_back(0);
-    for (const int node : node_) {
-        const int begin = matrix.row_start[3 * node];
-        const int length = matrix.row_start[3 * node + 1] - begin;
-        for (int k = 0; k < length; k += 3) {
-            const int other = matrix.column[begin + k] / 3;
-            if (place[other] > place[node])
-                continue;
-            Eigen::Matrix3d block;
-            for (int i = 0; i < 3; ++i)
-                for (int j = 0; j < 3; ++j)
-                    block(i, j) = is_free[3 * node + i] && is_free[3 * other + j]
-                                      ? matrix.value[begin + i * length + k + j]
-                                      : (node == other && i == j ? 1.0 : 0.0);
-            if (node == other) {
-                inverse_diagonal_.push_back(rounded(block.inverse()));
-            } else {
-                column_.push_back(place[other]);
-                block_.push_back(rounded(block));
-            }
-        }
-        row_start_.push_back(static_cast<int>(column_.size()));
-    }
+BlockGaussSeidel::BlockGaussSeidel(const SymmetricMatrix &matrix, const std::vector<bool> &is_free) {
+    block_.reserve(num_blocks_below(matrix) + 1);
+    rows_ = lower_rows(matrix, [&](int node, int other, const double *first, int stride) {
+        Eigen::Matrix3d block;
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                block(i, j) = is_free[3 * node + i] && is_free[3 * other + j] ? first[i * stride + j]
+                                                                              : (node == other && i == j ? 1.0 : 0.0);
+        if (node == other)
+            inverse_diagonal_.push_back(rounded(block.inverse()));
+        else
+            block_.push_back(rounded(block));
+    });
     block_.push_back({});
     inverse_diagonal_.push_back({});
+    now_.resize(rows_.node.size());
+    taken_.resize(rows_.node.size());
 }
 
 LIVERMARK_WIDE_CLONES
 void BlockGaussSeidel::sweep_forward_from_zero(std::span<const double> right_hand_side, std::span<double> u,
                                                std::span<double> residual) {
     std::ranges::fill(taken_, Padded<float>{});
-    for (std::size_t at = 0; at < node_.size(); ++at) {
+    for (std::size_t at = 0; at < rows_.node.size(); ++at) {
         RowSum<float> before;
-        for (int k = row_start_[at]; k < row_start_[at + 1]; ++k) {
+        for (int k = rows_.row_start[at]; k < rows_.row_start[at + 1]; ++k) {
             ask_ahead(&block_[k], 1);
-            before.add(block_[k].data(), now_[column_[k]].data());
+            before.add(block_[k].data(), now_[rows_.column[k]].data());
         }
-        const auto dof = 3 * static_cast<std::size_t>(node_[at]);
+        const auto dof = 3 * static_cast<std::size_t>(rows_.node[at]);
         now_[at] = solved(inverse_diagonal_[at].data(), &right_hand_side[dof], before.total());
-        for (int k = row_start_[at]; k < row_start_[at + 1]; ++k)
-            add_transposed(block_[k].data(), now_[at].data(), taken_[column_[k]].data());
+        for (int k = rows_.row_start[at]; k < rows_.row_start[at + 1]; ++k)
+            add_transposed(block_[k].data(), now_[at].data(), taken_[rows_.column[k]].data());
         std::copy_n(now_[at].data(), 3, &u[dof]);
     }
     // A sweep leaves of each row only what lies behind the diagonal.
-    for (std::size_t at = 0; at < node_.size(); ++at)
+    for (std::size_t at = 0; at < rows_.node.size(); ++at)
         for (std::size_t i = 0; i < 3; ++i)
-            residual[3 * static_cast<std::size_t>(node_[at]) + i] = -taken_[at][i];
+            residual[3 * static_cast<std::size_t>(rows_.node[at]) + i] = -taken_[at][i];
 }
 
 LIVERMARK_WIDE_CLONES
 void BlockGaussSeidel::sweep_backward(std::span<const double> right_hand_side, std::span<double> u) {
-    for (std::size_t at = 0; at < node_.size(); ++at)
-        now_[at] = rounded(&u[3 * static_cast<std::size_t>(node_[at])]);
+    for (std::size_t at = 0; at < rows_.node.size(); ++at)
+        now_[at] = rounded(&u[3 * static_cast<std::size_t>(rows_.node[at])]);
     std::ranges::fill(taken_, Padded<float>{});
-    for (std::size_t at = node_.size(); at-- > 0;) {
+    for (std::size_t at = rows_.node.size(); at-- > 0;) {
         RowSum<float> before;
-        for (int k = row_start_[at + 1] - 1; k >= row_start_[at]; --k) {
+        for (int k = rows_.row_start[at + 1] - 1; k >= rows_.row_start[at]; --k) {
             ask_ahead(&block_[k], -1);
-            before.add(block_[k].data(), now_[column_[k]].data());
+            before.add(block_[k].data(), now_[rows_.column[k]].data());
         }
         auto others = before.total();
         for (std::size_t i = 0; i < 3; ++i)
             others[i] += taken_[at][i];
-        const auto dof = 3 * static_cast<std::size_t>(node_[at]);
+        const auto dof = 3 * static_cast<std::size_t>(rows_.node[at]);
         now_[at] = solved(inverse_diagonal_[at].data(), &right_hand_side[dof], others);
-        for (int k = row_start_[at + 1] - 1; k >= row_start_[at]; --k)
-            add_transposed(block_[k].data(), now_[at].data(), taken_[column_[k]].data());
+        for (int k = rows_.row_start[at + 1] - 1; k >= rows_.row_start[at]; --k)
+            add_transposed(block_[k].data(), now_[at].data(), taken_[rows_.column[k]].data());
         std::copy_n(now_[at].data(), 3, &u[dof]);
     }
 }

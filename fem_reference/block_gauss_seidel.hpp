@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "fem_reference/elastic_system.hpp"
+#include "fem_reference/node_order.hpp"
 #include "fem_reference/rows_of_blocks.hpp"
 
 namespace livermark::fem_reference {
@@ -30,9 +31,7 @@ class BlockGaussSeidel {
     void sweep_backward(std::span<const double> right_hand_side, std::span<double> u);
 
   private:
-    std::vector<int> node_;                      ///< (n) at each place of the order
-    std::vector<int> row_start_;                 ///< (n + 1) of the blocks below the diagonal
-    std::vector<int> column_;                    ///< (blocks) place
+    LowerRows rows_;
     std::vector<Block<float>> block_;            ///< (blocks + 1) and a last one that may be read
     std::vector<Block<float>> inverse_diagonal_; ///< (n + 1) likewise
     std::vector<Padded<float>> now_;             ///< (n) what a sweep works on

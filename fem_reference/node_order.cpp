@@ -34,4 +34,30 @@ std::vector<int> order_by_distance(const SymmetricMatrix &matrix) {
     return order;
 }
 
+std::size_t num_blocks_below(const SymmetricMatrix &matrix) {
+    return (matrix.column.size() / 9 - static_cast<std::size_t>(matrix.num_rows() / 3)) / 2;
+}
+
+LowerRows lower_rows(const SymmetricMatrix &matrix, const std::function<void(int, int, const double *, int)> &take) {
+    LowerRows rows{order_by_distance(matrix), {0}, {}};
+    std::vector<int> place(rows.node.size());
+    for (std::size_t at = 0; at < rows.node.size(); ++at)
+        place[rows.node[at]] = static_cast<int>(at);
+    rows.column.reserve(num_blocks_below(matrix));
+    for (const int node : rows.node) {
+        const int begin = matrix.row_start[3 * node];
+        const int length = matrix.row_start[3 * node + 1] - begin;
+        for (int k = 0; k < length; k += 3) {
+            const int other = matrix.column[begin + k] / 3;
+            if (place[other] > place[node])
+                continue;
+            take(node, other, &matrix.value[begin + k], length);
+            if (other != node)
+                rows.column.push_back(place[other]);
+        }
+        rows.row_start.push_back(static_cast<int>(rows.column.size()));
+    }
+    return rows;
+}
+
 } // namespace livermark::fem_reference

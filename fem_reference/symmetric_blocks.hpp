@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "fem_reference/elastic_system.hpp"
+#include "fem_reference/node_order.hpp"
 #include "fem_reference/rows_of_blocks.hpp"
 
 namespace livermark::fem_reference {
@@ -21,9 +22,7 @@ class SymmetricBlocks {
     void multiply(std::span<const double> x, std::span<double> out) const;
 
   private:
-    std::vector<int> node_;               ///< (n) at each place of the order
-    std::vector<int> row_start_;          ///< (n + 1) of the blocks below the diagonal
-    std::vector<int> column_;             ///< (blocks) place
+    LowerRows rows_;
     std::vector<Block<double>> block_;    ///< (blocks + 1) and a last one that may be read
     std::vector<Block<double>> diagonal_; ///< (n + 1) likewise
 };

@@ -46,8 +46,8 @@ class KeptSolver {
 /// 1e-6 under a traction, 4e-6 under an indenter.
 constexpr double refined_tolerance = 1e-5;
 
-/// The same on the refined mesh, where the solver on the mesh is the second level. An answer takes a quarter of a
-/// minute, and a load case that moves has that of the static one it starts from, so answers are kept.
+/// The same on the refined mesh, where the solver on the mesh is the second level. An answer takes ten
+/// seconds, and a load case that moves has that of the static one it starts from, so answers are kept.
 class KeptRefinedSolver {
   public:
     KeptRefinedSolver(std::shared_ptr<KeptSolver> coarse, fem_reference::SolverChoice choice)
