@@ -109,7 +109,8 @@ class AlgebraicMultigrid : public Preconditioner {
   public:
     explicit AlgebraicMultigrid(const ElasticSystem &system) : system_(system) {}
 
-    bool set_up(const std::vector<bool> &is_free) override {
+    bool set_up(const FreeUnknowns &free) override {
+        const auto &is_free = free.sets.front(); // one column
         if (is_free == is_free_)
             return levels_ != nullptr;
         is_free_ = is_free; // what follows may throw, and then there are no levels

@@ -7,90 +7,184 @@ namespace livermark::fem_reference {
 
 namespace {
 
+using FloatBlock = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
+
 Block<float> rounded(const Eigen::Matrix3d &block) {
     Block<float> result;
-    Eigen::Map<Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(result.data()) = block.cast<float>();
+    FloatBlock::Map(result.data()) = block.cast<float>();
     return result;
 }
 
-Padded<float> rounded(const double *components) {
-    return {static_cast<float>(components[0]), static_cast<float>(components[1]), static_cast<float>(components[2])};
-}
-
-/// What a node comes to when its row is solved for it.
-[[gnu::always_inline]] inline Padded<float> solved(const float *inverse_diagonal, const double *right_hand_side,
-                                                   const std::array<float, 3> &others) {
-    const float left[4]{static_cast<float>(right_hand_side[0]) - others[0],
-                        static_cast<float>(right_hand_side[1]) - others[1],
-                        static_cast<float>(right_hand_side[2]) - others[2], 0.0F};
-    RowSum<float> sum;
-    sum.add(inverse_diagonal, left);
-    const auto total = sum.total();
-    return {total[0], total[1], total[2]};
+/// Of the free rows and columns, otherwise zero.
+Eigen::Matrix3d inverse_of_free(const Block<float> &block, const Eigen::Array3d &is_free) {
+    const Eigen::Matrix3d chosen = is_free.matrix() * is_free.matrix().transpose();
+    const Eigen::Matrix3d of_free = FloatBlock::Map(block.data()).cast<double>().cwiseProduct(chosen);
+    return (of_free + (1.0 - is_free).matrix().asDiagonal().toDenseMatrix()).inverse().cwiseProduct(chosen);
 }
 
 } // namespace
 
-BlockGaussSeidel::BlockGaussSeidel(const SymmetricMatrix &matrix, const std::vector<bool> &is_free) {
-    block_.reserve(num_blocks_below(matrix) + 1);
-    rows_ = lower_rows(matrix, [&](int node, int other, const double *first, int stride) {
+BlockGaussSeidel::BlockGaussSeidel(const SymmetricMatrix &matrix) : rows_(lower_rows(matrix)) {
+    block_.reserve(rows_.column.size());
+    for_each_lower_block(matrix, [&](int node, int other, const double *first, int stride) {
         Eigen::Matrix3d block;
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
-                block(i, j) = is_free[3 * node + i] && is_free[3 * other + j] ? first[i * stride + j]
-                                                                              : (node == other && i == j ? 1.0 : 0.0);
+                block(i, j) = first[i * stride + j];
+        (node == other ? diagonal_ : block_).push_back(rounded(block));
         if (node == other)
             inverse_diagonal_.push_back(rounded(block.inverse()));
-        else
-            block_.push_back(rounded(block));
     });
-    block_.push_back({});
-    inverse_diagonal_.push_back({});
-    now_.resize(rows_.node.size());
-    taken_.resize(rows_.node.size());
+}
+
+void BlockGaussSeidel::set_up(const FreeUnknowns &free) {
+    lanes_ = free.lanes();
+    const auto size = 3 * lanes_ * rows_.num_nodes();
+    now_.assign(size, 0.0F);
+    taken_.assign(size, 0.0F);
+    held_.assign(rows_.num_nodes(), -1);
+    held_inverse_.clear();
+    is_free_.clear();
+    for (std::size_t at = 0; at < rows_.num_nodes(); ++at) {
+        std::vector<Eigen::Array3d> of_set;
+        for (const auto &set : free.sets) {
+            auto &is_free = of_set.emplace_back();
+            for (int i = 0; i < 3; ++i)
+                is_free[i] = set[3 * at + i] ? 1.0 : 0.0;
+        }
+        if (std::ranges::all_of(of_set, [](const auto &is_free) { return is_free.minCoeff() > 0.0; }))
+            continue;
+        held_[at] = static_cast<int>(is_free_.size()) / (3 * lanes_);
+        std::vector<Eigen::Matrix3d> inverse;
+        for (const auto &is_free : of_set)
+            inverse.push_back(inverse_of_free(diagonal_[at], is_free));
+        for (int entry = 0; entry < 9; ++entry)
+            for (const int set : free.set)
+                held_inverse_.push_back(static_cast<float>(inverse[set](entry / 3, entry % 3)));
+        for (int i = 0; i < 3; ++i)
+            for (const int set : free.set)
+                is_free_.push_back(static_cast<float>(of_set[set][i]));
+    }
+}
+
+/// The rows of one sweep.
+template <int lanes> class BlockGaussSeidel::Sweep {
+  public:
+    static constexpr std::size_t width = 3 * lanes;
+    using Vector = Triple<float, lanes>;
+
+    explicit Sweep(BlockGaussSeidel &smoother) : of(smoother) { std::ranges::fill(of.taken_, 0.0F); }
+
+    /// Solves the row of a node for it.
+    /// @param others  what the other nodes take
+    [[gnu::always_inline]] void solve(std::size_t at, const double *right_hand_side, const Vector &others) {
+        float rounded[width];
+        for (std::size_t i = 0; i < width; ++i)
+            rounded[i] = static_cast<float>(right_hand_side[i]);
+        Vector left(rounded), solved;
+        left.x -= others.x;
+        left.y -= others.y;
+        left.z -= others.z;
+        if (of.held_[at] < 0) {
+            add_product(of.inverse_diagonal_[at], left, solved);
+        } else {
+            const float *const inverse = &of.held_inverse_[3 * width * of.held_[at]];
+            const Vector first(inverse), second(inverse + width), third(inverse + 2 * width);
+            solved.x = first.x * left.x + first.y * left.y + first.z * left.z;
+            solved.y = second.x * left.x + second.y * left.y + second.z * left.z;
+            solved.z = third.x * left.x + third.y * left.y + third.z * left.z;
+        }
+        solved.put(&of.now_[width * at]);
+    }
+
+    /// What the nodes before one take from its row, and the other way round.
+    [[gnu::always_inline]] void take(int k, Vector &sum) {
+        add_product(of.block_[k], Vector(&of.now_[width * of.rows_.column[k]]), sum);
+    }
+    [[gnu::always_inline]] void give(int k, const Vector &here) {
+        float *const place = &of.taken_[width * of.rows_.column[k]];
+        Vector there(place);
+        add_transposed(of.block_[k], here, there);
+        there.put(place);
+    }
+
+    BlockGaussSeidel &of;
+};
+
+template <int lanes>
+[[gnu::always_inline]] inline void BlockGaussSeidel::forward(std::span<const double> right_hand_side,
+                                                             std::span<double> u, std::span<double> residual) {
+    constexpr auto width = Sweep<lanes>::width;
+    Sweep<lanes> sweep(*this);
+    for (std::size_t at = 0; at < rows_.num_nodes(); ++at) {
+        const auto place = width * at;
+        Triple<float, lanes> before;
+        for (int k = rows_.row_start[at]; k < rows_.row_start[at + 1]; ++k) {
+            ask_ahead(&block_[k], 1);
+            sweep.take(k, before);
+        }
+        sweep.solve(at, &right_hand_side[place], before);
+        const Triple<float, lanes> here(&now_[width * at]);
+        for (int k = rows_.row_start[at]; k < rows_.row_start[at + 1]; ++k)
+            sweep.give(k, here);
+        for (std::size_t i = 0; i < width; ++i)
+            u[place + i] = now_[width * at + i];
+    }
+    // A sweep leaves of each row only what lies behind the diagonal.
+    for (std::size_t at = 0; at < rows_.num_nodes(); ++at) {
+        const auto place = width * at;
+        const float *const is_free = held_[at] < 0 ? nullptr : &is_free_[width * held_[at]];
+        for (std::size_t i = 0; i < width; ++i)
+            residual[place + i] = is_free ? -taken_[width * at + i] * is_free[i] : -taken_[width * at + i];
+    }
+}
+
+template <int lanes>
+[[gnu::always_inline]] inline void BlockGaussSeidel::backward(std::span<const double> right_hand_side,
+                                                              std::span<double> u) {
+    constexpr auto width = Sweep<lanes>::width;
+    for (std::size_t at = 0; at < rows_.num_nodes(); ++at)
+        for (std::size_t i = 0; i < width; ++i)
+            now_[width * at + i] = static_cast<float>(u[width * at + i]);
+    Sweep<lanes> sweep(*this);
+    for (std::size_t at = rows_.num_nodes(); at-- > 0;) {
+        const auto place = width * at;
+        Triple<float, lanes> others(&taken_[width * at]);
+        for (int k = rows_.row_start[at + 1] - 1; k >= rows_.row_start[at]; --k) {
+            ask_ahead(&block_[k], -1);
+            sweep.take(k, others);
+        }
+        sweep.solve(at, &right_hand_side[place], others);
+        const Triple<float, lanes> here(&now_[width * at]);
+        for (int k = rows_.row_start[at + 1] - 1; k >= rows_.row_start[at]; --k)
+            sweep.give(k, here);
+        for (std::size_t i = 0; i < width; ++i)
+            u[place + i] = now_[width * at + i];
+    }
 }
 
 LIVERMARK_WIDE_CLONES
 void BlockGaussSeidel::sweep_forward_from_zero(std::span<const double> right_hand_side, std::span<double> u,
                                                std::span<double> residual) {
-    std::ranges::fill(taken_, Padded<float>{});
-    for (std::size_t at = 0; at < rows_.node.size(); ++at) {
-        RowSum<float> before;
-        for (int k = rows_.row_start[at]; k < rows_.row_start[at + 1]; ++k) {
-            ask_ahead(&block_[k], 1);
-            before.add(block_[k].data(), now_[rows_.column[k]].data());
-        }
-        const auto dof = 3 * static_cast<std::size_t>(rows_.node[at]);
-        now_[at] = solved(inverse_diagonal_[at].data(), &right_hand_side[dof], before.total());
-        for (int k = rows_.row_start[at]; k < rows_.row_start[at + 1]; ++k)
-            add_transposed(block_[k].data(), now_[at].data(), taken_[rows_.column[k]].data());
-        std::copy_n(now_[at].data(), 3, &u[dof]);
+    switch (lanes_) { // a lambda would be compiled for one processor
+    case 1:
+        return forward<1>(right_hand_side, u, residual);
+    case 4:
+        return forward<4>(right_hand_side, u, residual);
+    default:
+        return forward<most_lanes>(right_hand_side, u, residual);
     }
-    // A sweep leaves of each row only what lies behind the diagonal.
-    for (std::size_t at = 0; at < rows_.node.size(); ++at)
-        for (std::size_t i = 0; i < 3; ++i)
-            residual[3 * static_cast<std::size_t>(rows_.node[at]) + i] = -taken_[at][i];
 }
 
 LIVERMARK_WIDE_CLONES
 void BlockGaussSeidel::sweep_backward(std::span<const double> right_hand_side, std::span<double> u) {
-    for (std::size_t at = 0; at < rows_.node.size(); ++at)
-        now_[at] = rounded(&u[3 * static_cast<std::size_t>(rows_.node[at])]);
-    std::ranges::fill(taken_, Padded<float>{});
-    for (std::size_t at = rows_.node.size(); at-- > 0;) {
-        RowSum<float> before;
-        for (int k = rows_.row_start[at + 1] - 1; k >= rows_.row_start[at]; --k) {
-            ask_ahead(&block_[k], -1);
-            before.add(block_[k].data(), now_[rows_.column[k]].data());
-        }
-        auto others = before.total();
-        for (std::size_t i = 0; i < 3; ++i)
-            others[i] += taken_[at][i];
-        const auto dof = 3 * static_cast<std::size_t>(rows_.node[at]);
-        now_[at] = solved(inverse_diagonal_[at].data(), &right_hand_side[dof], others);
-        for (int k = rows_.row_start[at + 1] - 1; k >= rows_.row_start[at]; --k)
-            add_transposed(block_[k].data(), now_[at].data(), taken_[rows_.column[k]].data());
-        std::copy_n(now_[at].data(), 3, &u[dof]);
+    switch (lanes_) {
+    case 1:
+        return backward<1>(right_hand_side, u);
+    case 4:
+        return backward<4>(right_hand_side, u);
+    default:
+        return backward<most_lanes>(right_hand_side, u);
     }
 }
 

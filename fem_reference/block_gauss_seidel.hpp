@@ -3,39 +3,52 @@
 #include <span>
 #include <vector>
 
+#include "fem_reference/columns.hpp"
 #include "fem_reference/elastic_system.hpp"
 #include "fem_reference/node_order.hpp"
 #include "fem_reference/rows_of_blocks.hpp"
 
 namespace livermark::fem_reference {
 
-/// Gauss-Seidel sweeps over the nodes of a system, three components at a time, in an order that keeps neighbours near
-/// each other. A smoother lives from the memory that it does not move: it is in single precision, and of the blocks
-/// only those below the diagonal are kept. What a row of them takes from the nodes before gives, transposed, what
-/// these nodes take from it, so each sweep reads them once.
+/// Gauss-Seidel sweeps over the nodes of a system, three components at a time. A smoother lives from the memory that it
+/// does not move: it is in single precision, and of the blocks only those below the diagonal are kept. What a row of
+/// them takes from the nodes before gives, transposed, what these nodes take from it, so each sweep reads them once.
+/// Neighbours should be near each other, see NodeOrder.
 class BlockGaussSeidel {
   public:
-    /// @param matrix   of 3 x 3 blocks, as ElasticSystem has it
-    /// @param is_free  shape (3 n); the rows and columns of the others are those of the unit matrix
-    BlockGaussSeidel(const SymmetricMatrix &matrix, const std::vector<bool> &is_free);
+    /// @param matrix  of 3 x 3 blocks, as ElasticSystem has it
+    explicit BlockGaussSeidel(const SymmetricMatrix &matrix);
+
+    /// From now on sweeps are over the free unknowns of each column; the others are zero in whatever comes out.
+    void set_up(const FreeUnknowns &free);
 
     /// One sweep from the first node to the last, from zero.
-    /// @param right_hand_side  shape (3 n), zero where not free
-    /// @param u                shape (3 n), what it was does not matter
-    /// @param residual         shape (3 n) right_hand_side - K u
+    /// @param right_hand_side  shape (3 n, lanes)
+    /// @param u                shape (3 n, lanes), what it was does not matter
+    /// @param residual         shape (3 n, lanes) right_hand_side - K u
     void sweep_forward_from_zero(std::span<const double> right_hand_side, std::span<double> u,
                                  std::span<double> residual);
 
     /// One sweep from the last node to the first: the adjoint of the forward one.
-    /// @param u  shape (3 n), improved
+    /// @param u  shape (3 n, lanes), zero where not free; improved
     void sweep_backward(std::span<const double> right_hand_side, std::span<double> u);
 
   private:
+    template <int lanes> class Sweep;
+    template <int lanes>
+    void forward(std::span<const double> right_hand_side, std::span<double> u, std::span<double> residual);
+    template <int lanes> void backward(std::span<const double> right_hand_side, std::span<double> u);
+
     LowerRows rows_;
-    std::vector<Block<float>> block_;            ///< (blocks + 1) and a last one that may be read
-    std::vector<Block<float>> inverse_diagonal_; ///< (n + 1) likewise
-    std::vector<Padded<float>> now_;             ///< (n) what a sweep works on
-    std::vector<Padded<float>> taken_;           ///< (n) K u of the rows behind
+    std::vector<Block<float>> block_;            ///< (blocks)
+    std::vector<Block<float>> diagonal_;         ///< (n)
+    std::vector<Block<float>> inverse_diagonal_; ///< (n) where all is free
+    int lanes_ = 0;
+    std::vector<int> held_;           ///< (n) index into the next two, -1 where all columns are free
+    std::vector<float> held_inverse_; ///< (9, lanes) each: of the free rows and columns, otherwise zero
+    std::vector<float> is_free_;      ///< (3, lanes) each: 1 or 0
+    std::vector<float> now_;          ///< (n, 3, lanes) what a sweep works on
+    std::vector<float> taken_;        ///< (n, 3, lanes) K u of the rows behind
 };
 
 } // namespace livermark::fem_reference

@@ -10,25 +10,45 @@ namespace livermark::fem_reference {
 
 namespace {
 
-/// A sparse Cholesky factor as a preconditioner that is exact.
+/// Sparse Cholesky factors as a preconditioner that is exact: one for each set of unknowns that are free.
 class Factor : public Preconditioner {
   public:
-    explicit Factor(ConstrainedSolver &solver) : solver_(solver) {}
+    /// @param first  of the first set, shared with who solves with it alone
+    Factor(const SymmetricMatrix &stiffness, ConstrainedSolver &first) : stiffness_(stiffness), first_(first) {}
 
-    bool set_up(const std::vector<bool> &is_free) override {
-        std::vector<double> prescribed(is_free.size(), 0.0);
-        for (std::size_t dof = 0; dof < is_free.size(); ++dof)
-            if (is_free[dof])
-                prescribed[dof] = std::numeric_limits<double>::quiet_NaN();
-        return solver_.factorise(prescribed);
+    bool set_up(const FreeUnknowns &free) override {
+        while (others_.size() + 1 < free.sets.size())
+            others_.emplace_back(stiffness_);
+        columns_.assign(free.sets.size(), {});
+        for (int lane = 0; lane < free.lanes(); ++lane)
+            columns_[free.set[lane]].push_back(lane);
+        bool unique = true;
+        for (std::size_t s = 0; s < free.sets.size(); ++s) {
+            const auto &is_free = free.sets[s];
+            std::vector<double> prescribed(is_free.size(), 0.0);
+            for (std::size_t dof = 0; dof < is_free.size(); ++dof)
+                if (is_free[dof])
+                    prescribed[dof] = std::numeric_limits<double>::quiet_NaN();
+            unique = solver(s).factorise(prescribed) && unique;
+        }
+        lanes_ = free.lanes();
+        return unique;
     }
     void apply(std::span<const double> residual, std::span<double> correction) override {
-        solver_.solve_held(residual, correction);
+        for (std::size_t s = 0; s < columns_.size(); ++s)
+            solver(s).solve_held(residual, correction, lanes_, columns_[s]);
     }
+    std::size_t max_columns() const override { return most_lanes; }
     std::string name() const override { return "CHOLMOD"; }
 
   private:
-    ConstrainedSolver &solver_;
+    ConstrainedSolver &solver(std::size_t set) { return set == 0 ? first_ : others_[set - 1]; }
+
+    const SymmetricMatrix &stiffness_;
+    ConstrainedSolver &first_;
+    std::vector<ConstrainedSolver> others_;
+    std::vector<std::vector<int>> columns_; ///< of each set
+    int lanes_ = 0;
 };
 
 } // namespace
@@ -39,7 +59,7 @@ ChosenSolver::ChosenSolver(const ElasticSystem &system, SolverChoice choice) : s
         iterative_.emplace(system.stiffness, algebraic_multigrid(system));
     } else {
         direct_.emplace(system.stiffness);
-        factor_ = std::make_unique<Factor>(*direct_);
+        factor_ = std::make_unique<Factor>(system.stiffness, *direct_);
     }
 }
 
@@ -55,23 +75,45 @@ void ChosenSolver::set_up(std::span<const double> prescribed) {
         iterative_->set_up(prescribed);
 }
 
-ConstrainedSolution ChosenSolver::solve(std::span<const double> prescribed, std::span<const double> load, double size) {
-    return direct_ ? direct_->solve(prescribed, load) : iterative_->solve(prescribed, load, size);
+ConstrainedSolution ChosenSolver::solve(std::span<const double> prescribed, std::span<const double> load) {
+    return direct_ ? direct_->solve(prescribed, load) : iterative_->solve(prescribed, load);
+}
+
+std::vector<bool> ChosenSolver::add_solution(std::span<double> residual, std::span<const double> size,
+                                             std::span<double> u, std::span<const std::size_t> held) {
+    std::vector<bool> converged(size.size(), true);
+    if (direct_) {
+        std::vector<double> correction(u.size());
+        factor_->apply(residual, correction);
+        for (std::size_t i = 0; i < u.size(); ++i)
+            u[i] += correction[i];
+    } else {
+        const auto ending = iterative_->add_solution(residual, size, u, held);
+        for (std::size_t c = 0; c < converged.size(); ++c)
+            converged[c] = ending.converged(c);
+    }
+    return converged;
 }
 
 double ChosenSolver::setup_seconds() const {
     return direct_ ? direct_->factor_seconds() : iterative_->setup_seconds();
 }
 
-void ChosenSolver::multiply(std::span<const double> x, std::span<double> out) const {
-    if (direct_)
+void ChosenSolver::multiply(std::span<const double> x, std::span<double> out, int lanes) const {
+    if (!direct_)
+        iterative_->multiply(x, out);
+    else if (lanes == 1)
         multiply_stiffness(*stiffness_, x, out);
     else
-        iterative_->multiply(x, out);
+        fem_reference::multiply(*stiffness_, x, out, lanes);
 }
 
 Preconditioner &ChosenSolver::inverse() {
     return direct_ ? *factor_ : iterative_->preconditioner();
+}
+
+std::size_t ChosenSolver::max_columns() const {
+    return direct_ ? 1 : iterative_->preconditioner().max_columns(); // factors of several sets fill the memory
 }
 
 std::string ChosenSolver::description(const ConstrainedSolution &solution) const {

@@ -25,18 +25,29 @@ class ChosenSolver {
     void set_up(std::span<const double> prescribed);
 
     /// Sets up if need be, and solves.
-    /// @param size  what the tolerance of iterations is relative to; the norm of the right-hand side where it is 0
-    ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load, double size = 0.0);
+    ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load);
+
+    /// u_c += K^-1 residual_c on the free unknowns that inverse() is set up for, as tightly as this solver can.
+    /// @param residual  shape (n, lanes), see columns.hpp; zero where not free, used up
+    /// @param size      shape (lanes), what the tolerance of iterations is relative to
+    /// @param u         shape (n, lanes)
+    /// @param held      entries that are not free, see held_entries()
+    /// @return shape (lanes) whether that was found
+    std::vector<bool> add_solution(std::span<double> residual, std::span<const double> size, std::span<double> u,
+                                   std::span<const std::size_t> held);
 
     /// Seconds that the set-up in use took, also when it was made for an earlier solve.
     double setup_seconds() const;
 
-    /// out = K x, whatever is prescribed
-    /// @param x, out  shape (n), not the same
-    void multiply(std::span<const double> x, std::span<double> out) const;
+    /// out_c = K x_c, whatever is prescribed
+    /// @param x, out  shape (n, lanes), not the same
+    void multiply(std::span<const double> x, std::span<double> out, int lanes = 1) const;
 
     /// An approximate inverse of the matrix: the factor, or the preconditioner of the iterative solver.
     Preconditioner &inverse();
+
+    /// How many right-hand sides take less time together than one by one.
+    std::size_t max_columns() const;
 
     /// For the result file.
     std::string description(const ConstrainedSolution &solution) const;

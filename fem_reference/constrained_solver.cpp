@@ -3,6 +3,7 @@
 #include <cholmod.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
@@ -56,7 +57,7 @@ struct ConstrainedSolver::Impl {
     }
 
     void factorise(std::span<const double> prescribed);
-    std::vector<double> solve_free(std::vector<double> right_hand_side);
+    std::vector<double> solve_free(std::vector<double> right_hand_sides);
 
     const SymmetricMatrix &stiffness;
     cholmod_common common{};
@@ -119,19 +120,21 @@ void ConstrainedSolver::Impl::factorise(std::span<const double> prescribed) {
     factor_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-std::vector<double> ConstrainedSolver::Impl::solve_free(std::vector<double> right_hand_side) {
+/// @param right_hand_sides  one behind the other
+std::vector<double> ConstrainedSolver::Impl::solve_free(std::vector<double> right_hand_sides) {
     cholmod_dense b{};
-    b.nrow = b.nzmax = b.d = right_hand_side.size();
-    b.ncol = 1;
-    b.x = right_hand_side.data();
+    b.nzmax = right_hand_sides.size();
+    b.nrow = b.d = free_dofs.size();
+    b.ncol = b.nzmax / b.nrow;
+    b.x = right_hand_sides.data();
     b.xtype = CHOLMOD_REAL;
     b.dtype = CHOLMOD_DOUBLE;
     cholmod_dense *x = cholmod_solve(CHOLMOD_A, factor, &b, &common);
     check("solve with");
     const double *const values = static_cast<const double *>(x->x);
-    right_hand_side.assign(values, values + x->nrow);
+    right_hand_sides.assign(values, values + x->nzmax);
     cholmod_free_dense(&x, &common);
-    return right_hand_side;
+    return right_hand_sides;
 }
 
 ConstrainedSolver::ConstrainedSolver(const SymmetricMatrix &stiffness) : impl_(std::make_unique<Impl>(stiffness)) {}
@@ -144,18 +147,29 @@ bool ConstrainedSolver::factorise(std::span<const double> prescribed) {
     return impl_->unique;
 }
 
-void ConstrainedSolver::solve_held(std::span<const double> load, std::span<double> u) {
+void ConstrainedSolver::solve_held(std::span<const double> load, std::span<double> u, int lanes,
+                                   std::span<const int> columns) {
     const auto &free_dofs = impl_->free_dofs;
-    std::ranges::fill(u, 0.0);
+    for (const int column : columns)
+        for (std::size_t entry = column; entry < u.size(); entry += lanes)
+            u[entry] = 0.0;
     if (free_dofs.empty())
         return;
-    std::vector<double> right_hand_side;
-    right_hand_side.reserve(free_dofs.size());
-    for (const int dof : free_dofs)
-        right_hand_side.push_back(load[dof]);
-    const auto answer = impl_->solve_free(std::move(right_hand_side));
-    for (std::size_t i = 0; i < free_dofs.size(); ++i)
-        u[free_dofs[i]] = answer[i];
+    std::vector<double> right_hand_sides;
+    right_hand_sides.reserve(free_dofs.size() * columns.size());
+    for (const int column : columns)
+        for (const int dof : free_dofs)
+            right_hand_sides.push_back(load[static_cast<std::size_t>(lanes) * dof + column]);
+    const auto answers = impl_->solve_free(std::move(right_hand_sides));
+    auto answer = answers.begin();
+    for (const int column : columns)
+        for (const int dof : free_dofs)
+            u[static_cast<std::size_t>(lanes) * dof + column] = *answer++;
+}
+
+void ConstrainedSolver::solve_held(std::span<const double> load, std::span<double> u) {
+    constexpr std::array only{0};
+    solve_held(load, u, 1, only);
 }
 
 ConstrainedSolution ConstrainedSolver::solve(std::span<const double> prescribed, std::span<const double> load) {

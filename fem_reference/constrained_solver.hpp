@@ -19,6 +19,12 @@ struct ConstrainedSolution {
     double relative_residual = 0.0;   ///< at which it stopped
 };
 
+/// What a solve is to answer, for n rows.
+struct Conditions {
+    std::span<const double> prescribed; ///< (n) NaN where an unknown is free
+    std::span<const double> load;       ///< (n)
+};
+
 /// K u = f with some unknowns prescribed. The factor (sparse Cholesky, CHOLMOD) of the rows that are free is kept and
 /// used again as long as the same unknowns are prescribed, whatever their values.
 class ConstrainedSolver {
@@ -42,8 +48,12 @@ class ConstrainedSolver {
 
     /// Solves with the factor in use and the prescribed unknowns at zero, and looks at no residual: the inner step of
     /// iterations. Only after a factorise() that returned true.
-    /// @param load  shape (n), those on prescribed unknowns do not count
-    /// @param u     shape (n)
+    /// @param load     shape (n, lanes), see columns.hpp; those on prescribed unknowns do not count
+    /// @param u        shape (n, lanes)
+    /// @param columns  to be solved for, each < lanes; the others are not looked at
+    void solve_held(std::span<const double> load, std::span<double> u, int lanes, std::span<const int> columns);
+
+    /// The same for a single vector.
     void solve_held(std::span<const double> load, std::span<double> u);
 
     /// Seconds that the factor in use took, also when it was made for an earlier solve.

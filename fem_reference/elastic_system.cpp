@@ -9,11 +9,13 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <numeric>
 #include <span>
 #include <stdexcept>
 #include <string>
 
 #include "fem_reference/deal_ii_mesh.hpp"
+#include "fem_reference/node_order.hpp"
 
 namespace livermark::fem_reference {
 
@@ -32,6 +34,23 @@ std::vector<int> number_nodes(const dealii::DoFHandler<3> &dof_handler, int num_
         if (number < 0)
             number = next++;
     return node;
+}
+
+/// Numbers nodes so that neighbours are near each other.
+/// @param system  with nodes and cells, and nothing that depends on their numbers yet
+/// @param node    of each unknown of the scalar space
+void number_by_distance(ElasticSystem &system, std::vector<int> &node) {
+    const auto order = order_by_distance(system.cell_nodes, system.nodes_per_cell, system.num_nodes());
+    std::vector<int> place(order.size());
+    std::vector<core::Vector3> points;
+    for (std::size_t at = 0; at < order.size(); ++at) {
+        place[order[at]] = static_cast<int>(at);
+        points.push_back(system.points[order[at]]);
+    }
+    system.points = std::move(points);
+    for (auto *const numbers : {&system.mesh_node, &system.cell_nodes, &node})
+        for (int &number : *numbers)
+            number = place[number];
 }
 
 /// The zero matrix with a 3 x 3 block for every two nodes that share a cell.
@@ -174,7 +193,7 @@ void integrate_facets(ElasticSystem &system, const core::TetraMesh &mesh, const 
 
 } // namespace
 
-ElasticSystem assemble(const core::Body &body, int degree) {
+ElasticSystem assemble(const core::Body &body, int degree, NodeOrder order) {
     if (degree != 1 && degree != 2)
         throw std::invalid_argument("finite elements of degree " + std::to_string(degree) +
                                     " are not there; use 1 or 2");
@@ -190,9 +209,11 @@ ElasticSystem assemble(const core::Body &body, int degree) {
     ElasticSystem system;
     system.nodes_per_cell = static_cast<int>(fe.n_dofs_per_cell());
     system.nodes_per_facet = degree == 1 ? 3 : 6;
-    const auto node = number_nodes(dof_handler, body.mesh.num_nodes());
+    auto node = number_nodes(dof_handler, body.mesh.num_nodes());
     system.points = body.mesh.points;
     system.points.resize(node.size());
+    system.mesh_node.resize(body.mesh.points.size());
+    std::iota(system.mesh_node.begin(), system.mesh_node.end(), 0);
     std::vector<dealii::types::global_dof_index> dofs(fe.n_dofs_per_cell());
     system.cell_nodes.reserve(body.mesh.tetrahedra.size() * dofs.size());
     for (const auto &cell : dof_handler.active_cell_iterators()) {
@@ -208,6 +229,8 @@ ElasticSystem assemble(const core::Body &body, int degree) {
             system.points[nodes[a]] = point;
         }
     }
+    if (order == NodeOrder::by_distance)
+        number_by_distance(system, node);
     system.mass_share = integrate_mass_share(fe);
     system.mass_integral.assign(system.points.size(), 0.0);
     system.stiffness = block_pattern(system);

@@ -18,9 +18,9 @@ struct SymmetricMatrix {
 /// Linear elasticity of one body, discretised on its tetrahedra with Lagrange elements and before any condition is put
 /// on it. Everything is plain data, so that only the assembly has to see deal.II.
 ///
-/// The first N nodes are those of the mesh, in its numbering; with quadratic elements the edge midpoints follow.
 /// The unknown of node a and component i is 3 a + i.
 struct ElasticSystem {
+    std::vector<int> mesh_node;         ///< (N) the node at each node of the mesh
     int nodes_per_cell = 0;             ///< 4 or 10
     int nodes_per_facet = 0;            ///< 3 or 6
     std::vector<core::Vector3> points;  ///< (n) [m]
@@ -36,12 +36,18 @@ struct ElasticSystem {
     int num_nodes() const { return static_cast<int>(points.size()); }
 };
 
+/// How the nodes of a system are numbered.
+enum class NodeOrder {
+    of_mesh,    ///< the first N are those of the mesh, in its numbering; with quadratic elements edge midpoints follow
+    by_distance ///< neighbours near each other, see order_by_distance(): for iterations, which live from the caches
+};
+
 /// Assembles a body.
 /// K_(ai)(bj) = sum over t of the integral of lambda g_ai g_bj + mu g_aj g_bi + mu delta_ij g_a . g_b, with g_a the
 /// gradient of shape function a (the weak form of isotropic linear elasticity in the Lame parameters).
 /// @param body    tetrahedra of positive volume, every node used
 /// @param degree  1 or 2
 /// @throws std::invalid_argument for another degree, or if a boundary triangle is not an outer face of the tetrahedra
-ElasticSystem assemble(const core::Body &body, int degree);
+ElasticSystem assemble(const core::Body &body, int degree, NodeOrder order = NodeOrder::of_mesh);
 
 } // namespace livermark::fem_reference

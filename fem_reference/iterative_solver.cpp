@@ -1,5 +1,7 @@
 #include "fem_reference/iterative_solver.hpp"
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 
@@ -9,54 +11,16 @@ namespace livermark::fem_reference {
 
 namespace {
 
-void keep_free(const std::vector<bool> &is_free, std::span<double> vector) {
-    for (std::size_t i = 0; i < vector.size(); ++i)
-        if (!is_free[i])
-            vector[i] = 0.0;
+void keep_free(std::span<const std::size_t> held, std::span<double> vector) {
+    for (const auto entry : held)
+        vector[entry] = 0.0;
 }
 
-/// How conjugate gradients ended.
-struct Ending {
-    int iterations = 0;
-    double relative_residual = 0.0;
-};
-
-/// Conjugate gradients for the free rows (Hestenes and Stiefel 1952). Each direction is made conjugate to the last one
-/// outright, which forgives a preconditioner that is symmetric only to single precision.
-/// @param residual  shape (n), the right-hand side, zero where not free; used up
-/// @param size      what the residual is relative to; its own norm where it is 0
-/// @param u         shape (n), the solution is added to its free entries
-Ending conjugate_gradients(const SymmetricBlocks &matrix, const std::vector<bool> &is_free,
-                           Preconditioner &preconditioner, int max_iterations, std::vector<double> residual,
-                           double size, std::vector<double> &u) {
-    const double start = std::sqrt(dot(residual, residual));
-    Ending ending;
-    if (start == 0.0)
-        return ending;
-    const double whole = size > 0.0 ? size : start;
-    std::vector<double> direction(u.size(), 0.0), image(u.size(), 0.0), correction(u.size(), 0.0);
-    double curvature = 1.0; // p^T K p
-    ending.relative_residual = start / whole;
-    while (ending.relative_residual > IterativeSolver::tolerance && ending.iterations < max_iterations) {
-        preconditioner.apply(residual, correction);
-        // The image still holds K times the last direction, to which the new one has to be conjugate.
-        const double beta = -dot(image, correction) / curvature;
-        for (std::size_t i = 0; i < u.size(); ++i)
-            direction[i] = correction[i] + beta * direction[i];
-        matrix.multiply(direction, image);
-        keep_free(is_free, image);
-        curvature = dot(direction, image);
-        const double alpha = dot(residual, direction) / curvature;
-        if (!(curvature > 0.0) || !std::isfinite(alpha))
-            break; // not positive definite: what there is so far is the answer, and it has not converged
-        for (std::size_t i = 0; i < u.size(); ++i) {
-            u[i] += alpha * direction[i];
-            residual[i] -= alpha * image[i];
-        }
-        ++ending.iterations;
-        ending.relative_residual = std::sqrt(dot(residual, residual)) / whole;
-    }
-    return ending;
+/// direction_c = correction_c + beta_c direction_c
+void turn(std::span<const double> correction, std::span<const double> beta, std::span<double> direction) {
+    scale(beta, direction);
+    for (std::size_t i = 0; i < direction.size(); ++i)
+        direction[i] += correction[i];
 }
 
 } // namespace
@@ -67,21 +31,65 @@ IterativeSolver::IterativeSolver(const SymmetricMatrix &stiffness, std::unique_p
 
 bool IterativeSolver::set_up(std::span<const double> prescribed) {
     const auto start = std::chrono::steady_clock::now();
-    std::vector<bool> wanted(prescribed.size());
-    for (std::size_t i = 0; i < prescribed.size(); ++i)
-        wanted[i] = std::isnan(prescribed[i]);
-    const bool is_new = wanted != is_free_;
-    is_free_.clear(); // what follows may throw
+    auto wanted = free_unknowns(std::array{prescribed});
+    const bool is_new = wanted != free_;
+    free_ = {}; // what follows may throw
     // The preconditioner knows best whether it is still what it was: it may share parts with another one.
     const bool unique = preconditioner_->set_up(wanted);
-    is_free_ = std::move(wanted);
+    free_ = std::move(wanted);
     if (is_new)
         setup_seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return unique;
 }
 
-ConstrainedSolution IterativeSolver::solve(std::span<const double> prescribed, std::span<const double> load,
-                                           double size) {
+/// Conjugate gradients (Hestenes and Stiefel 1952), each column on its own but for the matrices that they read
+/// together; a column that has converged waits for the others. Each direction is made conjugate to the last one
+/// outright, which forgives a preconditioner that is symmetric only to single precision.
+IterativeSolver::Ending IterativeSolver::add_solution(std::span<double> residual, std::span<const double> size,
+                                                      std::span<double> u, std::span<const std::size_t> held) {
+    const int lanes = static_cast<int>(size.size());
+    const auto norms = [&] { return roots_of(dots(residual, residual, lanes)); };
+    const auto start = norms();
+    Ending ending;
+    ending.relative_residual.assign(lanes, 0.0);
+    std::vector<bool> is_at_work(lanes, true);
+    const auto look = [&](const std::vector<double> &norm) {
+        for (int c = 0; c < lanes; ++c) {
+            const double whole = size[c] > 0.0 ? size[c] : start[c];
+            ending.relative_residual[c] = start[c] > 0.0 ? norm[c] / whole : 0.0;
+            is_at_work[c] = is_at_work[c] && ending.relative_residual[c] > tolerance;
+        }
+        return std::ranges::count(is_at_work, true) > 0;
+    };
+
+    std::vector<double> direction(u.size(), 0.0), image(u.size(), 0.0), correction(u.size(), 0.0);
+    std::vector<double> curvature(lanes, 1.0); // p^T K p
+    for (auto norm = start; look(norm) && ending.iterations < max_iterations_; norm = norms()) {
+        preconditioner_->apply(residual, correction);
+        // The image still holds K times the last direction, to which the new one has to be conjugate.
+        auto beta = dots(image, correction, lanes);
+        for (int c = 0; c < lanes; ++c)
+            beta[c] = is_at_work[c] ? -beta[c] / curvature[c] : 0.0;
+        turn(correction, beta, direction);
+        multiply(direction, image);
+        keep_free(held, image);
+        curvature = dots(direction, image, lanes);
+        auto alpha = dots(residual, direction, lanes);
+        for (int c = 0; c < lanes; ++c) {
+            alpha[c] = is_at_work[c] ? alpha[c] / curvature[c] : 0.0;
+            if (is_at_work[c] && (!(curvature[c] > 0.0) || !std::isfinite(alpha[c])))
+                return ending; // not positive definite: what there is so far is the answer, and it has not converged
+        }
+        add_scaled(alpha, direction, u);
+        for (double &factor : alpha)
+            factor = -factor;
+        add_scaled(alpha, image, residual);
+        ++ending.iterations;
+    }
+    return ending;
+}
+
+ConstrainedSolution IterativeSolver::solve(std::span<const double> prescribed, std::span<const double> load) {
     ConstrainedSolution solution;
     solution.unique = set_up(prescribed);
     if (!solution.unique)
@@ -89,7 +97,7 @@ ConstrainedSolution IterativeSolver::solve(std::span<const double> prescribed, s
     auto &u = solution.displacement;
     u.resize(prescribed.size());
     for (std::size_t i = 0; i < u.size(); ++i)
-        u[i] = is_free_[i] ? 0.0 : prescribed[i];
+        u[i] = std::isnan(prescribed[i]) ? 0.0 : prescribed[i];
     const auto imbalance = [&] { // f - K u
         std::vector<double> out(u.size());
         multiply(u, out);
@@ -97,13 +105,13 @@ ConstrainedSolution IterativeSolver::solve(std::span<const double> prescribed, s
             out[i] = load[i] - out[i];
         return out;
     };
+    const auto held = held_entries(free_);
     auto right_hand_side = imbalance();
-    keep_free(is_free_, right_hand_side);
-    const auto ending = conjugate_gradients(stiffness_, is_free_, *preconditioner_, max_iterations_,
-                                            std::move(right_hand_side), size, u);
+    keep_free(held, right_hand_side);
+    const auto ending = add_solution(right_hand_side, std::array{0.0}, u, held);
     solution.iterations = ending.iterations;
-    solution.relative_residual = ending.relative_residual;
-    solution.converged = ending.relative_residual <= tolerance;
+    solution.relative_residual = ending.relative_residual.front();
+    solution.converged = ending.converged(0);
     solution.residual = imbalance();
     for (double &entry : solution.residual)
         entry = -entry;

@@ -28,11 +28,25 @@ class IterativeSolver {
     /// Sets up if need be, and solves. A solution that has not converged says so and is the last iterate.
     /// @param prescribed  shape (n), NaN where an unknown is free
     /// @param load        shape (n), loads on prescribed unknowns count in the residual
-    /// @param size        what the tolerance is relative to; the norm of the right-hand side where it is 0
-    ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load, double size = 0.0);
+    ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load);
 
-    /// out = K x, whatever is prescribed
-    /// @param x, out  shape (n), not the same
+    /// How the iteration ended in each column.
+    struct Ending {
+        int iterations = 0;
+        std::vector<double> relative_residual; ///< (lanes)
+        bool converged(std::size_t column) const { return relative_residual[column] <= tolerance; }
+    };
+
+    /// u_c += K^-1 residual_c on the free unknowns that the preconditioner is set up for.
+    /// @param residual  shape (n, lanes), see columns.hpp; zero where not free, used up
+    /// @param size      shape (lanes), what the tolerance is relative to; the norm of the residual where it is 0
+    /// @param u         shape (n, lanes)
+    /// @param held      entries that are not free, see held_entries()
+    Ending add_solution(std::span<double> residual, std::span<const double> size, std::span<double> u,
+                        std::span<const std::size_t> held);
+
+    /// out_c = K x_c, whatever is prescribed
+    /// @param x, out  shape (n, lanes), not the same
     void multiply(std::span<const double> x, std::span<double> out) const { stiffness_.multiply(x, out); }
 
     Preconditioner &preconditioner() const { return *preconditioner_; }
@@ -44,7 +58,7 @@ class IterativeSolver {
     SymmetricBlocks stiffness_;
     std::unique_ptr<Preconditioner> preconditioner_;
     int max_iterations_;
-    std::vector<bool> is_free_;
+    FreeUnknowns free_;
     double setup_seconds_ = 0.0;
 };
 

@@ -1,8 +1,10 @@
 #include "fem_reference/linear_elasticity.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <fmt/format.h>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <stdexcept>
@@ -37,7 +39,8 @@ struct Discretisation {
         if (degree != 2)
             throw std::invalid_argument("the mixed formulation takes quadratic elements, not those of degree " +
                                         std::to_string(degree));
-        system = assemble(without_pressure(body), degree);
+        const auto order = has_pressure(body) ? NodeOrder::by_distance : NodeOrder::of_mesh;
+        system = assemble(without_pressure(body), degree, order);
         pressure = assemble_pressure(body, system);
     }
 
@@ -91,6 +94,10 @@ struct StaticSolver::Impl {
                      : solver.solve(conditions.prescribed, conditions.load);
     }
 
+    core::Solution solution(const core::LoadCase &load_case, const DofConditions &conditions,
+                            const ConstrainedSolution &found) const;
+    std::vector<core::Solution> solve_together(std::span<const core::LoadCase> load_cases);
+
     std::shared_ptr<const core::Body> body;
     Formulation formulation;
     Clock::time_point start;
@@ -110,24 +117,17 @@ StaticSolver::~StaticSolver() = default;
 StaticSolver::StaticSolver(StaticSolver &&) noexcept = default;
 StaticSolver &StaticSolver::operator=(StaticSolver &&) noexcept = default;
 
-core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
-    const auto &mesh = impl_->body->mesh;
-    check_facets(load_case, mesh);
-    const auto conditions_start = Clock::now();
-    const auto conditions = dof_conditions(load_case, impl_->matrices.system);
-    const double conditions_seconds = seconds_since(conditions_start);
-    impl_->solver.set_up(conditions.prescribed);
-    const auto solve_start = Clock::now();
-    const auto found = impl_->solve(conditions);
-
+/// @return without the seconds of the solve
+core::Solution StaticSolver::Impl::solution(const core::LoadCase &load_case, const DofConditions &conditions,
+                                            const ConstrainedSolution &found) const {
+    const auto &mesh = body->mesh;
     core::Solution solution;
-    solution.degrees_of_freedom =
-        static_cast<std::int64_t>(conditions.load.size()) + impl_->matrices.pressure.num_pressures();
+    solution.degrees_of_freedom = static_cast<std::int64_t>(conditions.load.size()) + matrices.pressure.num_pressures();
     solution.displacement.assign(mesh.points.size(), core::Vector3::Constant(nan));
     if (found.unique) {
         for (int node = 0; node < mesh.num_nodes(); ++node)
             for (int i = 0; i < 3; ++i)
-                solution.displacement[node][i] = found.displacement[3 * node + i];
+                solution.displacement[node][i] = found.displacement[3 * matrices.system.mesh_node[node] + i];
         solution.reaction.assign(load_case.constraint_names.size(), core::Vector3::Zero());
         for (std::size_t dof = 0; dof < conditions.constraint.size(); ++dof)
             if (const int owner = conditions.constraint[dof]; owner >= 0)
@@ -137,8 +137,8 @@ core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
             solution.status = core::SolutionStatus::not_converged;
             solution.message = fmt::format("{} stopped after {} iterations at a relative residual of "
                                            "{:.1e}; use the direct solver",
-                                           impl_->mixed ? "minimal residuals" : "conjugate gradients", found.iterations,
-                                           found.relative_residual);
+                                           mixed ? "generalised minimal residuals" : "conjugate gradients",
+                                           found.iterations, found.relative_residual);
         }
     } else {
         solution.status = core::SolutionStatus::not_converged;
@@ -147,12 +147,68 @@ core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
         solution.reaction.assign(load_case.constraint_names.size(), core::Vector3::Constant(nan));
         solution.strain_energy = nan;
     }
-    solution.solver = impl_->mixed ? impl_->mixed->description(found) : impl_->solver.description(found);
-    solution.setup_seconds = impl_->assembly_seconds + impl_->solver.setup_seconds();
+    solution.solver = mixed ? mixed->description(found) : solver.description(found);
+    solution.setup_seconds = assembly_seconds + solver.setup_seconds();
+    return solution;
+}
+
+core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
+    check_facets(load_case, impl_->body->mesh);
+    const auto conditions_start = Clock::now();
+    const auto conditions = dof_conditions(load_case, impl_->matrices.system);
+    const double conditions_seconds = seconds_since(conditions_start);
+    impl_->solver.set_up(conditions.prescribed);
+    const auto solve_start = Clock::now();
+    const auto found = impl_->solve(conditions);
+    auto solution = impl_->solution(load_case, conditions, found);
     solution.solve_seconds = conditions_seconds + seconds_since(solve_start);
     if (load_case.release && found.unique && impl_->formulation == Formulation::displacement)
         solution.history = release(*impl_->body, impl_->matrices.system, load_case, found.displacement);
     return solution;
+}
+
+/// @param load_cases  more than one, not more than max_columns()
+std::vector<core::Solution> StaticSolver::Impl::solve_together(std::span<const core::LoadCase> load_cases) {
+    const auto solve_start = Clock::now();
+    std::vector<DofConditions> all;
+    for (const auto &load_case : load_cases) {
+        check_facets(load_case, body->mesh);
+        all.push_back(dof_conditions(load_case, matrices.system));
+    }
+    std::vector<Conditions> conditions;
+    for (const auto &of_one : all)
+        conditions.push_back({of_one.prescribed, of_one.load});
+    const auto found = mixed->solve(conditions);
+    std::vector<core::Solution> solutions;
+    for (std::size_t c = 0; c < found.size(); ++c) {
+        auto &solution = solutions.emplace_back(this->solution(load_cases[c], all[c], found[c]));
+        solution.solver += fmt::format(", {} load cases together", found.size());
+    }
+    for (auto &solution : solutions)
+        solution.solve_seconds = seconds_since(solve_start) / static_cast<double>(solutions.size());
+    return solutions;
+}
+
+std::vector<core::Solution> StaticSolver::solve(std::span<const core::LoadCase> load_cases) {
+    std::vector<core::Solution> solutions;
+    while (!load_cases.empty()) {
+        const auto some = load_cases.first(std::min(load_cases.size(), max_columns()));
+        load_cases = load_cases.subspan(some.size());
+        auto found = some.size() > 1 ? impl_->solve_together(some) : std::vector<core::Solution>{};
+        // One that leaves the body free to move keeps the others from their answers.
+        const auto is_answered = [](const core::Solution &solution) { return !std::isnan(solution.strain_energy); };
+        if (found.empty() || !std::ranges::all_of(found, is_answered)) {
+            found.clear();
+            for (const auto &load_case : some)
+                found.push_back(solve(load_case));
+        }
+        std::ranges::move(found, std::back_inserter(solutions));
+    }
+    return solutions;
+}
+
+std::size_t StaticSolver::max_columns() const {
+    return impl_->mixed ? impl_->mixed->max_columns() : 1;
 }
 
 core::Solution solve_static(const core::Problem &problem, int degree, SolverChoice choice, Formulation formulation) {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "core/problem.hpp"
 #include "core/solution.hpp"
@@ -55,6 +57,14 @@ class StaticSolver {
     /// @throws std::invalid_argument if the load case does not have the sizes of the body's mesh
     /// @throws std::runtime_error if the memory does not hold the factor
     core::Solution solve(const core::LoadCase &load_case);
+
+    /// Several load cases, as many at once as take less time together, see max_columns(). Where they are solved
+    /// together the answers differ from those of one by one within the tolerance, and solve_seconds is a part of the
+    /// time of all.
+    std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases);
+
+    /// How many load cases take less time together than one by one.
+    std::size_t max_columns() const;
 
   private:
     struct Impl;

@@ -1,72 +1,34 @@
 #include "fem_reference/mixed_solver.hpp"
 
-#include <deal.II/lac/solver_control.h>
-#include <deal.II/lac/solver_minres.h>
-#include <deal.II/lac/vector.h>
-
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <functional>
 #include <limits>
 
-#include "fem_reference/mass_matrix.hpp"
+#include "fem_reference/columns.hpp"
+#include "fem_reference/saddle_point.hpp"
 
 namespace livermark::fem_reference {
 
 namespace {
 
-using Vector = dealii::Vector<double>;
-
-std::span<double> part(Vector &vector, std::size_t first, std::size_t count) {
-    return {vector.begin() + first, count};
+/// Columns side by side; lanes that none needs are zero.
+std::vector<double> together(std::span<const Conditions> conditions, int lanes,
+                             const std::function<double(const Conditions &, std::size_t)> &value) {
+    const auto num_rows = conditions.front().load.size();
+    std::vector<double> result(lanes * num_rows, 0.0);
+    for (std::size_t i = 0; i < num_rows; ++i)
+        for (std::size_t c = 0; c < conditions.size(); ++c)
+            result[lanes * i + c] = value(conditions[c], i);
+    return result;
 }
 
-std::span<const double> part(const Vector &vector, std::size_t first, std::size_t count) {
-    return {vector.begin() + first, count};
+std::vector<double> negative(std::vector<double> values) {
+    std::ranges::transform(values, values.begin(), std::negate<>());
+    return values;
 }
-
-/// The block matrix on free displacements; prescribed ones are zero in what comes out.
-struct BlockMatrix {
-    const ChosenSolver &solver;
-    const PressureSystem &pressure;
-    const std::vector<bool> &is_free;
-
-    /// force = K u + D^T p, and imbalance = D u - C p
-    void apply(std::span<const double> u, std::span<const double> p, std::span<double> force,
-               std::span<double> imbalance) const {
-        solver.multiply(u, force);
-        multiply(pressure.compliance, p, imbalance);
-        const auto &[row_start, column, value] = pressure.divergence;
-        for (std::size_t q = 0; q < p.size(); ++q) {
-            double divergence = 0.0;
-            for (int k = row_start[q]; k < row_start[q + 1]; ++k) {
-                divergence += value[k] * u[column[k]];
-                force[column[k]] += value[k] * p[q];
-            }
-            imbalance[q] = divergence - imbalance[q];
-        }
-    }
-
-    void vmult(Vector &out, const Vector &in) const {
-        const std::size_t num_u = is_free.size(), num_p = in.size() - num_u;
-        const auto force = part(out, 0, num_u);
-        apply(part(in, 0, num_u), part(in, num_u, num_p), force, part(out, num_u, num_p));
-        for (std::size_t i = 0; i < num_u; ++i)
-            if (!is_free[i])
-                force[i] = 0.0;
-    }
-};
-
-struct BlockPreconditioner {
-    Preconditioner &inverse;
-    ConstrainedSolver &norm;
-    std::size_t num_u;
-
-    void vmult(Vector &out, const Vector &in) const {
-        const std::size_t num_p = in.size() - num_u;
-        inverse.apply(part(in, 0, num_u), part(out, 0, num_u));
-        norm.solve_held(part(in, num_u, num_p), part(out, num_u, num_p));
-    }
-};
 
 } // namespace
 
@@ -82,23 +44,6 @@ struct MixedSolver::Impl {
     const PressureSystem &pressure;
     double tolerance;
     ConstrainedSolver norm; ///< nothing is held
-
-    /// Adds to u what balances the forces at the free unknowns, with the prescribed ones where they are.
-    /// @param residual  shape (n) K u + D^T p - f
-    /// @param size      of the forces at work: what is left is to be small beside them, not beside what there is
-    /// @return whether the solver of K converged
-    bool balance(std::span<const double> prescribed, std::span<const double> residual, double size,
-                 std::vector<double> &u) {
-        std::vector<double> held(u.size()), load(u.size());
-        for (std::size_t i = 0; i < u.size(); ++i) {
-            held[i] = std::isnan(prescribed[i]) ? prescribed[i] : 0.0;
-            load[i] = -residual[i];
-        }
-        const auto correction = solver.solve(held, load, size);
-        for (std::size_t i = 0; i < u.size(); ++i)
-            u[i] += correction.displacement[i];
-        return correction.converged;
-    }
 };
 
 MixedSolver::MixedSolver(ChosenSolver &solver, const PressureSystem &pressure, double tolerance)
@@ -107,67 +52,82 @@ MixedSolver::~MixedSolver() = default;
 MixedSolver::MixedSolver(MixedSolver &&) noexcept = default;
 MixedSolver &MixedSolver::operator=(MixedSolver &&) noexcept = default;
 
+std::size_t MixedSolver::max_columns() const {
+    return impl_->solver.max_columns();
+}
+
 ConstrainedSolution MixedSolver::solve(std::span<const double> prescribed, std::span<const double> load) {
-    const std::size_t num_u = prescribed.size();
-    const auto num_p = static_cast<std::size_t>(impl_->pressure.num_pressures());
-    std::vector<bool> is_free(num_u);
-    for (std::size_t i = 0; i < num_u; ++i)
-        is_free[i] = std::isnan(prescribed[i]);
+    return std::move(solve(std::array{Conditions{prescribed, load}}).front());
+}
 
-    ConstrainedSolution solution;
+std::vector<ConstrainedSolution> MixedSolver::solve(std::span<const Conditions> conditions) {
+    std::vector<std::span<const double>> prescribed;
+    for (const auto &column : conditions)
+        prescribed.push_back(column.prescribed);
+    const auto free = free_unknowns(prescribed);
+    std::vector<ConstrainedSolution> solutions(conditions.size());
     auto &inverse = impl_->solver.inverse();
-    solution.unique = inverse.set_up(is_free);
-    if (!solution.unique)
-        return solution;
+    if (!inverse.set_up(free))
+        return solutions;
 
-    auto &u = solution.displacement;
-    u.resize(num_u);
-    for (std::size_t i = 0; i < num_u; ++i)
-        u[i] = is_free[i] ? 0.0 : prescribed[i];
-    std::vector<double> p(num_p, 0.0), imbalance(num_p);
-    solution.residual.resize(num_u);
-    const BlockMatrix matrix{impl_->solver, impl_->pressure, is_free};
-    matrix.apply(u, p, solution.residual, imbalance);
+    const int lanes = free.lanes();
+    const auto held = held_entries(free);
+    const SaddlePoint matrix{impl_->solver, impl_->pressure, lanes, held};
+    const auto load = together(conditions, lanes, [](const auto &column, auto i) { return column.load[i]; });
+    auto u = together(conditions, lanes, [](const auto &column, auto i) {
+        return std::isnan(column.prescribed[i]) ? 0.0 : column.prescribed[i];
+    });
+    std::vector<double> p(static_cast<std::size_t>(lanes) * impl_->pressure.num_pressures(), 0.0);
+    std::vector<double> residual(u.size()), imbalance(p.size());
+    const auto look = [&] {
+        matrix.apply(u, p, residual, imbalance);
+        for (std::size_t i = 0; i < u.size(); ++i)
+            residual[i] -= load[i];
+    };
+    const auto forces = [&] { // that are not in balance at the free unknowns
+        auto of_free = negative(residual);
+        for (const auto entry : held)
+            of_free[entry] = 0.0;
+        return of_free;
+    };
+    const auto sizes = [&] { // of what is not in balance, (lanes)
+        const auto of_free = forces();
+        auto squares = dots(of_free, of_free, lanes);
+        std::ranges::transform(squares, dots(imbalance, imbalance, lanes), squares.begin(), std::plus<>());
+        return roots_of(squares);
+    };
 
-    Vector right_hand_side(num_u + num_p), unknowns(num_u + num_p);
-    for (std::size_t i = 0; i < num_u; ++i)
-        right_hand_side[i] = is_free[i] ? load[i] - solution.residual[i] : 0.0;
-    for (std::size_t q = 0; q < num_p; ++q)
-        right_hand_side[num_u + q] = -imbalance[q];
-    const double size = right_hand_side.l2_norm();
-    const auto forces = part(std::as_const(right_hand_side), 0, num_u);
-    const double size_of_forces = std::sqrt(dot(forces, forces));
-    dealii::ReductionControl control(max_iterations, 0.0, impl_->tolerance);
-    try {
-        if (size > 0.0)
-            dealii::SolverMinRes<Vector>(control).solve(matrix, unknowns, right_hand_side,
-                                                        BlockPreconditioner{inverse, impl_->norm, num_u});
-        solution.iterations = static_cast<int>(control.last_step());
-    } catch (const dealii::SolverControl::NoConvergence &ending) {
-        solution.converged = false;
-        solution.iterations = static_cast<int>(ending.last_step);
-    }
+    look();
+    const auto first = sizes();
+    const auto first_forces = forces();
+    std::vector<double> correction(u.size());
+    const auto ending = fem_reference::solve(matrix, inverse, impl_->norm, impl_->tolerance, max_iterations,
+                                             first_forces, negative(imbalance), correction, p);
+    for (std::size_t i = 0; i < u.size(); ++i)
+        u[i] += correction[i];
+    look();
+    auto left = forces();
+    const auto is_balanced =
+        impl_->solver.add_solution(left, roots_of(dots(first_forces, first_forces, lanes)), u, held);
+    look();
 
-    for (std::size_t i = 0; i < num_u; ++i)
-        u[i] += unknowns[i];
-    std::ranges::copy(part(unknowns, num_u, num_p), p.begin());
-    matrix.apply(u, p, solution.residual, imbalance);
-    for (std::size_t i = 0; i < num_u; ++i)
-        solution.residual[i] -= load[i];
-    solution.converged = impl_->balance(prescribed, solution.residual, size_of_forces, u) && solution.converged;
-    matrix.apply(u, p, solution.residual, imbalance);
-    solution.energy = 0.5 * dot(u, solution.residual);
-    double left = dot(imbalance, imbalance);
-    for (std::size_t i = 0; i < num_u; ++i) {
-        solution.residual[i] -= load[i];
-        left += is_free[i] ? solution.residual[i] * solution.residual[i] : 0.0;
-    }
-    solution.relative_residual = size > 0.0 ? std::sqrt(left) / size : 0.0;
-    return solution;
+    const auto last = sizes();
+    const auto internal_work = dots(u, residual, lanes), external_work = dots(u, load, lanes);
+    auto displacements = separated(u, lanes, conditions.size()),
+         residuals = separated(residual, lanes, conditions.size());
+    for (std::size_t c = 0; c < conditions.size(); ++c)
+        solutions[c] = {.unique = true,
+                        .displacement = std::move(displacements[c]),
+                        .residual = std::move(residuals[c]),
+                        .energy = 0.5 * (internal_work[c] + external_work[c]),
+                        .converged = ending.converged && is_balanced[c],
+                        .iterations = ending.iterations,
+                        .relative_residual = first[c] > 0.0 ? last[c] / first[c] : 0.0};
+    return solutions;
 }
 
 std::string MixedSolver::description(const ConstrainedSolution &solution) const {
-    return fmt::format("MINRES, {} iterations, {} and the mass of the pressure", solution.iterations,
+    return fmt::format("GMRES, {} iterations, {} and the mass of the pressure", solution.iterations,
                        impl_->solver.inverse().name());
 }
 

@@ -3,6 +3,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "fem_reference/chosen_solver.hpp"
 #include "fem_reference/constrained_solver.hpp"
@@ -10,15 +11,13 @@
 
 namespace livermark::fem_reference {
 
-/// [K D^T; D -C] [u; p] = [f; 0] with some displacements prescribed, by minimal residuals. The preconditioner is the
-/// inverse of K that its solver has, and the exact inverse of the norm of the pressure; with these elements the number
-/// of iterations depends neither on the mesh nor on Poisson's ratio. At the pressure that they end with K u = f - D^T p
-/// is then solved as tightly as the solver of K can, so that the reactions balance the loads whatever the tolerance.
-/// (C. C. Paige and M. A. Saunders 1975, SIAM J. Numer. Anal. 12(4); D. Silvester and A. Wathen 1994, SIAM J. Numer.
-/// Anal. 31(5))
+/// [K D^T; D -C] [u; p] = [f; 0] with some displacements prescribed, by iterations on both at once, see
+/// saddle_point.hpp. With these elements the number of iterations depends neither on the mesh nor on Poisson's ratio.
+/// At the pressure that they end with K u = f - D^T p is then solved as tightly as the solver of K can, so that the
+/// reactions balance the loads whatever the tolerance.
 class MixedSolver {
   public:
-    /// Of the residual in the norm of the preconditioner, over the first.
+    /// Of what is left, over the first, as the preconditioner sees them.
     static constexpr double default_tolerance = 1e-9;
     static constexpr int max_iterations = 1000;
 
@@ -28,11 +27,17 @@ class MixedSolver {
     MixedSolver(MixedSolver &&) noexcept;
     MixedSolver &operator=(MixedSolver &&) noexcept;
 
-    /// Sets up the solver of K if need be, and solves.
-    /// @param prescribed  shape (3 n), NaN where a displacement is free
-    /// @param load        shape (3 n) [N]
-    /// @return residual K u + D^T p - f; energy 1/2 (u^T K u + p^T C p)
+    /// Sets up the solver of K if need be, and solves. Several are solved as one system, so that matrices come from
+    /// memory once for all; each is within the tolerance.
+    /// @param conditions  at least one, at most max_columns()
+    /// @return of each: residual K u + D^T p - f; energy 1/2 (u^T K u + p^T C p). Unless all are unique, none is solved
+    std::vector<ConstrainedSolution> solve(std::span<const Conditions> conditions);
+
+    /// Of one.
     ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load);
+
+    /// How many take less time together than one by one.
+    std::size_t max_columns() const;
 
     /// For the result file.
     std::string description(const ConstrainedSolution &solution) const;

@@ -2,7 +2,8 @@
 
 #include <span>
 #include <string>
-#include <vector>
+
+#include "fem_reference/columns.hpp"
 
 namespace livermark::fem_reference {
 
@@ -13,13 +14,16 @@ class Preconditioner {
     virtual ~Preconditioner() = default;
 
     /// Prepares it, unless the same unknowns were free last time.
-    /// @param is_free  shape (n)
-    /// @return whether the conditions fix the answer
-    virtual bool set_up(const std::vector<bool> &is_free) = 0;
+    /// @param free  in each of at most max_columns() columns
+    /// @return whether the conditions fix the answer in every column
+    virtual bool set_up(const FreeUnknowns &free) = 0;
 
-    /// @param residual    shape (n), zero where not free
-    /// @param correction  shape (n)
+    /// @param residual    shape (n, lanes), zero where not free
+    /// @param correction  shape (n, lanes)
     virtual void apply(std::span<const double> residual, std::span<double> correction) = 0;
+
+    /// How many columns take less time together than one by one.
+    virtual std::size_t max_columns() const { return 1; }
 
     /// What it is, for the result file.
     virtual std::string name() const = 0;

@@ -27,19 +27,22 @@ struct PressureNumbers {
     int count = 0;
 };
 
-PressureNumbers number_pressures(const core::Body &body) {
+/// In the order of the nodes, so that what is near each other in the body is so in memory.
+PressureNumbers number_pressures(const core::Body &body, const ElasticSystem &system) {
+    const auto corner = [&](std::size_t t, int k) { return system.cell_nodes[t * system.nodes_per_cell + k]; };
+    std::map<std::pair<int, int>, int> number; // of node and region
+    for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t)
+        if (const int region = body.mesh.region[t]; has_pressure(body.materials[region]))
+            for (int k = 0; k < 4; ++k)
+                number[{corner(t, k), region}] = 0;
     PressureNumbers numbers;
-    std::map<std::pair<int, int>, int> number; // of region and node
+    for (auto &[node_and_region, value] : number)
+        value = numbers.count++;
     for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t) {
-        const int region = body.mesh.region[t];
         auto &corners = numbers.of_cell.emplace_back(std::array{-1, -1, -1, -1});
-        if (!has_pressure(body.materials[region]))
-            continue;
-        for (int k = 0; k < 4; ++k) {
-            const auto entry = number.try_emplace({region, body.mesh.tetrahedra[t][k]}, numbers.count);
-            numbers.count += entry.second ? 1 : 0;
-            corners[k] = entry.first->second;
-        }
+        if (const int region = body.mesh.region[t]; has_pressure(body.materials[region]))
+            for (int k = 0; k < 4; ++k)
+                corners[k] = number.at({corner(t, k), region});
     }
     return numbers;
 }
@@ -78,6 +81,10 @@ class Rows {
 
 } // namespace
 
+bool has_pressure(const core::Body &body) {
+    return std::ranges::any_of(body.materials, [](const core::Material &material) { return has_pressure(material); });
+}
+
 core::Body without_pressure(const core::Body &body) {
     auto rest = body;
     for (auto &material : rest.materials)
@@ -103,7 +110,7 @@ PressureSystem assemble_pressure(const core::Body &body, const ElasticSystem &sy
         for (unsigned int k = 0; k < 4; ++k)
             psi[q][k] = pressure.shape_value(k, quadrature.point(q));
 
-    const auto numbers = number_pressures(body);
+    const auto numbers = number_pressures(body, system);
     Rows divergence(numbers.count), compliance(numbers.count), norm(numbers.count);
     for (const auto &cell : triangulation.active_cell_iterators()) {
         const auto t = cell->active_cell_index();

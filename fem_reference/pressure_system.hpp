@@ -31,6 +31,9 @@ struct PressureSystem {
     int num_pressures() const { return compliance.row_start.empty() ? 0 : compliance.num_rows(); }
 };
 
+/// Whether a region gets one.
+bool has_pressure(const core::Body &body);
+
 /// The body with lambda = 0 in the regions that get a pressure: what is left of their stiffness is 2 mu eps.
 core::Body without_pressure(const core::Body &body);
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "fem_reference/columns.hpp"
+
 namespace livermark::fem_reference {
 
 namespace {
@@ -93,18 +95,24 @@ Prolongation prolongation(const ElasticSystem &coarse, const ElasticSystem &fine
 }
 
 void Prolongation::add_prolonged(std::span<const double> coarse, std::span<double> fine) const {
-    for (std::size_t node = 0; node + 1 < row_start.size(); ++node)
-        for (int k = row_start[node]; k < row_start[node + 1]; ++k)
-            for (int i = 0; i < 3; ++i)
-                fine[3 * node + i] += weight[k] * coarse[3 * coarse_node[k] + i];
+    with_lanes(static_cast<int>(coarse.size() / (3 * fine_node.size())), [&]<int lanes>() {
+        constexpr std::size_t width = 3 * lanes;
+        for (std::size_t node = 0; node + 1 < row_start.size(); ++node)
+            for (int k = row_start[node]; k < row_start[node + 1]; ++k)
+                for (std::size_t i = 0; i < width; ++i)
+                    fine[width * node + i] += weight[k] * coarse[width * coarse_node[k] + i];
+    });
 }
 
 void Prolongation::restrict_to(std::span<const double> fine, std::span<double> coarse) const {
     std::ranges::fill(coarse, 0.0);
-    for (std::size_t node = 0; node + 1 < row_start.size(); ++node)
-        for (int k = row_start[node]; k < row_start[node + 1]; ++k)
-            for (int i = 0; i < 3; ++i)
-                coarse[3 * coarse_node[k] + i] += weight[k] * fine[3 * node + i];
+    with_lanes(static_cast<int>(coarse.size() / (3 * fine_node.size())), [&]<int lanes>() {
+        constexpr std::size_t width = 3 * lanes;
+        for (std::size_t node = 0; node + 1 < row_start.size(); ++node)
+            for (int k = row_start[node]; k < row_start[node + 1]; ++k)
+                for (std::size_t i = 0; i < width; ++i)
+                    coarse[width * coarse_node[k] + i] += weight[k] * fine[width * node + i];
+    });
 }
 
 } // namespace livermark::fem_reference

@@ -15,12 +15,12 @@ struct Prolongation {
     std::vector<double> weight;   ///< (nonzeros)
     std::vector<int> fine_node;   ///< (n_coarse) the fine node at the same place as each coarse node
 
-    /// fine += P coarse
-    /// @param coarse  shape (3 n_coarse)
-    /// @param fine    shape (3 n_fine)
+    /// fine_c += P coarse_c
+    /// @param coarse  shape (3 n_coarse, lanes), see columns.hpp
+    /// @param fine    shape (3 n_fine, lanes)
     void add_prolonged(std::span<const double> coarse, std::span<double> fine) const;
 
-    /// coarse = P^T fine
+    /// coarse_c = P^T fine_c
     void restrict_to(std::span<const double> fine, std::span<double> coarse) const;
 };
 

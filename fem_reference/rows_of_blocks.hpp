@@ -13,22 +13,32 @@ namespace livermark::fem_reference {
 #define LIVERMARK_WIDE_CLONES
 #endif
 
-/// Vectors of three padded to four, so that a processor takes one at once; the last component is zero.
-template <class T> using Padded = std::array<T, 4>;
-
-/// A 3 x 3 block by rows. A fourth number of a row is read with it: the first of what comes next in memory, which has
-/// to be finite, and is multiplied by zero or not looked at.
+/// A 3 x 3 block by rows.
 template <class T> using Block = std::array<T, 9>;
 
-/// Four numbers that a processor takes at once. They are passed by reference: how they go by value depends on the
-/// processor that a function is compiled for.
-template <class T> struct Quad {
-    using Lanes [[gnu::vector_size(4 * sizeof(T))]] = T;
-    Lanes lanes{};
+/// One number of each of the vectors that are worked on together.
+template <class T, int lanes> struct Lanes { using Numbers [[gnu::vector_size(lanes * sizeof(T))]] = T; };
+template <class T> struct Lanes<T, 1> { using Numbers = T; };
 
-    Quad() = default;
-    [[gnu::always_inline]] explicit Quad(const T *place) { std::memcpy(&lanes, place, sizeof lanes); }
-    [[gnu::always_inline]] void put(T *place) const { std::memcpy(place, &lanes, sizeof lanes); }
+/// Three components of some of the vectors that are worked on together.
+/// They are passed by reference: how they go by value depends on the processor that a function is compiled for.
+/// @tparam lanes   of these vectors
+/// @tparam stride  from one component to the next in memory: the lanes of all vectors
+template <class T, int lanes, int stride = lanes> struct Triple {
+    using Numbers = typename Lanes<T, lanes>::Numbers;
+    Numbers x{}, y{}, z{};
+
+    Triple() = default;
+    [[gnu::always_inline]] explicit Triple(const T *place) {
+        std::memcpy(&x, place, sizeof x);
+        std::memcpy(&y, place + stride, sizeof y);
+        std::memcpy(&z, place + 2 * stride, sizeof z);
+    }
+    [[gnu::always_inline]] void put(T *place) const {
+        std::memcpy(place, &x, sizeof x);
+        std::memcpy(place + stride, &y, sizeof y);
+        std::memcpy(place + 2 * stride, &z, sizeof z);
+    }
 };
 
 /// Asks for a block that a loop over the blocks in memory comes to a while after this one: a processor that waits to
@@ -39,32 +49,22 @@ template <class T> [[gnu::always_inline]] inline void ask_ahead(const Block<T> *
     __builtin_prefetch(block + direction * blocks_ahead);
 }
 
-/// What a row of blocks makes of the vectors that it is multiplied with. The products of each of the three rows are
-/// added lane by lane, and the lanes only when the row is done.
-template <class T> class RowSum {
-  public:
-    [[gnu::always_inline]] void add(const T *block, const T *vector) {
-        const Quad<T> v(vector);
-        x_.lanes += Quad<T>(block).lanes * v.lanes;
-        y_.lanes += Quad<T>(block + 3).lanes * v.lanes;
-        z_.lanes += Quad<T>(block + 6).lanes * v.lanes;
-    }
-    [[gnu::always_inline]] std::array<T, 3> total() const {
-        const auto sum = [](const Quad<T> &q) { return q.lanes[0] + q.lanes[1] + q.lanes[2]; };
-        return {sum(x_), sum(y_), sum(z_)};
-    }
+/// sum += block vector
+template <class T, int lanes, int stride>
+[[gnu::always_inline]] inline void add_product(const Block<T> &block, const Triple<T, lanes, stride> &vector,
+                                               Triple<T, lanes, stride> &sum) {
+    sum.x += block[0] * vector.x + block[1] * vector.y + block[2] * vector.z;
+    sum.y += block[3] * vector.x + block[4] * vector.y + block[5] * vector.z;
+    sum.z += block[6] * vector.x + block[7] * vector.y + block[8] * vector.z;
+}
 
-  private:
-    Quad<T> x_, y_, z_;
-};
-
-/// sum += block^T vector; the last lane of the sum is then anything.
-template <class T> [[gnu::always_inline]] inline void add_transposed(const T *block, const T *vector, T *sum) {
-    Quad<T> result(sum);
-    result.lanes += Quad<T>(block).lanes * vector[0];
-    result.lanes += Quad<T>(block + 3).lanes * vector[1];
-    result.lanes += Quad<T>(block + 6).lanes * vector[2];
-    result.put(sum);
+/// sum += block^T vector
+template <class T, int lanes, int stride>
+[[gnu::always_inline]] inline void add_transposed(const Block<T> &block, const Triple<T, lanes, stride> &vector,
+                                                  Triple<T, lanes, stride> &sum) {
+    sum.x += block[0] * vector.x + block[3] * vector.y + block[6] * vector.z;
+    sum.y += block[1] * vector.x + block[4] * vector.y + block[7] * vector.z;
+    sum.z += block[2] * vector.x + block[5] * vector.y + block[8] * vector.z;
 }
 
 } // namespace livermark::fem_reference

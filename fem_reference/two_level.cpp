@@ -1,7 +1,5 @@
 #include "fem_reference/two_level.hpp"
 
-#include <optional>
-
 #include "fem_reference/block_gauss_seidel.hpp"
 #include "fem_reference/prolongation.hpp"
 
@@ -12,47 +10,54 @@ namespace {
 class TwoLevel : public Preconditioner {
   public:
     TwoLevel(const ElasticSystem &fine, const ElasticSystem &coarse, Preconditioner &coarse_solver)
-        : fine_(fine), coarse_solver_(coarse_solver), prolongation_(prolongation(coarse, fine)),
-          fine_residual_(3 * fine.points.size()), coarse_residual_(3 * coarse.points.size()),
-          coarse_correction_(coarse_residual_.size()) {}
+        : coarse_solver_(coarse_solver), prolongation_(prolongation(coarse, fine)), smoother_(fine.stiffness),
+          num_fine_(3 * fine.points.size()), num_coarse_(3 * coarse.points.size()) {}
 
-    bool set_up(const std::vector<bool> &is_free) override {
+    bool set_up(const FreeUnknowns &free) override {
         // A facet that is held is held at its coarse nodes too, and a coarse function that is zero there is zero on the
         // whole facet: the free coarse functions are free fine ones. The coarse solver may have been set up for others
         // in between, so it is asked every time.
-        coarse_is_free_.resize(coarse_residual_.size());
-        for (std::size_t dof = 0; dof < coarse_is_free_.size(); ++dof)
-            coarse_is_free_[dof] = is_free[3 * prolongation_.fine_node[dof / 3] + dof % 3];
-        if (!coarse_solver_.set_up(coarse_is_free_))
-            return false;
-        if (!smoother_ || is_free != is_free_) {
-            smoother_.reset(); // the old one goes before the new one needs the memory
-            smoother_.emplace(fine_.stiffness, is_free);
-            is_free_ = is_free;
+        FreeUnknowns coarse_free{{}, free.set};
+        for (const auto &set : free.sets) {
+            auto &is_free = coarse_free.sets.emplace_back(num_coarse_);
+            for (std::size_t dof = 0; dof < num_coarse_; ++dof)
+                is_free[dof] = set[3 * prolongation_.fine_node[dof / 3] + dof % 3];
         }
+        if (!coarse_solver_.set_up(coarse_free))
+            return false;
+        if (free == free_)
+            return true;
+        smoother_.set_up(free);
+        coarse_held_ = held_entries(coarse_free);
+        const auto lanes = static_cast<std::size_t>(free.lanes());
+        fine_residual_.resize(num_fine_ * lanes);
+        coarse_residual_.resize(num_coarse_ * lanes);
+        coarse_correction_.resize(num_coarse_ * lanes);
+        free_ = free;
         return true;
     }
 
     void apply(std::span<const double> residual, std::span<double> correction) override {
-        smoother_->sweep_forward_from_zero(residual, correction, fine_residual_);
+        smoother_.sweep_forward_from_zero(residual, correction, fine_residual_);
         prolongation_.restrict_to(fine_residual_, coarse_residual_);
-        for (std::size_t dof = 0; dof < coarse_residual_.size(); ++dof)
-            if (!coarse_is_free_[dof])
-                coarse_residual_[dof] = 0.0;
+        for (const auto entry : coarse_held_)
+            coarse_residual_[entry] = 0.0;
         coarse_solver_.apply(coarse_residual_, coarse_correction_);
         prolongation_.add_prolonged(coarse_correction_, correction);
-        smoother_->sweep_backward(residual, correction);
+        smoother_.sweep_backward(residual, correction);
     }
 
+    std::size_t max_columns() const override { return coarse_solver_.max_columns(); }
     std::string name() const override { return "two levels over " + coarse_solver_.name(); }
 
   private:
-    const ElasticSystem &fine_;
     Preconditioner &coarse_solver_;
     Prolongation prolongation_;
-    std::vector<bool> is_free_;
-    std::vector<bool> coarse_is_free_;
-    std::optional<BlockGaussSeidel> smoother_;
+    BlockGaussSeidel smoother_;
+    std::size_t num_fine_;
+    std::size_t num_coarse_;
+    FreeUnknowns free_;
+    std::vector<std::size_t> coarse_held_;
     std::vector<double> fine_residual_;
     std::vector<double> coarse_residual_;
     std::vector<double> coarse_correction_;

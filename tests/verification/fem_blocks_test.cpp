@@ -2,9 +2,12 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
+#include <limits>
 #include <set>
 
 #include "fem_reference/block_gauss_seidel.hpp"
+#include "fem_reference/columns.hpp"
 #include "fem_reference/node_order.hpp"
 #include "fem_reference/symmetric_blocks.hpp"
 #include "tests/verification/fem_test_bodies.hpp"
@@ -12,12 +15,16 @@
 namespace livermark {
 namespace {
 
-/// Quadratic elements on a shaken box: rows of all lengths.
-fem_reference::ElasticSystem box_system() {
+core::Body box_body() {
     core::Body body;
     body.mesh = tests::shaken_box_mesh({0.1, 0.08, 0.06}, {3, 2, 2});
     body.materials = {{1060.0, 5000.0, 0.4}};
-    return fem_reference::assemble(body, 2);
+    return body;
+}
+
+/// Quadratic elements on a shaken box: rows of all lengths.
+fem_reference::ElasticSystem box_system() {
+    return fem_reference::assemble(box_body(), 2);
 }
 
 Eigen::MatrixXd dense(const fem_reference::SymmetricMatrix &matrix) {
@@ -35,14 +42,19 @@ std::vector<double> some_vector(int size) {
     return vector;
 }
 
-double relative_difference(const std::vector<double> &found, const Eigen::VectorXd &expected) {
-    return (Eigen::VectorXd::Map(found.data(), expected.size()) - expected).norm() / expected.norm();
+/// One of some columns that stand side by side.
+Eigen::VectorXd column(const std::vector<double> &together, int number, int lanes) {
+    Eigen::VectorXd result(static_cast<Eigen::Index>(together.size()) / lanes);
+    for (Eigen::Index i = 0; i < result.size(); ++i)
+        result[i] = together[lanes * i + number];
+    return result;
 }
 
 TEST(FemBlocks, OrderKeepsNeighboursTogether) {
-    const auto matrix = box_system().stiffness;
-    const auto order = fem_reference::order_by_distance(matrix);
-    ASSERT_EQ(std::set(order.begin(), order.end()).size(), static_cast<std::size_t>(matrix.num_rows() / 3));
+    const auto system = box_system();
+    const auto order = fem_reference::order_by_distance(system.cell_nodes, system.nodes_per_cell, system.num_nodes());
+    ASSERT_EQ(std::set(order.begin(), order.end()).size(), system.points.size());
+    const auto &matrix = system.stiffness;
     std::set<int> before{order.front()};
     for (std::size_t at = 1; at < order.size(); ++at) {
         const int row = 3 * order[at];
@@ -55,71 +67,116 @@ TEST(FemBlocks, OrderKeepsNeighboursTogether) {
 }
 
 TEST(FemBlocks, OrderTakesPartsThatDoNotTouch) {
-    fem_reference::SymmetricMatrix two;
-    two.row_start.push_back(0);
-    for (int row = 0; row < 6; ++row) {
-        for (int i = 0; i < 3; ++i)
-            two.column.push_back(row / 3 * 3 + i);
-        two.row_start.push_back(static_cast<int>(two.column.size()));
+    EXPECT_EQ(fem_reference::order_by_distance(std::array{0, 1, 2, 3}, 2, 4), (std::vector{1, 0, 3, 2}));
+}
+
+/// Numbered otherwise it is the same system.
+TEST(FemBlocks, SystemsByDistanceAreThoseOfTheMesh) {
+    for (const int degree : {1, 2}) {
+        const auto body = box_body();
+        const auto of_mesh = fem_reference::assemble(body, degree);
+        const auto by_distance = fem_reference::assemble(body, degree, fem_reference::NodeOrder::by_distance);
+        ASSERT_EQ(by_distance.num_nodes(), of_mesh.num_nodes());
+        std::vector<int> place(of_mesh.points.size(), -1);
+        for (std::size_t k = 0; k < of_mesh.cell_nodes.size(); ++k)
+            place[of_mesh.cell_nodes[k]] = by_distance.cell_nodes[k];
+        EXPECT_NE(place, of_mesh.mesh_node);
+        for (std::size_t node = 0; node < body.mesh.points.size(); ++node) {
+            EXPECT_EQ(by_distance.mesh_node[node], place[node]);
+            EXPECT_EQ(by_distance.points[place[node]], body.mesh.points[node]);
+        }
+        for (std::size_t k = 0; k < of_mesh.facet_nodes.size(); ++k)
+            EXPECT_EQ(by_distance.facet_nodes[k], place[of_mesh.facet_nodes[k]]);
+        Eigen::VectorXi dof(3 * of_mesh.num_nodes());
+        for (int row = 0; row < dof.size(); ++row)
+            dof[row] = 3 * place[row / 3] + row % 3;
+        const Eigen::MatrixXd expected = dense(of_mesh.stiffness);
+        EXPECT_LT((dense(by_distance.stiffness)(dof, dof) - expected).norm(), 1e-14 * expected.norm());
     }
-    two.value.assign(two.column.size(), 1.0);
-    EXPECT_EQ(fem_reference::order_by_distance(two), (std::vector{0, 1}));
 }
 
-TEST(FemBlocks, ProductIsThatOfTheWholeMatrix) {
+TEST(FemBlocks, ProductsAreThoseOfTheWholeMatrix) {
     const auto matrix = box_system().stiffness;
-    const auto x = some_vector(matrix.num_rows());
-    std::vector<double> found(x.size());
-    fem_reference::SymmetricBlocks(matrix).multiply(x, found);
-    EXPECT_LT(relative_difference(found, dense(matrix) * Eigen::VectorXd::Map(x.data(), matrix.num_rows())), 1e-14);
+    const Eigen::MatrixXd full = dense(matrix);
+    for (const int lanes : {1, 4, 8}) {
+        const auto x = some_vector(lanes * matrix.num_rows());
+        std::vector<double> blocks(x.size()), rows(x.size());
+        fem_reference::SymmetricBlocks(matrix).multiply(x, blocks);
+        fem_reference::multiply(matrix, x, rows, lanes);
+        for (int c = 0; c < lanes; ++c) {
+            const Eigen::VectorXd expected = full * column(x, c, lanes);
+            EXPECT_LT((column(blocks, c, lanes) - expected).norm(), 1e-14 * expected.norm()) << c << " of " << lanes;
+            EXPECT_LT((column(rows, c, lanes) - expected).norm(), 1e-14 * expected.norm()) << c << " of " << lanes;
+        }
+    }
 }
 
-/// Sweeps are triangular solves in the order of the nodes.
+/// Sweeps are triangular solves; columns hold a whole node, single components of others, or nothing.
 TEST(FemBlocks, SweepsAreTriangularSolves) {
     const auto matrix = box_system().stiffness;
     const int size = matrix.num_rows();
-    const auto order = fem_reference::order_by_distance(matrix);
-    std::vector<bool> is_free(size, true);
+    std::vector<std::vector<double>> prescribed(2, std::vector<double>(size, std::numeric_limits<double>::quiet_NaN()));
     for (int dof = 0; dof < size; ++dof)
-        is_free[dof] = dof % 7 != 2 && dof / 3 != 5; // a whole node, and single components of others
-    auto right_hand_side = some_vector(size);
-    Eigen::MatrixXd constrained = dense(matrix);
-    for (int dof = 0; dof < size; ++dof)
-        if (!is_free[dof]) {
-            right_hand_side[dof] = 0.0;
-            constrained.row(dof).setZero();
-            constrained.col(dof).setZero();
-            constrained(dof, dof) = 1.0;
+        if (dof % 7 == 2 || dof / 3 == 5)
+            prescribed[0][dof] = 0.0;
+    for (const std::size_t num_columns : {1, 3, 7}) {
+        std::vector<std::span<const double>> of_columns;
+        for (std::size_t c = 0; c < num_columns; ++c)
+            of_columns.emplace_back(prescribed[c % 2]);
+        const auto free = fem_reference::free_unknowns(of_columns);
+        const int lanes = free.lanes();
+        auto right_hand_side = some_vector(lanes * size), start = some_vector(lanes * size + 5);
+        start.resize(right_hand_side.size());
+        for (const auto entry : fem_reference::held_entries(free))
+            right_hand_side[entry] = start[entry] = 0.0;
+        fem_reference::BlockGaussSeidel smoother(matrix);
+        smoother.set_up(free);
+        std::vector<double> forward(start.size(), 7.0), residual(start.size(), 7.0);
+        smoother.sweep_forward_from_zero(right_hand_side, forward, residual);
+        auto backward = start;
+        smoother.sweep_backward(right_hand_side, backward);
+
+        for (std::size_t c = 0; c < num_columns; ++c) {
+            SCOPED_TRACE(c);
+            Eigen::MatrixXd k = dense(matrix);
+            for (int dof = 0; dof < size; ++dof)
+                if (prescribed[c % 2][dof] == 0.0) {
+                    k.row(dof).setZero();
+                    k.col(dof).setZero();
+                    k(dof, dof) = 1.0;
+                }
+            Eigen::MatrixXd lower = Eigen::MatrixXd::Zero(size, size); // with the blocks of the diagonal
+            for (int row = 0; row < size; ++row)
+                lower.row(row).head(3 * (row / 3) + 3) = k.row(row).head(3 * (row / 3) + 3);
+            const auto near = [&](const std::vector<double> &found, const Eigen::VectorXd &expected) {
+                constexpr double single_precision = 1e-5;
+                EXPECT_LT((column(found, c, lanes) - expected).norm(), single_precision * expected.norm());
+            };
+            const Eigen::VectorXd b = column(right_hand_side, c, lanes), u = column(start, c, lanes);
+            const Eigen::VectorXd swept = lower.partialPivLu().solve(b);
+            near(forward, swept);
+            near(residual, b - k * swept);
+            near(backward, u + lower.transpose().partialPivLu().solve(b - k * u));
         }
-    Eigen::VectorXi place(size);
-    for (int at = 0; at < size; ++at)
-        place[at] = 3 * order[at / 3] + at % 3;
-    const Eigen::MatrixXd k = constrained(place, place);
-    const Eigen::VectorXd b = Eigen::VectorXd::Map(right_hand_side.data(), size)(place);
-    Eigen::MatrixXd lower = Eigen::MatrixXd::Zero(size, size); // with the blocks of the diagonal
-    for (int row = 0; row < size; ++row)
-        lower.row(row).head(3 * (row / 3) + 3) = k.row(row).head(3 * (row / 3) + 3);
-    const auto in_place = [&](const Eigen::VectorXd &ordered) {
-        Eigen::VectorXd result(size);
-        result(place) = ordered;
-        return result;
-    };
+    }
+}
 
-    fem_reference::BlockGaussSeidel smoother(matrix, is_free);
-    std::vector<double> u(size, 7.0), residual(size, 7.0);
-    smoother.sweep_forward_from_zero(right_hand_side, u, residual);
-    const Eigen::VectorXd forward = lower.partialPivLu().solve(b);
-    constexpr double single_precision = 1e-5;
-    EXPECT_LT(relative_difference(u, in_place(forward)), single_precision);
-    EXPECT_LT(relative_difference(residual, in_place(b - k * forward)), single_precision);
-
-    u = some_vector(size);
-    for (int dof = 0; dof < size; ++dof)
-        u[dof] = is_free[dof] ? u[dof] : 0.0;
-    const Eigen::VectorXd start = Eigen::VectorXd::Map(u.data(), size)(place);
-    const Eigen::VectorXd backward = start + lower.transpose().partialPivLu().solve(b - k * start);
-    smoother.sweep_backward(right_hand_side, u);
-    EXPECT_LT(relative_difference(u, in_place(backward)), single_precision);
+TEST(FemColumns, StandSideBySide) {
+    using fem_reference::lanes_for;
+    EXPECT_EQ((std::vector{lanes_for(1), lanes_for(2), lanes_for(4), lanes_for(5), lanes_for(8)}),
+              (std::vector{1, 4, 4, 8, 8}));
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const std::vector<double> first{nan, 0.0, nan}, second{0.0, nan, nan};
+    const auto free = fem_reference::free_unknowns(std::vector<std::span<const double>>{first, second, first});
+    EXPECT_EQ(free.set, (std::vector{0, 1, 0, 0}));
+    EXPECT_EQ(free.sets, (std::vector<std::vector<bool>>{{true, false, true}, {false, true, true}}));
+    EXPECT_EQ(fem_reference::held_entries(free), (std::vector<std::size_t>{1, 4, 6, 7}));
+    std::vector<double> y{1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0};
+    EXPECT_EQ(fem_reference::separated(y, 4, 2), (std::vector<std::vector<double>>{{1.0, 5.0}, {2.0, 6.0}}));
+    EXPECT_EQ(fem_reference::dots(y, y, 4), (std::vector{26.0, 40.0, 58.0, 80.0}));
+    fem_reference::scale(std::array{1.0, 0.0, 2.0, 1.0}, y);
+    fem_reference::add_scaled(std::array{1.0, 1.0, 0.0, -1.0}, std::vector<double>(8, 2.0), y);
+    EXPECT_EQ(y, (std::vector{3.0, 2.0, 6.0, 2.0, 7.0, 2.0, 14.0, 6.0}));
 }
 
 } // namespace

@@ -71,17 +71,11 @@ TEST(PressureSystem, KnowsTheDivergenceOfQuadraticFields) {
         const auto &x = system.points[a];
         u.segment<3>(3 * a) << x.x() * x.x(), x.x() * x.y() + x.z(), x.z() * x.z() - x.y() * x.x();
     }
-    // Pressures are numbered as the tetrahedra meet their nodes.
-    Eigen::VectorXd p(pressure.num_pressures());
-    std::vector<int> number(mesh.points.size(), -1);
-    int count = 0;
-    for (const auto &nodes : mesh.tetrahedra)
-        for (const int node : nodes)
-            if (number[node] < 0) {
-                const auto &x = mesh.points[node];
-                p[count] = material.lame_lambda() * (2.0 * x.x() + x.x() + 2.0 * x.z());
-                number[node] = count++;
-            }
+    Eigen::VectorXd p(pressure.num_pressures()); // in the order of the nodes
+    for (int node = 0; node < mesh.num_nodes(); ++node) {
+        const auto &x = mesh.points[node];
+        p[node] = material.lame_lambda() * (2.0 * x.x() + x.x() + 2.0 * x.z());
+    }
     const Eigen::VectorXd left = dense(pressure.divergence, u.size()) * u;
     const Eigen::VectorXd right = dense(pressure.compliance, p.size()) * p;
     EXPECT_LT((left - right).norm(), 1e-13 * right.norm());
@@ -162,6 +156,88 @@ TEST(FemMixed, SolversAgree) {
     constexpr double tolerance = 1e-5;
     fem_reference::StaticSolver in_haste(fine.body, above_corners, tolerance);
     expect_agreement(in_haste.solve(fine.load_case), exact, tolerance);
+}
+
+/// Load cases that hold different components, and one that leaves the body free to move.
+class FemTogether : public testing::Test {
+  protected:
+    FemTogether() {
+        auto hanging = problem.load_case;
+        hanging.acceleration = {0.0, 0.0, -0.5};
+        auto turned = tests::empty_load_case(mesh);
+        tests::prescribe(turned, mesh, "z_min", Vector3::Zero());
+        tests::pull(turned, mesh, "x_max", {0.0, 3.0, 1.0});
+        auto unloaded = turned;
+        std::ranges::fill(unloaded.value, Vector3::Zero());
+        load_cases = {problem.load_case, hanging, turned, unloaded};
+        for (int i = 0; i < 6; ++i) { // more than are solved at once
+            load_cases.push_back(turned);
+            load_cases.back().acceleration[i % 3] = 1.0 + i;
+        }
+    }
+
+    static void expect_same(const core::Solution &a, const core::Solution &b, double tolerance) {
+        ASSERT_EQ(a.status, b.status);
+        if (b.strain_energy > 0.0)
+            expect_agreement(a, b, tolerance);
+        else
+            EXPECT_EQ(a.displacement, b.displacement);
+    }
+
+    core::Problem problem = rod(0.45, 0.49, {3, 2, 2});
+    const core::TetraMesh &mesh = problem.body->mesh;
+    std::vector<core::LoadCase> load_cases;
+};
+
+TEST_F(FemTogether, AnswersAreThoseOfOneByOne) {
+    fem_reference::StaticSolver solver(problem.body, 2, SolverChoice::automatic, Formulation::mixed);
+    ASSERT_EQ(solver.max_columns(), 8u);
+    const auto together = solver.solve(std::span(load_cases));
+    ASSERT_EQ(together.size(), load_cases.size());
+    for (std::size_t c = 0; c < load_cases.size(); ++c) {
+        SCOPED_TRACE(c);
+        expect_same(together[c], solver.solve(load_cases[c]), 1e-8);
+    }
+    EXPECT_NE(together.front().solver.find("8 load cases together"), std::string::npos) << together.front().solver;
+    EXPECT_NE(together.back().solver.find("2 load cases together"), std::string::npos) << together.back().solver;
+}
+
+TEST_F(FemTogether, AnswersOnTheRefinedMeshAreThoseOfOneByOne) {
+    const auto refined = std::make_shared<const core::Body>(core::refine(*problem.body));
+    fem_reference::StaticSolver coarse(problem.body, 2, SolverChoice::automatic, Formulation::mixed);
+    fem_reference::StaticSolver fine(refined, coarse, 1e-9);
+    std::vector<core::LoadCase> some;
+    for (std::size_t c = 0; c < 3; ++c)
+        some.push_back(core::refine(load_cases[c]));
+    const auto together = fine.solve(std::span(some));
+    coarse.solve(std::span(load_cases)); // what it holds then must not disturb the fine one
+    for (std::size_t c = 0; c < some.size(); ++c) {
+        SCOPED_TRACE(c);
+        expect_same(together[c], fine.solve(some[c]), 1e-8);
+    }
+}
+
+TEST_F(FemTogether, OneThatIsFreeToMoveLeavesTheOthersTheirAnswers) {
+    auto floating = tests::empty_load_case(mesh);
+    tests::prescribe(floating, mesh, "x_min", {0.0, 0.0, nan});
+    floating.acceleration = {0.0, 0.0, 1.0};
+    load_cases.resize(2);
+    load_cases.insert(load_cases.begin(), floating);
+    fem_reference::StaticSolver solver(problem.body, 2, SolverChoice::automatic, Formulation::mixed);
+    const auto together = solver.solve(std::span(load_cases));
+    ASSERT_EQ(together.size(), 3u);
+    EXPECT_EQ(together[0].status, core::SolutionStatus::not_converged);
+    EXPECT_NE(together[0].message.find("free to move"), std::string::npos);
+    for (std::size_t c = 1; c < 3; ++c)
+        expect_same(together[c], solver.solve(load_cases[c]), 1e-8);
+}
+
+TEST_F(FemTogether, DirectSolversTakeOneByOne) {
+    fem_reference::StaticSolver solver(problem.body, 2, SolverChoice::direct, Formulation::mixed);
+    EXPECT_EQ(solver.max_columns(), 1u);
+    const auto found = solver.solve(std::span(load_cases).first(2));
+    for (std::size_t c = 0; c < 2; ++c)
+        expect_same(found[c], solver.solve(load_cases[c]), 1e-15);
 }
 
 TEST(FemMixed, ReactionsBalanceTheLoads) {

@@ -211,7 +211,7 @@ TEST(FemSolver, SaysWhenAPartIsFreeToMove) {
 /// Conjugate gradients that stop early say so and give the last iterate.
 TEST(FemSolver, SaysWhenConjugateGradientsStopEarly) {
     struct Nothing : fem_reference::Preconditioner {
-        bool set_up(const std::vector<bool> &) override { return true; }
+        bool set_up(const fem_reference::FreeUnknowns &) override { return true; }
         void apply(std::span<const double> residual, std::span<double> correction) override {
             std::ranges::copy(residual, correction.begin());
         }
