@@ -62,8 +62,7 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
     command->add_option("--output", options->output, "Folder for <body>/<load case>.h5")->capture_default_str();
     command->add_flag("--no-uncertainty", options->no_uncertainty,
                       "Do not solve the reference on the refined mesh: quicker, but nobody knows how good it is");
-    command->add_flag("--static", options->only_static,
-                      "Leave load cases that depend on time out: motion takes as long as all the rest");
+    command->add_flag("--static", options->only_static, "Leave load cases that depend on time out: quicker");
     command->add_flag(
         "--resume", options->resume,
         "Keep the result files that the same command has left in the output folder, and go on from there");

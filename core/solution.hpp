@@ -38,8 +38,8 @@ struct History {
     double critical_time_step = std::numeric_limits<double>::infinity();
     /// When the motion left all bounds [s], NaN if it did not. The records from then on are NaN.
     double diverged_at = std::numeric_limits<double>::quiet_NaN();
-    double setup_seconds = 0.0; ///< all that precedes the first step and is not in those of the Solution
-    double solve_seconds = 0.0; ///< the steps
+    double setup_seconds = 0.0; ///< all that precedes the first step, or its space, and is not in those of the Solution
+    double solve_seconds = 0.0; ///< the steps, and the space that they are taken in if it is not that of all unknowns
     /// (F, N) displacement of all nodes [m], frame after frame, for pictures: see Release::is_frame(). Single
     /// precision.
     std::vector<Eigen::Vector3f> frames{};

@@ -1,16 +1,100 @@
 #include "fem_reference/release.hpp"
 
 #include <chrono>
+#include <optional>
 
+#include "fem_reference/constrained_solver.hpp"
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/mass_matrix.hpp"
 #include "fem_reference/newmark.hpp"
+#include "fem_reference/ritz_motion.hpp"
 
 namespace livermark::fem_reference {
 
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_between(Clock::time_point start, Clock::time_point end) {
+    return std::chrono::duration<double>(end - start).count();
+}
+
+core::History empty_history(const core::Release &plan) {
+    core::History history;
+    history.integrator = "newmark";
+    history.time_step = plan.output_interval;
+    for (int step = 0; step <= plan.num_steps; ++step)
+        history.time.push_back(step * plan.output_interval);
+    return history;
+}
+
+/// Motion from a displacement u_0 in a space, u = u_0 + V q. The nodes of the mesh come first in u_0.
+void record(core::History &history, const core::Body &body, const core::Release &plan, const RitzSpace &space,
+            RitzMotion motion, const std::vector<double> &start, const std::vector<double> &start_force) {
+    const auto num_unknowns = static_cast<Eigen::Index>(start.size());
+    const Eigen::Map<const Eigen::VectorXd> u_0(start.data(), num_unknowns), force_0(start_force.data(), num_unknowns);
+    const double energy_0 = 0.5 * u_0.dot(force_0);
+    const Eigen::VectorXd force_on_space = space.vectors().transpose() * force_0;
+    const auto num_mesh_unknowns = 3 * static_cast<Eigen::Index>(body.mesh.points.size());
+    for (int step = 0; step <= plan.num_steps; ++step) {
+        const Eigen::VectorXd q = motion.displacement();
+        for (const auto &probe : plan.probes) {
+            const auto first = 3 * static_cast<Eigen::Index>(probe.node);
+            history.displacement.emplace_back(u_0.segment<3>(first) + space.vectors().middleRows<3>(first) * q);
+        }
+        if (plan.is_frame(step)) {
+            const Eigen::VectorXd u = u_0.head(num_mesh_unknowns) + space.vectors().topRows(num_mesh_unknowns) * q;
+            for (Eigen::Index i = 0; i < num_mesh_unknowns; i += 3)
+                history.frames.emplace_back(u.segment<3>(i).cast<float>());
+        }
+        history.kinetic_energy.push_back(0.5 * motion.velocity().squaredNorm());
+        history.strain_energy.push_back(energy_0 + force_on_space.dot(q) + 0.5 * q.dot(space.stiffness() * q));
+        motion.advance();
+    }
+}
+
+/// Nothing if the motion does not lie in a space of few vectors, or if nothing holds the body.
+std::optional<core::History> release_in_ritz_space(const core::Body &body, const ElasticSystem &system,
+                                                   const core::LoadCase &load_case,
+                                                   const std::vector<double> &displacement) {
+    const auto start = Clock::now();
+    const auto &plan = load_case.release.value();
+    const auto conditions = dof_conditions(core::without_tractions(load_case), system);
+    const auto mass = consistent_mass(body, system);
+    ConstrainedSolver solver(system.stiffness);
+    if (!solver.factorise(conditions.prescribed))
+        return std::nullopt;
+    const auto ready = Clock::now();
+
+    std::vector<double> force(displacement.size()), imbalance = conditions.load;
+    multiply_stiffness(system.stiffness, displacement, force);
+    for (std::size_t i = 0; i < force.size(); ++i)
+        imbalance[i] -= force[i];
+    RitzSpace space(system.stiffness, mass, solver, std::move(imbalance));
+    if (!extend_until_converged(space, plan))
+        return std::nullopt;
+    auto history = empty_history(plan);
+    record(history, body, plan, space, motion_in(space, space.size(), plan), displacement, force);
+    history.setup_seconds = seconds_between(start, ready);
+    history.solve_seconds = seconds_between(ready, Clock::now());
+    return history;
+}
+
+} // namespace
+
 core::History release(const core::Body &body, const ElasticSystem &system, const core::LoadCase &load_case,
                       std::vector<double> displacement) {
-    using Clock = std::chrono::steady_clock;
+    const auto start = Clock::now();
+    if (auto history = release_in_ritz_space(body, system, load_case, displacement))
+        return *std::move(history);
+    const double seconds_in_vain = seconds_between(start, Clock::now());
+    auto history = release_step_by_step(body, system, load_case, std::move(displacement));
+    history.setup_seconds += seconds_in_vain;
+    return history;
+}
+
+core::History release_step_by_step(const core::Body &body, const ElasticSystem &system, const core::LoadCase &load_case,
+                                   std::vector<double> displacement) {
     const auto start = Clock::now();
     const auto &plan = load_case.release.value();
     const auto conditions = dof_conditions(core::without_tractions(load_case), system);
@@ -19,11 +103,8 @@ core::History release(const core::Body &body, const ElasticSystem &system, const
     Motion motion{std::move(displacement), std::vector<double>(conditions.load.size(), 0.0)};
     const auto ready = Clock::now();
 
-    core::History history;
-    history.integrator = "newmark";
-    history.time_step = plan.output_interval;
+    auto history = empty_history(plan);
     const auto record = [&](int step) {
-        history.time.push_back(step * plan.output_interval);
         for (const auto &probe : plan.probes)
             history.displacement.emplace_back(core::Vector3::Map(&motion.displacement[3 * probe.node]));
         if (plan.is_frame(step)) // the nodes of the mesh come first
@@ -40,8 +121,8 @@ core::History release(const core::Body &body, const ElasticSystem &system, const
         record(step);
     }
     record_energy(newmark.energy(motion));
-    history.setup_seconds = std::chrono::duration<double>(ready - start).count();
-    history.solve_seconds = std::chrono::duration<double>(Clock::now() - ready).count();
+    history.setup_seconds = seconds_between(start, ready);
+    history.solve_seconds = seconds_between(ready, Clock::now());
     return history;
 }
 
