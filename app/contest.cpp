@@ -65,6 +65,10 @@ std::vector<core::Model> choose_models(const std::vector<std::string> &wanted, c
     return models;
 }
 
+const core::Model &baseline_of(const std::vector<core::Model> &models) {
+    return *std::ranges::find(models, models::baseline_model, &core::Model::name);
+}
+
 results::Result hold_contest(const core::Problem &problem, const std::vector<core::Model> &models,
                              const results::ErrorBands &bands, results::Provenance provenance,
                              const std::function<void(const std::string &)> &starting) {

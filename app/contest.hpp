@@ -18,6 +18,9 @@ namespace livermark::app {
 std::vector<core::Model> choose_models(const std::vector<std::string> &wanted, const models::ModelOptions &options,
                                        bool with_uncertainty);
 
+/// The one that scales loads; every choice of models has it.
+const core::Model &baseline_of(const std::vector<core::Model> &models);
+
 /// Lets every model solve a problem and compares it with the reference: with the refined one if that was solved and the
 /// other is not good enough, see results::estimate_uncertainty(). A model that finds no solution is part of the result;
 /// where the reference finds none, nothing is compared.

@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <functional>
-#include <numeric>
-#include <sstream>
 #include <stdexcept>
 
-#include "app/amplitudes.hpp"
+#include "app/answers.hpp"
+#include "app/batches.hpp"
 #include "app/contest.hpp"
-#include "app/load_scaling.hpp"
+#include "app/news.hpp"
 #include "app/output.hpp"
 #include "app/progress.hpp"
 #include "core/input_error.hpp"
@@ -23,11 +22,6 @@
 namespace livermark::app {
 
 namespace {
-
-/// Every choice of models has the baseline.
-const core::Model &baseline_of(const std::vector<core::Model> &models) {
-    return *std::ranges::find(models, models::baseline_model, &core::Model::name);
-}
 
 using Contest = std::function<void(const core::Problem &)>;
 
@@ -49,8 +43,8 @@ void for_each_amplitude(const core::Problem &problem, const core::Model &baselin
         }
     };
     guarded(problem, [&](const core::Problem &as_read) {
-        for (const auto &loaded : at_amplitudes(scaled_to_target(as_read, baseline), options.amplitudes))
-            guarded(loaded, hold);
+        for (const auto &at_amplitude : loaded(as_read, baseline, options))
+            guarded(at_amplitude, hold);
     });
 }
 
@@ -62,59 +56,16 @@ void keep(const std::filesystem::path &file, const results::Result &result) {
     }
 }
 
+std::filesystem::path file_of(const core::Problem &problem, const RunOptions &options) {
+    return make_output_folder(output_folder(options, problem), problem) / (problem.load_case.name + ".h5");
+}
+
+bool is_kept(const core::Problem &problem, const RunOptions &options, const results::Provenance &provenance) {
+    return options.resume && results::kept_result(file_of(problem, options), problem, provenance);
+}
+
 std::string name_of(const core::Problem &problem) {
     return fmt::format("{} / {}", problem.body->name, problem.load_case.name);
-}
-
-/// Problems of one body with the same static answer, which models keep: one after the other by one worker, so that what
-/// is kept does not depend on how many there are.
-struct Batches {
-    std::vector<std::vector<std::size_t>> problems;
-    std::vector<int> body; ///< of each batch
-};
-
-Batches batches_of(const std::vector<core::Problem> &problems) {
-    Batches batches;
-    std::vector<const core::Body *> bodies;
-    for (std::size_t p = 0; p < problems.size(); ++p) {
-        const auto &problem = problems[p];
-        const auto same = std::ranges::find_if(batches.problems, [&](const auto &batch) {
-            const auto &first = problems[batch.front()];
-            return first.body == problem.body && core::are_statically_equal(first.load_case, problem.load_case);
-        });
-        if (same != batches.problems.end()) {
-            same->push_back(p);
-            continue;
-        }
-        const auto number = std::ranges::find(bodies, problem.body.get()) - bodies.begin();
-        if (number == std::ssize(bodies))
-            bodies.push_back(problem.body.get());
-        batches.problems.push_back({p});
-        batches.body.push_back(static_cast<int>(number));
-    }
-    return batches;
-}
-
-/// Those that hold the same components of a body one after the other: models keep the last factor. What comes first
-/// otherwise stays first.
-Batches by_what_they_hold(const Batches &batches, const std::vector<core::Problem> &problems) {
-    const auto &all = batches.problems;
-    const auto first_alike = [&](std::size_t batch) {
-        const auto &problem = problems[all[batch].front()];
-        return std::ranges::find_if(all, [&](const auto &candidate) {
-            const auto &other = problems[candidate.front()];
-            return other.body == problem.body && core::hold_the_same(other.load_case, problem.load_case);
-        });
-    };
-    std::vector<std::size_t> order(all.size());
-    std::iota(order.begin(), order.end(), 0);
-    std::ranges::stable_sort(order, {}, first_alike);
-    Batches ordered;
-    for (const auto batch : order) {
-        ordered.problems.push_back(all[batch]);
-        ordered.body.push_back(batches.body[batch]);
-    }
-    return ordered;
 }
 
 /// Of the largest body; what the finite elements keep of a liver, measured, with and without its refined mesh.
@@ -139,44 +90,18 @@ int num_workers(const RunTask &task, const RunOptions &options) {
     return options.jobs.value_or(core::workers_that_fit(bytes_per_worker(task, !options.no_uncertainty)));
 }
 
-/// What a worker tells of the load cases that it is at: a letter, the number of the problem, and what it is about.
-enum class News : char { step = 's', time = 't', result = 'r', failure = 'f' };
-
-std::string to_text(News news, std::size_t problem, const std::string &about, double seconds = 0.0) {
-    return fmt::format("{} {} {} {}", static_cast<char>(news), problem, seconds, about);
-}
-
-/// What came home.
-struct Told {
-    explicit Told(const std::string &text) {
-        std::istringstream words(text);
-        char letter = 0;
-        words >> letter >> problem >> seconds;
-        words.ignore();
-        std::getline(words, about, '\0');
-        news = static_cast<News>(letter);
-    }
-
-    News news;
-    std::size_t problem = 0;
-    double seconds = 0.0;
-    std::string about;
-};
-
 /// Holds the contests of one problem, at all amplitudes.
 void hold_one(const RunTask &task, const RunOptions &options, const std::string &command_line, std::size_t number,
               const core::Tell &tell) {
     TimeSpent spent;
-    const auto *const other_work = "loads, comparisons, files";
     spent.begin(other_work);
     const auto step = [&](const core::Problem &problem, const std::string &what) {
         tell(to_text(News::step, number, fmt::format("{} / {}", name_of(problem), what)));
     };
     const auto hold = [&](const core::Problem &problem) {
-        const auto file =
-            make_output_folder(output_folder(options, problem), problem) / (problem.load_case.name + ".h5");
+        const auto file = file_of(problem, options);
         const auto provenance = results::current_provenance(command_line);
-        if (options.resume && results::kept_result(file, problem, provenance)) {
+        if (is_kept(problem, options, provenance)) {
             for (const auto &model : task.models)
                 step(problem, model.name + ", kept");
         } else {
@@ -200,13 +125,20 @@ void hold_one(const RunTask &task, const RunOptions &options, const std::string 
 
 } // namespace
 
-Outcomes hold_all(const RunTask &task, const RunOptions &options, const std::string &command_line) {
+Outcomes hold_all(RunTask task, const RunOptions &options, const std::string &command_line) {
     Outcomes outcomes{std::vector<Outcome>(task.problems.size()), {}};
     const auto num_contests = task.problems.size() * std::max<std::size_t>(1, options.amplitudes.size());
-    Progress progress(static_cast<int>(num_contests * task.models.size()));
-    const auto batches = by_what_they_hold(batches_of(task.problems), task.problems);
+    const auto groups = together_groups(task);
+    Progress progress(static_cast<int>(num_contests * task.models.size()) + groups.num_steps());
+    const int workers = num_workers(task, options);
+    const auto provenance = results::current_provenance(command_line);
+    auto answers = solve_together(
+        groups, task, options, workers,
+        [&](const core::Problem &problem) { return !is_kept(problem, options, provenance); }, progress, outcomes.spent);
+    task.models = with_answers(std::move(task.models), std::move(answers));
+    const auto batches = batches_of(task.problems);
     core::side_by_side(
-        batches.body, num_workers(task, options),
+        batches.body, workers,
         [&](int batch, const core::Tell &tell) {
             for (const auto number : batches.problems[batch])
                 hold_one(task, options, command_line, number, tell);

@@ -21,12 +21,13 @@ struct Outcomes {
     TimeSpent spent;                 ///< by all workers together
 };
 
-/// Holds the contests of a run, side by side where cores and memory allow and the options do not say otherwise, and
-/// keeps each in its file as soon as it is done. The numbers do not depend on how many are held side by side.
+/// Holds the contests of a run, after what models solve together: side by side where cores and memory allow and the
+/// options do not say otherwise, and keeps each in its file as soon as it is done. The numbers do not depend on how
+/// many are held side by side.
 /// @param command_line  kept in the result files
 /// @throws core::InputError if a result cannot be kept
 /// @throws std::runtime_error if a worker is killed, as happens where the memory ends
-Outcomes hold_all(const RunTask &task, const RunOptions &options, const std::string &command_line);
+Outcomes hold_all(RunTask task, const RunOptions &options, const std::string &command_line);
 
 /// The part of the MPI ranks that neither compare nor write. What fails here fails on rank 0 as well, which says so.
 void help_first_rank(const RunTask &task, const RunOptions &options, const std::string &command_line);

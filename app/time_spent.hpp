@@ -7,6 +7,9 @@
 
 namespace livermark::app {
 
+/// The stage of all that is not done by a model.
+inline constexpr auto other_work = "loads, comparisons, files";
+
 /// Where the time goes: a clock that is always in one of several stages.
 class TimeSpent {
   public:

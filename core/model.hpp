@@ -1,7 +1,10 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "core/modes.hpp"
 #include "core/problem.hpp"
@@ -16,6 +19,10 @@ struct Model {
     std::string source;  ///< literature reference
     /// Static answer, and the history of a time-dependent load case; throws only for what is not the load's fault.
     std::function<Solution(const Problem &)> solve;
+    /// Static answers to several problems of one body, which take less time together than one by one, as many as
+    /// most_together at once; empty if nothing is gained.
+    std::function<std::vector<Solution>(std::span<const Problem>)> solve_together{};
+    std::size_t most_together = 1;
     /// Its lowest modes, as many as asked for, with the constraints of the load case; empty if it cannot tell. Throws
     /// InputError if the body is free to move or has too few.
     std::function<Modes(const Problem &, int)> modes{};

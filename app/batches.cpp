@@ -1,0 +1,55 @@
+#include "app/batches.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace livermark::app {
+
+namespace {
+
+Batches with_the_same_answer(std::span<const core::Problem> problems) {
+    Batches batches;
+    std::vector<const core::Body *> bodies;
+    for (std::size_t p = 0; p < problems.size(); ++p) {
+        const auto &problem = problems[p];
+        const auto same = std::ranges::find_if(batches.problems, [&](const auto &batch) {
+            const auto &first = problems[batch.front()];
+            return first.body == problem.body && core::are_statically_equal(first.load_case, problem.load_case);
+        });
+        if (same != batches.problems.end()) {
+            same->push_back(p);
+            continue;
+        }
+        const auto number = std::ranges::find(bodies, problem.body.get()) - bodies.begin();
+        if (number == std::ssize(bodies))
+            bodies.push_back(problem.body.get());
+        batches.problems.push_back({p});
+        batches.body.push_back(static_cast<int>(number));
+    }
+    return batches;
+}
+
+} // namespace
+
+Batches batches_of(std::span<const core::Problem> problems) {
+    const auto batches = with_the_same_answer(problems);
+    const auto &all = batches.problems;
+    const auto first_alike = [&](std::size_t batch) {
+        const auto &problem = problems[all[batch].front()];
+        return std::ranges::find_if(all, [&](const auto &candidate) {
+            const auto &other = problems[candidate.front()];
+            return other.body == problem.body && core::hold_the_same(other.load_case, problem.load_case);
+        });
+    };
+    std::vector<std::size_t> order(all.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::ranges::stable_sort(order, {}, first_alike);
+    Batches ordered;
+    for (const auto batch : order) {
+        ordered.problems.push_back(all[batch]);
+        ordered.body.push_back(batches.body[batch]);
+    }
+    return ordered;
+}
+
+} // namespace livermark::app

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "core/problem.hpp"
+
+namespace livermark::app {
+
+/// Problems of one body with the same static answer, which models keep: one after the other by one worker, so that what
+/// is kept does not depend on how many there are.
+struct Batches {
+    std::vector<std::vector<std::size_t>> problems; ///< numbers of the problems of each batch
+    std::vector<int> body;                          ///< of each batch
+};
+
+/// Batches that hold the same components of a body come one after the other: models keep the last factor. What comes
+/// first otherwise stays first.
+Batches batches_of(std::span<const core::Problem> problems);
+
+} // namespace livermark::app
