@@ -15,12 +15,20 @@
 #include "msm/explicit_steps.hpp"
 #include "msm/release.hpp"
 #include "msm/spectrum.hpp"
+#include "msm/time_step.hpp"
 
 namespace livermark::models {
 
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+/// Of dynamic relaxation: damping by the mass is no help to stabilised methods.
+constexpr const char *default_relaxing_integrator = "runge_kutta_4";
+
+const msm::Integrator &relaxing_integrator(const ModelOptions &options) {
+    return msm::find_integrator(options.time_stepping.integrator.value_or(default_relaxing_integrator));
+}
 
 double seconds(Clock::duration duration) {
     return std::chrono::duration<double>(duration).count();
@@ -136,7 +144,7 @@ void come_to_rest(core::Solution &solution, const core::Problem &problem, const 
         solution.solver =
             fmt::format("Newton, {} steps on {} factors, CHOLMOD", found.num_iterations, found.num_factors + 1);
     } else {
-        const auto &integrator = msm::find_integrator(options.time_stepping.integrator);
+        const auto &integrator = relaxing_integrator(options);
         auto relaxed = msm::relax(integrator, body, points, conditions);
         found = std::move(relaxed.equilibrium);
         solution.solver = fmt::format("dynamic relaxation, {} steps of {:.3g} s, {}", found.num_iterations,
@@ -178,11 +186,18 @@ core::Modes modes(const core::Problem &problem, const MakeMassSprings &make, int
 }
 
 void check(const core::Problem &problem, const MakeMassSprings &make, const ModelOptions &options) {
-    const auto &integrator = msm::find_integrator(options.time_stepping.integrator);
-    if (options.equilibrium == EquilibriumMethod::relaxation && !integrator.is_explicit)
-        throw core::InputError(fmt::format("--equilibrium relaxation takes an explicit integrator, not {}; choose "
-                                           "another --integrator",
-                                           integrator.name));
+    const auto &integrator = relaxing_integrator(options); // refuses unknown names even where nothing moves
+    if (options.equilibrium == EquilibriumMethod::relaxation) {
+        if (!integrator.is_explicit)
+            throw core::InputError(fmt::format("--equilibrium relaxation takes an explicit integrator, not {}; choose "
+                                               "another --integrator",
+                                               integrator.name));
+        if (!(msm::critical_time_step(integrator, {}, 1.0, 1.0) > 0.0))
+            throw core::InputError(fmt::format("--equilibrium relaxation hardly damps the fast modes, and without "
+                                               "damping {} is unstable at every time step; choose another "
+                                               "--integrator",
+                                               integrator.name));
+    }
     if (problem.load_case.release)
         plan_release(problem, make(*problem.body).body, options.time_stepping);
 }
