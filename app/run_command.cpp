@@ -86,10 +86,10 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
             {"newton", models::EquilibriumMethod::newton}, {"relaxation", models::EquilibriumMethod::relaxation}}))
         ->default_str("newton");
     auto &stepping = options->model_options.time_stepping;
-    command
-        ->add_option("--integrator", stepping.integrator,
-                     "How mass-spring models move in time: a name as in 'livermark list integrators'")
-        ->capture_default_str();
+    command->add_option("--integrator", stepping.integrator,
+                        "How mass-spring models move in time: a name as in 'livermark list integrators'; by default "
+                        "runge_kutta_4 or runge_kutta_chebyshev, whichever needs fewer forces, and runge_kutta_4 with "
+                        "--equilibrium relaxation");
     command
         ->add_option("--time-step", stepping.time_step,
                      "Longest step of mass-spring models [s]; by default 0.8 of the longest that is stable")

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <map>
 
 #include "msm/elastic_motion.hpp"
 #include "msm/extent.hpp"
@@ -59,9 +58,7 @@ std::string has_left(const Scene &scene, const Run &run) {
 }
 
 int forces_per_step(const std::string &integrator) {
-    static const std::map<std::string, int> forces{
-        {"symplectic_euler", 1}, {"explicit_euler", 1}, {"heun", 2}, {"velocity_verlet", 2}, {"runge_kutta_4", 4}};
-    return forces.at(integrator);
+    return msm::find_integrator(integrator).forces_per_step;
 }
 
 Method spring_method(const std::string &integrator, std::function<Run(const Scene &, double)> make, double tolerance) {

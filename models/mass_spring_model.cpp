@@ -15,12 +15,20 @@
 #include "msm/explicit_steps.hpp"
 #include "msm/release.hpp"
 #include "msm/spectrum.hpp"
+#include "msm/time_step.hpp"
 
 namespace livermark::models {
 
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+/// Of dynamic relaxation: damping by the mass is no help to stabilised methods.
+constexpr const char *default_relaxing_integrator = "runge_kutta_4";
+
+const msm::Integrator &relaxing_integrator(const ModelOptions &options) {
+    return msm::find_integrator(options.time_stepping.integrator.value_or(default_relaxing_integrator));
+}
 
 double seconds(Clock::duration duration) {
     return std::chrono::duration<double>(duration).count();
@@ -68,8 +76,8 @@ bool hold_the_same(const std::vector<core::Vector3> &a, const std::vector<core::
     });
 }
 
-/// What a model has of the last body, and the factor of its stiffness at rest and its explicit steps for the components
-/// that were held last. The seconds are those that it took when it was made.
+/// What a model has of the last body and its stiffness at rest, and the factor of that and its explicit steps for the
+/// components that were held last. The seconds are those that it took when it was made.
 class Kept {
   public:
     explicit Kept(MakeMassSprings make) : make_(std::move(make)) {}
@@ -77,6 +85,7 @@ class Kept {
     const msm::MassSprings &on(const std::shared_ptr<const core::Body> &body) {
         if (body_ != body) {
             rest_.reset();
+            stiffness_.reset();
             steps_.reset();
             const auto start = Clock::now();
             parts_ = make_(*body);
@@ -90,9 +99,16 @@ class Kept {
     const msm::RestStiffness &at_rest(const msm::NodalConditions &conditions) {
         if (!rest_ || !rest_->holds(conditions.displacement)) {
             rest_.reset(); // the old factor goes before the new one needs the memory
-            const auto start = Clock::now();
-            rest_.emplace(parts_->body, body_->mesh.points, conditions.displacement);
-            rest_seconds_ = seconds(Clock::now() - start);
+            auto start = Clock::now();
+            const auto &points = body_->mesh.points;
+            if (!stiffness_) {
+                stiffness_ = std::make_shared<const Eigen::SparseMatrix<double>>(
+                    msm::elastic_hessian(parts_->body, points, msm::Tangent::exact));
+                stiffness_seconds_ = seconds(Clock::now() - start);
+                start = Clock::now();
+            }
+            rest_.emplace(stiffness_, points, conditions.displacement);
+            factor_seconds_ = seconds(Clock::now() - start);
         }
         return *rest_;
     }
@@ -107,17 +123,19 @@ class Kept {
     }
 
     double make_seconds() const { return make_seconds_; }
-    double rest_seconds() const { return rest_seconds_; }
+    double rest_seconds() const { return stiffness_seconds_ + factor_seconds_; }
 
   private:
     MakeMassSprings make_;
     std::shared_ptr<const core::Body> body_;
     std::optional<msm::MassSprings> parts_;
+    std::shared_ptr<const Eigen::SparseMatrix<double>> stiffness_; ///< at rest
     std::optional<msm::RestStiffness> rest_;
     std::optional<core::ExplicitSteps> steps_;
     std::vector<core::Vector3> held_in_steps_; ///< prescribed displacements
     double make_seconds_ = 0.0;
-    double rest_seconds_ = 0.0;
+    double stiffness_seconds_ = 0.0;
+    double factor_seconds_ = 0.0;
 };
 
 /// Puts into a solution where the body comes to rest.
@@ -136,7 +154,7 @@ void come_to_rest(core::Solution &solution, const core::Problem &problem, const 
         solution.solver =
             fmt::format("Newton, {} steps on {} factors, CHOLMOD", found.num_iterations, found.num_factors + 1);
     } else {
-        const auto &integrator = msm::find_integrator(options.time_stepping.integrator);
+        const auto &integrator = relaxing_integrator(options);
         auto relaxed = msm::relax(integrator, body, points, conditions);
         found = std::move(relaxed.equilibrium);
         solution.solver = fmt::format("dynamic relaxation, {} steps of {:.3g} s, {}", found.num_iterations,
@@ -178,11 +196,18 @@ core::Modes modes(const core::Problem &problem, const MakeMassSprings &make, int
 }
 
 void check(const core::Problem &problem, const MakeMassSprings &make, const ModelOptions &options) {
-    const auto &integrator = msm::find_integrator(options.time_stepping.integrator);
-    if (options.equilibrium == EquilibriumMethod::relaxation && !integrator.is_explicit)
-        throw core::InputError(fmt::format("--equilibrium relaxation takes an explicit integrator, not {}; choose "
-                                           "another --integrator",
-                                           integrator.name));
+    const auto &integrator = relaxing_integrator(options); // refuses unknown names even where nothing moves
+    if (options.equilibrium == EquilibriumMethod::relaxation) {
+        if (!integrator.is_explicit)
+            throw core::InputError(fmt::format("--equilibrium relaxation takes an explicit integrator, not {}; choose "
+                                               "another --integrator",
+                                               integrator.name));
+        if (!(msm::critical_time_step(integrator, {}, 1.0, 1.0) > 0.0))
+            throw core::InputError(fmt::format("--equilibrium relaxation hardly damps the fast modes, and without "
+                                               "damping {} is unstable at every time step; choose another "
+                                               "--integrator",
+                                               integrator.name));
+    }
     if (problem.load_case.release)
         plan_release(problem, make(*problem.body).body, options.time_stepping);
 }

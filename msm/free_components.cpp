@@ -26,14 +26,18 @@ void FreeComponents::add(std::vector<core::Vector3> &field, const Eigen::VectorX
 }
 
 Eigen::SparseMatrix<double> FreeComponents::restrict(const Eigen::SparseMatrix<double> &matrix) const {
-    std::vector<Eigen::Triplet<double>> entries;
-    entries.reserve(static_cast<std::size_t>(matrix.nonZeros()));
-    for (Eigen::Index column = 0; column < matrix.outerSize(); ++column)
-        for (Eigen::SparseMatrix<double>::InnerIterator entry(matrix, column); entry; ++entry)
-            if (is_free(entry.row()) && is_free(entry.col()))
-                entries.emplace_back(number_[entry.row()], number_[entry.col()], entry.value());
+    // Free components are in the order of all, so entries come as a compressed matrix keeps them.
     Eigen::SparseMatrix<double> restricted(size_, size_);
-    restricted.setFromTriplets(entries.begin(), entries.end());
+    restricted.reserve(matrix.nonZeros());
+    for (Eigen::Index column = 0; column < matrix.outerSize(); ++column) {
+        if (!is_free(column))
+            continue;
+        restricted.startVec(number_[column]);
+        for (Eigen::SparseMatrix<double>::InnerIterator entry(matrix, column); entry; ++entry)
+            if (is_free(entry.row()))
+                restricted.insertBackByOuterInner(number_[column], number_[entry.row()]) = entry.value();
+    }
+    restricted.finalize();
     return restricted;
 }
 

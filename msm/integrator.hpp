@@ -20,6 +20,9 @@ struct Integrator {
     int order = 1;           ///< of the error after a given time in the length of the step
     bool is_explicit = true; ///< takes no more than accelerations
     bool is_symplectic = false;
+    /// Bears steps under strong damping that are so long that what limits them is not stability but accuracy.
+    bool is_stabilised = false;
+    int forces_per_step = 1; ///< evaluations of the forces; 0 if a step takes as many as it needs
     /// Steps of one length; what it returns keeps its scratch space, so each thread needs its own.
     /// @param equation   kept alive and unchanged by the caller
     /// @param time_step  h [s], > 0

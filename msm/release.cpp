@@ -1,6 +1,7 @@
 #include "msm/release.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <fmt/format.h>
@@ -23,6 +24,43 @@ constexpr double largest_motion = 10.0;
 /// Nothing adds energy after the release: more than this many times what there was has come from the steps.
 constexpr double largest_energy = 10.0;
 
+/// The more accurate first: it is taken where both need as many forces.
+constexpr std::array default_integrators{"runge_kutta_4", "runge_kutta_chebyshev"};
+/// Of a stabilised method, whose stable steps may be as long as the interval between two records.
+constexpr int min_stabilised_steps = 4;
+
+bool is_allowed(const TimeStepping &choice, double critical_time_step) {
+    if (choice.time_step)
+        return choice.force || *choice.time_step <= critical_time_step;
+    return critical_time_step > 0.0;
+}
+
+[[noreturn]] void refuse(const TimeStepping &choice, const StepPlan &plan, const core::Problem &problem) {
+    const auto &name = plan.integrator->name;
+    if (!(plan.critical_time_step > 0.0))
+        throw core::InputError(fmt::format("{} is unstable at every time step without damping; damp load case {}, or "
+                                           "take another integrator",
+                                           name, problem.load_case.name));
+    throw core::InputError(fmt::format(
+        "a time step of {:.3g} s is too long for {} on {}: {:.3g} s is the longest that is stable, and {:.3g} s is "
+        "safe; take that, or force the step to see what happens",
+        *choice.time_step, name, problem.body->name, plan.critical_time_step,
+        default_safety_factor * plan.critical_time_step));
+}
+
+/// @param plan  with integrator and critical time step
+void divide(StepPlan &plan, const TimeStepping &choice, double interval) {
+    const double longest = choice.time_step.value_or(default_safety_factor * plan.critical_time_step);
+    const int fewest = plan.integrator->is_stabilised && !choice.time_step ? min_stabilised_steps : 1;
+    // Rounding must not make three steps of two.
+    plan.steps_per_record = std::max(fewest, static_cast<int>(std::ceil(interval / longest - 1e-9)));
+    plan.time_step = interval / plan.steps_per_record;
+}
+
+int forces_per_record(const StepPlan &plan) {
+    return plan.steps_per_record * plan.integrator->forces_per_step;
+}
+
 /// Number of steps from a state until something holds, if it ever does.
 int steps_until(State state, const Stepper &stepper, const std::function<bool(const State &)> &holds) {
     int num_steps = 0;
@@ -36,24 +74,26 @@ int steps_until(State state, const Stepper &stepper, const std::function<bool(co
 StepPlan plan_steps(const core::Problem &problem, const ElasticBody &body, const NodalConditions &conditions,
                     const TimeStepping &choice) {
     const auto &release = problem.load_case.release.value();
-    StepPlan plan{.integrator = &find_integrator(choice.integrator), .kernel = choice.kernel};
     const double highest = largest_angular_frequency(body, problem.body->mesh.points, conditions);
-    plan.critical_time_step = critical_time_step(*plan.integrator, release.damping, lowest_part * highest, highest);
-    if (!choice.force && !(plan.critical_time_step > 0.0))
-        throw core::InputError(fmt::format("{} is unstable at every time step without damping; damp load case {}, or "
-                                           "take another integrator",
-                                           choice.integrator, problem.load_case.name));
-    if (!choice.force && choice.time_step && *choice.time_step > plan.critical_time_step)
-        throw core::InputError(fmt::format(
-            "a time step of {:.3g} s is too long for {} on {}: {:.3g} s is the longest that is stable, and {:.3g} s is "
-            "safe; take that, or force the step to see what happens",
-            *choice.time_step, choice.integrator, problem.body->name, plan.critical_time_step,
-            default_safety_factor * plan.critical_time_step));
-    const double longest = choice.time_step.value_or(default_safety_factor * plan.critical_time_step);
-    // Rounding must not make three steps of two.
-    plan.steps_per_record = std::max(1, static_cast<int>(std::ceil(release.output_interval / longest - 1e-9)));
-    plan.time_step = release.output_interval / plan.steps_per_record;
-    return plan;
+    std::vector<std::string> names{default_integrators.begin(), default_integrators.end()};
+    if (choice.integrator)
+        names = {*choice.integrator};
+    std::optional<StepPlan> best, refused;
+    for (const auto &name : names) {
+        StepPlan plan{.integrator = &find_integrator(name), .kernel = choice.kernel};
+        plan.critical_time_step = critical_time_step(*plan.integrator, release.damping, lowest_part * highest, highest);
+        if (!is_allowed(choice, plan.critical_time_step)) {
+            if (!refused || plan.critical_time_step > refused->critical_time_step)
+                refused = plan;
+            continue;
+        }
+        divide(plan, choice, release.output_interval);
+        if (!best || forces_per_record(plan) < forces_per_record(*best))
+            best = plan;
+    }
+    if (!best)
+        refuse(choice, *refused, problem);
+    return *best;
 }
 
 core::History release(const core::Problem &problem, const ElasticBody &body, const NodalConditions &conditions,

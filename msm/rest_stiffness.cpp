@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "msm/extent.hpp"
 
@@ -9,8 +10,14 @@ namespace livermark::msm {
 
 RestStiffness::RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions,
                              const std::vector<core::Vector3> &prescribed)
-    : free_(prescribed), stiffness_(elastic_hessian(body, positions, Tangent::exact)) {
-    const auto restricted = free_.restrict(stiffness_);
+    : RestStiffness(
+          std::make_shared<const Eigen::SparseMatrix<double>>(elastic_hessian(body, positions, Tangent::exact)),
+          positions, prescribed) {}
+
+RestStiffness::RestStiffness(std::shared_ptr<const Eigen::SparseMatrix<double>> stiffness,
+                             const std::vector<core::Vector3> &positions, const std::vector<core::Vector3> &prescribed)
+    : free_(prescribed), stiffness_(std::move(stiffness)) {
+    const auto restricted = free_.restrict(*stiffness_);
     rounding_force_ = std::numeric_limits<double>::epsilon() * extent(positions) * restricted.diagonal().norm();
     is_definite_ = factor_.factorize(restricted);
 }
@@ -30,7 +37,7 @@ std::vector<core::Vector3> RestStiffness::solve(const std::vector<core::Vector3>
         node = node.array().isNaN().select(core::Vector3::Zero(), node);
     if (!is_definite_)
         return displacement;
-    const Eigen::VectorXd load = to_unknowns(force) - stiffness_ * to_unknowns(displacement);
+    const Eigen::VectorXd load = to_unknowns(force) - *stiffness_ * to_unknowns(displacement);
     free_.add(displacement, factor_.solve(free_.gather(to_field(load))), 1.0);
     return displacement;
 }

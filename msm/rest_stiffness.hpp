@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/SparseCore>
+#include <memory>
 #include <vector>
 
 #include "msm/cholesky.hpp"
@@ -17,6 +18,10 @@ class RestStiffness {
     /// @param prescribed  shape (N) displacement [m], NaN where a component is free; the values do not matter
     RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions,
                   const std::vector<core::Vector3> &prescribed);
+    /// The same where the stiffness is there already: it does not depend on what is held.
+    /// @param stiffness   (3N, 3N) elastic_hessian() at rest, exact [N/m]
+    RestStiffness(std::shared_ptr<const Eigen::SparseMatrix<double>> stiffness,
+                  const std::vector<core::Vector3> &positions, const std::vector<core::Vector3> &prescribed);
 
     /// Whether the same components are held.
     bool holds(const std::vector<core::Vector3> &prescribed) const;
@@ -34,7 +39,7 @@ class RestStiffness {
 
   private:
     FreeComponents free_;
-    Eigen::SparseMatrix<double> stiffness_; // (3N, 3N)
+    std::shared_ptr<const Eigen::SparseMatrix<double>> stiffness_; // (3N, 3N)
     Cholesky factor_;
     bool is_definite_ = false;
     double rounding_force_ = 0.0;

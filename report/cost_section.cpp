@@ -18,6 +18,14 @@ std::string group_of(const results::Standing &standing) {
     return standing.load_case.empty() ? standing.body : fmt::format("{}, {}", standing.body, standing.load_case);
 }
 
+/// Whether all that is known of a model in its group is by the same integrator.
+bool is_moved_in_one_way(const results::Standing &standing, const std::vector<results::Standing> &standings) {
+    return std::ranges::all_of(standings, [&](const results::Standing &other) {
+        return other.model != standing.model || group_of(other) != group_of(standing) ||
+               other.integrator == standing.integrator;
+    });
+}
+
 /// The points of a group, and the front as a line behind them.
 Plot plot_of(const std::string &group, const std::vector<results::Standing> &standings,
              const std::vector<std::string> &models, const std::string &error_label) {
@@ -35,7 +43,7 @@ Plot plot_of(const std::string &group, const std::vector<results::Standing> &sta
             front.points.push_back({standing.at.cost, error});
         auto style = style_of(standing.model, models);
         style.has_line = false;
-        const auto label = standing.integrator.empty() || standing.integrator == "runge_kutta_4"
+        const auto label = is_moved_in_one_way(standing, standings)
                                ? standing.model
                                : fmt::format("{}, {}", standing.model, standing.integrator);
         points.push_back({.name = {}, .points = {{standing.at.cost, error, label}}, .style = style});

@@ -28,6 +28,7 @@ Integrator heun() {
             .order = 2,
             .is_explicit = true,
             .is_symplectic = false,
+            .forces_per_step = 2,
             .prepare = prepare};
 }
 

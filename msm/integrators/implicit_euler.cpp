@@ -78,6 +78,7 @@ Integrator implicit_euler() {
             .order = 1,
             .is_explicit = false,
             .is_symplectic = false,
+            .forces_per_step = 0,
             .prepare = prepare};
 }
 

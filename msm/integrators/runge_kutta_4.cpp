@@ -36,6 +36,7 @@ Integrator runge_kutta_4() {
             .order = 4,
             .is_explicit = true,
             .is_symplectic = false,
+            .forces_per_step = 4,
             .prepare = prepare};
 }
 

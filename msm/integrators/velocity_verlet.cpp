@@ -28,6 +28,7 @@ Integrator velocity_verlet() {
             .order = 2,
             .is_explicit = true,
             .is_symplectic = true,
+            .forces_per_step = 2,
             .prepare = prepare};
 }
 

@@ -30,6 +30,7 @@ std::optional<StepScheme> find_scheme(const std::string &integrator) {
         {"heun", {.kind = Kind::runge_kutta, .weight = {0.5, 0.5}, .next = {1.0}}},
         {"runge_kutta_4",
          {.kind = Kind::runge_kutta, .weight = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0}, .next = {0.5, 0.5, 1.0}}},
+        {"runge_kutta_chebyshev", {.kind = Kind::runge_kutta_chebyshev, .chebyshev = chebyshev_stages()}},
         {"symplectic_euler", {.kind = Kind::symplectic_euler}},
         {"velocity_verlet", {.kind = Kind::velocity_verlet}}};
     const auto place = schemes.find(integrator);
@@ -69,7 +70,9 @@ template <class T> class Steps : public FastSteps::Implementation {
         at_.alpha = damping.alpha;
         at_.beta = damping.beta;
         at_.nodes.resize(at_.body.num_slices);
-        if (scheme.kind != StepScheme::Kind::symplectic_euler)
+        if (scheme.kind == StepScheme::Kind::runge_kutta_chebyshev)
+            at_.chebyshev_stages.resize(at_.body.num_slices);
+        else if (scheme.kind != StepScheme::Kind::symplectic_euler)
             at_.stages.resize(at_.body.num_slices);
         for (auto &rows : at_.rows)
             rows.assign(4 * static_cast<std::size_t>(at_.body.num_rows + 1), T(0));
@@ -150,11 +153,12 @@ template <class T> class Steps : public FastSteps::Implementation {
                bytes(body.force_slot) + bytes(body.sum) + bytes(body.rest_volume) + bytes(body.volume_share) +
                bytes(body.tetrahedron_stiffness) + bytes(body.least_volume) + bytes(body.guard_stiffness) +
                bytes(body.member) + bytes(body.volume_stiffness) + bytes(at_.nodes) + bytes(at_.loads) +
-               bytes(at_.stages) + 2 * bytes(at_.rows[0]) + 2 * bytes(at_.velocity_rows[0]) + bytes(at_.gain) +
-               bytes(at_.corner_force) + bytes(body.rest_gradient) + bytes(body.rest_length) + bytes(body.half_lambda) +
-               bytes(body.shear_modulus) + bytes(body.inner_modulus) + bytes(body.coupled_modulus) +
-               bytes(body.mean_change) + bytes(body.mean_pressure) + bytes(at_.strain) + 2 * bytes(at_.stress[0]) +
-               bytes(at_.change) + bytes(at_.mean_change);
+               bytes(at_.stages) + bytes(at_.chebyshev_stages) + 2 * bytes(at_.rows[0]) +
+               2 * bytes(at_.velocity_rows[0]) + bytes(at_.gain) + bytes(at_.corner_force) + bytes(body.rest_gradient) +
+               bytes(body.rest_length) + bytes(body.half_lambda) + bytes(body.shear_modulus) +
+               bytes(body.inner_modulus) + bytes(body.coupled_modulus) + bytes(body.mean_change) +
+               bytes(body.mean_pressure) + bytes(at_.strain) + 2 * bytes(at_.stress[0]) + bytes(at_.change) +
+               bytes(at_.mean_change);
     }
 
   private:

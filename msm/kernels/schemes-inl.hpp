@@ -26,6 +26,22 @@ template <class T> struct Component {
     T *acceleration, *for_position, *for_velocity; ///< not looked at by methods of one stage
 };
 
+template <class T>
+HWY_INLINE Component<T> component_without_stages(StepWorkspace<T> &at, int slice, std::size_t c, std::size_t lane) {
+    NodeSlice<T> &node = at.nodes[slice];
+    return {node.position[c].data() + lane, node.velocity[c].data() + lane, nullptr, nullptr, nullptr};
+}
+
+template <class T>
+HWY_INLINE Component<T> component_with_stages(StepWorkspace<T> &at, int slice, std::size_t c, std::size_t lane) {
+    auto of_node = component_without_stages(at, slice, c, lane);
+    auto &stages = at.stages[slice];
+    of_node.acceleration = stages.acceleration[c].data() + lane;
+    of_node.for_position = stages.for_position[c].data() + lane;
+    of_node.for_velocity = stages.for_velocity[c].data() + lane;
+    return of_node;
+}
+
 template <class T> HWY_INLINE DoubleVec add_to(T *sum, bool is_first, DoubleVec value) {
     const auto total = is_first ? value : dn::Add(as_double(sum), value);
     store_as(total, sum);
@@ -33,7 +49,11 @@ template <class T> HWY_INLINE DoubleVec add_to(T *sum, bool is_first, DoubleVec 
 }
 
 struct SymplecticEuler {
-    static constexpr bool has_stages = false;
+    template <class T>
+    static HWY_INLINE Component<T> component(StepWorkspace<T> &at, int /*stage*/, int slice, std::size_t c,
+                                             std::size_t lane) {
+        return component_without_stages(at, slice, c, lane);
+    }
 
     template <class T>
     static HWY_INLINE DoubleVec velocity_now(const StepScheme & /*scheme*/, int /*stage*/, double /*step*/,
@@ -55,7 +75,11 @@ struct SymplecticEuler {
 };
 
 struct VelocityVerlet {
-    static constexpr bool has_stages = true;
+    template <class T>
+    static HWY_INLINE Component<T> component(StepWorkspace<T> &at, int /*stage*/, int slice, std::size_t c,
+                                             std::size_t lane) {
+        return component_with_stages(at, slice, c, lane);
+    }
 
     /// The second evaluation is at a guess, v + h a.
     template <class T>
@@ -87,7 +111,11 @@ struct VelocityVerlet {
 /// up to one, the step is v + h sum w_s a_s and x + h v + h^2 sum w_(s+1) c_s a_s: sums of accelerations, which need no
 /// more digits than the forces have.
 struct RungeKutta {
-    static constexpr bool has_stages = true;
+    template <class T>
+    static HWY_INLINE Component<T> component(StepWorkspace<T> &at, int /*stage*/, int slice, std::size_t c,
+                                             std::size_t lane) {
+        return component_with_stages(at, slice, c, lane);
+    }
 
     template <class T>
     static HWY_INLINE DoubleVec velocity_now(const StepScheme &scheme, int stage, double step, const Component<T> &at) {
@@ -143,7 +171,7 @@ template <bool is_damped, class T> HWY_INLINE void write_copies(StepWorkspace<T>
 template <class Scheme, bool is_damped, class D, class T>
 HWY_INLINE void advance(D d, StepWorkspace<T> &at, int now, int slice, std::size_t lane, int stage,
                         const Vec3<D> &force) {
-    NodeSlice<T> &node = at.nodes[slice];
+    const NodeSlice<T> &node = at.nodes[slice];
     const auto alpha = dn::Set(Doubles(), at.alpha);
     const double step = at.time_step;
     const bool has_loads = !at.loads.empty();
@@ -153,13 +181,7 @@ HWY_INLINE void advance(D d, StepWorkspace<T> &at, int now, int slice, std::size
         to_doubles(d, of_force, total);
         for (std::size_t part = 0; part < num_parts<D>(); ++part) {
             const std::size_t l = lane + part * dn::Lanes(Doubles());
-            Component<T> of_node{node.position[c].data() + l, node.velocity[c].data() + l, nullptr, nullptr, nullptr};
-            if constexpr (Scheme::has_stages) {
-                auto &stages = at.stages[slice];
-                of_node.acceleration = stages.acceleration[c].data() + l;
-                of_node.for_position = stages.for_position[c].data() + l;
-                of_node.for_velocity = stages.for_velocity[c].data() + l;
-            }
+            const auto of_node = Scheme::component(at, stage, slice, c, l);
             if (has_loads)
                 total[part] = dn::Add(total[part], as_double(at.loads[slice][c].data() + l));
             const auto velocity_now = Scheme::velocity_now(at.scheme, stage, step, of_node);

@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "msm/chebyshev_stages.hpp"
 #include "msm/kernels/sliced_body.hpp"
 
 namespace livermark::msm {
@@ -11,13 +12,18 @@ class Barrier;
 
 /// How the explicit integrators go from one force to the next.
 struct StepScheme {
-    enum class Kind { symplectic_euler, velocity_verlet, runge_kutta };
+    enum class Kind { symplectic_euler, velocity_verlet, runge_kutta, runge_kutta_chebyshev };
     Kind kind = Kind::symplectic_euler;
     /// Of Runge-Kutta methods whose stages each start from the one before: what each stage adds to the step, and where
     /// the next one stands, both as parts of the step.
     std::vector<double> weight{1.0};
     std::vector<double> next{};
-    int num_stages() const { return kind == Kind::velocity_verlet ? 2 : static_cast<int>(weight.size()); }
+    std::vector<ChebyshevStage> chebyshev{}; ///< of Runge-Kutta-Chebyshev methods
+    int num_stages() const {
+        if (kind == Kind::runge_kutta_chebyshev)
+            return static_cast<int>(chebyshev.size());
+        return kind == Kind::velocity_verlet ? 2 : static_cast<int>(weight.size());
+    }
 };
 
 /// A vector at each node of a slice, one component behind the other.
@@ -35,6 +41,13 @@ template <class T> struct alignas(64) StageSlice {
     SliceField<T> acceleration; ///< at the stage before
     SliceField<T> for_position; ///< sums of accelerations
     SliceField<T> for_velocity;
+};
+
+/// What Runge-Kutta-Chebyshev methods keep between their stages; see chebyshev_scheme-inl.hpp.
+template <class T> struct alignas(64) ChebyshevSlice {
+    SliceField<T> first_acceleration;
+    /// What accelerations have made of position and velocity at one stage and at the one before, which take turns.
+    std::array<SliceField<T>, 2> for_position, for_velocity;
 };
 
 /// Part of the work that one thread does.
@@ -65,8 +78,9 @@ template <class T> struct StepWorkspace {
     double alpha = 0.0, beta = 0.0; ///< Rayleigh damping
 
     std::vector<NodeSlice<T>> nodes;
-    std::vector<SliceField<T>> loads;  ///< [N]; empty if there are none
-    std::vector<StageSlice<T>> stages; ///< empty for one stage
+    std::vector<SliceField<T>> loads;                ///< [N]; empty if there are none
+    std::vector<StageSlice<T>> stages;               ///< empty for one stage
+    std::vector<ChebyshevSlice<T>> chebyshev_stages; ///< empty for other methods
     /// What forces are made from, (rows + 1, 4) each: x, y, z and pressure; velocities, where stiffness damps. One is
     /// read while the other is written.
     std::array<Aligned<T>, 2> rows, velocity_rows;

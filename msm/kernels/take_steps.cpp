@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "msm/kernels/biquadratic_springs-inl.hpp"
+#include "msm/kernels/chebyshev_scheme-inl.hpp"
 #include "msm/kernels/fan_forces-inl.hpp"
 #include "msm/kernels/nodal_springs-inl.hpp"
 #include "msm/kernels/schemes-inl.hpp"
@@ -150,6 +151,8 @@ template <class T> void take(StepWorkspace<T> &at, int thread, int num_steps, Ba
         return with(VelocityVerlet());
     case StepScheme::Kind::runge_kutta:
         return with(RungeKutta());
+    case StepScheme::Kind::runge_kutta_chebyshev:
+        return with(RungeKuttaChebyshev());
     }
 }
 

@@ -173,6 +173,25 @@ TEST_P(Integrators, FollowTheNonlinearSprings) {
     EXPECT_NEAR(std::log2(coarse / fine), GetParam().order, 0.3);
 }
 
+TEST_P(Integrators, EvaluateTheForcesAsOftenAsTheySay) {
+    auto equation = Oscillator().equation();
+    int num_forces = 0;
+    equation.acceleration = [&num_forces, acceleration = equation.acceleration](
+                                const Eigen::VectorXd &u, const Eigen::VectorXd &v, Eigen::VectorXd &a) {
+        ++num_forces;
+        acceleration(u, v, a);
+    };
+    const auto step = GetParam().prepare(equation, 0.1);
+    msm::State state{Eigen::VectorXd::Ones(1), Eigen::VectorXd::Zero(1)};
+    for (int n = 0; n < 3; ++n)
+        step(state);
+    if (GetParam().is_explicit) {
+        EXPECT_EQ(num_forces, 3 * GetParam().forces_per_step);
+    } else {
+        EXPECT_EQ(GetParam().forces_per_step, 0);
+    }
+}
+
 TEST_P(Integrators, LeaveHeldUnknownsAlone) {
     Lump lump;
     lump.conditions.displacement[3] = {0.0, nan, nan};
@@ -245,6 +264,7 @@ TEST(CriticalTimeStep, IsTheKnownOneOfEachIntegrator) {
     EXPECT_NEAR(limit("runge_kutta_4", {}), 2.0 * std::numbers::sqrt2, 1e-6);
     EXPECT_EQ(limit("explicit_euler", {}), 0.0);
     EXPECT_EQ(limit("heun", {}), 0.0);
+    EXPECT_EQ(limit("runge_kutta_chebyshev", {}), 0.0);
     EXPECT_EQ(limit("implicit_euler", {}), std::numeric_limits<double>::infinity());
     // Explicit Euler bears h <= 2 zeta / omega = alpha / omega^2 + beta where zeta < 1.
     EXPECT_NEAR(limit("explicit_euler", {1.0, 0.0}), 1e-2, 1e-6);
@@ -253,6 +273,8 @@ TEST(CriticalTimeStep, IsTheKnownOneOfEachIntegrator) {
     // is 2.7853 over the faster rate, omega (zeta + sqrt(zeta^2 - 1)).
     const double zeta = 0.5 * (3.0 / 100.0 + 0.1 * 100.0);
     EXPECT_NEAR(limit("runge_kutta_4", {3.0, 0.1}), 2.785293563 / (zeta + std::sqrt(zeta * zeta - 1.0)), 1e-6);
+    // And 2 w_0 / w_1 with the polynomial of 8 stages and epsilon = 2/13, which is even about its middle.
+    EXPECT_NEAR(limit("runge_kutta_chebyshev", {3.0, 0.1}), 41.21611088 / (zeta + std::sqrt(zeta * zeta - 1.0)), 1e-6);
     // Symplectic Euler with (omega h)^2 + 4 zeta omega h = 4.
     EXPECT_NEAR(limit("symplectic_euler", {0.0, 0.01}), std::sqrt(1.0 + 4.0) - 1.0, 1e-6);
 }
