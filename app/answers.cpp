@@ -23,11 +23,11 @@ namespace {
 class TemporaryFolder {
   public:
     TemporaryFolder() {
-        auto name = (std::filesystem::temp_directory_path() / "livermark-XXXXXX").string();
-        if (!mkdtemp(name.data()))
-            throw core::InputError(fmt::format("{}: no folder can be made there for temporary files; set TMPDIR to a "
-                                               "folder that can be written",
-                                               std::filesystem::temp_directory_path().string()));
+        std::error_code fault;
+        const auto parent = std::filesystem::temp_directory_path(fault);
+        auto name = (parent / "livermark-XXXXXX").string();
+        if (fault || !mkdtemp(name.data()))
+            throw core::InputError("no folder can be made for temporary files; set TMPDIR to one that can be written");
         path_ = name;
     }
     ~TemporaryFolder() {

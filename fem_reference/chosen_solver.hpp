@@ -49,6 +49,9 @@ class ChosenSolver {
     /// How many right-hand sides take less time together than one by one.
     std::size_t max_columns() const;
 
+    /// The sparse Cholesky factor, nullptr where there are iterations.
+    ConstrainedSolver *direct() { return direct_ ? &*direct_ : nullptr; }
+
     /// For the result file.
     std::string description(const ConstrainedSolution &solution) const;
 

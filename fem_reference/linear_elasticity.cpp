@@ -97,6 +97,7 @@ struct StaticSolver::Impl {
     core::Solution solution(const core::LoadCase &load_case, const DofConditions &conditions,
                             const ConstrainedSolution &found) const;
     std::vector<core::Solution> solve_together(std::span<const core::LoadCase> load_cases);
+    core::History motion(const core::LoadCase &load_case, const std::vector<double> &displacement);
 
     std::shared_ptr<const core::Body> body;
     Formulation formulation;
@@ -152,6 +153,13 @@ core::Solution StaticSolver::Impl::solution(const core::LoadCase &load_case, con
     return solution;
 }
 
+core::History StaticSolver::Impl::motion(const core::LoadCase &load_case, const std::vector<double> &displacement) {
+    if (auto *const kept = solver.direct())
+        return release(*body, matrices.system, load_case, displacement, *kept);
+    ConstrainedSolver own(matrices.system.stiffness);
+    return release(*body, matrices.system, load_case, displacement, own);
+}
+
 core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
     check_facets(load_case, impl_->body->mesh);
     const auto conditions_start = Clock::now();
@@ -163,7 +171,7 @@ core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
     auto solution = impl_->solution(load_case, conditions, found);
     solution.solve_seconds = conditions_seconds + seconds_since(solve_start);
     if (load_case.release && found.unique && impl_->formulation == Formulation::displacement)
-        solution.history = release(*impl_->body, impl_->matrices.system, load_case, found.displacement);
+        solution.history = impl_->motion(load_case, found.displacement);
     return solution;
 }
 

@@ -3,7 +3,6 @@
 #include <chrono>
 #include <optional>
 
-#include "fem_reference/constrained_solver.hpp"
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/mass_matrix.hpp"
 #include "fem_reference/newmark.hpp"
@@ -56,12 +55,11 @@ void record(core::History &history, const core::Body &body, const core::Release 
 /// Nothing if the motion does not lie in a space of few vectors, or if nothing holds the body.
 std::optional<core::History> release_in_ritz_space(const core::Body &body, const ElasticSystem &system,
                                                    const core::LoadCase &load_case,
-                                                   const std::vector<double> &displacement) {
+                                                   const std::vector<double> &displacement, ConstrainedSolver &solver) {
     const auto start = Clock::now();
     const auto &plan = load_case.release.value();
     const auto conditions = dof_conditions(core::without_tractions(load_case), system);
     const auto mass = consistent_mass(body, system);
-    ConstrainedSolver solver(system.stiffness);
     if (!solver.factorise(conditions.prescribed))
         return std::nullopt;
     const auto ready = Clock::now();
@@ -83,9 +81,9 @@ std::optional<core::History> release_in_ritz_space(const core::Body &body, const
 } // namespace
 
 core::History release(const core::Body &body, const ElasticSystem &system, const core::LoadCase &load_case,
-                      std::vector<double> displacement) {
+                      std::vector<double> displacement, ConstrainedSolver &solver) {
     const auto start = Clock::now();
-    if (auto history = release_in_ritz_space(body, system, load_case, displacement))
+    if (auto history = release_in_ritz_space(body, system, load_case, displacement, solver))
         return *std::move(history);
     const double seconds_in_vain = seconds_between(start, Clock::now());
     auto history = release_step_by_step(body, system, load_case, std::move(displacement));

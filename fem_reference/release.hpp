@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/solution.hpp"
+#include "fem_reference/constrained_solver.hpp"
 #include "fem_reference/elastic_system.hpp"
 
 namespace livermark::fem_reference {
@@ -13,9 +14,10 @@ namespace livermark::fem_reference {
 /// @param body          that the system was assembled from
 /// @param load_case     of that body's mesh, with its release
 /// @param displacement  where it starts from rest, shape (3 n) [m]
+/// @param solver        of the system's stiffness; the factor that it has serves if it holds what the motion holds
 /// @throws std::runtime_error if the memory does not hold the factor
 core::History release(const core::Body &body, const ElasticSystem &system, const core::LoadCase &load_case,
-                      std::vector<double> displacement);
+                      std::vector<double> displacement, ConstrainedSolver &solver);
 
 /// The same motion in steps of the whole body, with a solve each: slow, obvious, and as good with any damping.
 core::History release_step_by_step(const core::Body &body, const ElasticSystem &system, const core::LoadCase &load_case,

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
@@ -10,6 +11,7 @@
 #include "tests/livermark_command.hpp"
 #include "tests/same_bits.hpp"
 #include "tests/small_bar.hpp"
+#include "tests/verification/fem_test_bodies.hpp"
 
 namespace livermark {
 namespace {
@@ -23,10 +25,19 @@ void write_pull(const fs::path &file, double pull, const std::string &more = "")
         more, pull);
 }
 
+/// Nearly incompressible, so that load cases are solved together.
+fs::path folder_with_bar_that_has_a_pressure(const std::string &suite) {
+    auto folder = tests::folder_with_bar(suite);
+    std::ofstream(folder / "bar.toml")
+        << "title = \"bar\"\nmesh = \"bar.msh\"\n[regions.solid]\ndensity = 1000.0\nyoung_modulus = 5000.0\n"
+           "poisson_ratio = 0.45\nsource = \"made up\"\n";
+    return folder;
+}
+
 /// What is solved does not depend on who solves it, and neither does what is kept from one load case for another: the
 /// third has the static answer of the first.
 TEST(Jobs, GiveTheSameBits) {
-    const auto folder = tests::folder_with_bar("jobs");
+    const auto folder = folder_with_bar_that_has_a_pressure("jobs");
     write_pull(folder / "first.toml", 10.0);
     write_pull(folder / "second.toml", 12.0);
     write_pull(folder / "third.toml", 10.0);
@@ -60,6 +71,63 @@ TEST(Jobs, GiveTheSameBits) {
             EXPECT_TRUE(tests::same_bits(a.solution.reaction, b.solution.reaction));
         }
     }
+}
+
+/// The answers of load cases that are solved together are those of each alone, and a run that goes on solves what
+/// lacks.
+TEST(Jobs, LoadCasesTogetherHaveTheAnswersOfEachAlone) {
+    const auto folder = folder_with_bar_that_has_a_pressure("jobs_together");
+    const auto temporary = folder / "temporary";
+    fs::create_directory(temporary);
+    write_pull(folder / "first.toml", 10.0);
+    write_pull(folder / "second.toml", 12.0);
+    std::ofstream(folder / "third.toml")
+        << "title = \"press\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"x_max\"\n"
+           "displacement = [-0.001, 0.0, 0.0]\n[[condition]]\npatch = \"x_min\"\n"
+           "displacement = [0.0, 0.0, 0.0]\n";
+    const auto run = [&](const std::string &load_cases, const std::string &runs) {
+        std::string files, name;
+        for (std::istringstream names(load_cases); names >> name;)
+            files += fmt::format(" {}/{}.toml", folder.string(), name);
+        const auto outcome = tests::run_command(fmt::format(
+            "TMPDIR={} {} run --body {}/bar.toml --load-case{} --model fem_p2 --output {}/{}{}", temporary.string(),
+            LIVERMARK_BINARY, folder.string(), files, folder.string(), runs, runs == "resumed" ? " --resume" : ""));
+        EXPECT_EQ(outcome.status, 0) << outcome.output;
+        EXPECT_TRUE(fs::is_empty(temporary));
+    };
+    const auto solution = [&](const std::string &runs, const std::string &load_case, const std::string &model) {
+        const auto result = results::read_result(folder / runs / "bar" / (load_case + ".h5"));
+        return std::ranges::find(result.models, model, &results::ModelResult::name)->solution;
+    };
+    run("first second third", "together");
+    for (const std::string name : {"first", "second", "third"}) {
+        run(name, "alone");
+        for (const std::string model : {"fem_p2p1", "fem_p2p1_refined"}) {
+            SCOPED_TRACE(name + " by " + model);
+            const auto together = solution("together", name, model), alone = solution("alone", name, model);
+            EXPECT_NE(together.solver.find("3 load cases together"), std::string::npos) << together.solver;
+            EXPECT_EQ(alone.solver.find("together"), std::string::npos) << alone.solver;
+            const double tolerance = model == "fem_p2p1" ? 1e-8 : 1e-5;
+            EXPECT_LT(tests::relative_difference(together.displacement, alone.displacement), tolerance);
+            EXPECT_LT(tests::relative_difference(together.reaction, alone.reaction), tolerance);
+        }
+    }
+    run("first second third", "resumed");
+    fs::remove(folder / "resumed" / "bar" / "second.h5");
+    run("first second third", "resumed");
+    EXPECT_EQ(solution("resumed", "second", "fem_p2p1").solver.find("together"), std::string::npos);
+    EXPECT_NE(solution("resumed", "first", "fem_p2p1").solver.find("together"), std::string::npos);
+}
+
+TEST(Jobs, SayWhereTemporaryFilesHaveNoPlace) {
+    const auto folder = tests::folder_with_bar("jobs_temporary");
+    write_pull(folder / "a.toml", 10.0);
+    const auto outcome =
+        tests::run_command(fmt::format("TMPDIR={0}/nowhere {1} run --body {0}/bar.toml --load-case {0}/a.toml --model "
+                                       "lloyd --output {0}/runs",
+                                       folder.string(), LIVERMARK_BINARY));
+    EXPECT_EQ(outcome.status, 2) << outcome.output;
+    EXPECT_NE(outcome.output.find("set TMPDIR"), std::string::npos) << outcome.output;
 }
 
 TEST(Jobs, DoNotChangeTheOrderOfTheTable) {
