@@ -65,7 +65,7 @@ struct Solution {
     double nonlinearity = std::numeric_limits<double>::quiet_NaN();
     std::int64_t degrees_of_freedom = 0;         ///< unknowns, constrained ones included
     double setup_seconds = 0.0;                  ///< all that needs no loads: parameters, assembly, first factorisation
-    double solve_seconds = 0.0;                  ///< the rest
+    double solve_seconds = 0.0;                  ///< the rest; an equal part, where several were solved together
     std::string solver;                          ///< how its linear systems were solved; empty where nobody says
     std::optional<SpringNetwork> springs;        ///< what the springs were, for mass-spring models
     std::optional<ExplicitSteps> explicit_steps; ///< of models that move in explicit steps
