@@ -95,20 +95,14 @@ TogetherGroups together_groups(const RunTask &task) {
     if (groups.models.empty())
         return groups;
     const auto batches = batches_of(task.problems);
-    std::vector<std::size_t> open; // the group of each body that has not got all that it can take
     for (std::size_t b = 0; b < batches.problems.size(); ++b) {
-        const int body = batches.body[b];
-        const auto at = std::ranges::find_if(open, [&](std::size_t group) { return groups.body[group] == body; });
-        const auto number = batches.problems[b].front();
-        if (at != open.end() && groups.problems[*at].size() < most) {
-            groups.problems[*at].push_back(number);
-            continue;
+        const bool has_room =
+            !groups.body.empty() && groups.body.back() == batches.body[b] && groups.problems.back().size() < most;
+        if (!has_room) {
+            groups.problems.emplace_back();
+            groups.body.push_back(batches.body[b]);
         }
-        if (at != open.end())
-            open.erase(at);
-        open.push_back(groups.problems.size());
-        groups.problems.push_back({number});
-        groups.body.push_back(body);
+        groups.problems.back().push_back(batches.problems[b].front());
     }
     return groups;
 }
@@ -146,11 +140,14 @@ std::vector<Answer> solve_together(const TogetherGroups &groups, const RunTask &
                 }
             }
             clock.begin(other_work);
-            for (std::size_t p = 0; p < all.size(); ++p) {
-                const auto file = folder.path() / fmt::format("{}_{}.h5", group, p);
-                results::write_result(file, {.provenance = {}, .problem = all[p].problem, .models = all[p].found});
-                tell(to_text(News::result, all[p].number, file.string()));
-            }
+            for (std::size_t p = 0; p < all.size(); ++p)
+                try {
+                    const auto file = folder.path() / fmt::format("{}_{}.h5", group, p);
+                    results::write_result(file, {.provenance = {}, .problem = all[p].problem, .models = all[p].found});
+                    tell(to_text(News::result, all[p].number, file.string()));
+                } catch (const core::InputError &) {
+                    continue; // the disk is full: the contest solves it again, and may find a place for its own file
+                }
             for (const auto &[stage, seconds] : clock.stages())
                 tell(to_text(News::time, numbers.front(), stage, seconds));
         },
@@ -162,6 +159,7 @@ std::vector<Answer> solve_together(const TogetherGroups &groups, const RunTask &
                 spent.add(told.about, told.seconds);
             } else {
                 auto result = results::read_result(told.about);
+                std::filesystem::remove(told.about);
                 result.problem.body = task.problems[told.problem].body;
                 for (auto &model : result.models)
                     answers.push_back({model.name, result.problem, std::move(model.solution)});
