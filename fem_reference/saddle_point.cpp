@@ -117,16 +117,16 @@ void SaddlePoint::apply(std::span<const double> u, std::span<const double> p, st
                         std::span<double> imbalance) const {
     solver.multiply(u, force, lanes);
     multiply(pressure.compliance, p, imbalance, lanes);
-    const auto &[row_start, column, value] = pressure.divergence;
+    const auto &d = pressure.divergence;
     with_lanes(lanes, [&]<int L>() {
-        for (std::size_t q = 0; q + 1 < row_start.size(); ++q) {
+        for (std::size_t q = 0; q + 1 < d.row_start.size(); ++q) {
             std::array<double, L> divergence{}, of_row{};
             std::copy_n(&p[L * q], L, of_row.begin());
-            for (int k = row_start[q]; k < row_start[q + 1]; ++k) {
-                const auto place = static_cast<std::size_t>(L) * column[k];
+            for (int k = d.row_start[q]; k < d.row_start[q + 1]; ++k) {
+                const auto place = static_cast<std::size_t>(L) * d.column[k];
                 for (int c = 0; c < L; ++c) {
-                    divergence[c] += value[k] * u[place + c];
-                    force[place + c] += value[k] * of_row[c];
+                    divergence[c] += d.value[k] * u[place + c];
+                    force[place + c] += d.value[k] * of_row[c];
                 }
             }
             for (int c = 0; c < L; ++c)
@@ -136,13 +136,13 @@ void SaddlePoint::apply(std::span<const double> u, std::span<const double> p, st
 }
 
 void SaddlePoint::divergence_less(std::span<const double> u, std::span<const double> g, std::span<double> out) const {
-    const auto &[row_start, column, value] = pressure.divergence;
+    const auto &d = pressure.divergence;
     with_lanes(lanes, [&]<int L>() {
-        for (std::size_t q = 0; q + 1 < row_start.size(); ++q) {
+        for (std::size_t q = 0; q + 1 < d.row_start.size(); ++q) {
             std::array<double, L> divergence{};
-            for (int k = row_start[q]; k < row_start[q + 1]; ++k)
+            for (int k = d.row_start[q]; k < d.row_start[q + 1]; ++k)
                 for (int c = 0; c < L; ++c)
-                    divergence[c] += value[k] * u[static_cast<std::size_t>(L) * column[k] + c];
+                    divergence[c] += d.value[k] * u[static_cast<std::size_t>(L) * d.column[k] + c];
             for (int c = 0; c < L; ++c)
                 out[L * q + c] = divergence[c] - g[L * q + c];
         }
