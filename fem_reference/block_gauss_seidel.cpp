@@ -124,18 +124,18 @@ template <int lanes>
             sweep.take(k, before);
         }
         sweep.solve(at, &right_hand_side[place], before);
-        const Triple<float, lanes> here(&now_[width * at]);
+        const Triple<float, lanes> here(&now_[place]);
         for (int k = rows_.row_start[at]; k < rows_.row_start[at + 1]; ++k)
             sweep.give(k, here);
         for (std::size_t i = 0; i < width; ++i)
-            u[place + i] = now_[width * at + i];
+            u[place + i] = now_[place + i];
     }
     // A sweep leaves of each row only what lies behind the diagonal.
     for (std::size_t at = 0; at < rows_.num_nodes(); ++at) {
         const auto place = width * at;
         const float *const is_free = held_[at] < 0 ? nullptr : &is_free_[width * held_[at]];
         for (std::size_t i = 0; i < width; ++i)
-            residual[place + i] = is_free ? -taken_[width * at + i] * is_free[i] : -taken_[width * at + i];
+            residual[place + i] = is_free ? -taken_[place + i] * is_free[i] : -taken_[place + i];
     }
 }
 
@@ -143,23 +143,22 @@ template <int lanes>
 [[gnu::always_inline]] inline void BlockGaussSeidel::backward(std::span<const double> right_hand_side,
                                                               std::span<double> u) {
     constexpr auto width = Sweep<lanes>::width;
-    for (std::size_t at = 0; at < rows_.num_nodes(); ++at)
-        for (std::size_t i = 0; i < width; ++i)
-            now_[width * at + i] = static_cast<float>(u[width * at + i]);
+    for (std::size_t i = 0; i < now_.size(); ++i)
+        now_[i] = static_cast<float>(u[i]);
     Sweep<lanes> sweep(*this);
     for (std::size_t at = rows_.num_nodes(); at-- > 0;) {
         const auto place = width * at;
-        Triple<float, lanes> others(&taken_[width * at]);
+        Triple<float, lanes> others(&taken_[place]);
         for (int k = rows_.row_start[at + 1] - 1; k >= rows_.row_start[at]; --k) {
             ask_ahead(&block_[k], -1);
             sweep.take(k, others);
         }
         sweep.solve(at, &right_hand_side[place], others);
-        const Triple<float, lanes> here(&now_[width * at]);
+        const Triple<float, lanes> here(&now_[place]);
         for (int k = rows_.row_start[at + 1] - 1; k >= rows_.row_start[at]; --k)
             sweep.give(k, here);
         for (std::size_t i = 0; i < width; ++i)
-            u[place + i] = now_[width * at + i];
+            u[place + i] = now_[place + i];
     }
 }
 

@@ -99,13 +99,11 @@ double ChosenSolver::setup_seconds() const {
     return direct_ ? direct_->factor_seconds() : iterative_->setup_seconds();
 }
 
-void ChosenSolver::multiply(std::span<const double> x, std::span<double> out, int lanes) const {
-    if (!direct_)
-        iterative_->multiply(x, out);
-    else if (lanes == 1)
-        multiply_stiffness(*stiffness_, x, out);
+void ChosenSolver::multiply(std::span<const double> x, std::span<double> out) const {
+    if (direct_)
+        multiply_stiffness(*stiffness_, x, out); // of one column, see max_columns()
     else
-        fem_reference::multiply(*stiffness_, x, out, lanes);
+        iterative_->multiply(x, out);
 }
 
 Preconditioner &ChosenSolver::inverse() {

@@ -41,7 +41,7 @@ class ChosenSolver {
 
     /// out_c = K x_c, whatever is prescribed
     /// @param x, out  shape (n, lanes), not the same
-    void multiply(std::span<const double> x, std::span<double> out, int lanes = 1) const;
+    void multiply(std::span<const double> x, std::span<double> out) const;
 
     /// An approximate inverse of the matrix: the factor, or the preconditioner of the iterative solver.
     Preconditioner &inverse();

@@ -34,6 +34,11 @@ std::vector<std::size_t> held_entries(const FreeUnknowns &free) {
     return entries;
 }
 
+void zero(std::span<const std::size_t> entries, std::span<double> vectors) {
+    for (const auto entry : entries)
+        vectors[entry] = 0.0;
+}
+
 std::vector<std::vector<double>> separated(std::span<const double> together, int lanes, std::size_t num_columns) {
     std::vector<std::vector<double>> columns(num_columns, std::vector<double>(together.size() / lanes));
     for (std::size_t i = 0; i < together.size() / lanes; ++i)

@@ -41,6 +41,9 @@ FreeUnknowns free_unknowns(std::span<const std::span<const double>> prescribed);
 /// Where the entries of unknowns that are not free stand.
 std::vector<std::size_t> held_entries(const FreeUnknowns &free);
 
+/// Puts zeros there.
+void zero(std::span<const std::size_t> entries, std::span<double> vectors);
+
 /// The same vectors, one behind the other in memory.
 /// @return (columns)(n)
 std::vector<std::vector<double>> separated(std::span<const double> together, int lanes, std::size_t num_columns);
@@ -61,6 +64,6 @@ void scale(std::span<const double> factor, std::span<double> y);
 
 /// out_c = A x_c
 /// @param x, out  shape (num_rows, lanes), not the same
-void multiply(const SymmetricMatrix &matrix, std::span<const double> x, std::span<double> out, int lanes);
+void multiply(const SymmetricMatrix &matrix, std::span<const double> x, std::span<double> out, int lanes = 1);
 
 } // namespace livermark::fem_reference

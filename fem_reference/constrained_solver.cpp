@@ -10,6 +10,7 @@
 #include <string>
 
 #include "core/openmp.hpp"
+#include "fem_reference/columns.hpp"
 #include "fem_reference/mass_matrix.hpp"
 
 namespace livermark::fem_reference {

@@ -11,11 +11,6 @@ namespace livermark::fem_reference {
 
 namespace {
 
-void keep_free(std::span<const std::size_t> held, std::span<double> vector) {
-    for (const auto entry : held)
-        vector[entry] = 0.0;
-}
-
 /// direction_c = correction_c + beta_c direction_c
 void turn(std::span<const double> correction, std::span<const double> beta, std::span<double> direction) {
     scale(beta, direction);
@@ -72,7 +67,7 @@ IterativeSolver::Ending IterativeSolver::add_solution(std::span<double> residual
             beta[c] = is_at_work[c] ? -beta[c] / curvature[c] : 0.0;
         turn(correction, beta, direction);
         multiply(direction, image);
-        keep_free(held, image);
+        zero(held, image);
         curvature = dots(direction, image, lanes);
         auto alpha = dots(residual, direction, lanes);
         for (int c = 0; c < lanes; ++c) {
@@ -107,7 +102,7 @@ ConstrainedSolution IterativeSolver::solve(std::span<const double> prescribed, s
     };
     const auto held = held_entries(free_);
     auto right_hand_side = imbalance();
-    keep_free(held, right_hand_side);
+    zero(held, right_hand_side);
     const auto ending = add_solution(right_hand_side, std::array{0.0}, u, held);
     solution.iterations = ending.iterations;
     solution.relative_residual = ending.relative_residual.front();

@@ -31,15 +31,6 @@ SymmetricMatrix consistent_mass(const core::Body &body, const ElasticSystem &sys
     return mass;
 }
 
-void multiply(const SymmetricMatrix &matrix, std::span<const double> x, std::span<double> out) {
-    for (int row = 0; row < matrix.num_rows(); ++row) {
-        double sum = 0.0;
-        for (int k = matrix.row_start[row]; k < matrix.row_start[row + 1]; ++k)
-            sum += matrix.value[k] * x[matrix.column[k]];
-        out[row] = sum;
-    }
-}
-
 void multiply_stiffness(const SymmetricMatrix &matrix, std::span<const double> x, std::span<double> out) {
     for (int row = 0; row < matrix.num_rows(); row += 3) {
         const int begin = matrix.row_start[row];

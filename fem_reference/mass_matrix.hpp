@@ -11,12 +11,8 @@ namespace livermark::fem_reference {
 /// @return (n, n) [kg]; the sum of all entries is the mass of the body
 SymmetricMatrix consistent_mass(const core::Body &body, const ElasticSystem &system);
 
-/// out = A x
-/// @param x, out  shape (num_rows)
-void multiply(const SymmetricMatrix &matrix, std::span<const double> x, std::span<double> out);
-
-/// The same to the last bit for a matrix of 3 x 3 blocks, whose rows 3 a to 3 a + 2 have their entries in one pattern:
-/// a third of the column numbers are read, and the three sums do not wait for each other.
+/// out = A x, to the last bit as multiply() has it, for a matrix of 3 x 3 blocks, whose rows 3 a to 3 a + 2 have their
+/// entries in one pattern: a third of the column numbers are read, and the three sums do not wait for each other.
 /// @param x, out  shape (num_rows)
 void multiply_stiffness(const SymmetricMatrix &matrix, std::span<const double> x, std::span<double> out);
 

@@ -86,8 +86,7 @@ std::vector<ConstrainedSolution> MixedSolver::solve(std::span<const Conditions> 
     };
     const auto forces = [&] { // that are not in balance at the free unknowns
         auto of_free = negative(residual);
-        for (const auto entry : held)
-            of_free[entry] = 0.0;
+        zero(held, of_free);
         return of_free;
     };
     const auto sizes = [&] { // of what is not in balance, (lanes)

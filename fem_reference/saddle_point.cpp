@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
 
 namespace livermark::fem_reference {
@@ -54,8 +55,7 @@ struct Scaled {
         scale(unit, p);
         const auto force = part(out, 0, num_u);
         matrix.apply(part(in, 0, num_u), p, force, part(out, num_u, num_p));
-        for (const auto entry : matrix.held)
-            force[entry] = 0.0;
+        zero(matrix.held, force);
     }
 
     /// u = K^-1 f, p = S^-1 (D u - g)
@@ -83,13 +83,13 @@ Vector residual(const Scaled &system, const Vector &right_hand_side, const Vecto
 }
 
 /// Rounds of iterations until the preconditioned residual is small.
+/// @param size      of the preconditioned right-hand side
 /// @param unknowns  zero
-SaddlePointEnding iterate(const Scaled &system, double goal, int max_iterations, const Vector &right_hand_side,
-                          Vector &unknowns) {
+SaddlePointEnding iterate(const Scaled &system, double size, double goal, int max_iterations,
+                          const Vector &right_hand_side, Vector &unknowns) {
     SaddlePointEnding ending;
-    Vector seen(right_hand_side), correction(right_hand_side), left(right_hand_side);
-    system.precondition(seen, left);
-    for (double size = seen.l2_norm(); size > goal;) {
+    Vector seen(right_hand_side.size()), correction(right_hand_side.size()), left(right_hand_side);
+    while (size > goal) {
         dealii::ReductionControl control(max_iterations - ending.iterations, reserve * goal, furthest_round);
         correction = 0.0;
         try {
@@ -115,7 +115,7 @@ SaddlePointEnding iterate(const Scaled &system, double goal, int max_iterations,
 
 void SaddlePoint::apply(std::span<const double> u, std::span<const double> p, std::span<double> force,
                         std::span<double> imbalance) const {
-    solver.multiply(u, force, lanes);
+    solver.multiply(u, force);
     multiply(pressure.compliance, p, imbalance, lanes);
     const auto &d = pressure.divergence;
     with_lanes(lanes, [&]<int L>() {
@@ -163,7 +163,9 @@ SaddlePointEnding solve(const SaddlePoint &matrix, Preconditioner &inverse, Cons
     auto size = roots_of(dots(first_u, first_u, matrix.lanes));
     const auto size_of_p = roots_of(dots(first_p, first_p, matrix.lanes));
     auto per_size = size;
+    int num_ones = 0;
     for (int c = 0; c < matrix.lanes; ++c) {
+        num_ones += (size[c] > 0.0 ? 1 : 0) + (size_of_p[c] > 0.0 ? 1 : 0);
         if (size[c] > 0.0 && size_of_p[c] > 0.0)
             system.unit[c] = size_of_p[c] / size[c];
         else if (!(size[c] > 0.0))
@@ -172,7 +174,7 @@ SaddlePointEnding solve(const SaddlePoint &matrix, Preconditioner &inverse, Cons
     }
     unknowns = 0.0;
     scale(per_size, {right_hand_side.begin(), right_hand_side.size()});
-    const auto ending = iterate(system, tolerance, max_iterations, right_hand_side, unknowns);
+    const auto ending = iterate(system, std::sqrt(num_ones), tolerance, max_iterations, right_hand_side, unknowns);
     scale(system.unit, first_p);
     scale(size, {unknowns.begin(), unknowns.size()});
     std::ranges::copy(first_u, u.begin());

@@ -40,8 +40,7 @@ class TwoLevel : public Preconditioner {
     void apply(std::span<const double> residual, std::span<double> correction) override {
         smoother_.sweep_forward_from_zero(residual, correction, fine_residual_);
         prolongation_.restrict_to(fine_residual_, coarse_residual_);
-        for (const auto entry : coarse_held_)
-            coarse_residual_[entry] = 0.0;
+        zero(coarse_held_, coarse_residual_);
         coarse_solver_.apply(coarse_residual_, coarse_correction_);
         prolongation_.add_prolonged(coarse_correction_, correction);
         smoother_.sweep_backward(residual, correction);

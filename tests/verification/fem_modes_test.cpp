@@ -10,6 +10,7 @@
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "core/input_error.hpp"
+#include "fem_reference/columns.hpp"
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/eigenpairs.hpp"
 #include "fem_reference/mass_matrix.hpp"
