@@ -52,4 +52,33 @@ Batches batches_of(std::span<const core::Problem> problems) {
     return ordered;
 }
 
+std::vector<core::Problem> most_shared(std::span<const core::Problem> problems) {
+    struct Candidate {
+        const core::Problem *problem;
+        std::ptrdiff_t num_sharing; ///< problems that hold as much or more
+    };
+    std::vector<Candidate> best; // of each body
+    for (const auto &problem : problems) {
+        const auto is_of_body = [&](const auto &other) { return other.body == problem.body; };
+        const auto holds_as_much = [&](const auto &other) {
+            return is_of_body(other) && core::holds_all_of(other.load_case, problem.load_case);
+        };
+        const bool gains = std::ranges::any_of(problems, [&](const auto &other) {
+            return holds_as_much(other) && !core::hold_the_same(other.load_case, problem.load_case);
+        });
+        if (!gains)
+            continue;
+        const Candidate candidate{&problem, std::ranges::count_if(problems, holds_as_much)};
+        const auto known = std::ranges::find_if(best, [&](const auto &other) { return is_of_body(*other.problem); });
+        if (known == best.end())
+            best.push_back(candidate);
+        else if (candidate.num_sharing > known->num_sharing)
+            *known = candidate;
+    }
+    std::vector<core::Problem> shared;
+    for (const auto &candidate : best)
+        shared.push_back(*candidate.problem);
+    return shared;
+}
+
 } // namespace livermark::app

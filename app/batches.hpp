@@ -19,4 +19,8 @@ struct Batches {
 /// first otherwise stays first.
 Batches batches_of(std::span<const core::Problem> problems);
 
+/// Of each body with load cases that hold all that another one holds and more, the first problem whose held components
+/// are held in most of them.
+std::vector<core::Problem> most_shared(std::span<const core::Problem> problems);
+
 } // namespace livermark::app

@@ -128,6 +128,10 @@ void hold_one(const RunTask &task, const RunOptions &options, const std::string 
 
 Outcomes hold_all(RunTask task, const RunOptions &options, const std::string &command_line) {
     Outcomes outcomes{std::vector<Outcome>(task.problems.size()), {}};
+    for (const auto &problem : most_shared(task.problems))
+        for (const auto &model : task.models)
+            if (model.begin_with)
+                model.begin_with(problem);
     const auto num_contests = task.problems.size() * std::max<std::size_t>(1, options.amplitudes.size());
     const auto groups = together_groups(task);
     Progress progress(static_cast<int>(num_contests * task.models.size()) + groups.num_steps());

@@ -38,6 +38,10 @@ target_include_directories(livermark_cholmod SYSTEM INTERFACE ${CHOLMOD_INCLUDE_
 # CHOLMOD runs on GCC's OpenMP; core/openmp.hpp keeps it in one thread.
 target_link_libraries(livermark_cholmod INTERFACE ${CHOLMOD_LIBRARY} gomp)
 
+find_library(BLAS_LIBRARY blas REQUIRED) # the one that CHOLMOD runs on
+add_library(livermark_blas INTERFACE)
+target_link_libraries(livermark_blas INTERFACE ${BLAS_LIBRARY})
+
 # The eigensolver that the tests hold Spectra against.
 find_library(ARPACK_LIBRARY arpack REQUIRED)
 find_path(ARPACK_INCLUDE_DIR arpack/arpack.hpp REQUIRED)

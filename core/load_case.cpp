@@ -22,15 +22,19 @@ bool are_statically_equal(const LoadCase &a, const LoadCase &b) {
 }
 
 bool hold_the_same(const LoadCase &a, const LoadCase &b) {
+    return holds_all_of(a, b) && holds_all_of(b, a);
+}
+
+bool holds_all_of(const LoadCase &more, const LoadCase &less) {
     const auto is_held = [](const LoadCase &load_case, std::size_t facet, int component) {
         return load_case.condition[facet] == FacetCondition::prescribed_displacement &&
                !std::isnan(load_case.value[facet][component]);
     };
-    if (a.condition.size() != b.condition.size())
+    if (more.condition.size() != less.condition.size())
         return false;
-    for (std::size_t facet = 0; facet < a.condition.size(); ++facet)
+    for (std::size_t facet = 0; facet < less.condition.size(); ++facet)
         for (int component = 0; component < 3; ++component)
-            if (is_held(a, facet, component) != is_held(b, facet, component))
+            if (is_held(less, facet, component) && !is_held(more, facet, component))
                 return false;
     return true;
 }

@@ -63,6 +63,9 @@ bool are_statically_equal(const LoadCase &a, const LoadCase &b);
 /// free under one then serves the other.
 bool hold_the_same(const LoadCase &a, const LoadCase &b);
 
+/// Whether every component that one load case on a mesh holds is held under the other too, wherever to.
+bool holds_all_of(const LoadCase &more, const LoadCase &less);
+
 /// The same with everything that drives it multiplied: tractions, accelerations and the prescribed displacements that
 /// are not zero. A linear body then moves by the factor.
 LoadCase scaled(LoadCase load_case, double factor);

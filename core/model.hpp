@@ -23,6 +23,10 @@ struct Model {
     /// most_together at once; empty if nothing is gained.
     std::function<std::vector<Solution>(std::span<const Problem>)> solve_together{};
     std::size_t most_together = 1;
+    /// Told of a body before the first of its problems is solved: a problem that holds what many others of them hold
+    /// too, maybe among more. A factor of it may serve them all; answers change by rounding only. Empty if nothing is
+    /// gained.
+    std::function<void(const Problem &)> begin_with{};
     /// Its lowest modes, as many as asked for, with the constraints of the load case; empty if it cannot tell. Throws
     /// InputError if the body is free to move or has too few.
     std::function<Modes(const Problem &, int)> modes{};

@@ -1,15 +1,11 @@
 #include "fem_reference/constrained_solver.hpp"
 
-#include <cholmod.h>
-
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <stdexcept>
-#include <string>
 
-#include "core/openmp.hpp"
+#include "core/sparse_cholesky.hpp"
 #include "fem_reference/columns.hpp"
 #include "fem_reference/mass_matrix.hpp"
 
@@ -20,6 +16,19 @@ namespace {
 /// Below this ratio of the smallest to the largest pivot nothing but rounding is left of the smallest one: a body free
 /// to move gave 5e-15 or less, a rod a hundred times longer than wide and held at one end 2e-8.
 constexpr double singular_pivot_ratio = 1e-12;
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::vector<bool> free_of(std::span<const double> prescribed) {
+    std::vector<bool> is_free(prescribed.size());
+    for (std::size_t i = 0; i < prescribed.size(); ++i)
+        is_free[i] = std::isnan(prescribed[i]);
+    return is_free;
+}
 
 /// out = K u - f
 std::vector<double> residual_of(const SymmetricMatrix &matrix, std::span<const double> u, std::span<const double> f) {
@@ -33,115 +42,100 @@ std::vector<double> residual_of(const SymmetricMatrix &matrix, std::span<const d
 } // namespace
 
 struct ConstrainedSolver::Impl {
-    explicit Impl(const SymmetricMatrix &matrix) : stiffness(matrix) {
-        core::keep_openmp_in_this_thread();
-        cholmod_start(&common);
-        common.print = 0;
-        // One ordering instead of the best of several, and one kind of factor: the same bits every time. Nested
-        // dissection costs 77 GFlop for 70,000 unknowns of quadratic tetrahedra where minimum degree costs 264.
-        common.nmethods = 1;
-        common.method[0].ordering = CHOLMOD_METIS;
-        common.supernodal = CHOLMOD_SUPERNODAL;
-        common.useGPU = 0;
-    }
-    ~Impl() {
-        cholmod_free_factor(&factor, &common);
-        cholmod_finish(&common);
-    }
-    Impl(const Impl &) = delete;
-    Impl &operator=(const Impl &) = delete;
-
-    void check(const std::string &what) const {
-        if (common.status < CHOLMOD_OK)
-            throw std::runtime_error("CHOLMOD failed to " + what + " a matrix of " + std::to_string(free_dofs.size()) +
-                                     " rows" + (common.status == CHOLMOD_OUT_OF_MEMORY ? ": out of memory" : ""));
-    }
+    explicit Impl(const SymmetricMatrix &matrix) : stiffness(matrix) {}
 
     void factorise(std::span<const double> prescribed);
-    std::vector<double> solve_free(std::vector<double> right_hand_sides);
+    bool make_factor(const std::vector<bool> &is_free);
 
     const SymmetricMatrix &stiffness;
-    cholmod_common common{};
-    cholmod_factor *factor = nullptr;
-    std::vector<bool> is_free;  ///< (n) of the factor in use
-    std::vector<int> free_dofs; ///< rows of the factor in use
+    core::SparseCholesky factor;
+    std::vector<bool> is_common; ///< (n) free in what begin_with() told; empty if nothing did
+    std::vector<bool> is_row;    ///< (n) of the factor, empty if there is none
+    std::vector<int> rows;       ///< of the factor
+    bool is_definite = false;    ///< the factor
+    std::vector<bool> is_free;   ///< (n) of the conditions in use: what is a row of the factor, or fewer
     bool unique = false;
     double factor_seconds = 0.0;
+    double hold_seconds = 0.0;
 };
 
-void ConstrainedSolver::Impl::factorise(std::span<const double> prescribed) {
-    const auto start = std::chrono::steady_clock::now();
-    std::vector<bool> wanted(prescribed.size());
-    for (std::size_t i = 0; i < prescribed.size(); ++i)
-        wanted[i] = std::isnan(prescribed[i]);
-    if (wanted == is_free)
-        return;
-    cholmod_free_factor(&factor, &common);
-    is_free.clear(); // what follows may throw
-    free_dofs.clear();
-    std::vector<int> free_index(wanted.size(), -1);
+/// @return whether the stiffness of what is free is positive definite
+bool ConstrainedSolver::Impl::make_factor(const std::vector<bool> &wanted) {
+    if (wanted == is_row)
+        return is_definite;
+    const auto start = Clock::now();
+    is_row.clear(); // what follows may throw
+    rows.clear();
+    std::vector<int> row_of(wanted.size(), -1);
     for (std::size_t i = 0; i < wanted.size(); ++i)
         if (wanted[i]) {
-            free_index[i] = static_cast<int>(free_dofs.size());
-            free_dofs.push_back(static_cast<int>(i));
+            row_of[i] = static_cast<int>(rows.size());
+            rows.push_back(static_cast<int>(i));
         }
-    unique = true;
-    if (!free_dofs.empty()) {
+    is_definite = true;
+    if (!rows.empty()) {
         // The upper triangle by columns; symmetry lets it be read from the rows.
         std::vector<int> column_start{0};
         std::vector<int> row;
         std::vector<double> value;
-        for (const int dof : free_dofs) {
+        for (const int dof : rows) {
             for (int k = stiffness.row_start[dof]; k < stiffness.row_start[dof + 1] && stiffness.column[k] <= dof; ++k)
-                if (const int other = free_index[stiffness.column[k]]; other >= 0) {
+                if (const int other = row_of[stiffness.column[k]]; other >= 0) {
                     row.push_back(other);
                     value.push_back(stiffness.value[k]);
                 }
             column_start.push_back(static_cast<int>(row.size()));
         }
-        cholmod_sparse upper{};
-        upper.nrow = upper.ncol = free_dofs.size();
-        upper.nzmax = value.size();
-        upper.p = column_start.data();
-        upper.i = row.data();
-        upper.x = value.data();
-        upper.stype = 1;
-        upper.itype = CHOLMOD_INT;
-        upper.xtype = CHOLMOD_REAL;
-        upper.dtype = CHOLMOD_DOUBLE;
-        upper.sorted = 1;
-        upper.packed = 1;
-        factor = cholmod_analyze(&upper, &common);
-        check("order");
-        cholmod_factorize(&upper, factor, &common);
-        check("factor");
-        unique = common.status == CHOLMOD_OK && cholmod_rcond(factor, &common) > singular_pivot_ratio;
+        const auto num_rows = static_cast<Eigen::Index>(rows.size());
+        const Eigen::Map<const Eigen::SparseMatrix<double>> upper(
+            num_rows, num_rows, static_cast<Eigen::Index>(row.size()), column_start.data(), row.data(), value.data());
+        factor.order(upper);
+        is_definite = factor.factorise(upper) && factor.pivot_ratio() > singular_pivot_ratio;
     }
-    is_free = std::move(wanted);
-    factor_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    is_row = wanted;
+    factor_seconds = seconds_since(start);
+    return is_definite;
 }
 
-/// @param right_hand_sides  one behind the other
-std::vector<double> ConstrainedSolver::Impl::solve_free(std::vector<double> right_hand_sides) {
-    cholmod_dense b{};
-    b.nzmax = right_hand_sides.size();
-    b.nrow = b.d = free_dofs.size();
-    b.ncol = b.nzmax / b.nrow;
-    b.x = right_hand_sides.data();
-    b.xtype = CHOLMOD_REAL;
-    b.dtype = CHOLMOD_DOUBLE;
-    cholmod_dense *x = cholmod_solve(CHOLMOD_A, factor, &b, &common);
-    check("solve with");
-    const double *const values = static_cast<const double *>(x->x);
-    right_hand_sides.assign(values, values + x->nzmax);
-    cholmod_free_dense(&x, &common);
-    return right_hand_sides;
+void ConstrainedSolver::Impl::factorise(std::span<const double> prescribed) {
+    auto wanted = free_of(prescribed);
+    if (wanted == is_free)
+        return;
+    is_free.clear(); // what follows may throw
+    std::vector<int> held;
+    const bool has_common = [&] {
+        if (is_common.empty())
+            return false;
+        int row = 0;
+        for (std::size_t i = 0; i < wanted.size(); ++i) {
+            if (wanted[i] && !is_common[i])
+                return false;
+            if (is_common[i] && !wanted[i])
+                held.push_back(row);
+            row += is_common[i] ? 1 : 0;
+        }
+        return core::SparseCholesky::is_cheap_to_hold(held.size(), row);
+    }();
+    unique = has_common && make_factor(is_common);
+    if (!unique) {
+        held.clear();
+        unique = make_factor(wanted);
+    }
+    const auto start = Clock::now();
+    if (unique && !rows.empty())
+        factor.hold(std::move(held));
+    hold_seconds = seconds_since(start);
+    is_free = std::move(wanted);
 }
 
 ConstrainedSolver::ConstrainedSolver(const SymmetricMatrix &stiffness) : impl_(std::make_unique<Impl>(stiffness)) {}
 ConstrainedSolver::~ConstrainedSolver() = default;
 ConstrainedSolver::ConstrainedSolver(ConstrainedSolver &&) noexcept = default;
 ConstrainedSolver &ConstrainedSolver::operator=(ConstrainedSolver &&) noexcept = default;
+
+void ConstrainedSolver::begin_with(std::span<const double> prescribed) {
+    impl_->is_common = free_of(prescribed);
+}
 
 bool ConstrainedSolver::factorise(std::span<const double> prescribed) {
     impl_->factorise(prescribed);
@@ -150,22 +144,20 @@ bool ConstrainedSolver::factorise(std::span<const double> prescribed) {
 
 void ConstrainedSolver::solve_held(std::span<const double> load, std::span<double> u, int lanes,
                                    std::span<const int> columns) {
-    const auto &free_dofs = impl_->free_dofs;
+    const auto &rows = impl_->rows;
     for (const int column : columns)
         for (std::size_t entry = column; entry < u.size(); entry += lanes)
             u[entry] = 0.0;
-    if (free_dofs.empty())
+    if (rows.empty())
         return;
-    std::vector<double> right_hand_sides;
-    right_hand_sides.reserve(free_dofs.size() * columns.size());
-    for (const int column : columns)
-        for (const int dof : free_dofs)
-            right_hand_sides.push_back(load[static_cast<std::size_t>(lanes) * dof + column]);
-    const auto answers = impl_->solve_free(std::move(right_hand_sides));
-    auto answer = answers.begin();
-    for (const int column : columns)
-        for (const int dof : free_dofs)
-            u[static_cast<std::size_t>(lanes) * dof + column] = *answer++;
+    Eigen::MatrixXd values(rows.size(), columns.size());
+    for (std::size_t c = 0; c < columns.size(); ++c)
+        for (std::size_t r = 0; r < rows.size(); ++r)
+            values(r, c) = load[static_cast<std::size_t>(lanes) * rows[r] + columns[c]];
+    values = impl_->factor.solve(values);
+    for (std::size_t c = 0; c < columns.size(); ++c)
+        for (std::size_t r = 0; r < rows.size(); ++r)
+            u[static_cast<std::size_t>(lanes) * rows[r] + columns[c]] = values(r, c);
 }
 
 void ConstrainedSolver::solve_held(std::span<const double> load, std::span<double> u) {
@@ -184,24 +176,18 @@ ConstrainedSolution ConstrainedSolver::solve(std::span<const double> prescribed,
     u.resize(prescribed.size());
     for (std::size_t i = 0; i < u.size(); ++i)
         u[i] = impl_->is_free[i] ? 0.0 : prescribed[i];
-    const auto &free_dofs = impl_->free_dofs;
-    if (!free_dofs.empty()) {
-        const auto imbalance = residual_of(impl_->stiffness, u, load);
-        std::vector<double> right_hand_side;
-        right_hand_side.reserve(free_dofs.size());
-        for (const int dof : free_dofs)
-            right_hand_side.push_back(-imbalance[dof]);
-        const auto answer = impl_->solve_free(std::move(right_hand_side));
-        for (std::size_t i = 0; i < free_dofs.size(); ++i)
-            u[free_dofs[i]] = answer[i];
-    }
+    const auto imbalance = residual_of(impl_->stiffness, u, load);
+    std::vector<double> correction(u.size());
+    solve_held(imbalance, correction);
+    for (std::size_t i = 0; i < u.size(); ++i)
+        u[i] -= correction[i];
     solution.residual = residual_of(impl_->stiffness, u, load);
     solution.energy = 0.5 * (dot(u, solution.residual) + dot(u, load));
     return solution;
 }
 
 double ConstrainedSolver::factor_seconds() const {
-    return impl_->factor_seconds;
+    return impl_->factor_seconds + impl_->hold_seconds;
 }
 
 } // namespace livermark::fem_reference

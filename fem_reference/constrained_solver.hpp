@@ -26,7 +26,8 @@ struct Conditions {
 };
 
 /// K u = f with some unknowns prescribed. The factor (sparse Cholesky, CHOLMOD) of the rows that are free is kept and
-/// used again as long as the same unknowns are prescribed, whatever their values.
+/// used again as long as the same unknowns are prescribed, whatever their values, or what begin_with() told and few
+/// more.
 class ConstrainedSolver {
   public:
     /// @param stiffness  symmetric positive semidefinite; the caller keeps it alive and unchanged
@@ -34,6 +35,11 @@ class ConstrainedSolver {
     ~ConstrainedSolver();
     ConstrainedSolver(ConstrainedSolver &&) noexcept;
     ConstrainedSolver &operator=(ConstrainedSolver &&) noexcept;
+
+    /// Tells what more than one of the solves to come have prescribed, maybe among more: one factor serves them then,
+    /// see core::SparseCholesky::hold(). Their answers differ from those of a factor of their own by rounding.
+    /// @param prescribed  shape (n), NaN where an unknown is free
+    void begin_with(std::span<const double> prescribed);
 
     /// Factors, unless the same unknowns were prescribed last time.
     /// @param prescribed  shape (n), NaN where an unknown is free

@@ -160,6 +160,11 @@ core::History StaticSolver::Impl::motion(const core::LoadCase &load_case, const 
     return release(*body, matrices.system, load_case, displacement, own);
 }
 
+void StaticSolver::begin_with(const core::LoadCase &load_case) {
+    if (auto *const direct = impl_->solver.direct())
+        direct->begin_with(dof_conditions(load_case, impl_->matrices.system).prescribed);
+}
+
 core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
     check_facets(load_case, impl_->body->mesh);
     const auto conditions_start = Clock::now();

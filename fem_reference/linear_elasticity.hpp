@@ -48,6 +48,10 @@ class StaticSolver {
     StaticSolver(StaticSolver &&) noexcept;
     StaticSolver &operator=(StaticSolver &&) noexcept;
 
+    /// Tells a load case that holds what many of those to come hold too, maybe among more: see
+    /// ConstrainedSolver::begin_with(). Does nothing where there is no direct solver.
+    void begin_with(const core::LoadCase &load_case);
+
     /// @return displacement of the mesh nodes; reaction of each constraint, K u - f summed over its unknowns;
     ///   strain_energy 1/2 u^T K u (and 1/2 p^T C p); degrees_of_freedom 3 per node, edge midpoints and constrained
     ///   ones included; setup_seconds for assembly and factorisation, as measured when they were done even if this call

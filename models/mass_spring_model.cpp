@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -85,7 +86,6 @@ class Kept {
     const msm::MassSprings &on(const std::shared_ptr<const core::Body> &body) {
         if (body_ != body) {
             rest_.reset();
-            stiffness_.reset();
             steps_.reset();
             const auto start = Clock::now();
             parts_ = make_(*body);
@@ -95,21 +95,22 @@ class Kept {
         return *parts_;
     }
 
+    /// See core::Model::begin_with.
+    void begin_with(const core::Problem &problem) { first_[problem.body] = problem; }
+
     /// @param body  of the last on()
     const msm::RestStiffness &at_rest(const msm::NodalConditions &conditions) {
-        if (!rest_ || !rest_->holds(conditions.displacement)) {
-            rest_.reset(); // the old factor goes before the new one needs the memory
-            auto start = Clock::now();
+        if (!rest_) {
+            const auto start = Clock::now();
             const auto &points = body_->mesh.points;
-            if (!stiffness_) {
-                stiffness_ = std::make_shared<const Eigen::SparseMatrix<double>>(
-                    msm::elastic_hessian(parts_->body, points, msm::Tangent::exact));
-                stiffness_seconds_ = seconds(Clock::now() - start);
-                start = Clock::now();
-            }
-            rest_.emplace(stiffness_, points, conditions.displacement);
-            factor_seconds_ = seconds(Clock::now() - start);
+            const auto first = first_.find(body_);
+            auto common = first != first_.end()
+                              ? msm::nodal_conditions(first->second, parts_->body.node_mass).displacement
+                              : std::vector<core::Vector3>{};
+            rest_.emplace(msm::elastic_hessian(parts_->body, points, msm::Tangent::exact), points, std::move(common));
+            stiffness_seconds_ = seconds(Clock::now() - start);
         }
+        rest_->hold(conditions.displacement);
         return *rest_;
     }
 
@@ -123,19 +124,18 @@ class Kept {
     }
 
     double make_seconds() const { return make_seconds_; }
-    double rest_seconds() const { return stiffness_seconds_ + factor_seconds_; }
+    double rest_seconds() const { return stiffness_seconds_ + rest_->factor_seconds(); }
 
   private:
     MakeMassSprings make_;
     std::shared_ptr<const core::Body> body_;
     std::optional<msm::MassSprings> parts_;
-    std::shared_ptr<const Eigen::SparseMatrix<double>> stiffness_; ///< at rest
+    std::map<std::shared_ptr<const core::Body>, core::Problem> first_; ///< of each body, what begin_with() told
     std::optional<msm::RestStiffness> rest_;
     std::optional<core::ExplicitSteps> steps_;
     std::vector<core::Vector3> held_in_steps_; ///< prescribed displacements
     double make_seconds_ = 0.0;
     double stiffness_seconds_ = 0.0;
-    double factor_seconds_ = 0.0;
 };
 
 /// Puts into a solution where the body comes to rest.
@@ -216,12 +216,13 @@ void check(const core::Problem &problem, const MakeMassSprings &make, const Mode
 
 core::Model mass_spring_model(std::string name, std::string summary, std::string source, const MakeMassSprings &make,
                               const ModelOptions &options) {
+    const auto kept = std::make_shared<Kept>(make);
     return {
         .name = std::move(name),
         .summary = std::move(summary),
         .source = std::move(source),
-        .solve = [kept = std::make_shared<Kept>(make),
-                  options](const core::Problem &problem) { return solve(problem, *kept, options); },
+        .solve = [=](const core::Problem &problem) { return solve(problem, *kept, options); },
+        .begin_with = [=](const core::Problem &problem) { kept->begin_with(problem); },
         .modes = [=](const core::Problem &problem, int count) { return modes(problem, make, count); },
         .check = [=](const core::Problem &problem) { check(problem, make, options); },
     };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <functional>
 
 namespace livermark::msm {
 
@@ -24,11 +25,13 @@ Field sum(const Field &a, const Field &b) {
     return result;
 }
 
-/// What the last steps say of the second derivative: the inverse of a factor with their corrections of rank two (the
+using Inverse = std::function<Eigen::VectorXd(const Eigen::VectorXd &)>;
+
+/// What the last steps say of the second derivative: the inverse by a factor with their corrections of rank two (the
 /// two loops of Nocedal 1980, Updating quasi-Newton matrices with limited storage, Math. Comput. 35).
 class CorrectedInverse {
   public:
-    explicit CorrectedInverse(const Cholesky &factor) : factor_(factor) {}
+    explicit CorrectedInverse(const Inverse &first) : first_(first) {}
 
     Eigen::VectorXd times(Eigen::VectorXd vector) const {
         std::vector<double> part(pairs_.size());
@@ -36,7 +39,7 @@ class CorrectedInverse {
             part[p] = pairs_[p].step.dot(vector) / pairs_[p].curvature;
             vector -= part[p] * pairs_[p].change;
         }
-        vector = factor_.solve(vector);
+        vector = first_(vector);
         for (std::size_t p = 0; p < pairs_.size(); ++p)
             vector += (part[p] - pairs_[p].change.dot(vector) / pairs_[p].curvature) * pairs_[p].step;
         return vector;
@@ -55,7 +58,7 @@ class CorrectedInverse {
         Eigen::VectorXd step, change;
         double curvature;
     };
-    const Cholesky &factor_;
+    const Inverse &first_;
     std::vector<Pair> pairs_;
 };
 
@@ -83,10 +86,10 @@ class Descent {
         return relative_residual() <= options_.tolerance || free_.gather(unbalanced_).norm() <= rest_.rounding_force();
     }
 
-    /// Goes down as long as a factor is good for it.
+    /// Goes down as long as the inverse by a factor is good for it.
     /// @return number of steps, 0 where there was none downhill
-    int follow(const Cholesky &factor) {
-        CorrectedInverse inverse(factor);
+    int follow(const Inverse &by_factor) {
+        CorrectedInverse inverse(by_factor);
         double last_look = relative_residual();
         Eigen::VectorXd gradient = free_.gather(unbalanced_);
         int steps = 0;
@@ -121,10 +124,10 @@ class Descent {
         while (true) {
             if (part_left_out_ > 0.0 && compression.size() == 0)
                 compression = free_.restrict(elastic_hessian(body_, x, Tangent::semi_definite)) - exact;
-            const bool is_definite = factor_.factorize(
-                part_left_out_ > 0.0 ? Eigen::SparseMatrix<double>(exact + part_left_out_ * compression) : exact);
+            const bool is_definite =
+                factorise(part_left_out_ > 0.0 ? Eigen::SparseMatrix<double>(exact + part_left_out_ * compression) : exact);
             ++state_.num_factors;
-            if (is_definite && follow(factor_) > 0) {
+            if (is_definite && follow([&](const auto &vector) { return factor_.solve(vector); }) > 0) {
                 part_left_out_ = part_left_out_ > smallest_part_left_out ? 0.5 * part_left_out_ : 0.0;
                 return true;
             }
@@ -135,6 +138,13 @@ class Descent {
     }
 
   private:
+    bool factorise(const Eigen::SparseMatrix<double> &tangent) {
+        if (!is_ordered_)
+            factor_.order(tangent);
+        is_ordered_ = true; // its entries are in the same places every time
+        return factor_.factorise(tangent);
+    }
+
     Field unbalanced_force() const {
         Field force = elastic_gradient(body_, sum(positions_, state_.displacement));
         for (std::size_t i = 0; i < force.size(); ++i)
@@ -173,7 +183,8 @@ class Descent {
     const EquilibriumOptions &options_;
     Equilibrium &state_; // displacement and numbers of steps
     Field unbalanced_;
-    Cholesky factor_;
+    core::SparseCholesky factor_;
+    bool is_ordered_ = false;
     double part_left_out_ = 0.0;
 };
 
@@ -209,7 +220,7 @@ Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, co
         return result;
     }
     Descent descent(body, positions, conditions, rest, options, result);
-    descent.follow(rest.factor());
+    descent.follow([&](const auto &vector) { return rest.inverse_times(vector); });
     while (!descent.is_balanced()) {
         if (result.num_iterations == options.max_iterations) {
             give_up(fmt::format("a relative residual of {1:.1e} is left after {0} steps; lower the load",

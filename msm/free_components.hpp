@@ -12,6 +12,7 @@ namespace livermark::msm {
 class FreeComponents {
   public:
     explicit FreeComponents(const std::vector<core::Vector3> &prescribed);
+    bool operator==(const FreeComponents &) const = default;
 
     Eigen::Index size() const { return size_; }
     /// Number of a component among the unknowns, -1 where it is prescribed.

@@ -1,5 +1,6 @@
 #include "msm/rest_stiffness.hpp"
 
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -8,21 +9,88 @@
 
 namespace livermark::msm {
 
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+} // namespace
+
+RestStiffness::RestStiffness(Eigen::SparseMatrix<double> stiffness, const std::vector<core::Vector3> &positions,
+                             std::vector<core::Vector3> common)
+    : stiffness_(std::move(stiffness)), extent_(extent(positions)), common_(std::move(common)) {}
+
 RestStiffness::RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions,
                              const std::vector<core::Vector3> &prescribed)
-    : RestStiffness(
-          std::make_shared<const Eigen::SparseMatrix<double>>(elastic_hessian(body, positions, Tangent::exact)),
-          positions, prescribed) {}
+    : RestStiffness(elastic_hessian(body, positions, Tangent::exact), positions, {}) {
+    hold(prescribed);
+}
 
-RestStiffness::RestStiffness(std::shared_ptr<const Eigen::SparseMatrix<double>> stiffness,
-                             const std::vector<core::Vector3> &positions, const std::vector<core::Vector3> &prescribed)
-    : free_(prescribed), stiffness_(std::move(stiffness)) {
-    const auto restricted = free_.restrict(*stiffness_);
-    rounding_force_ = std::numeric_limits<double>::epsilon() * extent(positions) * restricted.diagonal().norm();
-    is_definite_ = factor_.factorize(restricted);
+/// @return whether the stiffness of these components is positive definite
+bool RestStiffness::factorise(const FreeComponents &rows) {
+    if (rows_ == rows)
+        return rows_are_definite_;
+    rows_.reset(); // what follows may throw
+    const auto start = Clock::now();
+    const auto restricted = rows.restrict(stiffness_);
+    factor_.order(restricted);
+    rows_are_definite_ = factor_.factorise(restricted);
+    rows_ = rows;
+    factor_seconds_ = seconds_since(start);
+    return rows_are_definite_;
+}
+
+void RestStiffness::hold(const std::vector<core::Vector3> &prescribed) {
+    if (holds(prescribed))
+        return;
+    free_ = FreeComponents(prescribed);
+    double square = 0.0;
+    for (Eigen::Index c = 0; c < stiffness_.rows(); ++c)
+        if (free_.is_free(c))
+            square += stiffness_.coeff(c, c) * stiffness_.coeff(c, c);
+    rounding_force_ = std::numeric_limits<double>::epsilon() * extent_ * std::sqrt(square);
+
+    std::vector<int> held;
+    const bool has_common = [&] {
+        if (common_.empty())
+            return false;
+        const FreeComponents common(common_);
+        for (Eigen::Index c = 0; c < stiffness_.rows(); ++c) {
+            if (free_.is_free(c) && !common.is_free(c))
+                return false;
+            if (common.is_free(c) && !free_.is_free(c))
+                held.push_back(static_cast<int>(common.number(c)));
+        }
+        return core::SparseCholesky::is_cheap_to_hold(held.size(), common.size()) && factorise(common);
+    }();
+    if (!has_common)
+        held.clear();
+    is_definite_ = has_common || factorise(free_);
+    const auto start = Clock::now();
+    if (is_definite_)
+        factor_.hold(std::move(held));
+    hold_seconds_ = seconds_since(start);
+}
+
+Eigen::VectorXd RestStiffness::inverse_times(const Eigen::VectorXd &force) const {
+    Eigen::VectorXd of_rows = Eigen::VectorXd::Zero(rows_->size());
+    for (Eigen::Index c = 0; c < stiffness_.rows(); ++c)
+        if (free_.is_free(c))
+            of_rows[rows_->number(c)] = force[free_.number(c)];
+    of_rows = factor_.solve(of_rows);
+    Eigen::VectorXd answer(force.size());
+    for (Eigen::Index c = 0; c < stiffness_.rows(); ++c)
+        if (free_.is_free(c))
+            answer[free_.number(c)] = of_rows[rows_->number(c)];
+    return answer;
 }
 
 bool RestStiffness::holds(const std::vector<core::Vector3> &prescribed) const {
+    if (!rows_)
+        return false;
     for (std::size_t i = 0; i < prescribed.size(); ++i)
         for (int c = 0; c < 3; ++c)
             if (std::isnan(prescribed[i][c]) != free_.is_free(static_cast<Eigen::Index>(3 * i) + c))
@@ -37,8 +105,8 @@ std::vector<core::Vector3> RestStiffness::solve(const std::vector<core::Vector3>
         node = node.array().isNaN().select(core::Vector3::Zero(), node);
     if (!is_definite_)
         return displacement;
-    const Eigen::VectorXd load = to_unknowns(force) - *stiffness_ * to_unknowns(displacement);
-    free_.add(displacement, factor_.solve(free_.gather(to_field(load))), 1.0);
+    const Eigen::VectorXd load = to_unknowns(force) - stiffness_ * to_unknowns(displacement);
+    free_.add(displacement, inverse_times(free_.gather(to_field(load))), 1.0);
     return displacement;
 }
 

@@ -1,34 +1,45 @@
 #pragma once
 
 #include <Eigen/SparseCore>
-#include <memory>
+#include <optional>
 #include <vector>
 
-#include "msm/cholesky.hpp"
+#include "core/sparse_cholesky.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/free_components.hpp"
 
 namespace livermark::msm {
 
 /// The stiffness of a body at rest, and its factor on the components that are free. Load cases that hold the same
-/// components share one.
+/// components share one, and those that hold few more than a common part one of that.
 class RestStiffness {
   public:
+    /// Holds nothing yet.
+    /// @param stiffness   (3N, 3N) elastic_hessian() at rest, exact [N/m]
     /// @param positions   shape (N) of rest [m]
-    /// @param prescribed  shape (N) displacement [m], NaN where a component is free; the values do not matter
+    /// @param common      shape (N) as for hold(), what more than one of the load cases to come hold, maybe among more;
+    ///                    empty if there is no such thing
+    RestStiffness(Eigen::SparseMatrix<double> stiffness, const std::vector<core::Vector3> &positions,
+                  std::vector<core::Vector3> common);
+    /// Of a single set of held components.
+    /// @param positions   shape (N) of rest [m]
+    /// @param prescribed  see hold()
     RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions,
                   const std::vector<core::Vector3> &prescribed);
-    /// The same where the stiffness is there already: it does not depend on what is held.
-    /// @param stiffness   (3N, 3N) elastic_hessian() at rest, exact [N/m]
-    RestStiffness(std::shared_ptr<const Eigen::SparseMatrix<double>> stiffness,
-                  const std::vector<core::Vector3> &positions, const std::vector<core::Vector3> &prescribed);
 
+    /// Factors, unless the same components are held.
+    /// @param prescribed  shape (N) displacement [m], NaN where a component is free; the values do not matter
+    void hold(const std::vector<core::Vector3> &prescribed);
     /// Whether the same components are held.
     bool holds(const std::vector<core::Vector3> &prescribed) const;
     const FreeComponents &free() const { return free_; }
     /// If not, the body is not stiff in every direction and there is no factor.
     bool is_definite() const { return is_definite_; }
-    const Cholesky &factor() const { return factor_; }
+    /// K_ff^-1 f_f, only if it is definite.
+    /// @param force  shape (free().size())
+    Eigen::VectorXd inverse_times(const Eigen::VectorXd &force) const;
+    /// Seconds that what is in use took, also when it was made for an earlier load case.
+    double factor_seconds() const { return factor_seconds_ + hold_seconds_; }
     /// The forces that the last digit of the positions makes [N].
     double rounding_force() const { return rounding_force_; }
     /// Answer of the linear body: K_ff u_f = f_f - K_fc u_c.
@@ -38,11 +49,19 @@ class RestStiffness {
                                      const std::vector<core::Vector3> &force) const;
 
   private:
-    FreeComponents free_;
-    std::shared_ptr<const Eigen::SparseMatrix<double>> stiffness_; // (3N, 3N)
-    Cholesky factor_;
+    bool factorise(const FreeComponents &rows);
+
+    Eigen::SparseMatrix<double> stiffness_; // (3N, 3N)
+    double extent_ = 0.0;                   // [m]
+    std::vector<core::Vector3> common_;     // (N), or empty
+    FreeComponents free_{{}};               // of what is held now
+    std::optional<FreeComponents> rows_;    // of the factor: the same, or more; none if there is no factor
+    core::SparseCholesky factor_;
+    bool rows_are_definite_ = false;
     bool is_definite_ = false;
     double rounding_force_ = 0.0;
+    double factor_seconds_ = 0.0;
+    double hold_seconds_ = 0.0;
 };
 
 } // namespace livermark::msm

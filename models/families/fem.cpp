@@ -1,4 +1,5 @@
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -27,10 +28,15 @@ class KeptSolver {
                fem_reference::Formulation formulation = fem_reference::Formulation::displacement)
         : degree_(degree), choice_(choice), formulation_(formulation) {}
 
+    /// See core::Model::begin_with.
+    void begin_with(const core::Problem &problem) { first_[problem.body] = problem.load_case; }
+
     fem_reference::StaticSolver &on(const std::shared_ptr<const core::Body> &body) {
         if (body_ != body) {
             solver_.reset(); // the old factor goes before the new one needs the memory
             solver_.emplace(body, degree_, choice_, formulation_);
+            if (const auto first = first_.find(body); first != first_.end())
+                solver_->begin_with(first->second);
             body_ = body;
         }
         return *solver_;
@@ -40,6 +46,7 @@ class KeptSolver {
     int degree_;
     fem_reference::SolverChoice choice_;
     fem_reference::Formulation formulation_;
+    std::map<std::shared_ptr<const core::Body>, core::LoadCase> first_; ///< of each body, what begin_with() told
     std::shared_ptr<const core::Body> body_;
     std::optional<fem_reference::StaticSolver> solver_;
 };
@@ -132,14 +139,18 @@ std::vector<core::Model> models(const ModelOptions &options) {
     const auto on_mesh = [](auto solver) {
         return [solver](const core::Problem &problem) { return solver->on(problem.body).solve(problem.load_case); };
     };
+    const auto sharing_factors = [](core::Model model, const std::shared_ptr<KeptSolver> &solver) {
+        model.begin_with = [solver](const core::Problem &problem) { solver->begin_with(problem); };
+        return model;
+    };
     const auto modes = [](int degree) {
         return [degree](const core::Problem &problem, int count) {
             return fem_reference::lowest_modes(problem, degree, count);
         };
     };
     return {
-        finite_elements("fem_p1", linear_summary, on_mesh(linear), modes(1)),
-        finite_elements("fem_p2", quadratic_summary, on_mesh(quadratic), modes(2)),
+        sharing_factors(finite_elements("fem_p1", linear_summary, on_mesh(linear), modes(1)), linear),
+        sharing_factors(finite_elements("fem_p2", quadratic_summary, on_mesh(quadratic), modes(2)), quadratic),
         solved_together(
             finite_elements(
                 "fem_p2p1",

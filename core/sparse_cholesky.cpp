@@ -1,0 +1,156 @@
+#define EIGEN_USE_BLAS // products of dense matrices as fast as CHOLMOD's own
+#include "core/sparse_cholesky.hpp"
+
+#include <cholmod.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "core/openmp.hpp"
+
+namespace livermark::core {
+
+namespace {
+
+using Dense = Eigen::MatrixXd;
+
+/// Unit vectors that are solved for at once.
+constexpr Eigen::Index columns_at_once = 64;
+
+cholmod_sparse view(const SparseCholesky::Matrix &matrix) {
+    cholmod_sparse upper{};
+    upper.nrow = upper.ncol = static_cast<std::size_t>(matrix.rows());
+    upper.nzmax = static_cast<std::size_t>(matrix.nonZeros());
+    // CHOLMOD's matrices are what it reads and what it writes.
+    upper.p = const_cast<int *>(matrix.outerIndexPtr());
+    upper.i = const_cast<int *>(matrix.innerIndexPtr());
+    upper.x = const_cast<double *>(matrix.valuePtr());
+    upper.stype = 1;
+    upper.itype = CHOLMOD_INT;
+    upper.xtype = CHOLMOD_REAL;
+    upper.dtype = CHOLMOD_DOUBLE;
+    upper.sorted = 1;
+    upper.packed = 1;
+    return upper;
+}
+
+} // namespace
+
+struct SparseCholesky::Impl {
+    Impl() {
+        keep_openmp_in_this_thread();
+        cholmod_start(&common);
+        common.print = 0;
+        // One ordering instead of the best of several, and one kind of factor: the same bits every time. Nested
+        // dissection costs 77 GFlop for 70,000 unknowns of quadratic tetrahedra where minimum degree costs 264.
+        common.nmethods = 1;
+        common.method[0].ordering = CHOLMOD_METIS;
+        common.supernodal = CHOLMOD_SUPERNODAL;
+        common.useGPU = 0;
+    }
+    ~Impl() {
+        cholmod_free_factor(&factor, &common);
+        cholmod_finish(&common);
+    }
+    Impl(const Impl &) = delete;
+    Impl &operator=(const Impl &) = delete;
+
+    void check(const std::string &what, std::size_t num_rows) const {
+        if (common.status < CHOLMOD_OK)
+            throw std::runtime_error("CHOLMOD failed to " + what + " a matrix of " + std::to_string(num_rows) +
+                                     " rows" + (common.status == CHOLMOD_OUT_OF_MEMORY ? ": out of memory" : ""));
+    }
+
+    /// One of the parts of a solve.
+    Dense solve(int part, Dense right_hand_sides) {
+        cholmod_dense b{};
+        b.nzmax = static_cast<std::size_t>(right_hand_sides.size());
+        b.nrow = b.d = static_cast<std::size_t>(right_hand_sides.rows());
+        b.ncol = static_cast<std::size_t>(right_hand_sides.cols());
+        b.x = right_hand_sides.data();
+        b.xtype = CHOLMOD_REAL;
+        b.dtype = CHOLMOD_DOUBLE;
+        cholmod_dense *x = cholmod_solve(part, factor, &b, &common);
+        check("solve with", b.nrow);
+        std::copy_n(static_cast<const double *>(x->x), x->nzmax, right_hand_sides.data());
+        cholmod_free_dense(&x, &common);
+        return right_hand_sides;
+    }
+
+    cholmod_common common{};
+    cholmod_factor *factor = nullptr;
+    std::vector<int> held;
+    Dense reach;             ///< (n, m) W = L^-1 P E
+    Eigen::LLT<Dense> gram;  ///< W^T W
+};
+
+SparseCholesky::SparseCholesky() : impl_(std::make_unique<Impl>()) {}
+SparseCholesky::~SparseCholesky() = default;
+SparseCholesky::SparseCholesky(SparseCholesky &&) noexcept = default;
+SparseCholesky &SparseCholesky::operator=(SparseCholesky &&) noexcept = default;
+
+void SparseCholesky::order(const Matrix &matrix) {
+    auto upper = view(matrix);
+    cholmod_free_factor(&impl_->factor, &impl_->common);
+    impl_->factor = cholmod_analyze(&upper, &impl_->common);
+    impl_->check("order", upper.nrow);
+}
+
+bool SparseCholesky::factorise(const Matrix &matrix) {
+    hold({});
+    auto upper = view(matrix);
+    cholmod_factorize(&upper, impl_->factor, &impl_->common);
+    impl_->check("factor", upper.nrow);
+    return impl_->common.status == CHOLMOD_OK;
+}
+
+double SparseCholesky::pivot_ratio() const {
+    return cholmod_rcond(impl_->factor, &impl_->common);
+}
+
+bool SparseCholesky::is_cheap_to_hold(std::size_t num_held, std::size_t num_unknowns) {
+    constexpr double part = 0.2; // at 84,000 unknowns, measured
+    return static_cast<double>(num_held) <= part * std::pow(static_cast<double>(num_unknowns), 2.0 / 3.0);
+}
+
+void SparseCholesky::hold(std::vector<int> unknowns) {
+    impl_->held = std::move(unknowns);
+    const auto num_held = static_cast<Eigen::Index>(impl_->held.size());
+    if (num_held == 0) {
+        impl_->reach.resize(0, 0);
+        return;
+    }
+    const auto num_unknowns = static_cast<Eigen::Index>(impl_->factor->n);
+    const auto *const order = static_cast<const int *>(impl_->factor->Perm);
+    std::vector<Eigen::Index> place(num_unknowns);
+    for (Eigen::Index k = 0; k < num_unknowns; ++k)
+        place[order[k]] = k;
+    impl_->reach.resize(num_unknowns, num_held);
+    for (Eigen::Index first = 0; first < num_held; first += columns_at_once) {
+        const auto count = std::min(columns_at_once, num_held - first);
+        Dense units = Dense::Zero(num_unknowns, count);
+        for (Eigen::Index c = 0; c < count; ++c)
+            units(place[impl_->held[first + c]], c) = 1.0;
+        impl_->reach.middleCols(first, count) = impl_->solve(CHOLMOD_L, std::move(units));
+    }
+    Dense gram = Dense::Zero(num_held, num_held);
+    gram.selfadjointView<Eigen::Lower>().rankUpdate(impl_->reach.transpose());
+    impl_->gram.compute(gram);
+}
+
+Eigen::MatrixXd SparseCholesky::solve(const Eigen::Ref<const Eigen::MatrixXd> &right_hand_sides) const {
+    if (impl_->held.empty())
+        return impl_->solve(CHOLMOD_A, right_hand_sides);
+    Dense half = impl_->solve(CHOLMOD_L, impl_->solve(CHOLMOD_P, right_hand_sides));
+    const Dense on_held = impl_->gram.solve(impl_->reach.transpose() * half);
+    half.noalias() -= impl_->reach * on_held;
+    Dense answers = impl_->solve(CHOLMOD_Pt, impl_->solve(CHOLMOD_Lt, std::move(half)));
+    for (const int unknown : impl_->held)
+        answers.row(unknown).setZero(); // they are, but for rounding
+    return answers;
+}
+
+} // namespace livermark::core

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <memory>
+#include <vector>
+
+namespace livermark::core {
+
+/// Sparse Cholesky factor (CHOLMOD, supernodal), P A P^T = L L^T, ordered by nested dissection: of a solid that fills
+/// half as much as minimum degree, and there is one ordering to find instead of the best of several. The same matrix
+/// gives the same bits every time.
+class SparseCholesky {
+  public:
+    /// Of a symmetric matrix the upper triangle is read.
+    using Matrix = Eigen::Ref<const Eigen::SparseMatrix<double>>;
+
+    SparseCholesky();
+    ~SparseCholesky();
+    SparseCholesky(SparseCholesky &&) noexcept;
+    SparseCholesky &operator=(SparseCholesky &&) noexcept;
+
+    /// Finds an order for the unknowns, which serves all matrices with entries in the same places.
+    /// @throws std::runtime_error if CHOLMOD runs out of memory
+    void order(const Matrix &matrix);
+    /// Only after order(). Nothing is held then.
+    /// @return whether the matrix is positive definite
+    /// @throws std::runtime_error if CHOLMOD runs out of memory
+    bool factorise(const Matrix &matrix);
+    /// The square of the ratio of the smallest to the largest entry on the diagonal of L.
+    double pivot_ratio() const;
+
+    /// Whether hold() takes less time than another factor. In three dimensions n unknowns take some n^2 operations to
+    /// factor, and n^(4/3) to solve for.
+    static bool is_cheap_to_hold(std::size_t num_held, std::size_t num_unknowns);
+    /// Keeps some unknowns at zero in all answers to come, and forgets what was held before: with E of their unit
+    /// vectors, W = L^-1 P E and the projector Q = I - W (W^T W)^-1 W^T, the answer is P^T L^-T Q L^-1 P b. It is that
+    /// of the matrix without their rows and columns, but takes no other factor.
+    /// @param unknowns  each once; none to hold nothing
+    void hold(std::vector<int> unknowns);
+
+    /// Only after a factorise() that returned true.
+    /// @param right_hand_sides  shape (n, any); what is held is not looked at
+    Eigen::MatrixXd solve(const Eigen::Ref<const Eigen::MatrixXd> &right_hand_sides) const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace livermark::core
