@@ -83,8 +83,8 @@ struct SparseCholesky::Impl {
     cholmod_common common{};
     cholmod_factor *factor = nullptr;
     std::vector<int> held;
-    Dense reach;             ///< (n, m) W = L^-1 P E
-    Eigen::LLT<Dense> gram;  ///< W^T W
+    Dense reach;            ///< (n, m) W = L^-1 P E
+    Eigen::LLT<Dense> gram; ///< W^T W
 };
 
 SparseCholesky::SparseCholesky() : impl_(std::make_unique<Impl>()) {}

@@ -60,11 +60,16 @@ SymmetricMatrix block_pattern(const ElasticSystem &system) {
         for (int a = 0; a < system.nodes_per_cell; ++a)
             neighbours[first[a]].insert(neighbours[first[a]].end(), first, first + system.nodes_per_cell);
 
-    SymmetricMatrix matrix;
-    matrix.row_start.push_back(0);
+    std::size_t num_blocks = 0;
     for (auto &list : neighbours) {
         std::ranges::sort(list);
         list.erase(std::unique(list.begin(), list.end()), list.end());
+        num_blocks += list.size();
+    }
+    SymmetricMatrix matrix;
+    matrix.row_start.push_back(0);
+    matrix.column.reserve(9 * num_blocks); // growing would go through twice the memory
+    for (const auto &list : neighbours) {
         for (int i = 0; i < 3; ++i) {
             for (const int node : list)
                 matrix.column.insert(matrix.column.end(), {3 * node, 3 * node + 1, 3 * node + 2});

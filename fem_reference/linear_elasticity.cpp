@@ -70,23 +70,23 @@ struct StaticSolver::Impl {
     Impl(std::shared_ptr<const core::Body> of, int degree, SolverChoice choice, Formulation form)
         : body(std::move(of)), formulation(form), start(Clock::now()), matrices(*body, degree, form),
           corners(*body, choice, matrices), solver(make_solver(choice)) {
-        finish(MixedSolver::default_tolerance);
+        if (matrices.pressure.num_pressures() > 0)
+            mixed.emplace(solver, matrices.pressure);
+        assembly_seconds = seconds_since(start);
     }
     Impl(std::shared_ptr<const core::Body> refined, Impl &coarse, double tolerance)
         : body(std::move(refined)), formulation(coarse.formulation), start(Clock::now()),
           matrices(*body, 2, formulation), solver(matrices.system, coarse.matrices.system, coarse.solver) {
-        finish(tolerance);
+        if (matrices.pressure.num_pressures() > 0)
+            mixed.emplace(
+                solver, matrices.pressure, tolerance, *coarse.mixed,
+                nested_iteration(coarse.matrices.system, coarse.matrices.pressure, matrices.system, matrices.pressure));
+        assembly_seconds = seconds_since(start);
     }
 
     ChosenSolver make_solver(SolverChoice choice) {
         return corners.solver ? ChosenSolver(matrices.system, *corners.system, *corners.solver)
                               : ChosenSolver(matrices.system, choice);
-    }
-
-    void finish(double tolerance) {
-        if (matrices.pressure.num_pressures() > 0)
-            mixed.emplace(solver, matrices.pressure, tolerance);
-        assembly_seconds = seconds_since(start);
     }
 
     ConstrainedSolution solve(const DofConditions &conditions) {

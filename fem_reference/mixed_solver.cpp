@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <functional>
 #include <limits>
+#include <optional>
 
 #include "fem_reference/columns.hpp"
 #include "fem_reference/saddle_point.hpp"
@@ -25,12 +26,33 @@ std::vector<double> together(std::span<const Conditions> conditions, int lanes,
     return result;
 }
 
+/// Of the answer on the coarse mesh, which is wrong by percents as it is.
+constexpr double guess_tolerance = 1e-2;
+
 std::vector<double> negative(std::vector<double> values) {
     std::ranges::transform(values, values.begin(), std::negate<>());
     return values;
 }
 
+/// (lanes) norm of each column
+std::vector<double> size_of(const SaddlePointLoad &load, int lanes) {
+    auto squares = dots(load.f, load.f, lanes);
+    std::ranges::transform(squares, dots(load.g, load.g, lanes), squares.begin(), std::plus<>());
+    return roots_of(squares);
+}
+
 } // namespace
+
+/// Displacements and pressures of several columns, and the loads that they belong to.
+struct MixedSolver::State {
+    int lanes;
+    std::vector<std::size_t> held;     ///< entries of displacements that are not free
+    std::vector<double> load;          ///< (3 n, lanes)
+    std::vector<double> u, p;          ///< (3 n, lanes), (m, lanes)
+    std::vector<double> first_forces;  ///< (lanes) size of what is out of balance where only what is held has moved
+    std::vector<double> first_of_both; ///< (lanes) the same of forces and volumes
+    SaddlePointEnding ending{};
+};
 
 struct MixedSolver::Impl {
     Impl(ChosenSolver &of_k, const PressureSystem &p, double of_residual)
@@ -40,14 +62,37 @@ struct MixedSolver::Impl {
         norm.factorise(all_free);
     }
 
+    std::optional<State> approach(std::span<const Conditions> conditions, double to) const;
+    std::optional<State> first_guess(std::span<const Conditions> conditions) const;
+
+    /// What u and p leave of the load; nothing where unknowns are held.
+    SaddlePointLoad left(const State &state, std::span<const double> u, std::span<const double> p) const {
+        SaddlePointLoad out{std::vector<double>(u.size()), std::vector<double>(p.size())};
+        matrix(state).apply(u, p, out.f, out.g);
+        for (std::size_t i = 0; i < u.size(); ++i)
+            out.f[i] = state.load[i] - out.f[i];
+        zero(state.held, out.f);
+        out.g = negative(std::move(out.g));
+        return out;
+    }
+    SaddlePoint matrix(const State &state) const { return {solver, pressure, state.lanes, state.held}; }
+
     ChosenSolver &solver;
     const PressureSystem &pressure;
     double tolerance;
-    ConstrainedSolver norm; ///< nothing is held
+    mutable ConstrainedSolver norm; ///< nothing is held
+    MixedSolver *coarse = nullptr;  ///< and how to come from there, or nothing
+    NestedIteration nested{};
 };
 
 MixedSolver::MixedSolver(ChosenSolver &solver, const PressureSystem &pressure, double tolerance)
     : impl_(std::make_unique<Impl>(solver, pressure, tolerance)) {}
+MixedSolver::MixedSolver(ChosenSolver &solver, const PressureSystem &pressure, double tolerance, MixedSolver &coarse,
+                         NestedIteration nested)
+    : impl_(std::make_unique<Impl>(solver, pressure, tolerance)) {
+    impl_->coarse = &coarse;
+    impl_->nested = std::move(nested);
+}
 MixedSolver::~MixedSolver() = default;
 MixedSolver::MixedSolver(MixedSolver &&) noexcept = default;
 MixedSolver &MixedSolver::operator=(MixedSolver &&) noexcept = default;
@@ -56,62 +101,91 @@ std::size_t MixedSolver::max_columns() const {
     return impl_->solver.max_columns();
 }
 
+/// The answer on the coarse mesh, nothing if there is none.
+std::optional<MixedSolver::State> MixedSolver::Impl::first_guess(std::span<const Conditions> conditions) const {
+    if (!coarse)
+        return std::nullopt;
+    const auto num_coarse = 3 * nested.displacement.fine_node.size();
+    std::vector<std::vector<double>> prescribed, load;
+    for (const auto &column : conditions) {
+        auto &of_column = prescribed.emplace_back();
+        for (const int node : nested.displacement.fine_node)
+            of_column.insert(of_column.end(), &column.prescribed[3 * node], &column.prescribed[3 * node] + 3);
+        nested.displacement.restrict_to(column.load, load.emplace_back(num_coarse));
+    }
+    std::vector<Conditions> on_coarse;
+    for (std::size_t c = 0; c < conditions.size(); ++c)
+        on_coarse.push_back({prescribed[c], load[c]});
+    return coarse->impl_->approach(on_coarse, guess_tolerance);
+}
+
+/// Iterations on both at once.
+/// @return nothing if the conditions do not fix the answer
+std::optional<MixedSolver::State> MixedSolver::Impl::approach(std::span<const Conditions> conditions, double to) const {
+    const auto guess = first_guess(conditions);
+    std::vector<std::span<const double>> prescribed;
+    for (const auto &column : conditions)
+        prescribed.push_back(column.prescribed);
+    const auto free = free_unknowns(prescribed);
+    auto &inverse = solver.inverse();
+    if (!inverse.set_up(free))
+        return std::nullopt;
+
+    const int lanes = free.lanes();
+    State state{
+        .lanes = lanes,
+        .held = held_entries(free),
+        .load = together(conditions, lanes, [](const auto &column, auto i) { return column.load[i]; }),
+        .u = together(
+            conditions, lanes,
+            [](const auto &column, auto i) { return std::isnan(column.prescribed[i]) ? 0.0 : column.prescribed[i]; }),
+        .p = std::vector<double>(static_cast<std::size_t>(lanes) * pressure.num_pressures(), 0.0),
+        .first_forces = {},
+        .first_of_both = {},
+    };
+    const auto whole = left(state, state.u, state.p);
+    state.first_forces = roots_of(dots(whole.f, whole.f, lanes));
+    state.first_of_both = size_of(whole, lanes);
+    if (guess) {
+        std::vector<double> inside(state.u.size(), 0.0);
+        nested.displacement.add_prolonged(guess->u, inside);
+        zero(state.held, inside);
+        for (std::size_t i = 0; i < inside.size(); ++i)
+            state.u[i] += inside[i];
+        state.p = nested.prolonged_pressure(guess->p, lanes);
+    }
+    std::vector<double> of_u(state.u.size()), of_p(state.p.size());
+    state.ending = fem_reference::solve(matrix(state), inverse, norm, to, max_iterations, whole,
+                                        guess ? left(state, state.u, state.p) : whole, of_u, of_p);
+    for (std::size_t i = 0; i < of_u.size(); ++i)
+        state.u[i] += of_u[i];
+    for (std::size_t q = 0; q < of_p.size(); ++q)
+        state.p[q] += of_p[q];
+    return state;
+}
+
 ConstrainedSolution MixedSolver::solve(std::span<const double> prescribed, std::span<const double> load) {
     return std::move(solve(std::array{Conditions{prescribed, load}}).front());
 }
 
 std::vector<ConstrainedSolution> MixedSolver::solve(std::span<const Conditions> conditions) {
-    std::vector<std::span<const double>> prescribed;
-    for (const auto &column : conditions)
-        prescribed.push_back(column.prescribed);
-    const auto free = free_unknowns(prescribed);
     std::vector<ConstrainedSolution> solutions(conditions.size());
-    auto &inverse = impl_->solver.inverse();
-    if (!inverse.set_up(free))
+    auto state = impl_->approach(conditions, impl_->tolerance);
+    if (!state)
         return solutions;
+    const int lanes = state->lanes;
+    auto &u = state->u;
+    auto forces = impl_->left(*state, u, state->p).f;
+    const auto is_balanced = impl_->solver.add_solution(forces, state->first_forces, u, state->held);
 
-    const int lanes = free.lanes();
-    const auto held = held_entries(free);
-    const SaddlePoint matrix{impl_->solver, impl_->pressure, lanes, held};
-    const auto load = together(conditions, lanes, [](const auto &column, auto i) { return column.load[i]; });
-    auto u = together(conditions, lanes, [](const auto &column, auto i) {
-        return std::isnan(column.prescribed[i]) ? 0.0 : column.prescribed[i];
-    });
-    std::vector<double> p(static_cast<std::size_t>(lanes) * impl_->pressure.num_pressures(), 0.0);
-    std::vector<double> residual(u.size()), imbalance(p.size());
-    const auto look = [&] {
-        matrix.apply(u, p, residual, imbalance);
-        for (std::size_t i = 0; i < u.size(); ++i)
-            residual[i] -= load[i];
-    };
-    const auto forces = [&] { // that are not in balance at the free unknowns
-        auto of_free = negative(residual);
-        zero(held, of_free);
-        return of_free;
-    };
-    const auto sizes = [&] { // of what is not in balance, (lanes)
-        const auto of_free = forces();
-        auto squares = dots(of_free, of_free, lanes);
-        std::ranges::transform(squares, dots(imbalance, imbalance, lanes), squares.begin(), std::plus<>());
-        return roots_of(squares);
-    };
-
-    look();
-    const auto first = sizes();
-    const auto first_forces = forces();
-    std::vector<double> correction(u.size());
-    const auto ending = fem_reference::solve(matrix, inverse, impl_->norm, impl_->tolerance, max_iterations,
-                                             first_forces, negative(imbalance), correction, p);
+    std::vector<double> residual(u.size()), imbalance(state->p.size());
+    impl_->matrix(*state).apply(u, state->p, residual, imbalance);
     for (std::size_t i = 0; i < u.size(); ++i)
-        u[i] += correction[i];
-    look();
-    auto left = forces();
-    const auto is_balanced =
-        impl_->solver.add_solution(left, roots_of(dots(first_forces, first_forces, lanes)), u, held);
-    look();
-
-    const auto last = sizes();
-    const auto internal_work = dots(u, residual, lanes), external_work = dots(u, load, lanes);
+        residual[i] -= state->load[i];
+    SaddlePointLoad of_free{residual, std::move(imbalance)};
+    zero(state->held, of_free.f);
+    const auto last = size_of(of_free, lanes);
+    const auto internal_work = dots(u, residual, lanes), external_work = dots(u, state->load, lanes);
     auto displacements = separated(u, lanes, conditions.size()),
          residuals = separated(residual, lanes, conditions.size());
     for (std::size_t c = 0; c < conditions.size(); ++c)
@@ -119,9 +193,9 @@ std::vector<ConstrainedSolution> MixedSolver::solve(std::span<const Conditions> 
                         .displacement = std::move(displacements[c]),
                         .residual = std::move(residuals[c]),
                         .energy = 0.5 * (internal_work[c] + external_work[c]),
-                        .converged = ending.converged && is_balanced[c],
-                        .iterations = ending.iterations,
-                        .relative_residual = first[c] > 0.0 ? last[c] / first[c] : 0.0};
+                        .converged = state->ending.converged && is_balanced[c],
+                        .iterations = state->ending.iterations,
+                        .relative_residual = state->first_of_both[c] > 0.0 ? last[c] / state->first_of_both[c] : 0.0};
     return solutions;
 }
 

@@ -7,6 +7,7 @@
 
 #include "fem_reference/chosen_solver.hpp"
 #include "fem_reference/constrained_solver.hpp"
+#include "fem_reference/nested_iteration.hpp"
 #include "fem_reference/pressure_system.hpp"
 
 namespace livermark::fem_reference {
@@ -23,6 +24,10 @@ class MixedSolver {
 
     /// @param solver  of K; it and the pressure are kept alive by the caller, the pressure unchanged
     explicit MixedSolver(ChosenSolver &solver, const PressureSystem &pressure, double tolerance = default_tolerance);
+    /// On a refined body: iterations begin at an answer of the solver on the body itself.
+    /// @param coarse  kept alive by the caller; what it is set up for changes
+    MixedSolver(ChosenSolver &solver, const PressureSystem &pressure, double tolerance, MixedSolver &coarse,
+                NestedIteration nested);
     ~MixedSolver();
     MixedSolver(MixedSolver &&) noexcept;
     MixedSolver &operator=(MixedSolver &&) noexcept;
@@ -44,6 +49,7 @@ class MixedSolver {
 
   private:
     struct Impl;
+    struct State;
     std::unique_ptr<Impl> impl_;
 };
 

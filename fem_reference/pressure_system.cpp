@@ -147,7 +147,7 @@ PressureSystem assemble_pressure(const core::Body &body, const ElasticSystem &sy
             }
         }
     }
-    return {divergence.compressed<SparseRows>(), compliance.compressed<SymmetricMatrix>(),
+    return {numbers.of_cell, divergence.compressed<SparseRows>(), compliance.compressed<SymmetricMatrix>(),
             norm.compressed<SymmetricMatrix>()};
 }
 

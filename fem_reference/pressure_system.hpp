@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "fem_reference/elastic_system.hpp"
@@ -24,9 +25,10 @@ struct SparseRows {
 ///
 /// One pressure for each node of each region that has one: m of them, none if no region has.
 struct PressureSystem {
-    SparseRows divergence;      ///< (m, 3 n) D_q(ai) = integral of psi_q d phi_a / d x_i [m^2]
-    SymmetricMatrix compliance; ///< (m, m) C_qr = integral of psi_q psi_r / lambda [m^3/Pa]
-    SymmetricMatrix norm;       ///< (m, m) integral of (1 / (2 mu) + 1 / lambda) psi_q psi_r [m^3/Pa]
+    std::vector<std::array<int, 4>> of_cell; ///< (M) the pressures at the corners, -1 in regions that have none
+    SparseRows divergence;                   ///< (m, 3 n) D_q(ai) = integral of psi_q d phi_a / d x_i [m^2]
+    SymmetricMatrix compliance;              ///< (m, m) C_qr = integral of psi_q psi_r / lambda [m^3/Pa]
+    SymmetricMatrix norm;                    ///< (m, m) integral of (1 / (2 mu) + 1 / lambda) psi_q psi_r [m^3/Pa]
 
     int num_pressures() const { return compliance.row_start.empty() ? 0 : compliance.num_rows(); }
 };

@@ -2,7 +2,6 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <stdexcept>
 
@@ -26,9 +25,8 @@ std::array<double, nodes_of_quadratic> shape_functions(const Eigen::Vector4d &ba
     }
     for (int v = 0; v < 4; ++v)
         shape[v] = bary[v] * (2.0 * bary[v] - 1.0);
-    constexpr std::array<std::array<int, 2>, 6> edges{{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
-    for (std::size_t e = 0; e < edges.size(); ++e)
-        shape[4 + e] = 4.0 * bary[edges[e][0]] * bary[edges[e][1]];
+    for (std::size_t e = 0; e < edges_of_quadratic.size(); ++e)
+        shape[4 + e] = 4.0 * bary[edges_of_quadratic[e][0]] * bary[edges_of_quadratic[e][1]];
     return shape;
 }
 

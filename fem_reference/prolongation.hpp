@@ -1,11 +1,15 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
 #include "fem_reference/elastic_system.hpp"
 
 namespace livermark::fem_reference {
+
+/// Between which corners the nodes of a quadratic tetrahedron behind its corners lie.
+inline constexpr std::array<std::array<int, 2>, 6> edges_of_quadratic{{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
 
 /// The functions of a coarse space as functions of a finer one that contains it: the value at fine node i is the sum
 /// of weight times the value at a coarse node, the same for each component.

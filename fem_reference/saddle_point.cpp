@@ -83,7 +83,7 @@ Vector residual(const Scaled &system, const Vector &right_hand_side, const Vecto
 }
 
 /// Rounds of iterations until the preconditioned residual is small.
-/// @param size      of the preconditioned right-hand side
+/// @param size      of the preconditioned load, of which the right-hand side may be a part
 /// @param unknowns  zero
 SaddlePointEnding iterate(const Scaled &system, double size, double goal, int max_iterations,
                           const Vector &right_hand_side, Vector &unknowns) {
@@ -150,16 +150,19 @@ void SaddlePoint::divergence_less(std::span<const double> u, std::span<const dou
 }
 
 SaddlePointEnding solve(const SaddlePoint &matrix, Preconditioner &inverse, ConstrainedSolver &norm, double tolerance,
-                        int max_iterations, std::span<const double> f, std::span<const double> g, std::span<double> u,
-                        std::span<double> p) {
-    Scaled system{matrix, inverse, norm, f.size(), g.size(), std::vector<double>(matrix.lanes, 1.0)};
-    Vector right_hand_side(f.size() + g.size()), unknowns(f.size() + g.size());
-    std::ranges::copy(f, right_hand_side.begin());
-    std::ranges::copy(g, right_hand_side.begin() + f.size());
+                        int max_iterations, const SaddlePointLoad &whole, const SaddlePointLoad &left,
+                        std::span<double> u, std::span<double> p) {
+    Scaled system{matrix, inverse, norm, u.size(), p.size(), std::vector<double>(matrix.lanes, 1.0)};
+    Vector right_hand_side(u.size() + p.size()), unknowns(u.size() + p.size());
+    const auto fill = [&](const SaddlePointLoad &load) {
+        std::ranges::copy(load.f, right_hand_side.begin());
+        std::ranges::copy(load.g, right_hand_side.begin() + u.size());
+    };
+    fill(whole);
     system.precondition(unknowns, right_hand_side);
 
     // Displacements and pressures of every column begin at one: what is left of all together is no less than of each.
-    const auto first_u = part(unknowns, 0, f.size()), first_p = part(unknowns, f.size(), g.size());
+    const auto first_u = part(unknowns, 0, u.size()), first_p = part(unknowns, u.size(), p.size());
     auto size = roots_of(dots(first_u, first_u, matrix.lanes));
     const auto size_of_p = roots_of(dots(first_p, first_p, matrix.lanes));
     auto per_size = size;
@@ -173,6 +176,7 @@ SaddlePointEnding solve(const SaddlePoint &matrix, Preconditioner &inverse, Cons
         per_size[c] = size[c] > 0.0 ? 1.0 / size[c] : 0.0;
     }
     unknowns = 0.0;
+    fill(left);
     scale(per_size, {right_hand_side.begin(), right_hand_side.size()});
     const auto ending = iterate(system, std::sqrt(num_ones), tolerance, max_iterations, right_hand_side, unknowns);
     scale(system.unit, first_p);

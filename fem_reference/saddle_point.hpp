@@ -24,6 +24,12 @@ struct SaddlePoint {
     void divergence_less(std::span<const double> u, std::span<const double> g, std::span<double> out) const;
 };
 
+/// A right-hand side.
+struct SaddlePointLoad {
+    std::vector<double> f; ///< (3 n, lanes) zero where not free
+    std::vector<double> g; ///< (m, lanes)
+};
+
 /// How iterations ended.
 struct SaddlePointEnding {
     int iterations = 0;
@@ -33,17 +39,19 @@ struct SaddlePointEnding {
 /// Solves [K D^T; D -C] [u; p] = [f; g] by generalised minimal residuals, preconditioned by the lower block triangle
 /// with inverses, exact or not, of K and of the norm of the pressure: that takes a third of the iterations that minimal
 /// residuals take with the diagonal alone. What is left in each column is measured as the preconditioner sees it, which
-/// is nearly the error: in parts of the first displacements and pressures.
+/// is nearly the error: in parts of the displacements and pressures of the whole load.
 /// (Y. Saad and M. H. Schultz 1986, SIAM J. Sci. Stat. Comput. 7(3); H. C. Elman, D. J. Silvester and A. J. Wathen
 /// 2014, Finite Elements and Fast Iterative Solvers)
 /// @param inverse         of K, set up for the unknowns that are free
 /// @param norm            of the pressure, factored with nothing held
 /// @param tolerance       of each column
 /// @param max_iterations  after how many it gives up
-/// @param f, u            shape (3 n, lanes), zero where not free
-/// @param g, p            shape (m, lanes)
+/// @param whole           the load, that tolerances are in parts of
+/// @param left            what of it is to be solved for: all, or what a first guess leaves
+/// @param u               shape (3 n, lanes), zero where not free
+/// @param p               shape (m, lanes)
 SaddlePointEnding solve(const SaddlePoint &matrix, Preconditioner &inverse, ConstrainedSolver &norm, double tolerance,
-                        int max_iterations, std::span<const double> f, std::span<const double> g, std::span<double> u,
-                        std::span<double> p);
+                        int max_iterations, const SaddlePointLoad &whole, const SaddlePointLoad &left,
+                        std::span<double> u, std::span<double> p);
 
 } // namespace livermark::fem_reference

@@ -124,8 +124,8 @@ class Descent {
         while (true) {
             if (part_left_out_ > 0.0 && compression.size() == 0)
                 compression = free_.restrict(elastic_hessian(body_, x, Tangent::semi_definite)) - exact;
-            const bool is_definite =
-                factorise(part_left_out_ > 0.0 ? Eigen::SparseMatrix<double>(exact + part_left_out_ * compression) : exact);
+            const bool is_definite = factorise(
+                part_left_out_ > 0.0 ? Eigen::SparseMatrix<double>(exact + part_left_out_ * compression) : exact);
             ++state_.num_factors;
             if (is_definite && follow([&](const auto &vector) { return factor_.solve(vector); }) > 0) {
                 part_left_out_ = part_left_out_ > smallest_part_left_out ? 0.5 * part_left_out_ : 0.0;
