@@ -11,11 +11,10 @@
 #include <string>
 
 #include "fem_reference/chosen_solver.hpp"
+#include "fem_reference/discretisation.hpp"
 #include "fem_reference/dof_conditions.hpp"
-#include "fem_reference/elastic_system.hpp"
 #include "fem_reference/facet_conditions.hpp"
 #include "fem_reference/mixed_solver.hpp"
-#include "fem_reference/pressure_system.hpp"
 #include "fem_reference/release.hpp"
 
 namespace livermark::fem_reference {
@@ -28,41 +27,6 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
-
-/// The matrices of one body.
-struct Discretisation {
-    Discretisation(const core::Body &body, int degree, Formulation formulation) {
-        if (formulation == Formulation::displacement) {
-            system = assemble(body, degree);
-            return;
-        }
-        if (degree != 2)
-            throw std::invalid_argument("the mixed formulation takes quadratic elements, not those of degree " +
-                                        std::to_string(degree));
-        const auto order = has_pressure(body) ? NodeOrder::by_distance : NodeOrder::of_mesh;
-        system = assemble(without_pressure(body), degree, order);
-        pressure = assemble_pressure(body, system);
-    }
-
-    ElasticSystem system;
-    PressureSystem pressure; ///< empty where nothing is nearly incompressible
-};
-
-/// Linear elements on the same body, whose solver is the coarse one of the iterations of the mixed formulation: they
-/// need only an approximate inverse of K, and the factor of quadratic elements fills most of the memory and takes most
-/// of the time. Empty where the user chose a solver, or nothing has a pressure.
-struct Corners {
-    Corners() = default;
-    Corners(const core::Body &body, SolverChoice choice, const Discretisation &matrices) {
-        if (choice != SolverChoice::automatic || matrices.pressure.num_pressures() == 0)
-            return;
-        system = std::make_unique<ElasticSystem>(assemble(without_pressure(body), 1));
-        solver = std::make_unique<ChosenSolver>(*system, SolverChoice::automatic);
-    }
-
-    std::unique_ptr<ElasticSystem> system;
-    std::unique_ptr<ChosenSolver> solver;
-};
 
 } // namespace
 

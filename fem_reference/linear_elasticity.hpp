@@ -6,15 +6,10 @@
 
 #include "core/problem.hpp"
 #include "core/solution.hpp"
+#include "fem_reference/formulation.hpp"
 #include "fem_reference/solver_choice.hpp"
 
 namespace livermark::fem_reference {
-
-/// What is unknown.
-enum class Formulation {
-    displacement, ///< u alone
-    mixed         ///< and the pressure p = lambda div u of what is nearly incompressible, see PressureSystem
-};
 
 /// Static linear elasticity of one body on its own tetrahedra, with linear or quadratic Lagrange elements:
 /// div sigma + rho a = 0, sigma = lambda tr(eps) I + 2 mu eps, eps = (grad u + grad u^T) / 2.

@@ -9,6 +9,7 @@
 #include <array>
 #include <limits>
 #include <map>
+#include <span>
 #include <utility>
 
 #include "fem_reference/deal_ii_mesh.hpp"
@@ -47,37 +48,63 @@ PressureNumbers number_pressures(const core::Body &body, const ElasticSystem &sy
     return numbers;
 }
 
-/// Sums entries that are given one by one, each place in the order in which it was given.
-class Rows {
+/// Which columns each row has, and a zero matrix of them.
+class Pattern {
   public:
-    explicit Rows(int num_rows) : row_(num_rows) {}
+    explicit Pattern(int num_rows) : row_(num_rows) {}
 
-    void add(int row, int column, double value) { row_[row].emplace_back(column, value); }
+    void link(int row, std::span<const int> columns) {
+        row_[row].insert(row_[row].end(), columns.begin(), columns.end());
+    }
 
-    template <class Matrix> Matrix compressed() {
+    /// @param width  so many columns one behind the other stand for each that was linked
+    template <class Matrix> Matrix zero_matrix(int width) {
+        std::size_t num_links = 0;
+        for (auto &columns : row_) {
+            std::ranges::sort(columns);
+            columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+            num_links += columns.size();
+        }
         Matrix matrix;
         matrix.row_start.push_back(0);
-        for (auto &entries : row_) {
-            std::ranges::stable_sort(entries, {}, &Entry::first);
-            for (std::size_t k = 0; k < entries.size(); ++k) {
-                const auto &[column, value] = entries[k];
-                if (k > 0 && column == entries[k - 1].first) {
-                    matrix.value.back() += value;
-                } else {
-                    matrix.column.push_back(column);
-                    matrix.value.push_back(value);
-                }
-            }
+        matrix.column.reserve(width * num_links);
+        for (const auto &columns : row_) {
+            for (const int column : columns)
+                for (int i = 0; i < width; ++i)
+                    matrix.column.push_back(width * column + i);
             matrix.row_start.push_back(static_cast<int>(matrix.column.size()));
-            entries = {}; // the memory is needed for the next ones
         }
+        matrix.value.assign(matrix.column.size(), 0.0);
         return matrix;
     }
 
   private:
-    using Entry = std::pair<int, double>;
-    std::vector<std::vector<Entry>> row_;
+    std::vector<std::vector<int>> row_;
 };
+
+/// Where the entry of a row and a column stands, which has to be there.
+template <class Matrix> double *entry(Matrix &matrix, int row, int column) {
+    const int *const first = matrix.column.data() + matrix.row_start[row];
+    const int *const last = matrix.column.data() + matrix.row_start[row + 1];
+    return matrix.value.data() + matrix.row_start[row] + (std::lower_bound(first, last, column) - first);
+}
+
+/// With matrices of zeros.
+PressureSystem empty_system(const core::Body &body, const ElasticSystem &system) {
+    auto numbers = number_pressures(body, system);
+    Pattern nodes(numbers.count), neighbours(numbers.count);
+    for (std::size_t t = 0; t < numbers.of_cell.size(); ++t)
+        if (const auto &corners = numbers.of_cell[t]; corners.front() >= 0)
+            for (const int pressure : corners) {
+                nodes.link(pressure,
+                           std::span(system.cell_nodes).subspan(t * system.nodes_per_cell, system.nodes_per_cell));
+                neighbours.link(pressure, corners);
+            }
+    PressureSystem pressure{std::move(numbers.of_cell), nodes.zero_matrix<SparseRows>(3), {}, {}};
+    pressure.compliance = neighbours.zero_matrix<SymmetricMatrix>(1);
+    pressure.norm = pressure.compliance;
+    return pressure;
+}
 
 } // namespace
 
@@ -110,11 +137,10 @@ PressureSystem assemble_pressure(const core::Body &body, const ElasticSystem &sy
         for (unsigned int k = 0; k < 4; ++k)
             psi[q][k] = pressure.shape_value(k, quadrature.point(q));
 
-    const auto numbers = number_pressures(body, system);
-    Rows divergence(numbers.count), compliance(numbers.count), norm(numbers.count);
+    auto result = empty_system(body, system);
     for (const auto &cell : triangulation.active_cell_iterators()) {
         const auto t = cell->active_cell_index();
-        const auto &corners = numbers.of_cell[t];
+        const auto &corners = result.of_cell[t];
         if (corners[0] < 0)
             continue;
         gradients.reinit(cell);
@@ -138,17 +164,18 @@ PressureSystem assemble_pressure(const core::Body &body, const ElasticSystem &sy
                     mass[k][l] += weight * psi[q][k] * psi[q][l];
         }
         for (int k = 0; k < 4; ++k) {
-            for (int a = 0; a < system.nodes_per_cell; ++a)
+            for (int a = 0; a < system.nodes_per_cell; ++a) {
+                double *const of_node = entry(result.divergence, corners[k], 3 * nodes[a]);
                 for (int i = 0; i < 3; ++i)
-                    divergence.add(corners[k], 3 * nodes[a] + i, divergence_here[k][3 * a + i]);
+                    of_node[i] += divergence_here[k][3 * a + i];
+            }
             for (int l = 0; l < 4; ++l) {
-                compliance.add(corners[k], corners[l], compliance_here * mass[k][l]);
-                norm.add(corners[k], corners[l], norm_here * mass[k][l]);
+                *entry(result.compliance, corners[k], corners[l]) += compliance_here * mass[k][l];
+                *entry(result.norm, corners[k], corners[l]) += norm_here * mass[k][l];
             }
         }
     }
-    return {numbers.of_cell, divergence.compressed<SparseRows>(), compliance.compressed<SymmetricMatrix>(),
-            norm.compressed<SymmetricMatrix>()};
+    return result;
 }
 
 } // namespace livermark::fem_reference

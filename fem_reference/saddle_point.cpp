@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 namespace livermark::fem_reference {
@@ -15,10 +16,11 @@ namespace {
 
 /// Displacements of all columns, then pressures of all columns: one system.
 using Vector = dealii::Vector<double>;
+/// The same as the iterations keep some twenty of them: half the memory to go through.
+using KrylovVector = dealii::Vector<float>;
 
-/// How far one round of iterations may go: smoothers in single precision make the preconditioner differ by rounding
-/// from one step to the next, and what the iterations believe to be left differs from what is left.
-constexpr double furthest_round = 1e-5;
+/// How far one round of iterations may go: in single precision what they believe to be left differs from what is left.
+constexpr double furthest_round = 1e-4;
 /// A round that ends further than it was told to begins another one.
 constexpr double reserve = 0.5;
 /// Vectors of a Krylov space; a round takes about twenty.
@@ -40,13 +42,19 @@ struct Scaled {
     std::size_t num_u, num_p; ///< of all columns
     std::vector<double> unit; ///< (lanes) [Pa/m]
 
-    struct Product {
+    /// One of the two that follow, for the iterations.
+    struct Operator {
         const Scaled &of;
-        void vmult(Vector &out, const Vector &in) const { of.multiply(out, in); }
-    };
-    struct Preconditioned {
-        const Scaled &of;
-        void vmult(Vector &out, const Vector &in) const { of.precondition(out, in); }
+        void (Scaled::*apply)(Vector &out, const Vector &in) const;
+        mutable Vector in{}, out{};
+
+        void vmult(KrylovVector &result, const KrylovVector &vector) const {
+            in.reinit(vector.size(), true);
+            out.reinit(vector.size(), true);
+            std::ranges::copy(vector, in.begin());
+            (of.*apply)(out, in);
+            std::ranges::copy(out, result.begin());
+        }
     };
 
     void multiply(Vector &out, const Vector &in) const {
@@ -88,18 +96,21 @@ Vector residual(const Scaled &system, const Vector &right_hand_side, const Vecto
 SaddlePointEnding iterate(const Scaled &system, double size, double goal, int max_iterations,
                           const Vector &right_hand_side, Vector &unknowns) {
     SaddlePointEnding ending;
-    Vector seen(right_hand_side.size()), correction(right_hand_side.size()), left(right_hand_side);
+    const Scaled::Operator product{system, &Scaled::multiply}, preconditioner{system, &Scaled::precondition};
+    KrylovVector correction(right_hand_side.size()), to_solve(right_hand_side.size());
+    Vector seen(right_hand_side.size()), left(right_hand_side);
     while (size > goal) {
         dealii::ReductionControl control(max_iterations - ending.iterations, reserve * goal, furthest_round);
-        correction = 0.0;
+        correction = 0.0F;
+        std::ranges::copy(left, to_solve.begin());
+        using Solver = dealii::SolverGMRES<KrylovVector>;
         try {
-            dealii::SolverGMRES<Vector>(control, dealii::SolverGMRES<Vector>::AdditionalData(largest_space))
-                .solve(Scaled::Product{system}, correction, left, Scaled::Preconditioned{system});
+            Solver(control, Solver::AdditionalData(largest_space)).solve(product, correction, to_solve, preconditioner);
         } catch (const dealii::SolverControl::NoConvergence &) {
             ending.converged = false;
         }
         ending.iterations += static_cast<int>(control.last_step());
-        unknowns += correction;
+        std::ranges::transform(unknowns, correction, unknowns.begin(), std::plus<>());
         left = residual(system, right_hand_side, unknowns);
         system.precondition(seen, left);
         const double before = size;

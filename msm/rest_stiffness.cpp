@@ -21,7 +21,9 @@ double seconds_since(Clock::time_point start) {
 
 RestStiffness::RestStiffness(Eigen::SparseMatrix<double> stiffness, const std::vector<core::Vector3> &positions,
                              std::vector<core::Vector3> common)
-    : stiffness_(std::move(stiffness)), extent_(extent(positions)), common_(std::move(common)) {}
+    : extent_(extent(positions)), common_(std::move(common)) {
+    stiffness_.swap(stiffness); // Eigen does not move sparse matrices
+}
 
 RestStiffness::RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions,
                              const std::vector<core::Vector3> &prescribed)

@@ -17,7 +17,7 @@ constexpr std::size_t smallest_compressed_bytes = 16 * 1024;
 constexpr std::size_t chunk_bytes = 1024 * 1024;
 /// Core driver: bytes by which the memory of the file grows.
 constexpr std::size_t memory_increment = 1024 * 1024;
-constexpr unsigned deflate_level = 4;
+constexpr unsigned deflate_level = 1;
 
 Handle made(hid_t id, Handle::Close close, const std::string &what) {
     if (id < 0)

@@ -100,6 +100,8 @@ TEST(LoadCasesThatHoldTheSame, MayDifferInLoadsAndInHowFarTheyMove) {
     other = example();
     other.condition[1] = core::FacetCondition::prescribed_displacement;
     EXPECT_FALSE(core::hold_the_same(example(), other));
+    EXPECT_TRUE(core::holds_all_of(other, example()));
+    EXPECT_FALSE(core::holds_all_of(example(), other));
 }
 
 } // namespace

@@ -168,6 +168,30 @@ TEST(Equilibrium, IsTheSameWithTheFactorThatAnotherLoadLeft) {
     EXPECT_EQ(found.num_iterations, expected.num_iterations);
 }
 
+TEST(Equilibrium, IsTheSameWithAFactorOfFewerConstraints) {
+    auto block = pulled_block({40.0, 10.0, -20.0}, {0.1, 0.3, -0.2});
+    const auto &points = block.problem.body->mesh.points;
+    const auto common = block.conditions.displacement;
+    auto &prescribed = block.conditions.displacement.back();
+    ASSERT_TRUE(prescribed.array().isNaN().all());
+    prescribed.y() = 0.002;
+    msm::RestStiffness shared(msm::elastic_hessian(block.springs, points, msm::Tangent::exact), points, common);
+    shared.hold(block.conditions.displacement);
+    ASSERT_TRUE(shared.is_definite());
+    EXPECT_TRUE(shared.holds(block.conditions.displacement));
+    EXPECT_FALSE(shared.holds(common));
+    const msm::RestStiffness own(block.springs, points, block.conditions.displacement);
+    EXPECT_EQ(shared.rounding_force(), own.rounding_force());
+    const auto expected = msm::find_equilibrium(block.springs, points, block.conditions, own);
+    const auto found = msm::find_equilibrium(block.springs, points, block.conditions, shared);
+    ASSERT_EQ(found.status, core::SolutionStatus::ok) << found.message;
+    EXPECT_LT(tests::relative_difference(found.linear_displacement, expected.linear_displacement), 1e-11);
+    EXPECT_NE(found.linear_displacement, expected.linear_displacement) << "it was not the shared factor";
+    EXPECT_LT(tests::relative_difference(found.displacement, expected.displacement), 1e-10);
+    EXPECT_EQ(found.num_iterations, expected.num_iterations);
+    EXPECT_EQ(found.displacement.back().y(), 0.002);
+}
+
 TEST(Equilibrium, KnowsThatAFactorIsOfOtherConstraints) {
     const auto block = pulled_block({40.0, 10.0, -20.0}, Vector3::Zero());
     const msm::RestStiffness rest(block.springs, block.problem.body->mesh.points, block.conditions.displacement);

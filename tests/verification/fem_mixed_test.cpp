@@ -5,8 +5,10 @@
 #include <limits>
 
 #include "core/refinement.hpp"
+#include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/linear_elasticity.hpp"
-#include "fem_reference/pressure_system.hpp"
+#include "fem_reference/mixed_solver.hpp"
+#include "fem_reference/nested_iteration.hpp"
 #include "tests/verification/fem_test_bodies.hpp"
 
 namespace livermark {
@@ -238,6 +240,63 @@ TEST_F(FemTogether, DirectSolversTakeOneByOne) {
     const auto found = solver.solve(std::span(load_cases).first(2));
     for (std::size_t c = 0; c < 2; ++c)
         expect_same(found[c], solver.solve(load_cases[c]), 1e-15);
+}
+
+/// Both are exact for what the coarse elements can represent; each region has a field of its own.
+TEST(FemNestedIteration, TakesFieldsToTheRefinedMesh) {
+    const auto problem = rod(0.45, 0.49, {3, 2, 2});
+    const auto refined = core::refine(*problem.body);
+    struct System {
+        explicit System(const core::Body &body)
+            : elastic(fem_reference::assemble(body, 2, fem_reference::NodeOrder::by_distance)),
+              pressure(fem_reference::assemble_pressure(body, elastic)) {}
+        /// 1 + x - 2 y in the first region, 3 z in the second, in two columns of which the second is twice the first.
+        std::vector<double> field(const core::Body &body) const {
+            std::vector<double> values(2 * pressure.num_pressures(), nan);
+            for (std::size_t t = 0; t < pressure.of_cell.size(); ++t)
+                for (int corner = 0; corner < 4; ++corner) {
+                    const auto &x = elastic.points[elastic.cell_nodes[10 * t + corner]];
+                    const double value = body.mesh.region[t] == 0 ? 1.0 + x.x() - 2.0 * x.y() : 3.0 * x.z();
+                    values[2 * pressure.of_cell[t][corner]] = value;
+                    values[2 * pressure.of_cell[t][corner] + 1] = 2.0 * value;
+                }
+            return values;
+        }
+        fem_reference::ElasticSystem elastic;
+        fem_reference::PressureSystem pressure;
+    };
+    const System coarse(*problem.body), fine(refined);
+    const auto nested = fem_reference::nested_iteration(coarse.elastic, coarse.pressure, fine.elastic, fine.pressure);
+    const auto found = nested.prolonged_pressure(coarse.field(*problem.body), 2), expected = fine.field(refined);
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t i = 0; i < found.size(); ++i)
+        EXPECT_NEAR(found[i], expected[i], 1e-14);
+}
+
+/// That the answer is the same is tested above: the tolerance is in parts of the whole load, wherever iterations begin.
+TEST(FemNestedIteration, TakesFewerIterations) {
+    const auto problem = rod(0.45, 0.45, {6, 4, 4});
+    const core::Body fine_body = core::refine(*problem.body);
+    const auto fine_load_case = core::refine(problem.load_case);
+    const auto num_iterations = [&](bool is_nested) {
+        const auto coarse = fem_reference::assemble(fem_reference::without_pressure(*problem.body), 2);
+        const auto fine = fem_reference::assemble(fem_reference::without_pressure(fine_body), 2);
+        const auto coarse_pressure = fem_reference::assemble_pressure(*problem.body, coarse),
+                   fine_pressure = fem_reference::assemble_pressure(fine_body, fine);
+        fem_reference::ChosenSolver coarse_solver(coarse, SolverChoice::direct);
+        fem_reference::ChosenSolver fine_solver(fine, coarse, coarse_solver);
+        fem_reference::MixedSolver mixed_coarse(coarse_solver, coarse_pressure);
+        constexpr double tolerance = 1e-5;
+        const auto conditions = fem_reference::dof_conditions(fine_load_case, fine);
+        auto mixed = is_nested ? fem_reference::MixedSolver(
+                                     fine_solver, fine_pressure, tolerance, mixed_coarse,
+                                     fem_reference::nested_iteration(coarse, coarse_pressure, fine, fine_pressure))
+                               : fem_reference::MixedSolver(fine_solver, fine_pressure, tolerance);
+        const auto solution = mixed.solve(conditions.prescribed, conditions.load);
+        EXPECT_TRUE(solution.unique && solution.converged);
+        return solution.iterations;
+    };
+    EXPECT_LT(num_iterations(true), num_iterations(false));
 }
 
 TEST(FemMixed, ReactionsBalanceTheLoads) {

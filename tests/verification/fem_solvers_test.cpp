@@ -1,11 +1,13 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
 #include "core/refinement.hpp"
+#include "fem_reference/constrained_solver.hpp"
 #include "fem_reference/elastic_system.hpp"
 #include "fem_reference/iterative_solver.hpp"
 #include "fem_reference/linear_elasticity.hpp"
@@ -235,6 +237,69 @@ TEST(FemSolver, SaysWhenConjugateGradientsStopEarly) {
     const auto late = solve(100000);
     EXPECT_TRUE(late.converged);
     EXPECT_LE(late.relative_residual, fem_reference::IterativeSolver::tolerance);
+}
+
+/// Conditions of a second load case that are those of the first and a few more.
+class FemFactorOfFewer : public testing::Test {
+  protected:
+    FemFactorOfFewer() : prescribed(3 * system.points.size(), nan), load(3 * system.points.size(), 0.0) {
+        for (std::size_t node = 0; node < system.points.size(); ++node)
+            if (system.points[node].x() < 1e-9)
+                std::fill_n(&prescribed[3 * node], 3, 0.0);
+        more = prescribed;
+        for (const std::size_t node : {last_held - 1, last_held}) {
+            EXPECT_TRUE(std::isnan(more[3 * node])) << "held already";
+            more[3 * node] = 0.001;
+            more[3 * node + 2] = -0.002;
+        }
+        for (std::size_t i = 0; i < load.size(); ++i)
+            load[i] = std::sin(static_cast<double>(i));
+    }
+
+    static double relative_difference(const std::vector<double> &a, const std::vector<double> &b) {
+        const auto size = static_cast<Eigen::Index>(b.size());
+        const Eigen::Map<const Eigen::VectorXd> x(a.data(), size), y(b.data(), size);
+        return (x - y).norm() / y.norm();
+    }
+
+    fem_reference::ElasticSystem system = fem_reference::assemble(*rod(0.3).body, 2);
+    std::size_t last_held = rod(0.3).body->mesh.points.size() - 1;
+    std::vector<double> prescribed, load, more;
+};
+
+TEST_F(FemFactorOfFewer, AnswersAsAFactorOfAllDoes) {
+    fem_reference::ConstrainedSolver own(system.stiffness), shared(system.stiffness);
+    shared.begin_with(prescribed);
+    const auto expected = own.solve(more, load), found = shared.solve(more, load);
+    ASSERT_TRUE(expected.unique && found.unique);
+    EXPECT_LT(relative_difference(found.displacement, expected.displacement), 1e-11);
+    EXPECT_LT(relative_difference(found.residual, expected.residual), 1e-10);
+    EXPECT_NEAR(found.energy, expected.energy, 1e-11 * expected.energy);
+    EXPECT_NE(found.displacement, expected.displacement) << "it was not the shared factor";
+    EXPECT_EQ(found.displacement[3 * last_held], 0.001);
+
+    const auto first = shared.solve(prescribed, load);
+    EXPECT_EQ(first.displacement, own.solve(prescribed, load).displacement) << "nothing more is held now";
+    EXPECT_EQ(shared.solve(more, load).displacement, found.displacement) << "it depends on what was solved before";
+}
+
+TEST_F(FemFactorOfFewer, GivesWayToOneThatHoldsSomethingElse) {
+    fem_reference::ConstrainedSolver own(system.stiffness), shared(system.stiffness);
+    shared.begin_with(more); // of which the conditions leave some free
+    EXPECT_EQ(shared.solve(prescribed, load).displacement, own.solve(prescribed, load).displacement);
+}
+
+TEST_F(FemFactorOfFewer, MayLeaveTheBodyFreeToMove) {
+    const std::vector<double> nothing(prescribed.size(), nan);
+    fem_reference::ConstrainedSolver shared(system.stiffness), own(system.stiffness);
+    shared.begin_with(nothing);
+    EXPECT_FALSE(shared.solve(nothing, load).unique);
+    auto three_points = nothing;
+    for (std::size_t k = 0; k < 3; ++k)
+        std::fill_n(&three_points[3 * (k * system.points.size() / 3)], 3, 0.0);
+    const auto found = shared.solve(three_points, load);
+    ASSERT_TRUE(found.unique);
+    EXPECT_EQ(found.displacement, own.solve(three_points, load).displacement);
 }
 
 } // namespace livermark

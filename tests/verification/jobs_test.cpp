@@ -119,6 +119,41 @@ TEST(Jobs, LoadCasesTogetherHaveTheAnswersOfEachAlone) {
     EXPECT_NE(solution("resumed", "first", "fem_p2p1").solver.find("together"), std::string::npos);
 }
 
+/// Of load cases that hold a little more than another one, factors serve for both: answers are those of each alone but
+/// for rounding, and the same whoever solves them.
+TEST(Jobs, LoadCasesThatShareAFactorHaveTheAnswersOfEachAlone) {
+    const auto folder = tests::folder_with_bar("jobs_shared", 0.01);
+    write_pull(folder / "pull.toml", 10.0);
+    std::ofstream(folder / "press.toml")
+        << "title = \"press\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"x_min\"\n"
+           "displacement = [0.0, 0.0, 0.0]\n[[condition]]\n"
+           "disc = { patch = \"x_max\", radius = 0.001 }\npush = 0.001\n";
+    const auto solutions = [&](const std::string &load_cases, int jobs) {
+        std::string files, name;
+        for (std::istringstream names(load_cases); names >> name;)
+            files += fmt::format(" {}/{}.toml", folder.string(), name);
+        const auto outcome = tests::livermark(
+            fmt::format("run --body {0}/bar.toml --load-case{1} --model lloyd fem_p2 --no-uncertainty --jobs {2} "
+                        "--output {0}/runs",
+                        folder.string(), files, jobs));
+        EXPECT_EQ(outcome.status, 0) << outcome.output;
+        const auto result = results::read_result(folder / "runs" / "bar" / "press.h5");
+        std::vector<std::vector<core::Vector3>> displacement;
+        for (const auto *model : {"fem_p1", "fem_p2", "lloyd"})
+            displacement.push_back(
+                std::ranges::find(result.models, model, &results::ModelResult::name)->solution.displacement);
+        return displacement;
+    };
+    const auto shared = solutions("pull press", 1), side_by_side = solutions("pull press", 2),
+               alone = solutions("press", 1);
+    for (std::size_t m = 0; m < shared.size(); ++m) {
+        SCOPED_TRACE(m);
+        EXPECT_TRUE(tests::same_bits(shared[m], side_by_side[m]));
+        EXPECT_FALSE(tests::same_bits(shared[m], alone[m])) << "no factor was shared";
+        EXPECT_LT(tests::relative_difference(shared[m], alone[m]), 1e-10);
+    }
+}
+
 TEST(Jobs, SayWhereTemporaryFilesHaveNoPlace) {
     const auto folder = tests::folder_with_bar("jobs_temporary");
     write_pull(folder / "a.toml", 10.0);

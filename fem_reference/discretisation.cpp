@@ -1,0 +1,28 @@
+#include "fem_reference/discretisation.hpp"
+
+#include <stdexcept>
+#include <string>
+
+namespace livermark::fem_reference {
+
+Discretisation::Discretisation(const core::Body &body, int degree, Formulation formulation) {
+    if (formulation == Formulation::displacement) {
+        system = assemble(body, degree);
+        return;
+    }
+    if (degree != 2)
+        throw std::invalid_argument("the mixed formulation takes quadratic elements, not those of degree " +
+                                    std::to_string(degree));
+    const auto order = has_pressure(body) ? NodeOrder::by_distance : NodeOrder::of_mesh;
+    system = assemble(without_pressure(body), degree, order);
+    pressure = assemble_pressure(body, system);
+}
+
+Corners::Corners(const core::Body &body, SolverChoice choice, const Discretisation &matrices) {
+    if (choice != SolverChoice::automatic || matrices.pressure.num_pressures() == 0)
+        return;
+    system = std::make_unique<ElasticSystem>(assemble(without_pressure(body), 1));
+    solver = std::make_unique<ChosenSolver>(*system, SolverChoice::automatic);
+}
+
+} // namespace livermark::fem_reference

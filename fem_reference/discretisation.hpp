@@ -1,0 +1,33 @@
+#pragma once
+
+#include <memory>
+
+#include "core/problem.hpp"
+#include "fem_reference/chosen_solver.hpp"
+#include "fem_reference/elastic_system.hpp"
+#include "fem_reference/formulation.hpp"
+#include "fem_reference/pressure_system.hpp"
+
+namespace livermark::fem_reference {
+
+/// The matrices of one body.
+struct Discretisation {
+    /// @throws std::invalid_argument for the mixed formulation of linear elements, or as assemble() does
+    Discretisation(const core::Body &body, int degree, Formulation formulation);
+
+    ElasticSystem system;
+    PressureSystem pressure; ///< empty where nothing is nearly incompressible
+};
+
+/// Linear elements on the same body, whose solver is the coarse one of the iterations of the mixed formulation: they
+/// need only an approximate inverse of K, and the factor of quadratic elements fills most of the memory and takes most
+/// of the time. Empty where the user chose a solver, or nothing has a pressure.
+struct Corners {
+    Corners() = default;
+    Corners(const core::Body &body, SolverChoice choice, const Discretisation &matrices);
+
+    std::unique_ptr<ElasticSystem> system;
+    std::unique_ptr<ChosenSolver> solver;
+};
+
+} // namespace livermark::fem_reference

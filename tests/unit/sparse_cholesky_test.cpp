@@ -1,0 +1,127 @@
+#include "core/sparse_cholesky.hpp"
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+#include <numeric>
+#include <random>
+
+namespace livermark {
+namespace {
+
+using Eigen::MatrixXd;
+using Sparse = Eigen::SparseMatrix<double>;
+
+/// Neighbours on a grid of side^3 pull at each other by random springs, and all are held a little.
+Sparse grid_of_springs(int side, double held = 0.1) {
+    std::mt19937 generator(7);
+    std::uniform_real_distribution<double> stiffness(0.5, 2.0);
+    const int size = side * side * side;
+    std::vector<Eigen::Triplet<double>> entries;
+    for (int at = 0; at < size; ++at) {
+        entries.emplace_back(at, at, held);
+        for (const auto &[step, place] :
+             {std::pair{1, at % side}, {side, at / side % side}, {side * side, at / side / side}})
+            if (place + 1 < side) {
+                const double k = stiffness(generator);
+                entries.emplace_back(at, at, k);
+                entries.emplace_back(at + step, at + step, k);
+                entries.emplace_back(at, at + step, -k);
+                entries.emplace_back(at + step, at, -k);
+            }
+    }
+    Sparse matrix(size, size);
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    return matrix;
+}
+
+MatrixXd some_vectors(Eigen::Index rows, Eigen::Index columns) {
+    std::mt19937 generator(3);
+    std::normal_distribution<double> number;
+    return MatrixXd::NullaryExpr(rows, columns, [&] { return number(generator); });
+}
+
+/// Of the matrix without the rows and columns of what is held.
+MatrixXd dense_answer(const Sparse &matrix, const std::vector<int> &held, MatrixXd right_hand_sides) {
+    MatrixXd dense = matrix;
+    for (const int unknown : held) {
+        dense.row(unknown).setZero();
+        dense.col(unknown).setZero();
+        dense(unknown, unknown) = 1.0;
+        right_hand_sides.row(unknown).setZero();
+    }
+    return dense.ldlt().solve(right_hand_sides);
+}
+
+class SparseCholesky : public testing::Test {
+  protected:
+    SparseCholesky() {
+        factor.order(matrix);
+        EXPECT_TRUE(factor.factorise(matrix));
+    }
+    void expect_answers_with(const std::vector<int> &held) {
+        const auto found = factor.solve(right_hand_sides);
+        const auto expected = dense_answer(matrix, held, right_hand_sides);
+        EXPECT_LT((found - expected).norm(), 1e-12 * right_hand_sides.norm());
+        for (const int unknown : held)
+            EXPECT_EQ(found.row(unknown).norm(), 0.0);
+    }
+
+    Sparse matrix = grid_of_springs(8);
+    MatrixXd right_hand_sides = some_vectors(matrix.rows(), 3);
+    core::SparseCholesky factor;
+};
+
+TEST_F(SparseCholesky, SolvesForSeveralVectors) {
+    expect_answers_with({});
+    EXPECT_GT(factor.pivot_ratio(), 1e-3);
+}
+
+TEST_F(SparseCholesky, KeepsWhatIsHeldAtZero) {
+    for (const std::vector<int> &held : {std::vector{5}, std::vector{300, 2, 77, 511}}) {
+        factor.hold(held);
+        expect_answers_with(held);
+    }
+    std::vector<int> many(150); // more than are solved for at once
+    std::iota(many.begin(), many.end(), 100);
+    factor.hold(many);
+    expect_answers_with(many);
+}
+
+TEST_F(SparseCholesky, ForgetsWhatWasHeld) {
+    const MatrixXd before = factor.solve(right_hand_sides);
+    factor.hold({1, 2, 3});
+    factor.hold({});
+    EXPECT_EQ(factor.solve(right_hand_sides), before);
+    factor.hold({1, 2, 3});
+    EXPECT_TRUE(factor.factorise(matrix));
+    EXPECT_EQ(factor.solve(right_hand_sides), before);
+}
+
+TEST_F(SparseCholesky, DoesNotLookAtTheLoadOfWhatIsHeld) {
+    factor.hold({10, 20});
+    const MatrixXd before = factor.solve(right_hand_sides);
+    right_hand_sides.row(10).setConstant(50.0);
+    EXPECT_LT((factor.solve(right_hand_sides) - before).norm(), 1e-12 * before.norm());
+}
+
+TEST_F(SparseCholesky, TakesOtherValuesInTheSamePlaces) {
+    matrix *= 2.0;
+    matrix.diagonal().array() += 1.0;
+    EXPECT_TRUE(factor.factorise(matrix));
+    expect_answers_with({});
+}
+
+TEST_F(SparseCholesky, SaysWhenAMatrixIsNotPositiveDefinite) {
+    matrix.diagonal().array() -= 5.0;
+    EXPECT_FALSE(factor.factorise(matrix));
+}
+
+TEST(SparseCholeskyHold, IsCheapForFewOfMany) {
+    EXPECT_TRUE(core::SparseCholesky::is_cheap_to_hold(0, 10));
+    EXPECT_TRUE(core::SparseCholesky::is_cheap_to_hold(300, 84'000));
+    EXPECT_FALSE(core::SparseCholesky::is_cheap_to_hold(3'000, 84'000));
+    EXPECT_FALSE(core::SparseCholesky::is_cheap_to_hold(300, 3'000));
+}
+
+} // namespace
+} // namespace livermark
