@@ -14,6 +14,7 @@
 #include "msm/dynamic_relaxation.hpp"
 #include "msm/equilibrium.hpp"
 #include "msm/explicit_steps.hpp"
+#include "msm/highest_frequency.hpp"
 #include "msm/release.hpp"
 #include "msm/spectrum.hpp"
 #include "msm/time_step.hpp"
@@ -48,19 +49,20 @@ double nonlinearity(const msm::Equilibrium &equilibrium) {
     return std::sqrt(difference / size);
 }
 
-msm::StepPlan plan_release(const core::Problem &problem, const msm::ElasticBody &body,
-                           const msm::TimeStepping &choice) {
-    return msm::plan_steps(problem, body, msm::nodal_conditions(problem, body.node_mass), choice);
-}
+struct HighestFrequency {
+    double angular_frequency = 0.0; ///< [rad/s]
+    double seconds = 0.0;           ///< that it took to find
+};
 
 /// Lets the tractions go where the static solution has come to.
+/// @param highest  with what the problem holds
 void add_motion(core::Solution &solution, const core::Problem &problem, const msm::ElasticBody &body,
-                const msm::TimeStepping &choice) {
+                const HighestFrequency &highest, const msm::TimeStepping &choice) {
     const auto start = Clock::now();
-    const auto plan = plan_release(problem, body, choice);
+    const auto plan = msm::plan_steps(problem, highest.angular_frequency, choice);
     const auto conditions =
         msm::nodal_conditions({problem.body, core::without_tractions(problem.load_case)}, body.node_mass);
-    const double planning_seconds = seconds(Clock::now() - start);
+    const double planning_seconds = highest.seconds + seconds(Clock::now() - start);
     solution.history = msm::release(problem, body, conditions, solution.displacement, plan);
     solution.history->setup_seconds += planning_seconds;
     if (!std::isnan(solution.history->diverged_at)) {
@@ -117,11 +119,17 @@ class Kept {
     /// @param body  of the last on()
     const core::ExplicitSteps &steps(const msm::NodalConditions &conditions) {
         if (!steps_ || !hold_the_same(held_in_steps_, conditions.displacement)) {
-            steps_ = msm::explicit_steps(parts_->body, body_->mesh.points, conditions);
+            const auto &points = body_->mesh.points;
+            const auto start = Clock::now();
+            highest_.angular_frequency = msm::largest_angular_frequency(parts_->body, points, conditions);
+            highest_.seconds = seconds(Clock::now() - start);
+            steps_ = msm::explicit_steps(parts_->body, points, conditions, highest_.angular_frequency);
             held_in_steps_ = conditions.displacement;
         }
         return *steps_;
     }
+    /// With what was held in the last steps().
+    const HighestFrequency &highest_frequency() const { return highest_; }
 
     double make_seconds() const { return make_seconds_; }
     double rest_seconds() const { return stiffness_seconds_ + rest_->factor_seconds(); }
@@ -134,6 +142,7 @@ class Kept {
     std::optional<msm::RestStiffness> rest_;
     std::optional<core::ExplicitSteps> steps_;
     std::vector<core::Vector3> held_in_steps_; ///< prescribed displacements
+    HighestFrequency highest_;
     double make_seconds_ = 0.0;
     double stiffness_seconds_ = 0.0;
 };
@@ -182,7 +191,7 @@ core::Solution solve(const core::Problem &problem, Kept &kept, const ModelOption
     solution.springs = springs;
     solution.explicit_steps = kept.steps(conditions);
     if (problem.load_case.release && solution.status == core::SolutionStatus::ok)
-        add_motion(solution, problem, body, options.time_stepping);
+        add_motion(solution, problem, body, kept.highest_frequency(), options.time_stepping);
     return solution;
 }
 
@@ -208,8 +217,12 @@ void check(const core::Problem &problem, const MakeMassSprings &make, const Mode
                                                "--integrator",
                                                integrator.name));
     }
-    if (problem.load_case.release)
-        plan_release(problem, make(*problem.body).body, options.time_stepping);
+    const auto &choice = options.time_stepping;
+    if (problem.load_case.release && (choice.integrator || choice.time_step)) { // left to choose, some step is stable
+        const auto body = make(*problem.body).body;
+        const auto conditions = msm::nodal_conditions(problem, body.node_mass);
+        msm::plan_steps(problem, msm::largest_angular_frequency(body, problem.body->mesh.points, conditions), choice);
+    }
 }
 
 } // namespace

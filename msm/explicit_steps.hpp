@@ -13,8 +13,8 @@ namespace livermark::msm {
 /// really taken.
 /// @param positions   shape (N) [m], where the body is at rest
 /// @param conditions  loads, and which components are held
-/// @throws std::runtime_error if the highest frequency is not found
+/// @param highest     largest_angular_frequency() with these held [rad/s]
 core::ExplicitSteps explicit_steps(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                                   const NodalConditions &conditions);
+                                   const NodalConditions &conditions, double highest);
 
 } // namespace livermark::msm

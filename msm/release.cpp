@@ -10,7 +10,6 @@
 #include "core/input_error.hpp"
 #include "msm/elastic_motion.hpp"
 #include "msm/extent.hpp"
-#include "msm/highest_frequency.hpp"
 #include "msm/time_step.hpp"
 
 namespace livermark::msm {
@@ -71,10 +70,8 @@ int steps_until(State state, const Stepper &stepper, const std::function<bool(co
 
 } // namespace
 
-StepPlan plan_steps(const core::Problem &problem, const ElasticBody &body, const NodalConditions &conditions,
-                    const TimeStepping &choice) {
+StepPlan plan_steps(const core::Problem &problem, double highest, const TimeStepping &choice) {
     const auto &release = problem.load_case.release.value();
-    const double highest = largest_angular_frequency(body, problem.body->mesh.points, conditions);
     std::vector<std::string> names{default_integrators.begin(), default_integrators.end()};
     if (choice.integrator)
         names = {*choice.integrator};

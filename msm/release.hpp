@@ -33,11 +33,11 @@ struct StepPlan {
 /// Divides the interval between two records into steps that are stable for the body at rest, by its largest
 /// frequency and the damping of the load case, and at least four if a stabilised method is left to choose: its error is
 /// then below a thousandth of the motion.
-/// @param problem     with a release
+/// @param problem  with a release
+/// @param highest  largest_angular_frequency() with what the problem holds [rad/s]
 /// @throws core::InputError if the integrator is not there, if it has no stable step, or if the step asked for is
 ///   longer than the critical one and not forced
-StepPlan plan_steps(const core::Problem &problem, const ElasticBody &body, const NodalConditions &conditions,
-                    const TimeStepping &choice);
+StepPlan plan_steps(const core::Problem &problem, double highest, const TimeStepping &choice);
 
 /// The motion of the probes after all tractions of a load case are let go at t = 0.
 /// @param problem       with a release

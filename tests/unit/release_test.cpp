@@ -39,7 +39,7 @@ struct Rod {
     }
 
     msm::StepPlan plan(const msm::TimeStepping &choice) const {
-        return msm::plan_steps(problem, springs, conditions, choice);
+        return msm::plan_steps(problem, highest, choice);
     }
 
     /// Bent along its length and let go.
