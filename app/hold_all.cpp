@@ -68,10 +68,10 @@ std::string name_of(const core::Problem &problem) {
     return fmt::format("{} / {}", problem.body->name, problem.load_case.name);
 }
 
-/// Of the largest body. What models keep of a liver is 172 kB for each tetrahedron, measured; what is solved together
+/// Of the largest body. What models keep of a liver is 149 kB for each tetrahedron, measured; what is solved together
 /// on the refined mesh takes as much, but before.
 double bytes_per_worker(const RunTask &task) {
-    constexpr double bytes_per_tetrahedron = 180e3;
+    constexpr double bytes_per_tetrahedron = 160e3;
     std::size_t most = 1;
     for (const auto &problem : task.problems)
         most = std::max(most, problem.body->mesh.tetrahedra.size());
