@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace livermark::core {
@@ -30,9 +31,6 @@ class SparseCholesky {
     /// The square of the ratio of the smallest to the largest entry on the diagonal of L.
     double pivot_ratio() const;
 
-    /// Whether hold() takes less time than another factor. In three dimensions n unknowns take some n^2 operations to
-    /// factor, and n^(4/3) to solve for.
-    static bool is_cheap_to_hold(std::size_t num_held, std::size_t num_unknowns);
     /// Keeps some unknowns at zero in all answers to come, and forgets what was held before: with E of their unit
     /// vectors, W = L^-1 P E and the projector Q = I - W (W^T W)^-1 W^T, the answer is P^T L^-T Q L^-1 P b. It is that
     /// of the matrix without their rows and columns, but takes no other factor.
@@ -47,5 +45,11 @@ class SparseCholesky {
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };
+
+/// Where a factor is to serve fewer unknowns than it has, which of its unknowns to hold.
+/// @param has   shape (n) whether each unknown of a larger system is one of the factor
+/// @param free  shape (n) whether it is one of what is to be solved
+/// @return nothing if the factor lacks one, or if there are so many to hold that another factor would take less time
+std::optional<std::vector<int>> unknowns_to_hold(const std::vector<bool> &has, const std::vector<bool> &free);
 
 } // namespace livermark::core

@@ -102,28 +102,15 @@ void ConstrainedSolver::Impl::factorise(std::span<const double> prescribed) {
     if (wanted == is_free)
         return;
     is_free.clear(); // what follows may throw
-    std::vector<int> held;
-    const bool has_common = [&] {
-        if (is_common.empty())
-            return false;
-        int row = 0;
-        for (std::size_t i = 0; i < wanted.size(); ++i) {
-            if (wanted[i] && !is_common[i])
-                return false;
-            if (is_common[i] && !wanted[i])
-                held.push_back(row);
-            row += is_common[i] ? 1 : 0;
-        }
-        return core::SparseCholesky::is_cheap_to_hold(held.size(), row);
-    }();
-    unique = has_common && make_factor(is_common);
+    auto held = is_common.empty() ? std::nullopt : core::unknowns_to_hold(is_common, wanted);
+    unique = held && make_factor(is_common);
     if (!unique) {
-        held.clear();
+        held.reset();
         unique = make_factor(wanted);
     }
     const auto start = Clock::now();
     if (unique && !rows.empty())
-        factor.hold(std::move(held));
+        factor.hold(std::move(held).value_or(std::vector<int>{}));
     hold_seconds = seconds_since(start);
     is_free = std::move(wanted);
 }

@@ -11,6 +11,14 @@ FreeComponents::FreeComponents(const std::vector<core::Vector3> &prescribed) {
             number_.push_back(std::isnan(node[component]) ? size_++ : -1);
 }
 
+std::vector<bool> FreeComponents::are_free() const {
+    std::vector<bool> free;
+    free.reserve(number_.size());
+    for (const auto number : number_)
+        free.push_back(number >= 0);
+    return free;
+}
+
 Eigen::VectorXd FreeComponents::gather(const std::vector<core::Vector3> &field) const {
     Eigen::VectorXd values(size_);
     for (std::size_t c = 0; c < number_.size(); ++c)

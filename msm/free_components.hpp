@@ -18,6 +18,8 @@ class FreeComponents {
     /// Number of a component among the unknowns, -1 where it is prescribed.
     Eigen::Index number(Eigen::Index component) const { return number_[component]; }
     bool is_free(Eigen::Index component) const { return number_[component] >= 0; }
+    /// Of all components, shape (3N).
+    std::vector<bool> are_free() const;
 
     /// The free components of a nodal field.
     Eigen::VectorXd gather(const std::vector<core::Vector3> &field) const;

@@ -55,25 +55,16 @@ void RestStiffness::hold(const std::vector<core::Vector3> &prescribed) {
             square += stiffness_.coeff(c, c) * stiffness_.coeff(c, c);
     rounding_force_ = std::numeric_limits<double>::epsilon() * extent_ * std::sqrt(square);
 
-    std::vector<int> held;
-    const bool has_common = [&] {
-        if (common_.empty())
-            return false;
-        const FreeComponents common(common_);
-        for (Eigen::Index c = 0; c < stiffness_.rows(); ++c) {
-            if (free_.is_free(c) && !common.is_free(c))
-                return false;
-            if (common.is_free(c) && !free_.is_free(c))
-                held.push_back(static_cast<int>(common.number(c)));
-        }
-        return core::SparseCholesky::is_cheap_to_hold(held.size(), common.size()) && factorise(common);
-    }();
-    if (!has_common)
-        held.clear();
-    is_definite_ = has_common || factorise(free_);
+    const FreeComponents common(common_);
+    auto held = common_.empty() ? std::nullopt : core::unknowns_to_hold(common.are_free(), free_.are_free());
+    is_definite_ = held && factorise(common);
+    if (!is_definite_) {
+        held.reset();
+        is_definite_ = factorise(free_);
+    }
     const auto start = Clock::now();
     if (is_definite_)
-        factor_.hold(std::move(held));
+        factor_.hold(std::move(held).value_or(std::vector<int>{}));
     hold_seconds_ = seconds_since(start);
 }
 

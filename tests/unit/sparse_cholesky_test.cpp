@@ -116,11 +116,25 @@ TEST_F(SparseCholesky, SaysWhenAMatrixIsNotPositiveDefinite) {
     EXPECT_FALSE(factor.factorise(matrix));
 }
 
-TEST(SparseCholeskyHold, IsCheapForFewOfMany) {
-    EXPECT_TRUE(core::SparseCholesky::is_cheap_to_hold(0, 10));
-    EXPECT_TRUE(core::SparseCholesky::is_cheap_to_hold(300, 84'000));
-    EXPECT_FALSE(core::SparseCholesky::is_cheap_to_hold(3'000, 84'000));
-    EXPECT_FALSE(core::SparseCholesky::is_cheap_to_hold(300, 3'000));
+TEST(UnknownsToHold, AreThoseOfTheFactorThatAreNotFree) {
+    std::vector<bool> has(1000, true), free(1000, true);
+    has[0] = free[0] = false;
+    free[1] = free[500] = false;
+    EXPECT_EQ(core::unknowns_to_hold(has, free), (std::vector{0, 499}));
+    EXPECT_EQ(core::unknowns_to_hold(has, has), std::vector<int>{});
+}
+
+TEST(UnknownsToHold, NeedAFactorOfAllThatIsFree) {
+    const std::vector<bool> has{true, false, true}, free{true, true, true};
+    EXPECT_FALSE(core::unknowns_to_hold(has, free));
+}
+
+TEST(UnknownsToHold, AreFewOfMany) {
+    std::vector<bool> has(8000, true), free = has;
+    std::fill_n(free.begin(), 79, false); // a fifth of the square of the cube root is 80
+    EXPECT_TRUE(core::unknowns_to_hold(has, free));
+    free[79] = free[80] = false;
+    EXPECT_FALSE(core::unknowns_to_hold(has, free));
 }
 
 } // namespace
