@@ -38,9 +38,7 @@ struct Rod {
         highest = msm::largest_angular_frequency(springs, mesh.points, conditions);
     }
 
-    msm::StepPlan plan(const msm::TimeStepping &choice) const {
-        return msm::plan_steps(problem, highest, choice);
-    }
+    msm::StepPlan plan(const msm::TimeStepping &choice) const { return msm::plan_steps(problem, highest, choice); }
 
     /// Bent along its length and let go.
     core::History motion(const msm::TimeStepping &choice) const {
