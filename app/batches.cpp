@@ -44,6 +44,9 @@ Batches batches_of(std::span<const core::Problem> problems) {
     std::vector<std::size_t> order(all.size());
     std::iota(order.begin(), order.end(), 0);
     std::ranges::stable_sort(order, {}, first_alike);
+    std::ranges::stable_sort(order, std::ranges::greater(), [&](std::size_t batch) {
+        return problems[all[batch].front()].body->mesh.tetrahedra.size();
+    });
     Batches ordered;
     for (const auto batch : order) {
         ordered.problems.push_back(all[batch]);

@@ -15,8 +15,9 @@ struct Batches {
     std::vector<int> body;                          ///< of each batch
 };
 
-/// Batches that hold the same components of a body come one after the other: models keep the last factor. What comes
-/// first otherwise stays first.
+/// Batches that hold the same components of a body come one after the other: models keep the last factor. Bodies come
+/// by their number of tetrahedra, the largest first: it would keep the others waiting at the end. What comes first
+/// otherwise stays first.
 Batches batches_of(std::span<const core::Problem> problems);
 
 /// Of each body with load cases that hold all that another one holds and more, the first problem whose held components
