@@ -48,9 +48,13 @@ Batches batches_of(std::span<const core::Problem> problems) {
         return problems[all[batch].front()].body->mesh.tetrahedra.size();
     });
     Batches ordered;
+    std::vector<int> bodies; // in the order in which they come
     for (const auto batch : order) {
+        const auto number = std::ranges::find(bodies, batches.body[batch]) - bodies.begin();
+        if (number == std::ssize(bodies))
+            bodies.push_back(batches.body[batch]);
         ordered.problems.push_back(all[batch]);
-        ordered.body.push_back(batches.body[batch]);
+        ordered.body.push_back(static_cast<int>(number));
     }
     return ordered;
 }
