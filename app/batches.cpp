@@ -7,24 +7,18 @@ namespace livermark::app {
 
 namespace {
 
-Batches with_the_same_answer(std::span<const core::Problem> problems) {
-    Batches batches;
-    std::vector<const core::Body *> bodies;
+std::vector<std::vector<std::size_t>> with_the_same_answer(std::span<const core::Problem> problems) {
+    std::vector<std::vector<std::size_t>> batches;
     for (std::size_t p = 0; p < problems.size(); ++p) {
         const auto &problem = problems[p];
-        const auto same = std::ranges::find_if(batches.problems, [&](const auto &batch) {
+        const auto same = std::ranges::find_if(batches, [&](const auto &batch) {
             const auto &first = problems[batch.front()];
             return first.body == problem.body && core::are_statically_equal(first.load_case, problem.load_case);
         });
-        if (same != batches.problems.end()) {
+        if (same != batches.end())
             same->push_back(p);
-            continue;
-        }
-        const auto number = std::ranges::find(bodies, problem.body.get()) - bodies.begin();
-        if (number == std::ssize(bodies))
-            bodies.push_back(problem.body.get());
-        batches.problems.push_back({p});
-        batches.body.push_back(static_cast<int>(number));
+        else
+            batches.push_back({p});
     }
     return batches;
 }
@@ -32,8 +26,7 @@ Batches with_the_same_answer(std::span<const core::Problem> problems) {
 } // namespace
 
 Batches batches_of(std::span<const core::Problem> problems) {
-    const auto batches = with_the_same_answer(problems);
-    const auto &all = batches.problems;
+    const auto all = with_the_same_answer(problems);
     const auto first_alike = [&](std::size_t batch) {
         const auto &problem = problems[all[batch].front()];
         return std::ranges::find_if(all, [&](const auto &candidate) {
@@ -48,11 +41,12 @@ Batches batches_of(std::span<const core::Problem> problems) {
         return problems[all[batch].front()].body->mesh.tetrahedra.size();
     });
     Batches ordered;
-    std::vector<int> bodies; // in the order in which they come
+    std::vector<const core::Body *> bodies; // in the order in which they come
     for (const auto batch : order) {
-        const auto number = std::ranges::find(bodies, batches.body[batch]) - bodies.begin();
+        const auto *const body = problems[all[batch].front()].body.get();
+        const auto number = std::ranges::find(bodies, body) - bodies.begin();
         if (number == std::ssize(bodies))
-            bodies.push_back(batches.body[batch]);
+            bodies.push_back(body);
         ordered.problems.push_back(all[batch]);
         ordered.body.push_back(static_cast<int>(number));
     }

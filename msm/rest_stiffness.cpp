@@ -82,13 +82,7 @@ Eigen::VectorXd RestStiffness::inverse_times(const Eigen::VectorXd &force) const
 }
 
 bool RestStiffness::holds(const std::vector<core::Vector3> &prescribed) const {
-    if (!rows_)
-        return false;
-    for (std::size_t i = 0; i < prescribed.size(); ++i)
-        for (int c = 0; c < 3; ++c)
-            if (std::isnan(prescribed[i][c]) != free_.is_free(static_cast<Eigen::Index>(3 * i) + c))
-                return false;
-    return true;
+    return rows_ && free_ == FreeComponents(prescribed);
 }
 
 std::vector<core::Vector3> RestStiffness::solve(const std::vector<core::Vector3> &prescribed,
