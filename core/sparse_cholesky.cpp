@@ -10,6 +10,7 @@
 #include <string>
 
 #include "core/openmp.hpp"
+#include "core/supernodes.hpp"
 
 namespace livermark::core {
 
@@ -80,8 +81,25 @@ struct SparseCholesky::Impl {
         return right_hand_sides;
     }
 
+    Supernodes supernodes() const {
+        const auto span = [](const void *start, std::size_t size) {
+            return std::span(static_cast<const int *>(start), size);
+        };
+        return {span(factor->super, factor->nsuper + 1), span(factor->pi, factor->nsuper + 1),
+                span(factor->s, factor->ssize), span(factor->px, factor->nsuper + 1)};
+    }
+    std::span<const double> values() const { return {static_cast<const double *>(factor->x), factor->xsize}; }
+    std::span<const int> order() const { return {static_cast<const int *>(factor->Perm), factor->n}; }
+
+    /// Q of hold(), which takes what is held out of L^-1 P b.
+    void project(Dense &half) const {
+        const Dense on_held = gram.solve(reach.transpose() * half);
+        half.noalias() -= reach * on_held;
+    }
+
     cholmod_common common{};
     cholmod_factor *factor = nullptr;
+    std::vector<float> single; ///< values of the factor, empty if nobody has asked for them
     std::vector<int> held;
     Dense reach;            ///< (n, m) W = L^-1 P E
     Eigen::LLT<Dense> gram; ///< W^T W
@@ -101,6 +119,7 @@ void SparseCholesky::order(const Matrix &matrix) {
 
 bool SparseCholesky::factorise(const Matrix &matrix) {
     hold({});
+    impl_->single = {};
     auto upper = view(matrix);
     cholmod_factorize(&upper, impl_->factor, &impl_->common);
     impl_->check("factor", upper.nrow);
@@ -119,18 +138,17 @@ void SparseCholesky::hold(std::vector<int> unknowns) {
         return;
     }
     const auto num_unknowns = static_cast<Eigen::Index>(impl_->factor->n);
-    const auto *const order = static_cast<const int *>(impl_->factor->Perm);
     std::vector<Eigen::Index> place(num_unknowns);
     for (Eigen::Index k = 0; k < num_unknowns; ++k)
-        place[order[k]] = k;
-    impl_->reach.resize(num_unknowns, num_held);
-    for (Eigen::Index first = 0; first < num_held; first += columns_at_once) {
-        const auto count = std::min(columns_at_once, num_held - first);
-        Dense units = Dense::Zero(num_unknowns, count);
-        for (Eigen::Index c = 0; c < count; ++c)
-            units(place[impl_->held[first + c]], c) = 1.0;
-        impl_->reach.middleCols(first, count) = impl_->solve(CHOLMOD_L, std::move(units));
-    }
+        place[impl_->order()[k]] = k;
+    // Those that are near each other in L reach the same supernodes.
+    std::ranges::sort(impl_->held, {}, [&](int unknown) { return place[unknown]; });
+    impl_->reach.setZero(num_unknowns, num_held);
+    for (Eigen::Index c = 0; c < num_held; ++c)
+        impl_->reach(place[impl_->held[c]], c) = 1.0;
+    for (Eigen::Index first = 0; first < num_held; first += columns_at_once)
+        solve_lower<double>(impl_->supernodes(), impl_->values(),
+                            impl_->reach.middleCols(first, std::min(columns_at_once, num_held - first)));
     Dense gram = Dense::Zero(num_held, num_held);
     gram.selfadjointView<Eigen::Lower>().rankUpdate(impl_->reach.transpose());
     impl_->gram.compute(gram);
@@ -140,11 +158,35 @@ Eigen::MatrixXd SparseCholesky::solve(const Eigen::Ref<const Eigen::MatrixXd> &r
     if (impl_->held.empty())
         return impl_->solve(CHOLMOD_A, right_hand_sides);
     Dense half = impl_->solve(CHOLMOD_L, impl_->solve(CHOLMOD_P, right_hand_sides));
-    const Dense on_held = impl_->gram.solve(impl_->reach.transpose() * half);
-    half.noalias() -= impl_->reach * on_held;
+    impl_->project(half);
     Dense answers = impl_->solve(CHOLMOD_Pt, impl_->solve(CHOLMOD_Lt, std::move(half)));
     for (const int unknown : impl_->held)
         answers.row(unknown).setZero(); // they are, but for rounding
+    return answers;
+}
+
+Eigen::MatrixXd SparseCholesky::solve_roughly(const Eigen::Ref<const Eigen::MatrixXd> &right_hand_sides) const {
+    if (impl_->single.empty())
+        impl_->single.assign(impl_->values().begin(), impl_->values().end());
+    const auto order = impl_->order();
+    const Eigen::RowVectorXd size = right_hand_sides.colwise().lpNorm<Eigen::Infinity>();
+    Eigen::MatrixXf x(right_hand_sides.rows(), right_hand_sides.cols());
+    for (Eigen::Index c = 0; c < x.cols(); ++c)
+        for (Eigen::Index k = 0; k < x.rows(); ++k)
+            x(k, c) = static_cast<float>(size[c] > 0.0 ? right_hand_sides(order[k], c) / size[c] : 0.0);
+    solve_lower<float>(impl_->supernodes(), impl_->single, x);
+    if (!impl_->held.empty()) {
+        Dense half = x.cast<double>();
+        impl_->project(half);
+        x = half.cast<float>();
+    }
+    solve_upper<float>(impl_->supernodes(), impl_->single, x);
+    Dense answers(x.rows(), x.cols());
+    for (Eigen::Index c = 0; c < x.cols(); ++c)
+        for (Eigen::Index k = 0; k < x.rows(); ++k)
+            answers(order[k], c) = size[c] * static_cast<double>(x(k, c));
+    for (const int unknown : impl_->held)
+        answers.row(unknown).setZero();
     return answers;
 }
 

@@ -40,6 +40,9 @@ class SparseCholesky {
     /// Only after a factorise() that returned true.
     /// @param right_hand_sides  shape (n, any); what is held is not looked at
     Eigen::MatrixXd solve(const Eigen::Ref<const Eigen::MatrixXd> &right_hand_sides) const;
+    /// The same in single precision, for iterations that correct it: a solve waits for the factor to come from memory,
+    /// and so takes half of the time. The first one keeps a copy of the factor.
+    Eigen::MatrixXd solve_roughly(const Eigen::Ref<const Eigen::MatrixXd> &right_hand_sides) const;
 
   private:
     struct Impl;

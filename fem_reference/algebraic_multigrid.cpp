@@ -12,11 +12,11 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "fem_reference/rigid_modes.hpp"
+
 namespace livermark::fem_reference {
 
 namespace {
-
-constexpr int num_rigid_modes = 6;
 
 /// ML runs on an MPI communicator only, even where that has one rank.
 void require_mpi() {
@@ -36,24 +36,16 @@ void require_mpi() {
     static const Session session;
 }
 
-/// Translations and rotations about the middle of the body, over its size.
 /// @return shape (6, 3 n)
 std::vector<double> rigid_modes(const std::vector<core::Vector3> &points) {
-    core::Vector3 low = points.front(), high = points.front();
-    for (const auto &point : points) {
-        low = low.cwiseMin(point);
-        high = high.cwiseMax(point);
-    }
+    const RigidModes rigid(points);
     const std::size_t size = 3 * points.size();
-    std::vector<double> modes(num_rigid_modes * size, 0.0);
+    std::vector<double> modes(RigidModes::count * size);
     for (std::size_t node = 0; node < points.size(); ++node) {
-        const core::Vector3 arm = (points[node] - 0.5 * (low + high)) / (high - low).norm();
-        for (int i = 0; i < 3; ++i) {
-            modes[i * size + 3 * node + i] = 1.0;
-            const core::Vector3 turn = core::Vector3::Unit(i).cross(arm);
-            for (int j = 0; j < 3; ++j)
-                modes[(3 + i) * size + 3 * node + j] = turn[j];
-        }
+        const auto at_node = rigid.at(points[node]);
+        for (int m = 0; m < RigidModes::count; ++m)
+            for (int i = 0; i < 3; ++i)
+                modes[m * size + 3 * node + i] = at_node(i, m);
     }
     return modes;
 }
@@ -88,20 +80,20 @@ bool is_held(const ElasticSystem &system, const std::vector<double> &modes, cons
     constexpr double least_hold = 1e-12;
     int num_parts = 0;
     const auto part = connected_parts(system.stiffness, num_parts);
-    using Gram = Eigen::Matrix<double, num_rigid_modes, num_rigid_modes>;
+    using Gram = Eigen::Matrix<double, RigidModes::count, RigidModes::count>;
     std::vector<Gram> held(num_parts, Gram::Zero());
     const std::size_t size = is_free.size();
     for (std::size_t dof = 0; dof < size; ++dof) {
         if (is_free[dof])
             continue;
-        Eigen::Matrix<double, num_rigid_modes, 1> row;
-        for (int m = 0; m < num_rigid_modes; ++m)
+        Eigen::Matrix<double, RigidModes::count, 1> row;
+        for (int m = 0; m < RigidModes::count; ++m)
             row[m] = modes[m * size + dof];
         held[part[dof / 3]] += row * row.transpose();
     }
     return std::ranges::all_of(held, [](const Gram &gram) {
         const auto eigenvalues = Eigen::SelfAdjointEigenSolver<Gram>(gram, Eigen::EigenvaluesOnly).eigenvalues();
-        return eigenvalues[0] > least_hold * eigenvalues[num_rigid_modes - 1];
+        return eigenvalues[0] > least_hold * eigenvalues[RigidModes::count - 1];
     });
 }
 
@@ -131,7 +123,7 @@ class AlgebraicMultigrid : public Preconditioner {
         list.set("ML output", 0);
         list.set("PDE equations", 3);
         list.set("null space: type", "pre-computed");
-        list.set("null space: dimension", num_rigid_modes);
+        list.set("null space: dimension", RigidModes::count);
         list.set("null space: vectors", modes_.data());
         list.set("aggregation: type", "Uncoupled");
         list.set("aggregation: threshold", 1e-4);

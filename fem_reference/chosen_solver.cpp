@@ -36,7 +36,7 @@ class Factor : public Preconditioner {
     }
     void apply(std::span<const double> residual, std::span<double> correction) override {
         for (std::size_t s = 0; s < columns_.size(); ++s)
-            solver(s).solve_held(residual, correction, lanes_, columns_[s]);
+            solver(s).solve_roughly(residual, correction, lanes_, columns_[s]);
     }
     std::size_t max_columns() const override { return most_lanes; }
     std::string name() const override { return "CHOLMOD"; }
@@ -77,22 +77,6 @@ void ChosenSolver::set_up(std::span<const double> prescribed) {
 
 ConstrainedSolution ChosenSolver::solve(std::span<const double> prescribed, std::span<const double> load) {
     return direct_ ? direct_->solve(prescribed, load) : iterative_->solve(prescribed, load);
-}
-
-std::vector<bool> ChosenSolver::add_solution(std::span<double> residual, std::span<const double> size,
-                                             std::span<double> u, std::span<const std::size_t> held) {
-    std::vector<bool> converged(size.size(), true);
-    if (direct_) {
-        std::vector<double> correction(u.size());
-        factor_->apply(residual, correction);
-        for (std::size_t i = 0; i < u.size(); ++i)
-            u[i] += correction[i];
-    } else {
-        const auto ending = iterative_->add_solution(residual, size, u, held);
-        for (std::size_t c = 0; c < converged.size(); ++c)
-            converged[c] = ending.converged(c);
-    }
-    return converged;
 }
 
 double ChosenSolver::setup_seconds() const {

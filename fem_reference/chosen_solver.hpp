@@ -27,15 +27,6 @@ class ChosenSolver {
     /// Sets up if need be, and solves.
     ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load);
 
-    /// u_c += K^-1 residual_c on the free unknowns that inverse() is set up for, as tightly as this solver can.
-    /// @param residual  shape (n, lanes), see columns.hpp; zero where not free, used up
-    /// @param size      shape (lanes), what the tolerance of iterations is relative to
-    /// @param u         shape (n, lanes)
-    /// @param held      entries that are not free, see held_entries()
-    /// @return shape (lanes) whether that was found
-    std::vector<bool> add_solution(std::span<double> residual, std::span<const double> size, std::span<double> u,
-                                   std::span<const std::size_t> held);
-
     /// Seconds that the set-up in use took, also when it was made for an earlier solve.
     double setup_seconds() const;
 

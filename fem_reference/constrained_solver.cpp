@@ -18,6 +18,8 @@ namespace {
 constexpr double singular_pivot_ratio = 1e-12;
 
 using Clock = std::chrono::steady_clock;
+using Solve = Eigen::MatrixXd (core::SparseCholesky::*)(const Eigen::Ref<const Eigen::MatrixXd> &) const;
+constexpr std::array single_column{0};
 
 double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
@@ -46,6 +48,8 @@ struct ConstrainedSolver::Impl {
 
     void factorise(std::span<const double> prescribed);
     bool make_factor(const std::vector<bool> &is_free);
+    void solve(std::span<const double> load, std::span<double> u, int lanes, std::span<const int> columns,
+               Solve solve) const;
 
     const SymmetricMatrix &stiffness;
     core::SparseCholesky factor;
@@ -115,6 +119,23 @@ void ConstrainedSolver::Impl::factorise(std::span<const double> prescribed) {
     is_free = std::move(wanted);
 }
 
+void ConstrainedSolver::Impl::solve(std::span<const double> load, std::span<double> u, int lanes,
+                                    std::span<const int> columns, Solve solve) const {
+    for (const int column : columns)
+        for (std::size_t entry = column; entry < u.size(); entry += lanes)
+            u[entry] = 0.0;
+    if (rows.empty())
+        return;
+    Eigen::MatrixXd values(rows.size(), columns.size());
+    for (std::size_t c = 0; c < columns.size(); ++c)
+        for (std::size_t r = 0; r < rows.size(); ++r)
+            values(r, c) = load[static_cast<std::size_t>(lanes) * rows[r] + columns[c]];
+    values = (factor.*solve)(values);
+    for (std::size_t c = 0; c < columns.size(); ++c)
+        for (std::size_t r = 0; r < rows.size(); ++r)
+            u[static_cast<std::size_t>(lanes) * rows[r] + columns[c]] = values(r, c);
+}
+
 ConstrainedSolver::ConstrainedSolver(const SymmetricMatrix &stiffness) : impl_(std::make_unique<Impl>(stiffness)) {}
 ConstrainedSolver::~ConstrainedSolver() = default;
 ConstrainedSolver::ConstrainedSolver(ConstrainedSolver &&) noexcept = default;
@@ -129,27 +150,17 @@ bool ConstrainedSolver::factorise(std::span<const double> prescribed) {
     return impl_->unique;
 }
 
-void ConstrainedSolver::solve_held(std::span<const double> load, std::span<double> u, int lanes,
-                                   std::span<const int> columns) {
-    const auto &rows = impl_->rows;
-    for (const int column : columns)
-        for (std::size_t entry = column; entry < u.size(); entry += lanes)
-            u[entry] = 0.0;
-    if (rows.empty())
-        return;
-    Eigen::MatrixXd values(rows.size(), columns.size());
-    for (std::size_t c = 0; c < columns.size(); ++c)
-        for (std::size_t r = 0; r < rows.size(); ++r)
-            values(r, c) = load[static_cast<std::size_t>(lanes) * rows[r] + columns[c]];
-    values = impl_->factor.solve(values);
-    for (std::size_t c = 0; c < columns.size(); ++c)
-        for (std::size_t r = 0; r < rows.size(); ++r)
-            u[static_cast<std::size_t>(lanes) * rows[r] + columns[c]] = values(r, c);
+void ConstrainedSolver::solve_held(std::span<const double> load, std::span<double> u) {
+    impl_->solve(load, u, 1, single_column, &core::SparseCholesky::solve);
 }
 
-void ConstrainedSolver::solve_held(std::span<const double> load, std::span<double> u) {
-    constexpr std::array only{0};
-    solve_held(load, u, 1, only);
+void ConstrainedSolver::solve_roughly(std::span<const double> load, std::span<double> u, int lanes,
+                                      std::span<const int> columns) {
+    impl_->solve(load, u, lanes, columns, &core::SparseCholesky::solve_roughly);
+}
+
+void ConstrainedSolver::solve_roughly(std::span<const double> load, std::span<double> u) {
+    solve_roughly(load, u, 1, single_column);
 }
 
 ConstrainedSolution ConstrainedSolver::solve(std::span<const double> prescribed, std::span<const double> load) {

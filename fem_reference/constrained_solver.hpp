@@ -54,13 +54,18 @@ class ConstrainedSolver {
 
     /// Solves with the factor in use and the prescribed unknowns at zero, and looks at no residual: the inner step of
     /// iterations. Only after a factorise() that returned true.
-    /// @param load     shape (n, lanes), see columns.hpp; those on prescribed unknowns do not count
+    /// @param load  shape (n), those on prescribed unknowns do not count
+    /// @param u     shape (n)
+    void solve_held(std::span<const double> load, std::span<double> u);
+
+    /// The same in single precision, which takes half of the time: for iterations that correct it.
+    /// @param load     shape (n, lanes), see columns.hpp
     /// @param u        shape (n, lanes)
     /// @param columns  to be solved for, each < lanes; the others are not looked at
-    void solve_held(std::span<const double> load, std::span<double> u, int lanes, std::span<const int> columns);
+    void solve_roughly(std::span<const double> load, std::span<double> u, int lanes, std::span<const int> columns);
 
     /// The same for a single vector.
-    void solve_held(std::span<const double> load, std::span<double> u);
+    void solve_roughly(std::span<const double> load, std::span<double> u);
 
     /// Seconds that the factor in use took, also when it was made for an earlier solve.
     double factor_seconds() const;

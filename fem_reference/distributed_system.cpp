@@ -14,6 +14,7 @@
 
 #include "fem_reference/deal_ii_mesh.hpp"
 #include "fem_reference/facet_conditions.hpp"
+#include "fem_reference/rigid_modes.hpp"
 
 namespace livermark::fem_reference {
 
@@ -21,8 +22,6 @@ namespace {
 
 /// In the order in which deal.II numbers the edges of a tetrahedron.
 constexpr std::array<std::array<int, 2>, 6> edge_corners{{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
-
-constexpr int num_rigid_modes = 6;
 
 dealii::IndexSet three_each(const dealii::IndexSet &nodes) {
     dealii::IndexSet unknowns(3 * nodes.size());
@@ -240,23 +239,15 @@ DistributedResidual DistributedSystem::residual(const Vector &displacement) cons
 }
 
 std::vector<double> DistributedSystem::rigid_modes() const {
-    const auto &all = problem_.body->mesh.points;
-    core::Vector3 low = all.front(), high = all.front();
-    for (const auto &point : all) {
-        low = low.cwiseMin(point);
-        high = high.cwiseMax(point);
-    }
+    const RigidModes rigid(problem_.body->mesh.points);
     const auto size = owned_.n_elements();
-    std::vector<double> modes(num_rigid_modes * size, 0.0);
+    std::vector<double> modes(RigidModes::count * size, 0.0);
     for (std::size_t row = 0; row < size; ++row) {
         if (is_prescribed(row))
             continue;
-        const auto i = static_cast<int>(row % 3);
-        const core::Vector3 arm = (points_[(first_owned_ + row) / 3] - 0.5 * (low + high)) / (high - low).norm();
-        const core::Vector3 turns = arm.cross(core::Vector3::Unit(i)); // component i of each unit rotation of the arm
-        modes[i * size + row] = 1.0;
-        for (int turn = 0; turn < 3; ++turn)
-            modes[(3 + turn) * size + row] = turns[turn];
+        const auto at_row = rigid.at(points_[(first_owned_ + row) / 3]).row(static_cast<int>(row % 3)).eval();
+        for (int m = 0; m < RigidModes::count; ++m)
+            modes[m * size + row] = at_row[m];
     }
     return modes;
 }

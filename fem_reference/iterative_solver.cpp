@@ -9,17 +9,6 @@
 
 namespace livermark::fem_reference {
 
-namespace {
-
-/// direction_c = correction_c + beta_c direction_c
-void turn(std::span<const double> correction, std::span<const double> beta, std::span<double> direction) {
-    scale(beta, direction);
-    for (std::size_t i = 0; i < direction.size(); ++i)
-        direction[i] += correction[i];
-}
-
-} // namespace
-
 IterativeSolver::IterativeSolver(const SymmetricMatrix &stiffness, std::unique_ptr<Preconditioner> preconditioner,
                                  int max_iterations)
     : stiffness_(stiffness), preconditioner_(std::move(preconditioner)), max_iterations_(max_iterations) {}
@@ -37,48 +26,31 @@ bool IterativeSolver::set_up(std::span<const double> prescribed) {
     return unique;
 }
 
-/// Conjugate gradients (Hestenes and Stiefel 1952), each column on its own but for the matrices that they read
-/// together; a column that has converged waits for the others. Each direction is made conjugate to the last one
-/// outright, which forgives a preconditioner that is symmetric only to single precision.
-IterativeSolver::Ending IterativeSolver::add_solution(std::span<double> residual, std::span<const double> size,
-                                                      std::span<double> u, std::span<const std::size_t> held) {
-    const int lanes = static_cast<int>(size.size());
-    const auto norms = [&] { return roots_of(dots(residual, residual, lanes)); };
-    const auto start = norms();
-    Ending ending;
-    ending.relative_residual.assign(lanes, 0.0);
-    std::vector<bool> is_at_work(lanes, true);
-    const auto look = [&](const std::vector<double> &norm) {
-        for (int c = 0; c < lanes; ++c) {
-            const double whole = size[c] > 0.0 ? size[c] : start[c];
-            ending.relative_residual[c] = start[c] > 0.0 ? norm[c] / whole : 0.0;
-            is_at_work[c] = is_at_work[c] && ending.relative_residual[c] > tolerance;
-        }
-        return std::ranges::count(is_at_work, true) > 0;
-    };
-
+/// Conjugate gradients (Hestenes and Stiefel 1952). Each direction is made conjugate to the last one outright, which
+/// forgives a preconditioner that is symmetric only to single precision.
+IterativeSolver::Ending IterativeSolver::add_solution(std::span<double> residual, std::span<double> u,
+                                                      std::span<const std::size_t> held) {
+    const double start = std::sqrt(dot(residual, residual));
+    Ending ending{.relative_residual = start > 0.0 ? 1.0 : 0.0};
     std::vector<double> direction(u.size(), 0.0), image(u.size(), 0.0), correction(u.size(), 0.0);
-    std::vector<double> curvature(lanes, 1.0); // p^T K p
-    for (auto norm = start; look(norm) && ending.iterations < max_iterations_; norm = norms()) {
+    double curvature = 1.0; // p^T K p
+    while (ending.relative_residual > tolerance && ending.iterations < max_iterations_) {
         preconditioner_->apply(residual, correction);
         // The image still holds K times the last direction, to which the new one has to be conjugate.
-        auto beta = dots(image, correction, lanes);
-        for (int c = 0; c < lanes; ++c)
-            beta[c] = is_at_work[c] ? -beta[c] / curvature[c] : 0.0;
-        turn(correction, beta, direction);
+        const double beta = -dot(image, correction) / curvature;
+        for (std::size_t i = 0; i < u.size(); ++i)
+            direction[i] = correction[i] + beta * direction[i];
         multiply(direction, image);
         zero(held, image);
-        curvature = dots(direction, image, lanes);
-        auto alpha = dots(residual, direction, lanes);
-        for (int c = 0; c < lanes; ++c) {
-            alpha[c] = is_at_work[c] ? alpha[c] / curvature[c] : 0.0;
-            if (is_at_work[c] && (!(curvature[c] > 0.0) || !std::isfinite(alpha[c])))
-                return ending; // not positive definite: what there is so far is the answer, and it has not converged
+        curvature = dot(direction, image);
+        const double alpha = dot(residual, direction) / curvature;
+        if (!(curvature > 0.0) || !std::isfinite(alpha))
+            break; // not positive definite: what there is so far is the answer, and it has not converged
+        for (std::size_t i = 0; i < u.size(); ++i) {
+            u[i] += alpha * direction[i];
+            residual[i] -= alpha * image[i];
         }
-        add_scaled(alpha, direction, u);
-        for (double &factor : alpha)
-            factor = -factor;
-        add_scaled(alpha, image, residual);
+        ending.relative_residual = std::sqrt(dot(residual, residual)) / start;
         ++ending.iterations;
     }
     return ending;
@@ -103,10 +75,10 @@ ConstrainedSolution IterativeSolver::solve(std::span<const double> prescribed, s
     const auto held = held_entries(free_);
     auto right_hand_side = imbalance();
     zero(held, right_hand_side);
-    const auto ending = add_solution(right_hand_side, std::array{0.0}, u, held);
+    const auto ending = add_solution(right_hand_side, u, held);
     solution.iterations = ending.iterations;
-    solution.relative_residual = ending.relative_residual.front();
-    solution.converged = ending.converged(0);
+    solution.relative_residual = ending.relative_residual;
+    solution.converged = ending.relative_residual <= tolerance;
     solution.residual = imbalance();
     for (double &entry : solution.residual)
         entry = -entry;

@@ -30,21 +30,6 @@ class IterativeSolver {
     /// @param load        shape (n), loads on prescribed unknowns count in the residual
     ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load);
 
-    /// How the iteration ended in each column.
-    struct Ending {
-        int iterations = 0;
-        std::vector<double> relative_residual; ///< (lanes)
-        bool converged(std::size_t column) const { return relative_residual[column] <= tolerance; }
-    };
-
-    /// u_c += K^-1 residual_c on the free unknowns that the preconditioner is set up for.
-    /// @param residual  shape (n, lanes), see columns.hpp; zero where not free, used up
-    /// @param size      shape (lanes), what the tolerance is relative to; the norm of the residual where it is 0
-    /// @param u         shape (n, lanes)
-    /// @param held      entries that are not free, see held_entries()
-    Ending add_solution(std::span<double> residual, std::span<const double> size, std::span<double> u,
-                        std::span<const std::size_t> held);
-
     /// out_c = K x_c, whatever is prescribed
     /// @param x, out  shape (n, lanes), not the same
     void multiply(std::span<const double> x, std::span<double> out) const { stiffness_.multiply(x, out); }
@@ -55,6 +40,15 @@ class IterativeSolver {
     double setup_seconds() const { return setup_seconds_; }
 
   private:
+    struct Ending {
+        int iterations = 0;
+        double relative_residual = 0.0;
+    };
+    /// u += K^-1 residual on the free unknowns that the preconditioner is set up for.
+    /// @param residual  shape (n), zero where not free, used up
+    /// @param held      entries that are not free, see held_entries()
+    Ending add_solution(std::span<double> residual, std::span<double> u, std::span<const std::size_t> held);
+
     SymmetricBlocks stiffness_;
     std::unique_ptr<Preconditioner> preconditioner_;
     int max_iterations_;

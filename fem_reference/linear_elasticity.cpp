@@ -35,7 +35,7 @@ struct StaticSolver::Impl {
         : body(std::move(of)), formulation(form), start(Clock::now()), matrices(*body, degree, form),
           corners(*body, choice, matrices), solver(make_solver(choice)) {
         if (matrices.pressure.num_pressures() > 0)
-            mixed.emplace(solver, matrices.pressure);
+            mixed.emplace(matrices.system, solver, matrices.pressure);
         assembly_seconds = seconds_since(start);
     }
     Impl(std::shared_ptr<const core::Body> refined, Impl &coarse, double tolerance)
@@ -43,7 +43,7 @@ struct StaticSolver::Impl {
           matrices(*body, 2, formulation), solver(matrices.system, coarse.matrices.system, coarse.solver) {
         if (matrices.pressure.num_pressures() > 0)
             mixed.emplace(
-                solver, matrices.pressure, tolerance, *coarse.mixed,
+                matrices.system, solver, matrices.pressure, tolerance, *coarse.mixed,
                 nested_iteration(coarse.matrices.system, coarse.matrices.pressure, matrices.system, matrices.pressure));
         assembly_seconds = seconds_since(start);
     }

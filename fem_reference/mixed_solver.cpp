@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "fem_reference/columns.hpp"
+#include "fem_reference/rigid_modes.hpp"
 #include "fem_reference/saddle_point.hpp"
 
 namespace livermark::fem_reference {
@@ -45,18 +46,18 @@ std::vector<double> size_of(const SaddlePointLoad &load, int lanes) {
 
 /// Displacements and pressures of several columns, and the loads that they belong to.
 struct MixedSolver::State {
-    int lanes;
-    std::vector<std::size_t> held;     ///< entries of displacements that are not free
-    std::vector<double> load;          ///< (3 n, lanes)
-    std::vector<double> u, p;          ///< (3 n, lanes), (m, lanes)
-    std::vector<double> first_forces;  ///< (lanes) size of what is out of balance where only what is held has moved
-    std::vector<double> first_of_both; ///< (lanes) the same of forces and volumes
+    FreeUnknowns free;
+    std::vector<std::size_t> held; ///< entries of displacements that are not free
+    std::vector<double> load;      ///< (3 n, lanes)
+    std::vector<double> u, p;      ///< (3 n, lanes), (m, lanes)
+    /// (lanes) size of what is out of balance, of forces and volumes, where only what is held has moved
+    std::vector<double> first_size;
     SaddlePointEnding ending{};
 };
 
 struct MixedSolver::Impl {
-    Impl(ChosenSolver &of_k, const PressureSystem &p, double of_residual)
-        : solver(of_k), pressure(p), tolerance(of_residual), norm(pressure.norm) {
+    Impl(const ElasticSystem &k, ChosenSolver &of_k, const PressureSystem &p, double of_residual)
+        : system(k), solver(of_k), pressure(p), tolerance(of_residual), norm(pressure.norm) {
         const std::vector<double> all_free(static_cast<std::size_t>(pressure.num_pressures()),
                                            std::numeric_limits<double>::quiet_NaN());
         norm.factorise(all_free);
@@ -75,8 +76,9 @@ struct MixedSolver::Impl {
         out.g = negative(std::move(out.g));
         return out;
     }
-    SaddlePoint matrix(const State &state) const { return {solver, pressure, state.lanes, state.held}; }
+    SaddlePoint matrix(const State &state) const { return {solver, pressure, state.free.lanes(), state.held}; }
 
+    const ElasticSystem &system;
     ChosenSolver &solver;
     const PressureSystem &pressure;
     double tolerance;
@@ -85,11 +87,12 @@ struct MixedSolver::Impl {
     NestedIteration nested{};
 };
 
-MixedSolver::MixedSolver(ChosenSolver &solver, const PressureSystem &pressure, double tolerance)
-    : impl_(std::make_unique<Impl>(solver, pressure, tolerance)) {}
-MixedSolver::MixedSolver(ChosenSolver &solver, const PressureSystem &pressure, double tolerance, MixedSolver &coarse,
-                         NestedIteration nested)
-    : impl_(std::make_unique<Impl>(solver, pressure, tolerance)) {
+MixedSolver::MixedSolver(const ElasticSystem &system, ChosenSolver &solver, const PressureSystem &pressure,
+                         double tolerance)
+    : impl_(std::make_unique<Impl>(system, solver, pressure, tolerance)) {}
+MixedSolver::MixedSolver(const ElasticSystem &system, ChosenSolver &solver, const PressureSystem &pressure,
+                         double tolerance, MixedSolver &coarse, NestedIteration nested)
+    : impl_(std::make_unique<Impl>(system, solver, pressure, tolerance)) {
     impl_->coarse = &coarse;
     impl_->nested = std::move(nested);
 }
@@ -133,19 +136,17 @@ std::optional<MixedSolver::State> MixedSolver::Impl::approach(std::span<const Co
 
     const int lanes = free.lanes();
     State state{
-        .lanes = lanes,
+        .free = free,
         .held = held_entries(free),
         .load = together(conditions, lanes, [](const auto &column, auto i) { return column.load[i]; }),
         .u = together(
             conditions, lanes,
             [](const auto &column, auto i) { return std::isnan(column.prescribed[i]) ? 0.0 : column.prescribed[i]; }),
         .p = std::vector<double>(static_cast<std::size_t>(lanes) * pressure.num_pressures(), 0.0),
-        .first_forces = {},
-        .first_of_both = {},
+        .first_size = {},
     };
     const auto whole = left(state, state.u, state.p);
-    state.first_forces = roots_of(dots(whole.f, whole.f, lanes));
-    state.first_of_both = size_of(whole, lanes);
+    state.first_size = size_of(whole, lanes);
     if (guess) {
         std::vector<double> inside(state.u.size(), 0.0);
         nested.displacement.add_prolonged(guess->u, inside);
@@ -173,10 +174,9 @@ std::vector<ConstrainedSolution> MixedSolver::solve(std::span<const Conditions> 
     auto state = impl_->approach(conditions, impl_->tolerance);
     if (!state)
         return solutions;
-    const int lanes = state->lanes;
+    const int lanes = state->free.lanes();
     auto &u = state->u;
-    auto forces = impl_->left(*state, u, state->p).f;
-    const auto is_balanced = impl_->solver.add_solution(forces, state->first_forces, u, state->held);
+    balance(impl_->system, state->free, impl_->left(*state, u, state->p).f, u);
 
     std::vector<double> residual(u.size()), imbalance(state->p.size());
     impl_->matrix(*state).apply(u, state->p, residual, imbalance);
@@ -193,9 +193,9 @@ std::vector<ConstrainedSolution> MixedSolver::solve(std::span<const Conditions> 
                         .displacement = std::move(displacements[c]),
                         .residual = std::move(residuals[c]),
                         .energy = 0.5 * (internal_work[c] + external_work[c]),
-                        .converged = state->ending.converged && is_balanced[c],
+                        .converged = state->ending.converged,
                         .iterations = state->ending.iterations,
-                        .relative_residual = state->first_of_both[c] > 0.0 ? last[c] / state->first_of_both[c] : 0.0};
+                        .relative_residual = state->first_size[c] > 0.0 ? last[c] / state->first_size[c] : 0.0};
     return solutions;
 }
 

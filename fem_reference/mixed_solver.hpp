@@ -14,20 +14,21 @@ namespace livermark::fem_reference {
 
 /// [K D^T; D -C] [u; p] = [f; 0] with some displacements prescribed, by iterations on both at once, see
 /// saddle_point.hpp. With these elements the number of iterations depends neither on the mesh nor on Poisson's ratio.
-/// At the pressure that they end with K u = f - D^T p is then solved as tightly as the solver of K can, so that the
-/// reactions balance the loads whatever the tolerance.
+/// At last all that is free moves by a rigid motion, so that the reactions balance the loads whatever the tolerance,
+/// see balance().
 class MixedSolver {
   public:
     /// Of what is left, over the first, as the preconditioner sees them.
     static constexpr double default_tolerance = 1e-9;
     static constexpr int max_iterations = 1000;
 
-    /// @param solver  of K; it and the pressure are kept alive by the caller, the pressure unchanged
-    explicit MixedSolver(ChosenSolver &solver, const PressureSystem &pressure, double tolerance = default_tolerance);
+    /// @param system  of K; it, its solver and the pressure are kept alive by the caller, system and pressure unchanged
+    MixedSolver(const ElasticSystem &system, ChosenSolver &solver, const PressureSystem &pressure,
+                double tolerance = default_tolerance);
     /// On a refined body: iterations begin at an answer of the solver on the body itself.
     /// @param coarse  kept alive by the caller; what it is set up for changes
-    MixedSolver(ChosenSolver &solver, const PressureSystem &pressure, double tolerance, MixedSolver &coarse,
-                NestedIteration nested);
+    MixedSolver(const ElasticSystem &system, ChosenSolver &solver, const PressureSystem &pressure, double tolerance,
+                MixedSolver &coarse, NestedIteration nested);
     ~MixedSolver();
     MixedSolver(MixedSolver &&) noexcept;
     MixedSolver &operator=(MixedSolver &&) noexcept;

@@ -11,6 +11,9 @@ namespace {
 /// What is left of a vector when the space is taken out of it, below which it is but rounding of what was taken out.
 constexpr double rounding = 1e-12;
 constexpr Eigen::Index columns_at_once = 32;
+/// Nearly all of the motion is in the first vectors, so they are found in double precision; the others may be a little
+/// off the way, as what they leave out is looked at.
+constexpr Eigen::Index num_exact = 5;
 
 } // namespace
 
@@ -22,7 +25,10 @@ RitzSpace::RitzSpace(const SymmetricMatrix &stiffness, const SymmetricMatrix &ma
 bool RitzSpace::extend() {
     const auto num_unknowns = static_cast<Eigen::Index>(force_.size());
     Eigen::Map<Eigen::VectorXd> vector(vector_.data(), num_unknowns), product(product_.data(), num_unknowns);
-    solver_.solve_held(next_load_, vector_);
+    if (size() < num_exact)
+        solver_.solve_held(next_load_, vector_);
+    else
+        solver_.solve_roughly(next_load_, vector_);
     multiply_mass(mass_, vector_, product_);
     const double size_before = std::sqrt(vector.dot(product));
     // Twice is enough (W. Kahan, in B. N. Parlett 1980, The symmetric eigenvalue problem, 6-9); once is not, because

@@ -69,11 +69,15 @@ void RestStiffness::hold(const std::vector<core::Vector3> &prescribed) {
 }
 
 Eigen::VectorXd RestStiffness::inverse_times(const Eigen::VectorXd &force) const {
+    return inverse_times(force, &core::SparseCholesky::solve_roughly);
+}
+
+Eigen::VectorXd RestStiffness::inverse_times(const Eigen::VectorXd &force, Solve solve) const {
     Eigen::VectorXd of_rows = Eigen::VectorXd::Zero(rows_->size());
     for (Eigen::Index c = 0; c < stiffness_.rows(); ++c)
         if (free_.is_free(c))
             of_rows[rows_->number(c)] = force[free_.number(c)];
-    of_rows = factor_.solve(of_rows);
+    of_rows = (factor_.*solve)(of_rows);
     Eigen::VectorXd answer(force.size());
     for (Eigen::Index c = 0; c < stiffness_.rows(); ++c)
         if (free_.is_free(c))
@@ -93,7 +97,7 @@ std::vector<core::Vector3> RestStiffness::solve(const std::vector<core::Vector3>
     if (!is_definite_)
         return displacement;
     const Eigen::VectorXd load = to_unknowns(force) - stiffness_ * to_unknowns(displacement);
-    free_.add(displacement, inverse_times(free_.gather(to_field(load))), 1.0);
+    free_.add(displacement, inverse_times(free_.gather(to_field(load)), &core::SparseCholesky::solve), 1.0);
     return displacement;
 }
 

@@ -35,7 +35,7 @@ class RestStiffness {
     const FreeComponents &free() const { return free_; }
     /// If not, the body is not stiff in every direction and there is no factor.
     bool is_definite() const { return is_definite_; }
-    /// K_ff^-1 f_f, only if it is definite.
+    /// K_ff^-1 f_f in single precision, see core::SparseCholesky::solve_roughly(), only if it is definite.
     /// @param force  shape (free().size())
     Eigen::VectorXd inverse_times(const Eigen::VectorXd &force) const;
     /// Seconds that what is in use took, also when it was made for an earlier load case.
@@ -49,7 +49,10 @@ class RestStiffness {
                                      const std::vector<core::Vector3> &force) const;
 
   private:
+    using Solve = Eigen::MatrixXd (core::SparseCholesky::*)(const Eigen::Ref<const Eigen::MatrixXd> &) const;
+
     bool factorise(const FreeComponents &rows);
+    Eigen::VectorXd inverse_times(const Eigen::VectorXd &force, Solve solve) const;
 
     Eigen::SparseMatrix<double> stiffness_; // (3N, 3N)
     double extent_ = 0.0;                   // [m]

@@ -87,6 +87,30 @@ TEST_F(SparseCholesky, KeepsWhatIsHeldAtZero) {
     expect_answers_with(many);
 }
 
+TEST_F(SparseCholesky, SolvesRoughlyToSinglePrecision) {
+    right_hand_sides.col(1) *= 1e60; // beyond single precision
+    right_hand_sides.col(2).setZero();
+    for (const std::vector<int> &held : {std::vector<int>{}, {300, 2, 77, 511}}) {
+        factor.hold(held);
+        for (const Eigen::Index num_columns : {1, 3}) { // vectors and matrices go different ways
+            const MatrixXd some = right_hand_sides.leftCols(num_columns);
+            const MatrixXd expected = factor.solve(some), found = factor.solve_roughly(some);
+            for (Eigen::Index c = 0; c < num_columns; ++c)
+                EXPECT_LE((found.col(c) - expected.col(c)).norm(), 1e-5 * expected.col(c).norm()) << c;
+            for (const int unknown : held)
+                EXPECT_EQ(found.row(unknown).norm(), 0.0);
+        }
+    }
+}
+
+TEST_F(SparseCholesky, SolvesRoughlyWithTheLastFactor) {
+    factor.solve_roughly(right_hand_sides);
+    matrix *= 2.0;
+    EXPECT_TRUE(factor.factorise(matrix));
+    const MatrixXd expected = factor.solve(right_hand_sides);
+    EXPECT_LT((factor.solve_roughly(right_hand_sides) - expected).norm(), 1e-5 * expected.norm());
+}
+
 TEST_F(SparseCholesky, ForgetsWhatWasHeld) {
     const MatrixXd before = factor.solve(right_hand_sides);
     factor.hold({1, 2, 3});

@@ -106,7 +106,7 @@ Outcome solve_on(const core::TetraMesh &mesh, int degree, const core::Material &
                     load);
     fem_reference::ChosenSolver solver(system, fem_reference::SolverChoice::direct);
     const auto pressure = is_mixed ? fem_reference::assemble_pressure(*body, system) : fem_reference::PressureSystem{};
-    const auto found = is_mixed ? fem_reference::MixedSolver(solver, pressure).solve(prescribed, load)
+    const auto found = is_mixed ? fem_reference::MixedSolver(system, solver, pressure).solve(prescribed, load)
                                 : solver.solve(prescribed, load);
     EXPECT_TRUE(found.unique && found.converged);
     return {mesh_size(mesh, degree), tests::relative_error(system, found.displacement, field), found.iterations};

@@ -285,13 +285,13 @@ TEST(FemNestedIteration, TakesFewerIterations) {
                    fine_pressure = fem_reference::assemble_pressure(fine_body, fine);
         fem_reference::ChosenSolver coarse_solver(coarse, SolverChoice::direct);
         fem_reference::ChosenSolver fine_solver(fine, coarse, coarse_solver);
-        fem_reference::MixedSolver mixed_coarse(coarse_solver, coarse_pressure);
+        fem_reference::MixedSolver mixed_coarse(coarse, coarse_solver, coarse_pressure);
         constexpr double tolerance = 1e-5;
         const auto conditions = fem_reference::dof_conditions(fine_load_case, fine);
         auto mixed = is_nested ? fem_reference::MixedSolver(
-                                     fine_solver, fine_pressure, tolerance, mixed_coarse,
+                                     fine, fine_solver, fine_pressure, tolerance, mixed_coarse,
                                      fem_reference::nested_iteration(coarse, coarse_pressure, fine, fine_pressure))
-                               : fem_reference::MixedSolver(fine_solver, fine_pressure, tolerance);
+                               : fem_reference::MixedSolver(fine, fine_solver, fine_pressure, tolerance);
         const auto solution = mixed.solve(conditions.prescribed, conditions.load);
         EXPECT_TRUE(solution.unique && solution.converged);
         return solution.iterations;

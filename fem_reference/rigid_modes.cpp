@@ -1,0 +1,76 @@
+#include "fem_reference/rigid_modes.hpp"
+
+#include <Eigen/Cholesky>
+#include <vector>
+
+namespace livermark::fem_reference {
+
+namespace {
+
+using Six = Eigen::Matrix<double, RigidModes::count, 1>;
+using Gram = Eigen::Matrix<double, RigidModes::count, RigidModes::count>;
+
+/// R_h^T K_hh R_h
+Gram stiffness_of_held(const ElasticSystem &system, const RigidModes &modes, const std::vector<bool> &is_free) {
+    const auto &k = system.stiffness;
+    const auto at = [&](int dof) -> Six { return modes.at(system.points[dof / 3]).row(dof % 3).transpose(); };
+    Gram gram = Gram::Zero();
+    for (int row = 0; row < k.num_rows(); ++row) {
+        if (is_free[row])
+            continue;
+        Six product = Six::Zero();
+        for (int entry = k.row_start[row]; entry < k.row_start[row + 1]; ++entry)
+            if (!is_free[k.column[entry]])
+                product += k.value[entry] * at(k.column[entry]);
+        gram += at(row) * product.transpose();
+    }
+    return gram;
+}
+
+} // namespace
+
+RigidModes::RigidModes(std::span<const core::Vector3> points) {
+    core::Vector3 low = points.front(), high = points.front();
+    for (const auto &point : points) {
+        low = low.cwiseMin(point);
+        high = high.cwiseMax(point);
+    }
+    middle_ = 0.5 * (low + high);
+    size_ = (high - low).norm();
+}
+
+Eigen::Matrix<double, 3, RigidModes::count> RigidModes::at(const core::Vector3 &point) const {
+    const core::Vector3 arm = (point - middle_) / size_;
+    Eigen::Matrix<double, 3, count> modes;
+    modes.leftCols<3>().setIdentity();
+    for (int axis = 0; axis < 3; ++axis)
+        modes.col(3 + axis) = core::Vector3::Unit(axis).cross(arm);
+    return modes;
+}
+
+void balance(const ElasticSystem &system, const FreeUnknowns &free, std::span<const double> residual,
+             std::span<double> u) {
+    const RigidModes modes(system.points);
+    const auto lanes = static_cast<std::size_t>(free.lanes());
+    std::vector<Six> motion(lanes, Six::Zero()); // first what is out of balance
+    for (std::size_t node = 0; node < system.points.size(); ++node) {
+        const auto at_node = modes.at(system.points[node]);
+        for (int i = 0; i < 3; ++i)
+            for (std::size_t c = 0; c < lanes; ++c)
+                motion[c] += residual[lanes * (3 * node + i) + c] * at_node.row(i).transpose();
+    }
+    std::vector<Eigen::LDLT<Gram>> factors;
+    for (const auto &set : free.sets)
+        factors.emplace_back(stiffness_of_held(system, modes, set));
+    for (std::size_t c = 0; c < lanes; ++c)
+        motion[c] = factors[free.set[c]].solve(motion[c]);
+    for (std::size_t node = 0; node < system.points.size(); ++node) {
+        const auto at_node = modes.at(system.points[node]);
+        for (int i = 0; i < 3; ++i)
+            for (std::size_t c = 0; c < lanes; ++c)
+                if (free.sets[free.set[c]][3 * node + i])
+                    u[lanes * (3 * node + i) + c] += at_node.row(i).dot(motion[c]);
+    }
+}
+
+} // namespace livermark::fem_reference
