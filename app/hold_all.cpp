@@ -2,15 +2,17 @@
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <functional>
+#include <optional>
 #include <stdexcept>
 
 #include "app/answers.hpp"
 #include "app/batches.hpp"
 #include "app/contest.hpp"
+#include "app/loads.hpp"
 #include "app/news.hpp"
 #include "app/output.hpp"
 #include "app/progress.hpp"
+#include "app/work_plan.hpp"
 #include "core/input_error.hpp"
 #include "core/side_by_side.hpp"
 #include "fem_reference/mpi_session.hpp"
@@ -22,31 +24,6 @@
 namespace livermark::app {
 
 namespace {
-
-using Contest = std::function<void(const core::Problem &)>;
-
-/// Holds one contest for each amplitude of a problem, in the same order on all ranks: what is collective in it would
-/// wait for ever otherwise, so a failure of one keeps nobody from the next.
-/// @throws core::InputError on one rank, if a result cannot be kept
-void for_each_amplitude(const core::Problem &problem, const core::Model &baseline, const RunOptions &options,
-                        const Contest &hold, const std::function<void(const core::Problem &, const char *)> &failed) {
-    const auto guarded = [&](const core::Problem &at_work, const Contest &action) {
-        try {
-            action(at_work);
-        } catch (const core::InputError &error) {
-            // All else was checked before: results have no place any more. Other ranks would wait for this one.
-            if (fem_reference::mpi_num_ranks() == 1)
-                throw;
-            failed(at_work, error.what());
-        } catch (const std::exception &error) {
-            failed(at_work, error.what());
-        }
-    };
-    guarded(problem, [&](const core::Problem &as_read) {
-        for (const auto &at_amplitude : loaded(as_read, baseline, options))
-            guarded(at_amplitude, hold);
-    });
-}
 
 void keep(const std::filesystem::path &file, const results::Result &result) {
     try {
@@ -68,8 +45,8 @@ std::string name_of(const core::Problem &problem) {
     return fmt::format("{} / {}", problem.body->name, problem.load_case.name);
 }
 
-/// Of the largest body. What models keep of a liver is 149 kB for each tetrahedron, measured; what is solved together
-/// on the refined mesh takes as much, but before.
+/// Of the largest body. What is solved together on the refined mesh of a liver takes 145 kB for each tetrahedron,
+/// measured; no other model takes as much.
 double bytes_per_worker(const RunTask &task) {
     constexpr double bytes_per_tetrahedron = 160e3;
     std::size_t most = 1;
@@ -91,66 +68,131 @@ int num_workers(const RunTask &task, const RunOptions &options) {
     return options.jobs.value_or(core::workers_that_fit(bytes_per_worker(task)));
 }
 
-/// Holds the contests of one problem, at all amplitudes.
-void hold_one(const RunTask &task, const RunOptions &options, const std::string &command_line, std::size_t number,
-              const core::Tell &tell) {
+/// What all workers know.
+struct Run {
+    const RunTask &task;
+    const RunOptions &options;
+    const std::string &command_line;
+    std::vector<LoadedProblem> loads;
+    std::vector<core::Problem> problems; ///< of the loads
+    std::vector<bool> is_kept;           ///< whether there is a result of each already
+    bool is_model_by_model = false;
+    WorkPlan plan{};
+    std::optional<AnswerFolder> folder{}; ///< if there are answers
+};
+
+/// Holds the contest of one problem and keeps the result, or what is there.
+/// @throws core::InputError on one rank, if the result cannot be kept
+void hold_one(const Run &run, std::size_t load, const core::Tell &tell) {
+    const auto &problem = run.problems[load];
     TimeSpent spent;
     spent.begin(other_work);
-    const auto step = [&](const core::Problem &problem, const std::string &what) {
-        tell(to_text(News::step, number, fmt::format("{} / {}", name_of(problem), what)));
+    const auto step = [&](const std::string &what) {
+        tell(to_text(News::step, load, fmt::format("{} / {}", name_of(problem), what)));
     };
-    const auto hold = [&](const core::Problem &problem) {
-        const auto file = file_of(problem, options);
-        const auto provenance = results::current_provenance(command_line);
-        if (is_kept(problem, options, provenance)) {
-            for (const auto &model : task.models)
-                step(problem, model.name + ", kept");
+    try {
+        const auto file = file_of(problem, run.options);
+        if (run.is_kept[load]) {
+            for (const auto &model : run.task.models)
+                step(model.name + ", kept");
         } else {
-            const auto result = hold_contest(problem, task.models, task.bands, provenance, [&](const auto &model) {
-                step(problem, model);
-                spent.begin(model);
-            });
+            const auto models =
+                with_answers(run.task.models, load, run.folder ? &*run.folder : nullptr, [&](const std::string &model) {
+                    step(model);
+                    spent.begin(model);
+                });
+            auto result = hold_contest(problem, models, run.task.bands, results::current_provenance(run.command_line),
+                                       [](const auto &) {});
             spent.begin(other_work);
             keep(file, result);
         }
-        tell(to_text(News::result, number, file.string()));
-    };
-    for_each_amplitude(task.problems[number], baseline_of(task.models), options, hold,
-                       [&](const core::Problem &problem, const char *reason) {
-                           spent.begin(other_work);
-                           tell(to_text(News::failure, number, fmt::format("{}: {}", name_of(problem), reason)));
-                       });
+        tell(to_text(News::result, load, file.string()));
+    } catch (const core::InputError &error) {
+        // All else was checked before: results have no place any more. Other ranks would wait for this one.
+        if (fem_reference::mpi_num_ranks() == 1)
+            throw;
+        tell(to_text(News::failure, load, fmt::format("{}: {}", name_of(problem), error.what())));
+    } catch (const std::exception &error) {
+        tell(to_text(News::failure, load, fmt::format("{}: {}", name_of(problem), error.what())));
+    }
     for (const auto &[stage, seconds] : spent.stages())
-        tell(to_text(News::time, number, stage, seconds));
+        tell(to_text(News::time, load, stage, seconds));
+}
+
+void answer_some(const Run &run, const WorkItem &item, const core::Tell &tell) {
+    const auto load = item.batches.front().front();
+    TimeSpent spent;
+    answer(item, run.task.models, run.problems, *run.folder, [&](const std::string &model, const std::string &about) {
+        tell(to_text(News::step, load, fmt::format("{} / {}", about, model)));
+        spent.begin(model);
+    });
+    for (const auto &[stage, seconds] : spent.stages())
+        tell(to_text(News::time, load, stage, seconds));
+}
+
+/// @param at_group  of the item before, of the same worker
+void do_item(const Run &run, int item, int &at_group, const core::Tell &tell) {
+    const auto &work = run.plan.items[item];
+    if (work.models.empty())
+        return hold_one(run, work.batches.front().front(), tell);
+    if (run.is_model_by_model && run.plan.group[item] != at_group)
+        for (const auto &model : run.task.models)
+            if (model.forget)
+                model.forget();
+    at_group = run.plan.group[item];
+    answer_some(run, work, tell);
+}
+
+/// How many steps all of it is told in.
+int num_steps(const Run &run) {
+    std::size_t num = 0;
+    for (const auto &item : run.plan.items) {
+        if (item.models.empty()) {
+            const bool is_kept = run.is_kept[item.batches.front().front()];
+            for (const auto &model : run.task.models)
+                num += is_kept || !(run.is_model_by_model || model.solve_together) ? 1 : 0;
+        } else if (run.task.models[item.models.front()].solve_together) {
+            num += item.models.size();
+        } else {
+            for (const auto &batch : item.batches)
+                num += batch.size();
+        }
+    }
+    return static_cast<int>(num);
 }
 
 } // namespace
 
-Outcomes hold_all(RunTask task, const RunOptions &options, const std::string &command_line) {
+Outcomes hold_all(const RunTask &task, const RunOptions &options, const std::string &command_line) {
     Outcomes outcomes{std::vector<Outcome>(task.problems.size()), {}};
     for (const auto &problem : most_shared(task.problems))
         for (const auto &model : task.models)
             if (model.begin_with)
                 model.begin_with(problem);
-    const auto num_contests = task.problems.size() * std::max<std::size_t>(1, options.amplitudes.size());
-    const auto groups = together_groups(task);
-    Progress progress(static_cast<int>(num_contests * task.models.size()) + groups.num_steps());
-    const int workers = num_workers(task, options);
+    outcomes.spent.begin(other_work);
+    Run run{.task = task, .options = options, .command_line = command_line, .loads = {}, .problems = {}, .is_kept = {}};
+    run.loads = load_all(task, options, [&](std::size_t number, const char *reason) {
+        outcomes.of_problem[number].failures.push_back(fmt::format("{}: {}", name_of(task.problems[number]), reason));
+    });
+    run.problems = problems_of(run.loads);
     const auto provenance = results::current_provenance(command_line);
-    auto answers = solve_together(
-        groups, task, options, workers,
-        [&](const core::Problem &problem) { return !is_kept(problem, options, provenance); }, progress, outcomes.spent);
-    task.models = with_answers(std::move(task.models), std::move(answers));
-    const auto batches = batches_of(task.problems);
+    for (const auto &problem : run.problems)
+        run.is_kept.push_back(is_kept(problem, options, provenance));
+    const int workers = num_workers(task, options);
+    run.is_model_by_model = workers > 1;
+    run.plan = plan_work(run.problems, task.models, run.is_model_by_model,
+                         [&](std::size_t load) { return !run.is_kept[load]; });
+    if (std::ranges::any_of(run.plan.items, [](const WorkItem &item) { return !item.models.empty(); }))
+        run.folder.emplace();
+    outcomes.spent.stop();
+    Progress progress(num_steps(run));
+    std::vector<Outcome> of_load(run.loads.size()); // they end in any order
+    int at_group = -1;                              // each worker has its own
     core::side_by_side(
-        batches.body, workers,
-        [&](int batch, const core::Tell &tell) {
-            for (const auto number : batches.problems[batch])
-                hold_one(task, options, command_line, number, tell);
-        },
-        [&](int /*batch*/, const std::string &text) {
+        run.plan.group, workers, [&](int item, const core::Tell &tell) { do_item(run, item, at_group, tell); },
+        [&](int /*item*/, const std::string &text) {
             const Told told(text);
-            auto &outcome = outcomes.of_problem[told.problem];
+            auto &outcome = of_load[told.problem];
             switch (told.news) {
             case News::step:
                 progress.next(told.about);
@@ -165,19 +207,25 @@ Outcomes hold_all(RunTask task, const RunOptions &options, const std::string &co
                 outcome.failures.push_back(told.about);
                 break;
             }
-        });
+        },
+        run.plan.waits_for);
+    for (std::size_t load = 0; load < of_load.size(); ++load) {
+        auto &outcome = outcomes.of_problem[run.loads[load].number];
+        std::ranges::move(of_load[load].done, std::back_inserter(outcome.done));
+        std::ranges::move(of_load[load].failures, std::back_inserter(outcome.failures));
+    }
     return outcomes;
 }
 
 void help_first_rank(const RunTask &task, const RunOptions &options, const std::string &command_line) {
-    for (const auto &problem : task.problems)
-        for_each_amplitude(
-            problem, baseline_of(task.models), options,
-            [&](const core::Problem &loaded) {
-                hold_contest(loaded, task.models, task.bands, results::current_provenance(command_line),
-                             [](const auto &) {});
-            },
-            [](const auto &, const char *) {});
+    const auto loads = load_all(task, options, [](std::size_t, const char *) {});
+    for (const auto &item : plan_work(problems_of(loads), task.models, false, [](std::size_t) { return true; }).items)
+        try {
+            hold_contest(loads[item.batches.front().front()].problem, task.models, task.bands,
+                         results::current_provenance(command_line), [](const auto &) {});
+        } catch (const std::exception &) {
+            continue; // what fails here fails on rank 0 as well
+        }
 }
 
 } // namespace livermark::app

@@ -27,7 +27,7 @@ struct Outcomes {
 /// @param command_line  kept in the result files
 /// @throws core::InputError if a result cannot be kept
 /// @throws std::runtime_error if a worker is killed, as happens where the memory ends
-Outcomes hold_all(RunTask task, const RunOptions &options, const std::string &command_line);
+Outcomes hold_all(const RunTask &task, const RunOptions &options, const std::string &command_line);
 
 /// The part of the MPI ranks that neither compare nor write. What fails here fails on rank 0 as well, which says so.
 void help_first_rank(const RunTask &task, const RunOptions &options, const std::string &command_line);

@@ -67,9 +67,12 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
         "--resume", options->resume,
         "Keep the result files that the same command has left in the output folder, and go on from there");
     command
-        ->add_option("--jobs", options->jobs,
-                     "Load cases that are worked on side by side, each on one core with factors of its own; by default "
-                     "one for each core, if memory allows. With --jobs 1 nothing disturbs the times of the models")
+        ->add_option(
+            "--jobs", options->jobs,
+            "Workers side by side, each on one core; by default one for each core, if memory allows. With several, the "
+            "files of a body come together after all of its models; with --jobs 1 each comes as soon as its load case "
+            "is "
+            "done, and nothing disturbs the times of the models")
         ->check(CLI::Range(1, 1024));
     using enum fem_reference::SolverChoice;
     command

@@ -27,6 +27,8 @@ struct Model {
     /// too, maybe among more. A factor of it may serve them all; answers change by rounding only. Empty if nothing is
     /// gained.
     std::function<void(const Problem &)> begin_with{};
+    /// Lets go of what it keeps of a body, if anything, so that there is room for others; empty if it keeps nothing.
+    std::function<void()> forget{};
     /// Its lowest modes, as many as asked for, with the constraints of the load case; empty if it cannot tell. Throws
     /// InputError if the body is free to move or has too few.
     std::function<Modes(const Problem &, int)> modes{};

@@ -31,37 +31,48 @@ namespace {
 /// What is left to do.
 class Queue {
   public:
-    explicit Queue(std::span<const int> group) {
+    Queue(std::span<const int> group, std::span<const std::vector<int>> waits_for)
+        : group_(group), waits_for_(waits_for) {
         for (std::size_t item = 0; item < group.size(); ++item) {
             if (static_cast<std::size_t>(group[item]) >= groups_.size())
                 groups_.resize(group[item] + 1);
             groups_[group[item]].items.push_back(static_cast<int>(item));
+            ++groups_[group[item]].num_not_done;
         }
     }
 
     /// @param at  the group that the worker is at, or -1; where it goes on
+    /// @return nothing if all is begun, or has to wait
     std::optional<int> next(int &at) {
         if (at < 0 || groups_[at].items.empty())
             at = other_group();
         if (at < 0)
             return std::nullopt;
-        auto &[items, is_begun] = groups_[at];
-        is_begun = true;
-        const int item = items.front();
-        items.pop_front();
+        auto &group = groups_[at];
+        group.is_begun = true;
+        const int item = group.items.front();
+        group.items.pop_front();
         return item;
     }
+
+    void done(int item) { --groups_[group_[item]].num_not_done; }
 
   private:
     struct Group {
         std::deque<int> items;
+        std::size_t num_not_done = 0;
         bool is_begun = false;
     };
+
+    bool has_to_wait(std::size_t group) const {
+        return group < waits_for_.size() &&
+               std::ranges::any_of(waits_for_[group], [&](int other) { return groups_[other].num_not_done > 0; });
+    }
 
     int other_group() const {
         int best = -1;
         for (std::size_t g = 0; g < groups_.size(); ++g) {
-            if (groups_[g].items.empty())
+            if (groups_[g].items.empty() || has_to_wait(g))
                 continue;
             if (!groups_[g].is_begun)
                 return static_cast<int>(g);
@@ -71,6 +82,8 @@ class Queue {
         return best;
     }
 
+    std::span<const int> group_;
+    std::span<const std::vector<int>> waits_for_;
     std::vector<Group> groups_;
 };
 
@@ -238,12 +251,15 @@ double available_memory() {
 } // namespace
 
 void side_by_side(std::span<const int> group, int num_workers, const Work &work,
-                  const std::function<void(int, const std::string &)> &told) {
-    Queue queue(group);
+                  const std::function<void(int, const std::string &)> &told,
+                  std::span<const std::vector<int>> waits_for) {
+    Queue queue(group, waits_for);
     if (num_workers == 1 || group.size() < 2) {
         int at = -1;
-        while (const auto item = queue.next(at))
+        while (const auto item = queue.next(at)) {
             work(*item, [&](const std::string &text) { told(*item, text); });
+            queue.done(*item);
+        }
         return;
     }
     const IgnoredPipeSignal ignored;
@@ -271,7 +287,11 @@ void side_by_side(std::span<const int> group, int num_workers, const Work &work,
                 told(at_work[w]->item(), text);
                 break;
             case Kind::done:
+                queue.done(at_work[w]->item());
                 at_work[w]->begin(queue);
+                for (auto &worker : workers) // it may be what others wait for
+                    if (!worker.has_item())
+                        worker.begin(queue);
                 break;
             case Kind::input_error:
                 throw InputError(text);

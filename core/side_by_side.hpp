@@ -3,6 +3,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace livermark::core {
 
@@ -17,13 +18,15 @@ using Tell = std::function<void(const std::string &text)>;
 /// as long as that has items left, then begins the first group that nobody has begun, and at last helps with the one
 /// that has most left. Which worker does an item is up to chance: no result may depend on it.
 /// @param group        shape (I) the group of each item, >= 0
+/// @param waits_for    of each group the groups before it that have to be done before it begins; may be shorter
 /// @param num_workers  >= 1
 /// @param work         called for an item; what it changes in memory may stay in the worker, what it tells comes home
 /// @param told         called in this process with an item and each text, in the order of the telling
 /// @throws InputError or std::runtime_error as the work threw first; std::runtime_error if a worker is killed; the
 ///   other workers are then stopped
 void side_by_side(std::span<const int> group, int num_workers, const std::function<void(int item, const Tell &)> &work,
-                  const std::function<void(int item, const std::string &text)> &told);
+                  const std::function<void(int item, const std::string &text)> &told,
+                  std::span<const std::vector<int>> waits_for = {});
 
 /// How many workers this process has cores for, and the machine memory.
 /// @param bytes_per_worker  that each of them needs

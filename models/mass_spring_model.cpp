@@ -87,8 +87,7 @@ class Kept {
 
     const msm::MassSprings &on(const std::shared_ptr<const core::Body> &body) {
         if (body_ != body) {
-            rest_.reset();
-            steps_.reset();
+            forget();
             const auto start = Clock::now();
             parts_ = make_(*body);
             make_seconds_ = seconds(Clock::now() - start);
@@ -99,6 +98,13 @@ class Kept {
 
     /// See core::Model::begin_with.
     void begin_with(const core::Problem &problem) { first_[problem.body] = problem; }
+
+    void forget() {
+        body_.reset();
+        parts_.reset();
+        rest_.reset();
+        steps_.reset();
+    }
 
     /// @param body  of the last on()
     const msm::RestStiffness &at_rest(const msm::NodalConditions &conditions) {
@@ -236,6 +242,7 @@ core::Model mass_spring_model(std::string name, std::string summary, std::string
         .source = std::move(source),
         .solve = [=](const core::Problem &problem) { return solve(problem, *kept, options); },
         .begin_with = [=](const core::Problem &problem) { kept->begin_with(problem); },
+        .forget = [=] { kept->forget(); },
         .modes = [=](const core::Problem &problem, int count) { return modes(problem, make, count); },
         .check = [=](const core::Problem &problem) { check(problem, make, options); },
     };

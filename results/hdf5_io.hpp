@@ -92,7 +92,9 @@ template <std::size_t columns> struct RowTypeOf<std::array<int, columns>> {
 /// @throws std::runtime_error from every function if HDF5 refuses
 class OutputFile {
   public:
-    OutputFile();
+    enum class Compression { deflate, none };
+
+    explicit OutputFile(Compression compression = Compression::deflate);
 
     /// @param keep_order  remember the order in which children are made
     void group(const std::string &path, bool keep_order = false);
@@ -134,6 +136,7 @@ class OutputFile {
                    const std::optional<hsize_t> &length, const void *data);
 
     Quiet quiet_;
+    Compression compression_;
     std::shared_ptr<void> kept_; ///< memory of the file when HDF5 has closed it
     Handle file_;
 };

@@ -100,7 +100,7 @@ Quiet::~Quiet() {
     H5Eset_auto2(H5E_DEFAULT, function_, data_);
 }
 
-OutputFile::OutputFile() : file_(create_in_memory(kept_)) {}
+OutputFile::OutputFile(Compression compression) : compression_(compression), file_(create_in_memory(kept_)) {}
 
 void OutputFile::group(const std::string &path, bool keep_order) {
     const Handle properties = creation_properties(H5P_GROUP_CREATE);
@@ -119,7 +119,7 @@ void OutputFile::write(const std::string &path, const RowType &type, std::vector
     hsize_t row_bytes = H5Tget_size(type.file);
     for (std::size_t d = 1; d < shape.size(); ++d)
         row_bytes *= shape[d];
-    if (shape[0] * row_bytes >= smallest_compressed_bytes) {
+    if (compression_ == Compression::deflate && shape[0] * row_bytes >= smallest_compressed_bytes) {
         auto chunk = shape;
         chunk[0] = std::clamp<hsize_t>(chunk_bytes / row_bytes, 1, shape[0]);
         require(H5Pset_chunk(properties.get(), rank, chunk.data()), path);

@@ -19,4 +19,15 @@ void write_result(const std::filesystem::path &path, const Result &result);
 /// @throws core::InputError that names the file and the dataset or attribute, and says what is wrong and what to do
 Result read_result(const std::filesystem::path &path);
 
+/// A single solution without its problem, not compressed: for another process of the same run, which has the problem
+/// and reads it soon.
+/// @param load_case  of its problem
+/// @throws core::InputError if the place cannot be written to
+void write_solution(const std::filesystem::path &path, const core::Solution &solution, const core::LoadCase &load_case);
+
+/// Reads what write_solution wrote.
+/// @param problem  that it is a solution of
+/// @throws core::InputError as read_result()
+core::Solution read_solution(const std::filesystem::path &path, const core::Problem &problem);
+
 } // namespace livermark::results

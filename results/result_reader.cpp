@@ -281,18 +281,27 @@ Result read_file(const InputFile &file) {
     return result;
 }
 
-} // namespace
-
-Result read_result(const std::filesystem::path &path) {
-    const InputFile file(path);
+/// @throws core::InputError where a damaged file claims any size
+template <class Read> auto within_memory(const InputFile &file, const Read &read) {
     try {
-        return read_file(file);
+        return read();
     } catch (const std::bad_alloc &) {
-        // A damaged file may claim any size.
         file.refuse("/", "claims more data than fit into memory");
     } catch (const std::length_error &) {
         file.refuse("/", "claims more data than fit into memory");
     }
+}
+
+} // namespace
+
+Result read_result(const std::filesystem::path &path) {
+    const InputFile file(path);
+    return within_memory(file, [&] { return read_file(file); });
+}
+
+core::Solution read_solution(const std::filesystem::path &path, const core::Problem &problem) {
+    const InputFile file(path);
+    return within_memory(file, [&] { return read_solution(file, only_solution, problem); });
 }
 
 } // namespace livermark::results

@@ -176,14 +176,12 @@ void write_modes(hdf5::OutputFile &file, const ModelModes &model, std::size_t nu
     file.blocks(group + "/shape", model.modes.shape, num_nodes, "kg^-1/2");
 }
 
-void write_solution(hdf5::OutputFile &file, const ModelResult &model, const core::LoadCase &load_case) {
-    const core::Solution &solution = model.solution;
-    const std::string group = solution_group(model.name);
+void write_solution_of(const std::string &model, hdf5::OutputFile &file, const core::Solution &solution,
+                       const core::LoadCase &load_case) {
+    const std::string group = solution_group(model);
     file.group(group);
     file.text(group, "status", core::to_string(solution.status));
     file.text(group, "message", solution.message);
-    file.text(group, "summary", model.summary);
-    file.text(group, "source", model.source);
     file.text(group, "solver", solution.solver);
     file.integer(group, "degrees_of_freedom", solution.degrees_of_freedom);
     file.number(group, "setup_seconds", solution.setup_seconds);
@@ -205,7 +203,7 @@ void write_solution(hdf5::OutputFile &file, const ModelResult &model, const core
         file.dataset(group + "/rest_length", springs->rest_length, "m");
     }
     if (solution.history)
-        write_history(file, model.name, *solution.history, load_case.release.value());
+        write_history(file, model, *solution.history, load_case.release.value());
 }
 
 void write_uncertainty(hdf5::OutputFile &file, const ReferenceUncertainty &uncertainty) {
@@ -256,7 +254,9 @@ std::vector<char> file_image(const Result &result) {
     file.group("/solutions", true);
     file.group("/comparisons");
     for (const ModelResult &model : result.models) {
-        write_solution(file, model, result.problem.load_case);
+        write_solution_of(model.name, file, model.solution, result.problem.load_case);
+        file.text(solution_group(model.name), "summary", model.summary);
+        file.text(solution_group(model.name), "source", model.source);
         if (model.comparison || model.band)
             write_comparison(file, model, result);
     }
@@ -275,6 +275,14 @@ std::vector<char> file_image(const Result &result) {
 void write_result(const std::filesystem::path &path, const Result &result) {
     check_shapes(result);
     core::write_whole(path, file_image(result));
+}
+
+void write_solution(const std::filesystem::path &path, const core::Solution &solution,
+                    const core::LoadCase &load_case) {
+    hdf5::OutputFile file(hdf5::OutputFile::Compression::none);
+    file.group("/solutions");
+    write_solution_of(only_solution, file, solution, load_case);
+    core::write_whole(path, file.image());
 }
 
 } // namespace livermark::results

@@ -31,9 +31,14 @@ class KeptSolver {
     /// See core::Model::begin_with.
     void begin_with(const core::Problem &problem) { first_[problem.body] = problem.load_case; }
 
+    void forget() {
+        body_.reset();
+        solver_.reset();
+    }
+
     fem_reference::StaticSolver &on(const std::shared_ptr<const core::Body> &body) {
         if (body_ != body) {
-            solver_.reset(); // the old factor goes before the new one needs the memory
+            forget(); // the old factor goes before the new one needs the memory
             solver_.emplace(body, degree_, choice_, formulation_);
             if (const auto first = first_.find(body); first != first_.end())
                 solver_->begin_with(first->second);
@@ -61,10 +66,18 @@ class KeptRefinedSolver {
     KeptRefinedSolver(std::shared_ptr<KeptSolver> coarse, fem_reference::SolverChoice choice)
         : coarse_(std::move(coarse)), choice_(choice) {}
 
+    /// The solver on the mesh as well.
+    void forget() {
+        body_.reset();
+        solver_.reset();
+        coarse_->forget();
+    }
+
     /// @param problems  of one body
     std::vector<core::Solution> solve(std::span<const core::Problem> problems) {
         const auto &body = problems.front().body;
         if (body_ != body) {
+            body_.reset();
             solver_.reset();
             const auto refined = std::make_shared<const core::Body>(core::refine(*body));
             if (choice_ == fem_reference::SolverChoice::automatic)
@@ -104,7 +117,9 @@ core::Model finite_elements(std::string_view name, const char *summary,
 
 /// Nothing is gained where the user chose a solver.
 core::Model solved_together(core::Model model, fem_reference::SolverChoice choice,
-                            std::function<std::vector<core::Solution>(std::span<const core::Problem>)> solve) {
+                            std::function<std::vector<core::Solution>(std::span<const core::Problem>)> solve,
+                            std::function<void()> forget) {
+    model.forget = std::move(forget);
     if (choice != fem_reference::SolverChoice::automatic)
         return model;
     model.solve_together = std::move(solve);
@@ -141,6 +156,7 @@ std::vector<core::Model> models(const ModelOptions &options) {
     };
     const auto sharing_factors = [](core::Model model, const std::shared_ptr<KeptSolver> &solver) {
         model.begin_with = [solver](const core::Problem &problem) { solver->begin_with(problem); };
+        model.forget = [solver] { solver->forget(); };
         return model;
     };
     const auto modes = [](int degree) {
@@ -162,7 +178,8 @@ std::vector<core::Model> models(const ModelOptions &options) {
                 for (const auto &problem : problems)
                     load_cases.push_back(problem.load_case);
                 return mixed->on(problems.front().body).solve(std::span<const core::LoadCase>(load_cases));
-            }),
+            },
+            [refined] { refined->forget(); }), // what it is refined from is this one's
         solved_together(
             finite_elements("fem_p2p1_refined",
                             "linear elasticity, Taylor and Hood on the mesh refined once (the reference where fem_p2p1 "
@@ -170,8 +187,8 @@ std::vector<core::Model> models(const ModelOptions &options) {
                             [refined](const core::Problem &problem) {
                                 return std::move(refined->solve(std::span(&problem, 1)).front());
                             }),
-            options.fem_solver,
-            [refined](std::span<const core::Problem> problems) { return refined->solve(problems); }),
+            options.fem_solver, [refined](std::span<const core::Problem> problems) { return refined->solve(problems); },
+            [refined] { refined->forget(); }),
     };
 }
 

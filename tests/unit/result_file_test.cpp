@@ -154,6 +154,16 @@ TEST_F(ResultFile, GivesBackWhatWasWritten) {
     EXPECT_EQ(files(), std::vector<std::string>{"result.h5"});
 }
 
+TEST_F(ResultFile, GivesBackASolutionAlone) {
+    const Result sample = tests::sample_result();
+    for (const auto &model : sample.models) {
+        write_solution(path_, model.solution, sample.problem.load_case);
+        expect_equal(read_solution(path_, sample.problem), model.solution);
+    }
+    EXPECT_THROW(read_result(path_), core::InputError); // it is no result file
+    EXPECT_EQ(files(), std::vector<std::string>{"result.h5"});
+}
+
 TEST_F(ResultFile, GivesBackWhatWasWrittenWhenCompressed) {
     const Result written = tests::sample_result(1000);
     write_result(path_, written);

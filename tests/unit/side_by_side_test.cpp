@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <functional>
 #include <stdexcept>
@@ -48,6 +50,29 @@ TEST(SideBySide, WorkersBeginGroupsOfTheirOwnAndThenHelp) {
     EXPECT_NE(of_groups[0], std::to_string(getpid()));
     const auto of_one_group = processes({0, 0}, 2);
     EXPECT_NE(of_one_group[0], of_one_group[1]);
+}
+
+/// The last group has to see what all of the two before it have left, and the one that waits for nothing does not.
+TEST(SideBySide, GroupsWaitForOthers) {
+    const std::vector<int> group{0, 0, 1, 2, 3, 3, 3};
+    const std::vector<std::vector<int>> waits_for{{}, {}, {}, {0, 1}};
+    for (const int num_workers : {1, 2, 3, 7}) {
+        std::vector<int> begun, done;
+        core::side_by_side(
+            group, num_workers,
+            [](int item, const core::Tell &tell) {
+                tell("begun");
+                std::this_thread::sleep_for(std::chrono::milliseconds(item < 3 ? 20 : 0));
+                tell("done");
+            },
+            [&](int item, const std::string &text) { (text == "begun" ? begun : done).push_back(item); }, waits_for);
+        ASSERT_EQ(done.size(), group.size()) << num_workers;
+        std::ranges::sort(begun);
+        EXPECT_EQ(begun, (std::vector{0, 1, 2, 3, 4, 5, 6}));
+        for (std::size_t first = 0; first < done.size(); ++first)
+            for (std::size_t second = first + 1; second < done.size(); ++second)
+                EXPECT_FALSE(group[done[first]] == 3 && group[done[second]] < 2) << num_workers;
+    }
 }
 
 TEST(SideBySide, TextsComeInTheirOrderAndWhole) {

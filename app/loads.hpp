@@ -1,0 +1,25 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "app/run_task.hpp"
+
+namespace livermark::app {
+
+/// A problem of a run at its target and one of the amplitudes.
+struct LoadedProblem {
+    std::size_t number; ///< of the problem in the task
+    core::Problem problem;
+};
+
+/// Loads all problems of a task, in an order in which models can make use of what they keep: see batches_of(). It is
+/// the same on all MPI ranks, who all have to call this.
+/// @param failed  called for what cannot be scaled to its target, with the reason
+std::vector<LoadedProblem> load_all(const RunTask &task, const RunOptions &options,
+                                    const std::function<void(std::size_t number, const char *reason)> &failed);
+
+/// What they are of.
+std::vector<core::Problem> problems_of(const std::vector<LoadedProblem> &loads);
+
+} // namespace livermark::app
