@@ -139,12 +139,14 @@ class AlgebraicMultigrid : public Preconditioner {
         return true;
     }
 
-    void apply(std::span<const double> residual, std::span<double> correction) override {
+    void apply(std::span<const float> residual, std::span<float> correction) override {
         const auto &map = matrix_->OperatorDomainMap();
-        const Epetra_Vector from(View, map, const_cast<double *>(residual.data()));
-        Epetra_Vector to(View, map, correction.data());
+        Epetra_Vector from(map, false), to(map, false);
+        std::ranges::copy(residual, from.Values());
         if (levels_->ApplyInverse(from, to) != 0)
             throw std::runtime_error("Trilinos ML failed to apply its preconditioner");
+        std::transform(to.Values(), to.Values() + to.MyLength(), correction.begin(),
+                       [](double value) { return static_cast<float>(value); });
     }
 
     std::string name() const override { return "ML, rigid body modes"; }

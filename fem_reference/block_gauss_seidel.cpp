@@ -39,9 +39,7 @@ BlockGaussSeidel::BlockGaussSeidel(const SymmetricMatrix &matrix) : rows_(lower_
 
 void BlockGaussSeidel::set_up(const FreeUnknowns &free) {
     lanes_ = free.lanes();
-    const auto size = 3 * lanes_ * rows_.num_nodes();
-    now_.assign(size, 0.0F);
-    taken_.assign(size, 0.0F);
+    taken_.assign(3 * lanes_ * rows_.num_nodes(), 0.0F);
     held_.assign(rows_.num_nodes(), -1);
     held_inverse_.clear();
     is_free_.clear();
@@ -73,15 +71,12 @@ template <int lanes> class BlockGaussSeidel::Sweep {
     static constexpr std::size_t width = 3 * lanes;
     using Vector = Triple<float, lanes>;
 
-    explicit Sweep(BlockGaussSeidel &smoother) : of(smoother) { std::ranges::fill(of.taken_, 0.0F); }
+    Sweep(BlockGaussSeidel &smoother, std::span<float> u) : of(smoother), now(u) { std::ranges::fill(of.taken_, 0.0F); }
 
     /// Solves the row of a node for it.
     /// @param others  what the other nodes take
-    [[gnu::always_inline]] void solve(std::size_t at, const double *right_hand_side, const Vector &others) {
-        float rounded[width];
-        for (std::size_t i = 0; i < width; ++i)
-            rounded[i] = static_cast<float>(right_hand_side[i]);
-        Vector left(rounded), solved;
+    [[gnu::always_inline]] void solve(std::size_t at, const float *right_hand_side, const Vector &others) {
+        Vector left(right_hand_side), solved;
         left.x -= others.x;
         left.y -= others.y;
         left.z -= others.z;
@@ -94,12 +89,12 @@ template <int lanes> class BlockGaussSeidel::Sweep {
             solved.y = second.x * left.x + second.y * left.y + second.z * left.z;
             solved.z = third.x * left.x + third.y * left.y + third.z * left.z;
         }
-        solved.put(&of.now_[width * at]);
+        solved.put(&now[width * at]);
     }
 
     /// What the nodes before one take from its row, and the other way round.
     [[gnu::always_inline]] void take(int k, Vector &sum) {
-        add_product(of.block_[k], Vector(&of.now_[width * of.rows_.column[k]]), sum);
+        add_product(of.block_[k], Vector(&now[width * of.rows_.column[k]]), sum);
     }
     [[gnu::always_inline]] void give(int k, const Vector &here) {
         float *const place = &of.taken_[width * of.rows_.column[k]];
@@ -109,13 +104,14 @@ template <int lanes> class BlockGaussSeidel::Sweep {
     }
 
     BlockGaussSeidel &of;
+    std::span<float> now; ///< (n, 3, lanes)
 };
 
 template <int lanes>
-[[gnu::always_inline]] inline void BlockGaussSeidel::forward(std::span<const double> right_hand_side,
-                                                             std::span<double> u, std::span<double> residual) {
+[[gnu::always_inline]] inline void BlockGaussSeidel::forward(std::span<const float> right_hand_side, std::span<float> u,
+                                                             std::span<float> residual) {
     constexpr auto width = Sweep<lanes>::width;
-    Sweep<lanes> sweep(*this);
+    Sweep<lanes> sweep(*this, u);
     for (std::size_t at = 0; at < rows_.num_nodes(); ++at) {
         const auto place = width * at;
         Triple<float, lanes> before;
@@ -124,11 +120,9 @@ template <int lanes>
             sweep.take(k, before);
         }
         sweep.solve(at, &right_hand_side[place], before);
-        const Triple<float, lanes> here(&now_[place]);
+        const Triple<float, lanes> here(&u[place]);
         for (int k = rows_.row_start[at]; k < rows_.row_start[at + 1]; ++k)
             sweep.give(k, here);
-        for (std::size_t i = 0; i < width; ++i)
-            u[place + i] = now_[place + i];
     }
     // A sweep leaves of each row only what lies behind the diagonal.
     for (std::size_t at = 0; at < rows_.num_nodes(); ++at) {
@@ -140,12 +134,10 @@ template <int lanes>
 }
 
 template <int lanes>
-[[gnu::always_inline]] inline void BlockGaussSeidel::backward(std::span<const double> right_hand_side,
-                                                              std::span<double> u) {
+[[gnu::always_inline]] inline void BlockGaussSeidel::backward(std::span<const float> right_hand_side,
+                                                              std::span<float> u) {
     constexpr auto width = Sweep<lanes>::width;
-    for (std::size_t i = 0; i < now_.size(); ++i)
-        now_[i] = static_cast<float>(u[i]);
-    Sweep<lanes> sweep(*this);
+    Sweep<lanes> sweep(*this, u);
     for (std::size_t at = rows_.num_nodes(); at-- > 0;) {
         const auto place = width * at;
         Triple<float, lanes> others(&taken_[place]);
@@ -154,17 +146,15 @@ template <int lanes>
             sweep.take(k, others);
         }
         sweep.solve(at, &right_hand_side[place], others);
-        const Triple<float, lanes> here(&now_[place]);
+        const Triple<float, lanes> here(&u[place]);
         for (int k = rows_.row_start[at + 1] - 1; k >= rows_.row_start[at]; --k)
             sweep.give(k, here);
-        for (std::size_t i = 0; i < width; ++i)
-            u[place + i] = now_[place + i];
     }
 }
 
 LIVERMARK_WIDE_CLONES
-void BlockGaussSeidel::sweep_forward_from_zero(std::span<const double> right_hand_side, std::span<double> u,
-                                               std::span<double> residual) {
+void BlockGaussSeidel::sweep_forward_from_zero(std::span<const float> right_hand_side, std::span<float> u,
+                                               std::span<float> residual) {
     switch (lanes_) { // a lambda would be compiled for one processor
     case 1:
         return forward<1>(right_hand_side, u, residual);
@@ -176,7 +166,7 @@ void BlockGaussSeidel::sweep_forward_from_zero(std::span<const double> right_han
 }
 
 LIVERMARK_WIDE_CLONES
-void BlockGaussSeidel::sweep_backward(std::span<const double> right_hand_side, std::span<double> u) {
+void BlockGaussSeidel::sweep_backward(std::span<const float> right_hand_side, std::span<float> u) {
     switch (lanes_) {
     case 1:
         return backward<1>(right_hand_side, u);

@@ -26,18 +26,17 @@ class BlockGaussSeidel {
     /// @param right_hand_side  shape (3 n, lanes)
     /// @param u                shape (3 n, lanes), what it was does not matter
     /// @param residual         shape (3 n, lanes) right_hand_side - K u
-    void sweep_forward_from_zero(std::span<const double> right_hand_side, std::span<double> u,
-                                 std::span<double> residual);
+    void sweep_forward_from_zero(std::span<const float> right_hand_side, std::span<float> u, std::span<float> residual);
 
     /// One sweep from the last node to the first: the adjoint of the forward one.
     /// @param u  shape (3 n, lanes), zero where not free; improved
-    void sweep_backward(std::span<const double> right_hand_side, std::span<double> u);
+    void sweep_backward(std::span<const float> right_hand_side, std::span<float> u);
 
   private:
     template <int lanes> class Sweep;
     template <int lanes>
-    void forward(std::span<const double> right_hand_side, std::span<double> u, std::span<double> residual);
-    template <int lanes> void backward(std::span<const double> right_hand_side, std::span<double> u);
+    void forward(std::span<const float> right_hand_side, std::span<float> u, std::span<float> residual);
+    template <int lanes> void backward(std::span<const float> right_hand_side, std::span<float> u);
 
     LowerRows rows_;
     std::vector<Block<float>> block_;            ///< (blocks)
@@ -47,7 +46,6 @@ class BlockGaussSeidel {
     std::vector<int> held_;           ///< (n) index into the next two, -1 where all columns are free
     std::vector<float> held_inverse_; ///< (9, lanes) each: of the free rows and columns, otherwise zero
     std::vector<float> is_free_;      ///< (3, lanes) each: 1 or 0
-    std::vector<float> now_;          ///< (n, 3, lanes) what a sweep works on
     std::vector<float> taken_;        ///< (n, 3, lanes) K u of the rows behind
 };
 

@@ -34,7 +34,7 @@ class Factor : public Preconditioner {
         lanes_ = free.lanes();
         return unique;
     }
-    void apply(std::span<const double> residual, std::span<double> correction) override {
+    void apply(std::span<const float> residual, std::span<float> correction) override {
         for (std::size_t s = 0; s < columns_.size(); ++s)
             solver(s).solve_roughly(residual, correction, lanes_, columns_[s]);
     }
@@ -88,6 +88,16 @@ void ChosenSolver::multiply(std::span<const double> x, std::span<double> out) co
         multiply_stiffness(*stiffness_, x, out); // of one column, see max_columns()
     else
         iterative_->multiply(x, out);
+}
+
+void ChosenSolver::multiply(std::span<const float> x, std::span<float> out) const {
+    if (direct_) {
+        fem_reference::multiply(*stiffness_, x, out);
+    } else {
+        if (!rough_)
+            rough_.emplace(*stiffness_);
+        rough_->multiply(x, out);
+    }
 }
 
 Preconditioner &ChosenSolver::inverse() {

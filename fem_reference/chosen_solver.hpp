@@ -33,6 +33,8 @@ class ChosenSolver {
     /// out_c = K x_c, whatever is prescribed
     /// @param x, out  shape (n, lanes), not the same
     void multiply(std::span<const double> x, std::span<double> out) const;
+    /// The same in single precision.
+    void multiply(std::span<const float> x, std::span<float> out) const;
 
     /// An approximate inverse of the matrix: the factor, or the preconditioner of the iterative solver.
     Preconditioner &inverse();
@@ -51,6 +53,7 @@ class ChosenSolver {
     std::optional<ConstrainedSolver> direct_;
     std::unique_ptr<Preconditioner> factor_; ///< a view of direct_
     std::optional<IterativeSolver> iterative_;
+    mutable std::optional<SymmetricBlocks<float>> rough_; ///< what is iterative has it when it is first asked for
 };
 
 } // namespace livermark::fem_reference

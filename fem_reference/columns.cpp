@@ -6,6 +6,36 @@
 
 namespace livermark::fem_reference {
 
+namespace {
+
+template <class T> void scale_each(std::span<const double> factor, std::span<T> y) {
+    with_lanes(static_cast<int>(factor.size()), [&]<int L>() {
+        std::array<T, L> by{};
+        std::ranges::transform(factor, by.begin(), [](double value) { return static_cast<T>(value); });
+        for (std::size_t i = 0; i < y.size(); i += L)
+            for (int c = 0; c < L; ++c)
+                y[i + c] *= by[c];
+    });
+}
+
+template <class T>
+void multiply_each(const SymmetricMatrix &matrix, std::span<const T> x, std::span<T> out, int lanes) {
+    with_lanes(lanes, [&]<int L>() {
+        for (int row = 0; row < matrix.num_rows(); ++row) {
+            std::array<T, L> sum{};
+            for (int k = matrix.row_start[row]; k < matrix.row_start[row + 1]; ++k) {
+                const T value = static_cast<T>(matrix.value[k]);
+                const T *const from = &x[static_cast<std::size_t>(L) * matrix.column[k]];
+                for (int c = 0; c < L; ++c)
+                    sum[c] += value * from[c];
+            }
+            std::ranges::copy(sum, &out[static_cast<std::size_t>(L) * row]);
+        }
+    });
+}
+
+} // namespace
+
 int lanes_for(std::size_t num_columns) {
     return num_columns == 1 ? 1 : num_columns <= 4 ? 4 : most_lanes;
 }
@@ -37,6 +67,11 @@ std::vector<std::size_t> held_entries(const FreeUnknowns &free) {
 void zero(std::span<const std::size_t> entries, std::span<double> vectors) {
     for (const auto entry : entries)
         vectors[entry] = 0.0;
+}
+
+void zero(std::span<const std::size_t> entries, std::span<float> vectors) {
+    for (const auto entry : entries)
+        vectors[entry] = 0.0F;
 }
 
 std::vector<std::vector<double>> separated(std::span<const double> together, int lanes, std::size_t num_columns) {
@@ -76,27 +111,19 @@ void add_scaled(std::span<const double> factor, std::span<const double> x, std::
 }
 
 void scale(std::span<const double> factor, std::span<double> y) {
-    with_lanes(static_cast<int>(factor.size()), [&]<int L>() {
-        std::array<double, L> by{};
-        std::ranges::copy(factor, by.begin());
-        for (std::size_t i = 0; i < y.size(); i += L)
-            for (int c = 0; c < L; ++c)
-                y[i + c] *= by[c];
-    });
+    scale_each(factor, y);
+}
+
+void scale(std::span<const double> factor, std::span<float> y) {
+    scale_each(factor, y);
 }
 
 void multiply(const SymmetricMatrix &matrix, std::span<const double> x, std::span<double> out, int lanes) {
-    with_lanes(lanes, [&]<int L>() {
-        for (int row = 0; row < matrix.num_rows(); ++row) {
-            std::array<double, L> sum{};
-            for (int k = matrix.row_start[row]; k < matrix.row_start[row + 1]; ++k) {
-                const double *const from = &x[static_cast<std::size_t>(L) * matrix.column[k]];
-                for (int c = 0; c < L; ++c)
-                    sum[c] += matrix.value[k] * from[c];
-            }
-            std::ranges::copy(sum, &out[static_cast<std::size_t>(L) * row]);
-        }
-    });
+    multiply_each(matrix, x, out, lanes);
+}
+
+void multiply(const SymmetricMatrix &matrix, std::span<const float> x, std::span<float> out, int lanes) {
+    multiply_each(matrix, x, out, lanes);
 }
 
 } // namespace livermark::fem_reference

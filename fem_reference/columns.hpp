@@ -43,6 +43,7 @@ std::vector<std::size_t> held_entries(const FreeUnknowns &free);
 
 /// Puts zeros there.
 void zero(std::span<const std::size_t> entries, std::span<double> vectors);
+void zero(std::span<const std::size_t> entries, std::span<float> vectors);
 
 /// The same vectors, one behind the other in memory.
 /// @return (columns)(n)
@@ -61,9 +62,11 @@ void add_scaled(std::span<const double> factor, std::span<const double> x, std::
 
 /// y_c = factor_c y_c
 void scale(std::span<const double> factor, std::span<double> y);
+void scale(std::span<const double> factor, std::span<float> y);
 
 /// out_c = A x_c
 /// @param x, out  shape (num_rows, lanes), not the same
 void multiply(const SymmetricMatrix &matrix, std::span<const double> x, std::span<double> out, int lanes = 1);
+void multiply(const SymmetricMatrix &matrix, std::span<const float> x, std::span<float> out, int lanes = 1);
 
 } // namespace livermark::fem_reference

@@ -48,8 +48,8 @@ struct ConstrainedSolver::Impl {
 
     void factorise(std::span<const double> prescribed);
     bool make_factor(const std::vector<bool> &is_free);
-    void solve(std::span<const double> load, std::span<double> u, int lanes, std::span<const int> columns,
-               Solve solve) const;
+    template <class T>
+    void solve(std::span<const T> load, std::span<T> u, int lanes, std::span<const int> columns, Solve solve) const;
 
     const SymmetricMatrix &stiffness;
     core::SparseCholesky factor;
@@ -119,11 +119,12 @@ void ConstrainedSolver::Impl::factorise(std::span<const double> prescribed) {
     is_free = std::move(wanted);
 }
 
-void ConstrainedSolver::Impl::solve(std::span<const double> load, std::span<double> u, int lanes,
-                                    std::span<const int> columns, Solve solve) const {
+template <class T>
+void ConstrainedSolver::Impl::solve(std::span<const T> load, std::span<T> u, int lanes, std::span<const int> columns,
+                                    Solve solve) const {
     for (const int column : columns)
         for (std::size_t entry = column; entry < u.size(); entry += lanes)
-            u[entry] = 0.0;
+            u[entry] = T(0);
     if (rows.empty())
         return;
     Eigen::MatrixXd values(rows.size(), columns.size());
@@ -133,7 +134,7 @@ void ConstrainedSolver::Impl::solve(std::span<const double> load, std::span<doub
     values = (factor.*solve)(values);
     for (std::size_t c = 0; c < columns.size(); ++c)
         for (std::size_t r = 0; r < rows.size(); ++r)
-            u[static_cast<std::size_t>(lanes) * rows[r] + columns[c]] = values(r, c);
+            u[static_cast<std::size_t>(lanes) * rows[r] + columns[c]] = static_cast<T>(values(r, c));
 }
 
 ConstrainedSolver::ConstrainedSolver(const SymmetricMatrix &stiffness) : impl_(std::make_unique<Impl>(stiffness)) {}
@@ -154,13 +155,13 @@ void ConstrainedSolver::solve_held(std::span<const double> load, std::span<doubl
     impl_->solve(load, u, 1, single_column, &core::SparseCholesky::solve);
 }
 
-void ConstrainedSolver::solve_roughly(std::span<const double> load, std::span<double> u, int lanes,
+void ConstrainedSolver::solve_roughly(std::span<const float> load, std::span<float> u, int lanes,
                                       std::span<const int> columns) {
     impl_->solve(load, u, lanes, columns, &core::SparseCholesky::solve_roughly);
 }
 
 void ConstrainedSolver::solve_roughly(std::span<const double> load, std::span<double> u) {
-    solve_roughly(load, u, 1, single_column);
+    impl_->solve(load, u, 1, single_column, &core::SparseCholesky::solve_roughly);
 }
 
 ConstrainedSolution ConstrainedSolver::solve(std::span<const double> prescribed, std::span<const double> load) {

@@ -62,7 +62,7 @@ class ConstrainedSolver {
     /// @param load     shape (n, lanes), see columns.hpp
     /// @param u        shape (n, lanes)
     /// @param columns  to be solved for, each < lanes; the others are not looked at
-    void solve_roughly(std::span<const double> load, std::span<double> u, int lanes, std::span<const int> columns);
+    void solve_roughly(std::span<const float> load, std::span<float> u, int lanes, std::span<const int> columns);
 
     /// The same for a single vector.
     void solve_roughly(std::span<const double> load, std::span<double> u);

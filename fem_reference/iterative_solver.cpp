@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 
 #include "fem_reference/mass_matrix.hpp"
 
@@ -32,12 +33,16 @@ IterativeSolver::Ending IterativeSolver::add_solution(std::span<double> residual
                                                       std::span<const std::size_t> held) {
     const double start = std::sqrt(dot(residual, residual));
     Ending ending{.relative_residual = start > 0.0 ? 1.0 : 0.0};
-    std::vector<double> direction(u.size(), 0.0), image(u.size(), 0.0), correction(u.size(), 0.0);
-    double curvature = 1.0; // p^T K p
+    std::vector<double> direction(u.size(), 0.0), image(u.size(), 0.0);
+    std::vector<float> of_one(u.size()), correction(u.size()); // the residual over its size
+    double curvature = 1.0;                                    // p^T K p
     while (ending.relative_residual > tolerance && ending.iterations < max_iterations_) {
-        preconditioner_->apply(residual, correction);
+        const double size = ending.relative_residual * start;
+        for (std::size_t i = 0; i < u.size(); ++i)
+            of_one[i] = static_cast<float>(residual[i] / size);
+        preconditioner_->apply(of_one, correction);
         // The image still holds K times the last direction, to which the new one has to be conjugate.
-        const double beta = -dot(image, correction) / curvature;
+        const double beta = -std::inner_product(image.begin(), image.end(), correction.begin(), 0.0) / curvature;
         for (std::size_t i = 0; i < u.size(); ++i)
             direction[i] = correction[i] + beta * direction[i];
         multiply(direction, image);

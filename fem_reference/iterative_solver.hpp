@@ -49,7 +49,7 @@ class IterativeSolver {
     /// @param held      entries that are not free, see held_entries()
     Ending add_solution(std::span<double> residual, std::span<double> u, std::span<const std::size_t> held);
 
-    SymmetricBlocks stiffness_;
+    SymmetricBlocks<double> stiffness_;
     std::unique_ptr<Preconditioner> preconditioner_;
     int max_iterations_;
     FreeUnknowns free_;

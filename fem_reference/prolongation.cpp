@@ -44,6 +44,27 @@ Eigen::Vector4d barycentric(const Eigen::Matrix3d &inverse, const core::Vector3 
     return {1.0 - others.sum(), others[0], others[1], others[2]};
 }
 
+template <class T> void add(const Prolongation &p, std::span<const T> coarse, std::span<T> fine) {
+    with_lanes(static_cast<int>(coarse.size() / (3 * p.fine_node.size())), [&]<int lanes>() {
+        constexpr std::size_t width = 3 * lanes;
+        for (std::size_t node = 0; node + 1 < p.row_start.size(); ++node)
+            for (int k = p.row_start[node]; k < p.row_start[node + 1]; ++k)
+                for (std::size_t i = 0; i < width; ++i)
+                    fine[width * node + i] += static_cast<T>(p.weight[k]) * coarse[width * p.coarse_node[k] + i];
+    });
+}
+
+template <class T> void gather(const Prolongation &p, std::span<const T> fine, std::span<T> coarse) {
+    std::ranges::fill(coarse, T(0));
+    with_lanes(static_cast<int>(coarse.size() / (3 * p.fine_node.size())), [&]<int lanes>() {
+        constexpr std::size_t width = 3 * lanes;
+        for (std::size_t node = 0; node + 1 < p.row_start.size(); ++node)
+            for (int k = p.row_start[node]; k < p.row_start[node + 1]; ++k)
+                for (std::size_t i = 0; i < width; ++i)
+                    coarse[width * p.coarse_node[k] + i] += static_cast<T>(p.weight[k]) * fine[width * node + i];
+    });
+}
+
 } // namespace
 
 Prolongation prolongation(const ElasticSystem &coarse, const ElasticSystem &fine) {
@@ -93,24 +114,19 @@ Prolongation prolongation(const ElasticSystem &coarse, const ElasticSystem &fine
 }
 
 void Prolongation::add_prolonged(std::span<const double> coarse, std::span<double> fine) const {
-    with_lanes(static_cast<int>(coarse.size() / (3 * fine_node.size())), [&]<int lanes>() {
-        constexpr std::size_t width = 3 * lanes;
-        for (std::size_t node = 0; node + 1 < row_start.size(); ++node)
-            for (int k = row_start[node]; k < row_start[node + 1]; ++k)
-                for (std::size_t i = 0; i < width; ++i)
-                    fine[width * node + i] += weight[k] * coarse[width * coarse_node[k] + i];
-    });
+    add(*this, coarse, fine);
+}
+
+void Prolongation::add_prolonged(std::span<const float> coarse, std::span<float> fine) const {
+    add(*this, coarse, fine);
 }
 
 void Prolongation::restrict_to(std::span<const double> fine, std::span<double> coarse) const {
-    std::ranges::fill(coarse, 0.0);
-    with_lanes(static_cast<int>(coarse.size() / (3 * fine_node.size())), [&]<int lanes>() {
-        constexpr std::size_t width = 3 * lanes;
-        for (std::size_t node = 0; node + 1 < row_start.size(); ++node)
-            for (int k = row_start[node]; k < row_start[node + 1]; ++k)
-                for (std::size_t i = 0; i < width; ++i)
-                    coarse[width * coarse_node[k] + i] += weight[k] * fine[width * node + i];
-    });
+    gather(*this, fine, coarse);
+}
+
+void Prolongation::restrict_to(std::span<const float> fine, std::span<float> coarse) const {
+    gather(*this, fine, coarse);
 }
 
 } // namespace livermark::fem_reference

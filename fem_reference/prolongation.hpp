@@ -23,9 +23,11 @@ struct Prolongation {
     /// @param coarse  shape (3 n_coarse, lanes), see columns.hpp
     /// @param fine    shape (3 n_fine, lanes)
     void add_prolonged(std::span<const double> coarse, std::span<double> fine) const;
+    void add_prolonged(std::span<const float> coarse, std::span<float> fine) const;
 
     /// coarse_c = P^T fine_c
     void restrict_to(std::span<const double> fine, std::span<double> coarse) const;
+    void restrict_to(std::span<const float> fine, std::span<float> coarse) const;
 };
 
 /// The prolongation from a body's system to one of degree 2: from degree 2 to that of core::refine(body), or from

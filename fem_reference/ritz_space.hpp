@@ -40,7 +40,7 @@ class RitzSpace {
     const Eigen::VectorXd &force() const { return force_on_space_; }
 
   private:
-    SymmetricBlocks stiffness_;
+    SymmetricBlocks<double> stiffness_;
     const SymmetricMatrix &mass_;
     ConstrainedSolver &solver_;
     std::vector<double> force_;

@@ -16,7 +16,7 @@ namespace {
 
 /// Displacements of all columns, then pressures of all columns: one system.
 using Vector = dealii::Vector<double>;
-/// The same as the iterations keep some twenty of them: half the memory to go through.
+/// The same in the iterations, which keep some twenty of them: half the memory to go through.
 using KrylovVector = dealii::Vector<float>;
 
 /// How far one round of iterations may go: in single precision what they believe to be left differs from what is left.
@@ -29,11 +29,11 @@ constexpr double seen_of_tolerance = 0.4;
 /// Vectors of a Krylov space; a round takes about twenty.
 constexpr int largest_space = 40;
 
-std::span<double> part(Vector &vector, std::size_t first, std::size_t count) {
+template <class T> std::span<T> part(dealii::Vector<T> &vector, std::size_t first, std::size_t count) {
     return {vector.begin() + first, count};
 }
 
-std::span<const double> part(const Vector &vector, std::size_t first, std::size_t count) {
+template <class T> std::span<const T> part(const dealii::Vector<T> &vector, std::size_t first, std::size_t count) {
     return {vector.begin() + first, count};
 }
 
@@ -45,24 +45,15 @@ struct Scaled {
     std::size_t num_u, num_p; ///< of all columns
     std::vector<double> unit; ///< (lanes) [Pa/m]
 
-    /// One of the two that follow, for the iterations.
-    struct Operator {
+    /// For the iterations.
+    struct Preconditioning {
         const Scaled &of;
-        void (Scaled::*apply)(Vector &out, const Vector &in) const;
-        mutable Vector in{}, out{};
-
-        void vmult(KrylovVector &result, const KrylovVector &vector) const {
-            in.reinit(vector.size(), true);
-            out.reinit(vector.size(), true);
-            std::ranges::copy(vector, in.begin());
-            (of.*apply)(out, in);
-            std::ranges::copy(out, result.begin());
-        }
+        void vmult(KrylovVector &out, const KrylovVector &in) const { of.precondition(out, in); }
     };
 
-    void multiply(Vector &out, const Vector &in) const {
+    template <class T> void vmult(dealii::Vector<T> &out, const dealii::Vector<T> &in) const {
         const auto of_p = part(in, num_u, num_p);
-        std::vector<double> p(of_p.begin(), of_p.end());
+        std::vector<T> p(of_p.begin(), of_p.end());
         scale(unit, p);
         const auto force = part(out, 0, num_u);
         matrix.apply(part(in, 0, num_u), p, force, part(out, num_u, num_p));
@@ -70,10 +61,10 @@ struct Scaled {
     }
 
     /// u = K^-1 f, p = S^-1 (D u - g)
-    void precondition(Vector &out, const Vector &in) const {
+    void precondition(KrylovVector &out, const KrylovVector &in) const {
         const auto u = part(out, 0, num_u), p = part(out, num_u, num_p);
         inverse.apply(part(in, 0, num_u), u);
-        std::vector<double> imbalance(num_p);
+        std::vector<float> imbalance(num_p);
         matrix.divergence_less(u, part(in, num_u, num_p), imbalance);
         std::vector<int> columns(matrix.lanes);
         std::iota(columns.begin(), columns.end(), 0);
@@ -88,7 +79,7 @@ struct Scaled {
 /// right_hand_side - A unknowns
 Vector residual(const Scaled &system, const Vector &right_hand_side, const Vector &unknowns) {
     Vector left(right_hand_side);
-    system.multiply(left, unknowns);
+    system.vmult(left, unknowns);
     left.sadd(-1.0, 1.0, right_hand_side);
     return left;
 }
@@ -99,49 +90,52 @@ Vector residual(const Scaled &system, const Vector &right_hand_side, const Vecto
 SaddlePointEnding iterate(const Scaled &system, double size, double goal, int max_iterations,
                           const Vector &right_hand_side, Vector &unknowns) {
     SaddlePointEnding ending;
-    const Scaled::Operator product{system, &Scaled::multiply}, preconditioner{system, &Scaled::precondition};
-    KrylovVector correction(right_hand_side.size()), to_solve(right_hand_side.size());
-    Vector seen(right_hand_side.size()), left(right_hand_side);
+    KrylovVector correction(right_hand_side.size()), to_solve(right_hand_side.size()), seen(right_hand_side.size());
+    Vector left(right_hand_side);
+    std::ranges::copy(left, to_solve.begin());
     while (size > goal) {
         dealii::ReductionControl control(max_iterations - ending.iterations, reserve * goal, furthest_round);
         correction = 0.0F;
-        std::ranges::copy(left, to_solve.begin());
         using Solver = dealii::SolverGMRES<KrylovVector>;
         try {
-            Solver(control, Solver::AdditionalData(largest_space)).solve(product, correction, to_solve, preconditioner);
+            Solver(control, Solver::AdditionalData(largest_space))
+                .solve(system, correction, to_solve, Scaled::Preconditioning{system});
         } catch (const dealii::SolverControl::NoConvergence &) {
             ending.converged = false;
         }
         ending.iterations += static_cast<int>(control.last_step());
         std::ranges::transform(unknowns, correction, unknowns.begin(), std::plus<>());
         left = residual(system, right_hand_side, unknowns);
-        system.precondition(seen, left);
+        std::ranges::copy(left, to_solve.begin());
+        system.precondition(seen, to_solve);
         const double before = size;
         size = seen.l2_norm();
         ending.converged = ending.converged && size < reserve * before;
         if (!ending.converged)
             break;
     }
-    unknowns += seen; // what is left is known as the preconditioner sees it: it makes the answer better for nothing
+    std::ranges::transform(
+        unknowns, seen, unknowns.begin(),
+        std::plus<>()); // what is left is known as the preconditioner sees it: it makes the answer better for nothing
     return ending;
 }
 
-} // namespace
-
-void SaddlePoint::apply(std::span<const double> u, std::span<const double> p, std::span<double> force,
-                        std::span<double> imbalance) const {
-    solver.multiply(u, force);
-    multiply(pressure.compliance, p, imbalance, lanes);
-    const auto &d = pressure.divergence;
-    with_lanes(lanes, [&]<int L>() {
+template <class T>
+void product(const SaddlePoint &matrix, std::span<const T> u, std::span<const T> p, std::span<T> force,
+             std::span<T> imbalance) {
+    matrix.solver.multiply(u, force);
+    multiply(matrix.pressure.compliance, p, imbalance, matrix.lanes);
+    const auto &d = matrix.pressure.divergence;
+    with_lanes(matrix.lanes, [&]<int L>() {
         for (std::size_t q = 0; q + 1 < d.row_start.size(); ++q) {
-            std::array<double, L> divergence{}, of_row{};
+            std::array<T, L> divergence{}, of_row{};
             std::copy_n(&p[L * q], L, of_row.begin());
             for (int k = d.row_start[q]; k < d.row_start[q + 1]; ++k) {
                 const auto place = static_cast<std::size_t>(L) * d.column[k];
+                const T value = static_cast<T>(d.value[k]);
                 for (int c = 0; c < L; ++c) {
-                    divergence[c] += d.value[k] * u[place + c];
-                    force[place + c] += d.value[k] * of_row[c];
+                    divergence[c] += value * u[place + c];
+                    force[place + c] += value * of_row[c];
                 }
             }
             for (int c = 0; c < L; ++c)
@@ -150,14 +144,26 @@ void SaddlePoint::apply(std::span<const double> u, std::span<const double> p, st
     });
 }
 
-void SaddlePoint::divergence_less(std::span<const double> u, std::span<const double> g, std::span<double> out) const {
+} // namespace
+
+void SaddlePoint::apply(std::span<const double> u, std::span<const double> p, std::span<double> force,
+                        std::span<double> imbalance) const {
+    product(*this, u, p, force, imbalance);
+}
+
+void SaddlePoint::apply(std::span<const float> u, std::span<const float> p, std::span<float> force,
+                        std::span<float> imbalance) const {
+    product(*this, u, p, force, imbalance);
+}
+
+void SaddlePoint::divergence_less(std::span<const float> u, std::span<const float> g, std::span<float> out) const {
     const auto &d = pressure.divergence;
     with_lanes(lanes, [&]<int L>() {
         for (std::size_t q = 0; q + 1 < d.row_start.size(); ++q) {
-            std::array<double, L> divergence{};
+            std::array<float, L> divergence{};
             for (int k = d.row_start[q]; k < d.row_start[q + 1]; ++k)
                 for (int c = 0; c < L; ++c)
-                    divergence[c] += d.value[k] * u[static_cast<std::size_t>(L) * d.column[k] + c];
+                    divergence[c] += static_cast<float>(d.value[k]) * u[static_cast<std::size_t>(L) * d.column[k] + c];
             for (int c = 0; c < L; ++c)
                 out[L * q + c] = divergence[c] - g[L * q + c];
         }
@@ -174,7 +180,10 @@ SaddlePointEnding solve(const SaddlePoint &matrix, Preconditioner &inverse, Cons
         std::ranges::copy(load.g, right_hand_side.begin() + u.size());
     };
     fill(whole);
-    system.precondition(unknowns, right_hand_side);
+    KrylovVector seen(right_hand_side.size()), to_see(right_hand_side.size());
+    std::ranges::copy(right_hand_side, to_see.begin());
+    system.precondition(seen, to_see);
+    std::ranges::copy(seen, unknowns.begin());
 
     // Displacements and pressures of every column begin at one: what is left of all together is no less than of each.
     const auto first_u = part(unknowns, 0, u.size()), first_p = part(unknowns, u.size(), p.size());

@@ -19,9 +19,11 @@ struct SaddlePoint {
     /// force = K u + D^T p, and imbalance = D u - C p
     void apply(std::span<const double> u, std::span<const double> p, std::span<double> force,
                std::span<double> imbalance) const;
+    void apply(std::span<const float> u, std::span<const float> p, std::span<float> force,
+               std::span<float> imbalance) const;
 
     /// out = D u - g
-    void divergence_less(std::span<const double> u, std::span<const double> g, std::span<double> out) const;
+    void divergence_less(std::span<const float> u, std::span<const float> g, std::span<float> out) const;
 };
 
 /// A right-hand side.

@@ -37,7 +37,7 @@ class TwoLevel : public Preconditioner {
         return true;
     }
 
-    void apply(std::span<const double> residual, std::span<double> correction) override {
+    void apply(std::span<const float> residual, std::span<float> correction) override {
         smoother_.sweep_forward_from_zero(residual, correction, fine_residual_);
         prolongation_.restrict_to(fine_residual_, coarse_residual_);
         zero(coarse_held_, coarse_residual_);
@@ -57,9 +57,9 @@ class TwoLevel : public Preconditioner {
     std::size_t num_coarse_;
     FreeUnknowns free_;
     std::vector<std::size_t> coarse_held_;
-    std::vector<double> fine_residual_;
-    std::vector<double> coarse_residual_;
-    std::vector<double> coarse_correction_;
+    std::vector<float> fine_residual_;
+    std::vector<float> coarse_residual_;
+    std::vector<float> coarse_correction_;
 };
 
 } // namespace

@@ -35,18 +35,18 @@ Eigen::MatrixXd dense(const fem_reference::SymmetricMatrix &matrix) {
     return full;
 }
 
-std::vector<double> some_vector(int size) {
-    std::vector<double> vector(size);
+template <class T> std::vector<T> some_vector(int size) {
+    std::vector<T> vector(size);
     for (int i = 0; i < size; ++i)
-        vector[i] = static_cast<double>((7 * i + 3) % 23 - 11);
+        vector[i] = static_cast<T>((7 * i + 3) % 23 - 11);
     return vector;
 }
 
 /// One of some columns that stand side by side.
-Eigen::VectorXd column(const std::vector<double> &together, int number, int lanes) {
+template <class T> Eigen::VectorXd column(const std::vector<T> &together, int number, int lanes) {
     Eigen::VectorXd result(static_cast<Eigen::Index>(together.size()) / lanes);
     for (Eigen::Index i = 0; i < result.size(); ++i)
-        result[i] = together[lanes * i + number];
+        result[i] = static_cast<double>(together[lanes * i + number]);
     return result;
 }
 
@@ -95,18 +95,25 @@ TEST(FemBlocks, SystemsByDistanceAreThoseOfTheMesh) {
     }
 }
 
-TEST(FemBlocks, ProductsAreThoseOfTheWholeMatrix) {
+template <class T> class FemBlocksProducts : public testing::Test {};
+using Numbers = testing::Types<float, double>;
+TYPED_TEST_SUITE(FemBlocksProducts, Numbers);
+
+TYPED_TEST(FemBlocksProducts, AreThoseOfTheWholeMatrix) {
+    using T = TypeParam;
+    const double tolerance = 50.0 * static_cast<double>(std::numeric_limits<T>::epsilon());
     const auto matrix = box_system().stiffness;
     const Eigen::MatrixXd full = dense(matrix);
     for (const int lanes : {1, 4, 8}) {
-        const auto x = some_vector(lanes * matrix.num_rows());
-        std::vector<double> blocks(x.size()), rows(x.size());
-        fem_reference::SymmetricBlocks(matrix).multiply(x, blocks);
-        fem_reference::multiply(matrix, x, rows, lanes);
+        const auto x = some_vector<T>(lanes * matrix.num_rows());
+        std::vector<T> blocks(x.size()), rows(x.size());
+        fem_reference::SymmetricBlocks<T>(matrix).multiply(x, blocks);
+        fem_reference::multiply(matrix, std::span<const T>(x), std::span<T>(rows), lanes);
         for (int c = 0; c < lanes; ++c) {
             const Eigen::VectorXd expected = full * column(x, c, lanes);
-            EXPECT_LT((column(blocks, c, lanes) - expected).norm(), 1e-14 * expected.norm()) << c << " of " << lanes;
-            EXPECT_LT((column(rows, c, lanes) - expected).norm(), 1e-14 * expected.norm()) << c << " of " << lanes;
+            EXPECT_LT((column(blocks, c, lanes) - expected).norm(), tolerance * expected.norm())
+                << c << " of " << lanes;
+            EXPECT_LT((column(rows, c, lanes) - expected).norm(), tolerance * expected.norm()) << c << " of " << lanes;
         }
     }
 }
@@ -125,13 +132,13 @@ TEST(FemBlocks, SweepsAreTriangularSolves) {
             of_columns.emplace_back(prescribed[c % 2]);
         const auto free = fem_reference::free_unknowns(of_columns);
         const int lanes = free.lanes();
-        auto right_hand_side = some_vector(lanes * size), start = some_vector(lanes * size + 5);
+        auto right_hand_side = some_vector<float>(lanes * size), start = some_vector<float>(lanes * size + 5);
         start.resize(right_hand_side.size());
         for (const auto entry : fem_reference::held_entries(free))
-            right_hand_side[entry] = start[entry] = 0.0;
+            right_hand_side[entry] = start[entry] = 0.0F;
         fem_reference::BlockGaussSeidel smoother(matrix);
         smoother.set_up(free);
-        std::vector<double> forward(start.size(), 7.0), residual(start.size(), 7.0);
+        std::vector<float> forward(start.size(), 7.0F), residual(start.size(), 7.0F);
         smoother.sweep_forward_from_zero(right_hand_side, forward, residual);
         auto backward = start;
         smoother.sweep_backward(right_hand_side, backward);
@@ -148,7 +155,7 @@ TEST(FemBlocks, SweepsAreTriangularSolves) {
             Eigen::MatrixXd lower = Eigen::MatrixXd::Zero(size, size); // with the blocks of the diagonal
             for (int row = 0; row < size; ++row)
                 lower.row(row).head(3 * (row / 3) + 3) = k.row(row).head(3 * (row / 3) + 3);
-            const auto near = [&](const std::vector<double> &found, const Eigen::VectorXd &expected) {
+            const auto near = [&](const std::vector<float> &found, const Eigen::VectorXd &expected) {
                 constexpr double single_precision = 1e-5;
                 EXPECT_LT((column(found, c, lanes) - expected).norm(), single_precision * expected.norm());
             };

@@ -113,6 +113,26 @@ TEST(Prolongation, GivesTheCoarseStiffnessFromTheFineOne) {
         EXPECT_NEAR(restricted[dof], expected[dof], 1e-11 * scale);
 }
 
+TEST(Prolongation, IsTheSameInSinglePrecision) {
+    const NestedSystems systems;
+    const int lanes = 4;
+    std::vector<double> coarse(lanes * 3 * systems.coarse.points.size());
+    for (std::size_t i = 0; i < coarse.size(); ++i)
+        coarse[i] = std::sin(1.7 * static_cast<double>(i));
+    std::vector<double> fine(lanes * 3 * systems.fine.points.size(), 0.5), back(coarse.size());
+    const std::vector<float> rough_coarse(coarse.begin(), coarse.end());
+    std::vector<float> rough_fine(fine.begin(), fine.end()), rough_back(coarse.size());
+    systems.prolongation.add_prolonged(coarse, fine);
+    systems.prolongation.add_prolonged(rough_coarse, rough_fine);
+    systems.prolongation.restrict_to(fine, back);
+    systems.prolongation.restrict_to(rough_fine, rough_back);
+    for (std::size_t i = 0; i < fine.size(); ++i)
+        ASSERT_NEAR(rough_fine[i], fine[i], 1e-6);
+    const double largest = *std::ranges::max_element(back);
+    for (std::size_t i = 0; i < back.size(); ++i)
+        ASSERT_NEAR(rough_back[i], back[i], 1e-6 * largest);
+}
+
 TEST(Prolongation, RefusesASystemThatIsNotTheRefinedOne) {
     const NestedSystems systems;
     auto other = systems.fine;
@@ -214,7 +234,7 @@ TEST(FemSolver, SaysWhenAPartIsFreeToMove) {
 TEST(FemSolver, SaysWhenConjugateGradientsStopEarly) {
     struct Nothing : fem_reference::Preconditioner {
         bool set_up(const fem_reference::FreeUnknowns &) override { return true; }
-        void apply(std::span<const double> residual, std::span<double> correction) override {
+        void apply(std::span<const float> residual, std::span<float> correction) override {
             std::ranges::copy(residual, correction.begin());
         }
         std::string name() const override { return "none"; }
