@@ -103,6 +103,7 @@ class Kept {
         body_.reset();
         parts_.reset();
         rest_.reset();
+        highest_mode_.reset();
         steps_.reset();
     }
 
@@ -111,11 +112,9 @@ class Kept {
         if (!rest_) {
             const auto start = Clock::now();
             const auto &points = body_->mesh.points;
-            const auto first = first_.find(body_);
-            auto common = first != first_.end()
-                              ? msm::nodal_conditions(first->second, parts_->body.node_mass).displacement
-                              : std::vector<core::Vector3>{};
-            rest_.emplace(msm::elastic_hessian(parts_->body, points, msm::Tangent::exact), points, std::move(common));
+            const auto common = common_conditions();
+            rest_.emplace(msm::elastic_hessian(parts_->body, points, msm::Tangent::exact), points,
+                          common ? common->displacement : std::vector<core::Vector3>{});
             stiffness_seconds_ = seconds(Clock::now() - start);
         }
         rest_->hold(conditions.displacement);
@@ -127,7 +126,7 @@ class Kept {
         if (!steps_ || !hold_the_same(held_in_steps_, conditions.displacement)) {
             const auto &points = body_->mesh.points;
             const auto start = Clock::now();
-            highest_.angular_frequency = msm::largest_angular_frequency(parts_->body, points, conditions);
+            highest_.angular_frequency = largest_angular_frequency(conditions);
             highest_.seconds = seconds(Clock::now() - start);
             steps_ = msm::explicit_steps(parts_->body, points, conditions, highest_.angular_frequency);
             held_in_steps_ = conditions.displacement;
@@ -141,13 +140,33 @@ class Kept {
     double rest_seconds() const { return stiffness_seconds_ + rest_->factor_seconds(); }
 
   private:
+    /// What begin_with() told of the body, if anything.
+    std::optional<msm::NodalConditions> common_conditions() const {
+        const auto first = first_.find(body_);
+        if (first == first_.end())
+            return std::nullopt;
+        return msm::nodal_conditions(first->second, parts_->body.node_mass);
+    }
+
+    /// Whatever was asked for before, the bits are the same.
+    double largest_angular_frequency(const msm::NodalConditions &conditions) {
+        const auto &points = body_->mesh.points;
+        const auto common = common_conditions();
+        if (!common)
+            return msm::largest_angular_frequency(parts_->body, points, conditions);
+        if (!highest_mode_)
+            highest_mode_ = msm::highest_mode(parts_->body, points, *common);
+        return msm::largest_angular_frequency(parts_->body, points, conditions, *highest_mode_);
+    }
+
     MakeMassSprings make_;
     std::shared_ptr<const core::Body> body_;
     std::optional<msm::MassSprings> parts_;
     std::map<std::shared_ptr<const core::Body>, core::Problem> first_; ///< of each body, what begin_with() told
     std::optional<msm::RestStiffness> rest_;
     std::optional<core::ExplicitSteps> steps_;
-    std::vector<core::Vector3> held_in_steps_; ///< prescribed displacements
+    std::vector<core::Vector3> held_in_steps_;     ///< prescribed displacements
+    std::optional<msm::HighestMode> highest_mode_; ///< with what is held in common
     HighestFrequency highest_;
     double make_seconds_ = 0.0;
     double stiffness_seconds_ = 0.0;

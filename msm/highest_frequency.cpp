@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <stdexcept>
+#include <utility>
 
 #include "msm/free_components.hpp"
 
@@ -15,6 +16,8 @@ namespace livermark::msm {
 namespace {
 
 using Field = std::vector<core::Vector3>;
+/// omega, and M^1/2 phi of the free components, of length 1.
+using Pair = std::pair<double, Eigen::VectorXd>;
 
 /// Of the largest omega^2: its residual bounds the error of an eigenvalue.
 constexpr double largest_tolerance = 1e-9;
@@ -55,23 +58,22 @@ class ScaledStiffness {
 };
 
 /// Lanczos's method has no room in fewer unknowns than it keeps vectors, but there the matrix can be written down.
-double largest_of_few(const ScaledStiffness &stiffness) {
+Pair highest_of_few(const ScaledStiffness &stiffness) {
     Eigen::MatrixXd matrix(stiffness.rows(), stiffness.cols());
     const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols());
     for (Eigen::Index c = 0; c < matrix.cols(); ++c)
         stiffness.perform_op(unit.col(c).data(), matrix.col(c).data());
-    return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(matrix); // ascending
+    return {std::sqrt(std::max(0.0, solver.eigenvalues()[matrix.rows() - 1])),
+            solver.eigenvectors().col(matrix.rows() - 1)};
 }
 
-} // namespace
-
-double largest_angular_frequency(const ElasticBody &body, const Field &positions, const NodalConditions &conditions) {
-    const FreeComponents free(conditions.displacement);
+Pair highest_pair(const ElasticBody &body, const Field &positions, const FreeComponents &free) {
     if (free.size() == 0)
-        return 0.0;
+        return {};
     ScaledStiffness stiffness(body, positions, free);
     if (free.size() <= num_vectors_for_largest)
-        return std::sqrt(std::max(0.0, largest_of_few(stiffness)));
+        return highest_of_few(stiffness);
     // Three are asked for, so that a near copy of the largest is told from it and does not slow it down.
     Spectra::SymEigsSolver<ScaledStiffness> lanczos(stiffness, 3, num_vectors_for_largest);
     lanczos.init(); // from a random vector of fixed seed
@@ -79,7 +81,45 @@ double largest_angular_frequency(const ElasticBody &body, const Field &positions
     if (lanczos.info() != Spectra::CompInfo::Successful)
         throw std::runtime_error(
             fmt::format("the largest frequency did not converge in {} restarts of Lanczos's method", most_restarts));
-    return std::sqrt(lanczos.eigenvalues()[0]);
+    return {std::sqrt(lanczos.eigenvalues()[0]), lanczos.eigenvectors(1)};
+}
+
+} // namespace
+
+HighestMode highest_mode(const ElasticBody &body, const Field &positions, const NodalConditions &conditions) {
+    HighestMode mode;
+    mode.free = FreeComponents(conditions.displacement);
+    const auto [frequency, shape] = highest_pair(body, positions, mode.free);
+    mode.angular_frequency = frequency;
+    mode.shape.setZero(static_cast<Eigen::Index>(3 * positions.size()));
+    for (Eigen::Index c = 0; c < mode.shape.size(); ++c)
+        if (mode.free.is_free(c))
+            mode.shape[c] = shape[mode.free.number(c)];
+    return mode;
+}
+
+double largest_angular_frequency(const ElasticBody &body, const Field &positions, const NodalConditions &conditions) {
+    return highest_pair(body, positions, FreeComponents(conditions.displacement)).first;
+}
+
+double largest_angular_frequency(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
+                                 const HighestMode &of_less) {
+    const FreeComponents free(conditions.displacement);
+    Eigen::VectorXd trial(free.size()), image(free.size());
+    bool holds_more = true;
+    for (Eigen::Index c = 0; c < of_less.shape.size(); ++c)
+        if (free.is_free(c)) {
+            trial[free.number(c)] = of_less.shape[c];
+            holds_more = holds_more && of_less.free.is_free(c);
+        }
+    if (holds_more && trial.squaredNorm() > 0.0) {
+        ScaledStiffness(body, positions, free).perform_op(trial.data(), image.data());
+        const double above = of_less.angular_frequency * of_less.angular_frequency;
+        const double below = trial.dot(image) / trial.squaredNorm();
+        if (above - below <= largest_tolerance * above)
+            return of_less.angular_frequency;
+    }
+    return largest_angular_frequency(body, positions, conditions);
 }
 
 double gershgorin_angular_frequency(const ElasticBody &body, const Field &positions,

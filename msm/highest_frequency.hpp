@@ -1,8 +1,10 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "msm/elastic_body.hpp"
+#include "msm/free_components.hpp"
 #include "msm/nodal_conditions.hpp"
 
 /// What limits explicit steps: the highest frequency of a body linearised at rest, K phi = omega^2 M phi with K the
@@ -19,6 +21,25 @@ namespace livermark::msm {
 /// @throws std::runtime_error if the iteration does not converge
 double largest_angular_frequency(const ElasticBody &body, const std::vector<core::Vector3> &positions,
                                  const NodalConditions &conditions);
+
+/// The mode of the largest omega.
+struct HighestMode {
+    double angular_frequency = 0.0; ///< [rad/s]
+    Eigen::VectorXd shape;          ///< (3N) M^1/2 phi, of length 1; zero where held
+    FreeComponents free{{}};
+};
+
+/// @throws std::runtime_error if the iteration does not converge
+HighestMode highest_mode(const ElasticBody &body, const std::vector<core::Vector3> &positions,
+                         const NodalConditions &conditions);
+
+/// The largest omega by the highest mode of the same body where it is held less, for bodies that are held here and
+/// there one after the other. What holds more has no frequency above it (Cauchy's interlacing), and none of its largest
+/// is below the Rayleigh quotient of any trial vector: a mode that hardly reaches what is held beside leaves nothing
+/// between both, which a single product shows. Otherwise Lanczos's method looks for another one.
+/// @param of_less  of the same body; Lanczos's method is taken as well where that holds something else
+double largest_angular_frequency(const ElasticBody &body, const std::vector<core::Vector3> &positions,
+                                 const NodalConditions &conditions, const HighestMode &of_less);
 
 /// A bound on the largest omega from above for the price of one pass over the terms: Gershgorin's, with the 3 x 3 block
 /// of each node in place of a row,

@@ -128,6 +128,50 @@ TEST(SpringSpectrum, LargestFrequencyIsThatOfTheFullMatrix) {
     }
 }
 
+/// Held at its side, the box has another highest mode than free, or not, depending on where it is.
+TEST(SpringSpectrum, LargestFrequencyIsFoundFromTheBodyHeldLess) {
+    const auto free = shaken_box(Hold::nothing);
+    const auto mode = msm::highest_mode(free.network, free.positions, free.conditions);
+    EXPECT_EQ(mode.angular_frequency, largest(free));
+    EXPECT_NEAR(mode.shape.norm(), 1.0, 1e-12);
+    for (const auto hold : {Hold::nothing, Hold::side, Hold::rollers}) {
+        const auto springs = shaken_box(hold);
+        const double found =
+            msm::largest_angular_frequency(springs.network, springs.positions, springs.conditions, mode);
+        EXPECT_NEAR(found / largest(springs), 1.0, 1e-9);
+    }
+}
+
+/// A stiff spring near one end swings by itself: whether its mode is looked for again depends on what is held.
+TEST(SpringSpectrum, LocalHighestModeIsThatOfTheBodyHeldMore) {
+    auto springs = chain(60);
+    springs.network.stiffness[50] *= 100.0;
+    springs.conditions.displacement.front().setConstant(nan);
+    springs.conditions.displacement.back().setConstant(nan);
+    const auto held_at = [&](std::size_t node) {
+        auto conditions = springs.conditions;
+        conditions.displacement[node].setZero();
+        return conditions;
+    };
+    const auto alone = [&](const msm::NodalConditions &conditions) {
+        return msm::largest_angular_frequency(springs.network, springs.positions, conditions);
+    };
+    const auto free = msm::highest_mode(springs.network, springs.positions, springs.conditions);
+    const auto by_mode = [&](const msm::NodalConditions &conditions, const msm::HighestMode &mode) {
+        return msm::largest_angular_frequency(springs.network, springs.positions, conditions, mode);
+    };
+    EXPECT_EQ(by_mode(held_at(30), free), free.angular_frequency); // as far away as to leave a part of 1e-30
+    EXPECT_LT(by_mode(held_at(50), free), 0.9 * free.angular_frequency);
+    EXPECT_EQ(by_mode(held_at(50), free), alone(held_at(50)));
+    // The mode of what is held elsewhere says nothing, even if its frequency is lower.
+    const auto elsewhere = msm::highest_mode(springs.network, springs.positions, held_at(50));
+    EXPECT_EQ(by_mode(held_at(30), elsewhere), alone(held_at(30)));
+    auto all_held = springs.conditions;
+    for (auto &displacement : all_held.displacement)
+        displacement.setZero();
+    EXPECT_EQ(by_mode(all_held, free), 0.0);
+}
+
 /// K phi = omega^2 M phi on the free components, zero on the held ones, and phi^T M psi = 1 or 0.
 TEST(SpringSpectrum, ShapesSolveTheEigenproblem) {
     const auto springs = shaken_box(Hold::rollers);
