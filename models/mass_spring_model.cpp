@@ -128,7 +128,9 @@ class Kept {
             const auto start = Clock::now();
             highest_.angular_frequency = largest_angular_frequency(conditions);
             highest_.seconds = seconds(Clock::now() - start);
-            steps_ = msm::explicit_steps(parts_->body, points, conditions, highest_.angular_frequency);
+            const bool is_measured = steps_ && !steps_->kernel.empty(); // not where nothing could move
+            steps_ = is_measured ? msm::held_otherwise(*steps_, highest_.angular_frequency)
+                                 : msm::explicit_steps(parts_->body, points, conditions, highest_.angular_frequency);
             held_in_steps_ = conditions.displacement;
         }
         return *steps_;

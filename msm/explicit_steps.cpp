@@ -14,17 +14,22 @@ namespace {
 
 /// The other core may be busy with the same memory: the shortest of these is close to what an idle machine takes.
 constexpr int num_timed_steps = 40;
+constexpr auto integrator_name = "symplectic_euler";
+
+double critical(double highest) {
+    return critical_time_step(find_integrator(integrator_name), {}, highest, highest);
+}
 
 } // namespace
 
 core::ExplicitSteps explicit_steps(const ElasticBody &body, const std::vector<core::Vector3> &positions,
                                    const NodalConditions &conditions, double highest) {
     using Clock = std::chrono::steady_clock;
-    const auto &integrator = find_integrator("symplectic_euler");
+    const auto &integrator = find_integrator(integrator_name);
     core::ExplicitSteps steps;
     if (!(highest > 0.0))
         return steps; // nothing can move: every step is stable
-    steps.critical_time_step = critical_time_step(integrator, {}, highest, highest);
+    steps.critical_time_step = critical(highest);
     const double time_step = default_safety_factor * steps.critical_time_step;
     const auto measure = [&](const std::function<void()> &take_step) {
         take_step(); // brings everything into the caches
@@ -45,6 +50,13 @@ core::ExplicitSteps explicit_steps(const ElasticBody &body, const std::vector<co
         State state{Eigen::VectorXd::Zero(size), Eigen::VectorXd::Zero(size)};
         measure([&] { stepper.take(state, 1); });
     }
+    return steps;
+}
+
+core::ExplicitSteps held_otherwise(core::ExplicitSteps steps, double highest) {
+    if (!(highest > 0.0))
+        return {};
+    steps.critical_time_step = critical(highest);
     return steps;
 }
 

@@ -17,4 +17,9 @@ namespace livermark::msm {
 core::ExplicitSteps explicit_steps(const ElasticBody &body, const std::vector<core::Vector3> &positions,
                                    const NodalConditions &conditions, double highest);
 
+/// Those of the same body where other components are held, which changes how long steps are but not how long they take.
+/// @param steps    of the body; measured
+/// @param highest  with these held [rad/s]
+core::ExplicitSteps held_otherwise(core::ExplicitSteps steps, double highest);
+
 } // namespace livermark::msm

@@ -4,6 +4,7 @@
 #include <limits>
 #include <numbers>
 
+#include "msm/explicit_steps.hpp"
 #include "msm/free_components.hpp"
 #include "msm/highest_frequency.hpp"
 #include "msm/spectrum.hpp"
@@ -235,6 +236,19 @@ TEST(SpringSpectrum, BoundIsAboveTheLargestFrequencyAndBelowTheRowSums) {
     // Where neighbours swing against each other there is nothing between the bound and the frequency.
     EXPECT_GE(bound(chain(300)), largest(chain(300)));
     EXPECT_NEAR(bound(chain(300)), 2.0 * std::sqrt(chain_stiffness / chain_mass), 1e-12);
+}
+
+TEST(ExplicitSteps, HeldOtherwiseAreLongerOrShorterButTakeAsLong) {
+    const auto springs = shaken_box(Hold::side);
+    const double highest = largest(springs);
+    const auto steps = msm::explicit_steps(springs.network, springs.positions, springs.conditions, highest);
+    EXPECT_NEAR(steps.critical_time_step, 2.0 / highest, 1e-12 * steps.critical_time_step);
+    EXPECT_GT(steps.seconds_per_step, 0.0);
+    const auto others = msm::held_otherwise(steps, 4.0 * highest);
+    EXPECT_NEAR(others.critical_time_step, 0.25 * steps.critical_time_step, 1e-12 * steps.critical_time_step);
+    EXPECT_EQ(others.seconds_per_step, steps.seconds_per_step);
+    EXPECT_EQ(others.kernel, steps.kernel);
+    EXPECT_EQ(msm::held_otherwise(steps, 0.0).critical_time_step, std::numeric_limits<double>::infinity());
 }
 
 TEST(SpringSpectrum, IsTheSameEveryTime) {
