@@ -3,15 +3,12 @@
 #include <algorithm>
 #include <exception>
 #include <fmt/format.h>
-#include <iterator>
+
+#include "app/loads.hpp"
 
 namespace livermark::app {
 
 namespace {
-
-std::string name_of(const core::Problem &problem) {
-    return fmt::format("{} / {}", problem.body->name, problem.load_case.name);
-}
 
 void answer_each(const core::Model &model, const WorkItem &item, const std::vector<core::Problem> &problems,
                  const AnswerFolder &folder, const std::function<void(const std::string &)> &starting) {

@@ -41,10 +41,6 @@ bool is_kept(const core::Problem &problem, const RunOptions &options, const resu
     return options.resume && results::kept_result(file_of(problem, options), problem, provenance);
 }
 
-std::string name_of(const core::Problem &problem) {
-    return fmt::format("{} / {}", problem.body->name, problem.load_case.name);
-}
-
 /// Of the largest body. What is solved together on the refined mesh of a liver takes 145 kB for each tetrahedron,
 /// measured; no other model takes as much.
 double bytes_per_worker(const RunTask &task) {

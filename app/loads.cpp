@@ -1,6 +1,7 @@
 #include "app/loads.hpp"
 
 #include <exception>
+#include <fmt/format.h>
 
 #include "app/amplitudes.hpp"
 #include "app/batches.hpp"
@@ -30,6 +31,10 @@ std::vector<core::Problem> problems_of(const std::vector<LoadedProblem> &loads) 
     for (const auto &load : loads)
         problems.push_back(load.problem);
     return problems;
+}
+
+std::string name_of(const core::Problem &problem) {
+    return fmt::format("{} / {}", problem.body->name, problem.load_case.name);
 }
 
 } // namespace livermark::app

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "app/run_task.hpp"
@@ -21,5 +22,8 @@ std::vector<LoadedProblem> load_all(const RunTask &task, const RunOptions &optio
 
 /// What they are of.
 std::vector<core::Problem> problems_of(const std::vector<LoadedProblem> &loads);
+
+/// For people: body and load case.
+std::string name_of(const core::Problem &problem);
 
 } // namespace livermark::app
