@@ -25,7 +25,7 @@ std::vector<Batch> wanted_batches(const Batches &all, int body, const std::funct
 }
 
 /// As many batches at once as models take less time for together.
-void add_answers(WorkPlan &plan, std::vector<std::size_t> models, const std::vector<Batch> &batches,
+void add_answers(WorkPlan &plan, const std::vector<std::size_t> &models, const std::vector<Batch> &batches,
                  std::size_t most_at_once) {
     const auto group = static_cast<int>(plan.waits_for.size());
     plan.waits_for.emplace_back();
