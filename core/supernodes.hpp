@@ -6,7 +6,8 @@
 namespace livermark::core {
 
 /// Where the entries of a supernodal triangular factor L stand: columns of a supernode follow each other and have the
-/// same rows, which begin with those of the columns themselves. Its values are a dense matrix, column by column.
+/// same rows, which begin with those of the columns themselves. Its values are a dense matrix, column by column. It is
+/// CHOLMOD's own form, whose solves are in double precision only and go through all of L.
 struct Supernodes {
     std::span<const int> first_column; ///< (S + 1)
     std::span<const int> row_start;    ///< (S + 1) index into row
