@@ -77,6 +77,11 @@ struct Run {
     std::optional<AnswerFolder> folder{}; ///< if there are answers
 };
 
+void tell_times(TimeSpent &spent, std::size_t load, const core::Tell &tell) {
+    for (const auto &[stage, seconds] : spent.stages())
+        tell(to_text(News::time, load, stage, seconds));
+}
+
 /// Holds the contest of one problem and keeps the result, or what is there.
 /// @throws core::InputError on one rank, if the result cannot be kept
 void hold_one(const Run &run, std::size_t load, const core::Tell &tell) {
@@ -111,8 +116,7 @@ void hold_one(const Run &run, std::size_t load, const core::Tell &tell) {
     } catch (const std::exception &error) {
         tell(to_text(News::failure, load, fmt::format("{}: {}", name_of(problem), error.what())));
     }
-    for (const auto &[stage, seconds] : spent.stages())
-        tell(to_text(News::time, load, stage, seconds));
+    tell_times(spent, load, tell);
 }
 
 void answer_some(const Run &run, const WorkItem &item, const core::Tell &tell) {
@@ -122,8 +126,7 @@ void answer_some(const Run &run, const WorkItem &item, const core::Tell &tell) {
         tell(to_text(News::step, load, fmt::format("{} / {}", about, model)));
         spent.begin(model);
     });
-    for (const auto &[stage, seconds] : spent.stages())
-        tell(to_text(News::time, load, stage, seconds));
+    tell_times(spent, load, tell);
 }
 
 /// @param at_group  of the item before, of the same worker

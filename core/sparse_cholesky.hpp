@@ -44,6 +44,9 @@ class SparseCholesky {
     /// and so takes half of the time. The first one keeps a copy of the factor.
     Eigen::MatrixXd solve_roughly(const Eigen::Ref<const Eigen::MatrixXd> &right_hand_sides) const;
 
+    /// One of the two.
+    using Solve = Eigen::MatrixXd (SparseCholesky::*)(const Eigen::Ref<const Eigen::MatrixXd> &) const;
+
   private:
     struct Impl;
     std::unique_ptr<Impl> impl_;

@@ -100,16 +100,6 @@ std::vector<double> roots_of(std::vector<double> values) {
     return values;
 }
 
-void add_scaled(std::span<const double> factor, std::span<const double> x, std::span<double> y) {
-    with_lanes(static_cast<int>(factor.size()), [&]<int L>() {
-        std::array<double, L> by{};
-        std::ranges::copy(factor, by.begin());
-        for (std::size_t i = 0; i < x.size(); i += L)
-            for (int c = 0; c < L; ++c)
-                y[i + c] += by[c] * x[i + c];
-    });
-}
-
 void scale(std::span<const double> factor, std::span<double> y) {
     scale_each(factor, y);
 }

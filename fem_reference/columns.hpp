@@ -56,11 +56,8 @@ std::vector<double> dots(std::span<const double> a, std::span<const double> b, i
 /// Their square roots.
 std::vector<double> roots_of(std::vector<double> values);
 
-/// y_c += factor_c x_c
-/// @param factor  shape (lanes)
-void add_scaled(std::span<const double> factor, std::span<const double> x, std::span<double> y);
-
 /// y_c = factor_c y_c
+/// @param factor  shape (lanes)
 void scale(std::span<const double> factor, std::span<double> y);
 void scale(std::span<const double> factor, std::span<float> y);
 

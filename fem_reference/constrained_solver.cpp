@@ -18,7 +18,7 @@ namespace {
 constexpr double singular_pivot_ratio = 1e-12;
 
 using Clock = std::chrono::steady_clock;
-using Solve = Eigen::MatrixXd (core::SparseCholesky::*)(const Eigen::Ref<const Eigen::MatrixXd> &) const;
+using Solve = core::SparseCholesky::Solve;
 constexpr std::array single_column{0};
 
 double seconds_since(Clock::time_point start) {

@@ -1,6 +1,5 @@
 #include "fem_reference/iterative_solver.hpp"
 
-#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>

@@ -84,6 +84,10 @@ Vector residual(const Scaled &system, const Vector &right_hand_side, const Vecto
     return left;
 }
 
+void add(Vector &sum, const KrylovVector &summand) {
+    std::ranges::transform(sum, summand, sum.begin(), std::plus<>());
+}
+
 /// Rounds of iterations until the preconditioned residual is small.
 /// @param size      of the preconditioned load, of which the right-hand side may be a part
 /// @param unknowns  zero
@@ -92,7 +96,7 @@ SaddlePointEnding iterate(const Scaled &system, double size, double goal, int ma
     SaddlePointEnding ending;
     KrylovVector correction(right_hand_side.size()), to_solve(right_hand_side.size()), seen(right_hand_side.size());
     Vector left(right_hand_side);
-    std::ranges::copy(left, to_solve.begin());
+    to_solve = left;
     while (size > goal) {
         dealii::ReductionControl control(max_iterations - ending.iterations, reserve * goal, furthest_round);
         correction = 0.0F;
@@ -104,9 +108,9 @@ SaddlePointEnding iterate(const Scaled &system, double size, double goal, int ma
             ending.converged = false;
         }
         ending.iterations += static_cast<int>(control.last_step());
-        std::ranges::transform(unknowns, correction, unknowns.begin(), std::plus<>());
+        add(unknowns, correction);
         left = residual(system, right_hand_side, unknowns);
-        std::ranges::copy(left, to_solve.begin());
+        to_solve = left;
         system.precondition(seen, to_solve);
         const double before = size;
         size = seen.l2_norm();
@@ -114,9 +118,7 @@ SaddlePointEnding iterate(const Scaled &system, double size, double goal, int ma
         if (!ending.converged)
             break;
     }
-    std::ranges::transform(
-        unknowns, seen, unknowns.begin(),
-        std::plus<>()); // what is left is known as the preconditioner sees it: it makes the answer better for nothing
+    add(unknowns, seen); // as the preconditioner sees what is left: the answer gets better for nothing
     return ending;
 }
 
@@ -181,9 +183,9 @@ SaddlePointEnding solve(const SaddlePoint &matrix, Preconditioner &inverse, Cons
     };
     fill(whole);
     KrylovVector seen(right_hand_side.size()), to_see(right_hand_side.size());
-    std::ranges::copy(right_hand_side, to_see.begin());
+    to_see = right_hand_side;
     system.precondition(seen, to_see);
-    std::ranges::copy(seen, unknowns.begin());
+    unknowns = seen;
 
     // Displacements and pressures of every column begin at one: what is left of all together is no less than of each.
     const auto first_u = part(unknowns, 0, u.size()), first_p = part(unknowns, u.size(), p.size());

@@ -153,12 +153,11 @@ class Kept {
     /// Whatever was asked for before, the bits are the same.
     double largest_angular_frequency(const msm::NodalConditions &conditions) {
         const auto &points = body_->mesh.points;
-        const auto common = common_conditions();
-        if (!common)
-            return msm::largest_angular_frequency(parts_->body, points, conditions);
         if (!highest_mode_)
-            highest_mode_ = msm::highest_mode(parts_->body, points, *common);
-        return msm::largest_angular_frequency(parts_->body, points, conditions, *highest_mode_);
+            if (const auto common = common_conditions())
+                highest_mode_ = msm::highest_mode(parts_->body, points, *common);
+        return highest_mode_ ? msm::largest_angular_frequency(parts_->body, points, conditions, *highest_mode_)
+                             : msm::largest_angular_frequency(parts_->body, points, conditions);
     }
 
     MakeMassSprings make_;

@@ -91,10 +91,9 @@ HighestMode highest_mode(const ElasticBody &body, const Field &positions, const 
     mode.free = FreeComponents(conditions.displacement);
     const auto [frequency, shape] = highest_pair(body, positions, mode.free);
     mode.angular_frequency = frequency;
-    mode.shape.setZero(static_cast<Eigen::Index>(3 * positions.size()));
-    for (Eigen::Index c = 0; c < mode.shape.size(); ++c)
-        if (mode.free.is_free(c))
-            mode.shape[c] = shape[mode.free.number(c)];
+    Field field(positions.size(), core::Vector3::Zero());
+    mode.free.add(field, shape, 1.0);
+    mode.shape = to_unknowns(field);
     return mode;
 }
 
@@ -105,13 +104,10 @@ double largest_angular_frequency(const ElasticBody &body, const Field &positions
 double largest_angular_frequency(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
                                  const HighestMode &of_less) {
     const FreeComponents free(conditions.displacement);
-    Eigen::VectorXd trial(free.size()), image(free.size());
-    bool holds_more = true;
-    for (Eigen::Index c = 0; c < of_less.shape.size(); ++c)
-        if (free.is_free(c)) {
-            trial[free.number(c)] = of_less.shape[c];
-            holds_more = holds_more && of_less.free.is_free(c);
-        }
+    const auto is_free = free.are_free(), was_free = of_less.free.are_free();
+    const bool holds_more = std::ranges::equal(is_free, was_free, [](bool is, bool was) { return was || !is; });
+    const Eigen::VectorXd trial = free.gather(to_field(of_less.shape));
+    Eigen::VectorXd image(free.size());
     if (holds_more && trial.squaredNorm() > 0.0) {
         ScaledStiffness(body, positions, free).perform_op(trial.data(), image.data());
         const double above = of_less.angular_frequency * of_less.angular_frequency;

@@ -72,7 +72,7 @@ Eigen::VectorXd RestStiffness::inverse_times(const Eigen::VectorXd &force) const
     return inverse_times(force, &core::SparseCholesky::solve_roughly);
 }
 
-Eigen::VectorXd RestStiffness::inverse_times(const Eigen::VectorXd &force, Solve solve) const {
+Eigen::VectorXd RestStiffness::inverse_times(const Eigen::VectorXd &force, core::SparseCholesky::Solve solve) const {
     Eigen::VectorXd of_rows = Eigen::VectorXd::Zero(rows_->size());
     for (Eigen::Index c = 0; c < stiffness_.rows(); ++c)
         if (free_.is_free(c))

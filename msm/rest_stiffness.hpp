@@ -49,10 +49,8 @@ class RestStiffness {
                                      const std::vector<core::Vector3> &force) const;
 
   private:
-    using Solve = Eigen::MatrixXd (core::SparseCholesky::*)(const Eigen::Ref<const Eigen::MatrixXd> &) const;
-
     bool factorise(const FreeComponents &rows);
-    Eigen::VectorXd inverse_times(const Eigen::VectorXd &force, Solve solve) const;
+    Eigen::VectorXd inverse_times(const Eigen::VectorXd &force, core::SparseCholesky::Solve solve) const;
 
     Eigen::SparseMatrix<double> stiffness_; // (3N, 3N)
     double extent_ = 0.0;                   // [m]

@@ -176,7 +176,7 @@ void write_modes(hdf5::OutputFile &file, const ModelModes &model, std::size_t nu
     file.blocks(group + "/shape", model.modes.shape, num_nodes, "kg^-1/2");
 }
 
-void write_solution_of(const std::string &model, hdf5::OutputFile &file, const core::Solution &solution,
+void write_solution_of(hdf5::OutputFile &file, const std::string &model, const core::Solution &solution,
                        const core::LoadCase &load_case) {
     const std::string group = solution_group(model);
     file.group(group);
@@ -254,7 +254,7 @@ std::vector<char> file_image(const Result &result) {
     file.group("/solutions", true);
     file.group("/comparisons");
     for (const ModelResult &model : result.models) {
-        write_solution_of(model.name, file, model.solution, result.problem.load_case);
+        write_solution_of(file, model.name, model.solution, result.problem.load_case);
         file.text(solution_group(model.name), "summary", model.summary);
         file.text(solution_group(model.name), "source", model.source);
         if (model.comparison || model.band)
@@ -281,7 +281,7 @@ void write_solution(const std::filesystem::path &path, const core::Solution &sol
                     const core::LoadCase &load_case) {
     hdf5::OutputFile file(hdf5::OutputFile::Compression::none);
     file.group("/solutions");
-    write_solution_of(only_solution, file, solution, load_case);
+    write_solution_of(file, only_solution, solution, load_case);
     core::write_whole(path, file.image());
 }
 
