@@ -149,7 +149,7 @@ template <class T> class Steps : public FastSteps::Implementation {
 
     std::size_t working_set() const override {
         const auto &body = at_.body;
-        return bytes(body.neighbour) + bytes(body.stiffness) + bytes(body.half_pull) + bytes(body.corner) +
+        return bytes(body.neighbour) + bytes(body.spring) + bytes(body.spring_lines) + bytes(body.corner) +
                bytes(body.force_slot) + bytes(body.sum) + bytes(body.rest_volume) + bytes(body.volume_share) +
                bytes(body.tetrahedron_stiffness) + bytes(body.least_volume) + bytes(body.guard_stiffness) +
                bytes(body.member) + bytes(body.volume_stiffness) + bytes(at_.nodes) + bytes(at_.loads) +

@@ -22,23 +22,26 @@ std::vector<Share> shares(const std::vector<int> &running_cost, int num_threads)
     return shares;
 }
 
-/// The slices of a thread, those last that read rows of other threads. The forces of tetrahedra have barriers of their
-/// own, and all nodes may be read by the fans of others.
-template <class T> SliceShare shared_last(const SlicedBody<T> &body, const Share &share) {
-    SliceShare result;
-    for (int slice = share.first; slice < share.last; ++slice)
-        result.order.push_back(slice);
-    if (!body.rest_volume.empty())
+/// The pairs of slices of a thread, those last that read rows of other threads. The forces of tetrahedra have barriers of
+/// their own, and all nodes may be read by the fans of others.
+template <class T> PairShare shared_last(const SlicedBody<T> &body, const Share &share) {
+    PairShare result;
+    for (int pair = share.first; pair < share.last; ++pair)
+        result.order.push_back(pair);
+    if (!body.rest_volume.empty() || body.spring_lines.empty())
         return result;
     constexpr int line_size = 64 / sizeof(T);
     std::set<int> foreign;
-    const auto is_inner = [&](int slice) {
+    const auto is_inner = [&](int pair) {
         bool is = true;
-        for (int s = body.spring_start[slice] * slice_size; s < body.spring_start[slice + 1] * slice_size; ++s) {
-            const int other = body.neighbour[s] / 4 / slice_size;
-            if (other >= body.num_slices || (other >= share.first && other < share.last))
+        const auto &lines = body.spring_lines[pair];
+        const auto first = body.neighbour.begin() + static_cast<std::ptrdiff_t>(lines.first_neighbour) * slice_size;
+        const auto last = first + static_cast<std::ptrdiff_t>(lines.count.total()) * slice_size;
+        for (auto place = first; place != last; ++place) {
+            const int other = *place / 4 / pair_size;
+            if (2 * other >= body.num_slices || (other >= share.first && other < share.last))
                 continue;
-            foreign.insert(body.neighbour[s] / line_size * line_size);
+            foreign.insert(*place / line_size * line_size);
             is = false;
         }
         return is;
@@ -46,12 +49,28 @@ template <class T> SliceShare shared_last(const SlicedBody<T> &body, const Share
     const auto first_shared = std::stable_partition(result.order.begin(), result.order.end(), is_inner);
     result.num_inner = static_cast<std::size_t>(first_shared - result.order.begin());
     result.foreign.place.assign(foreign.begin(), foreign.end());
-    for (auto slice = first_shared; slice != result.order.end(); ++slice)
-        for (int place = 0; place < 4 * slice_size; place += line_size)
-            result.shared.place.push_back(4 * slice_size * *slice + place);
+    for (auto pair = first_shared; pair != result.order.end(); ++pair)
+        for (int place = 0; place < 4 * pair_size; place += line_size)
+            result.shared.place.push_back(4 * pair_size * *pair + place);
     for (auto *lines : {&result.foreign, &result.shared})
         lines->at_once = lines->place.size() / std::max<std::size_t>(1, result.num_inner / 2) + 1;
     return result;
+}
+
+/// What it takes to move the pairs of slices before each one: to fetch a line of neighbours takes about as long as the
+/// forces of a line of springs, and where there are no springs, nodes cost what it takes to collect the forces of
+/// tetrahedra.
+template <class T> std::vector<int> running_cost_of_pairs(const SlicedBody<T> &body) {
+    std::vector<int> cost;
+    for (const auto &lines : body.spring_lines)
+        cost.push_back(lines.first_neighbour + lines.first_spring);
+    if (!cost.empty())
+        cost.push_back(cost.back() + body.spring_lines.back().count.total() +
+                       body.spring_lines.back().count.num_springs());
+    else
+        for (int slice = 0; slice <= body.num_slices; slice += 2)
+            cost.push_back(body.sum_start[slice]);
+    return cost;
 }
 
 /// Of things that cost the same.
@@ -66,9 +85,8 @@ std::vector<int> running_count(int count) {
 
 template <class T> void share_work(StepWorkspace<T> &workspace, int num_threads) {
     const auto &body = workspace.body;
-    // Where there are no springs, nodes cost what it takes to collect the forces of tetrahedra.
-    for (const auto &share : shares(body.neighbour.empty() ? body.sum_start : body.spring_start, num_threads))
-        workspace.slices.push_back(shared_last(body, share));
+    for (const auto &share : shares(running_cost_of_pairs(body), num_threads))
+        workspace.pairs.push_back(shared_last(body, share));
     workspace.fan_slices = shares(body.fan_start, num_threads);
     workspace.chunks = shares(running_count(static_cast<int>(body.chunk_start.size()) - 1), num_threads);
     workspace.volume_slices = shares(body.volume_start, num_threads);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/tetra_mesh.hpp"
+#include "msm/kernels/spring_lanes.hpp"
 #include "msm/step_parts.hpp"
 
 namespace livermark::msm {
@@ -20,6 +21,17 @@ inline constexpr int chunk_size = 512;
 /// Starts at a cache line.
 template <class T> using Aligned = std::vector<T, boost::alignment::aligned_allocator<T, 64>>;
 
+/// Slices come in pairs: that of the first nodes of 16 lanes, and that of the second ones.
+inline constexpr int pair_size = 2 * slice_size;
+
+/// Springs at the nodes of a pair of slices: where their lines begin, in units of 16, and how many there are. The lines
+/// of neighbours are those that both nodes of a lane share, then those of the first nodes alone and of the second ones;
+/// the lines of springs are those between the nodes of a lane, then two for each of the shared, and one for each other.
+struct SpringLines {
+    int first_neighbour = 0, first_spring = 0;
+    LineCounts count;
+};
+
 /// A sparse matrix whose rows and columns are rows of a SlicedBody, 16 of which are a slice.
 template <class T> struct SlicedMatrix {
     std::vector<int> start; ///< (slices + 1) entries of the longest row of each, in units of 16
@@ -30,7 +42,9 @@ template <class T> struct SlicedMatrix {
 /// The parts of a body for vector units: sliced ELLPACK (SELL-C-sigma of Kreutzer et al. 2014, SIAM J. Sci. Comput.
 /// 36(5)). A slice is 16 nodes of about the same degree; the d-th neighbours of all of them are next to each other, and
 /// slices with fewer are filled up with springs of no stiffness. Every spring is kept at both of its ends, so that each
-/// node collects its own force and no two write to one place.
+/// node collects its own force and no two write to one place. To fetch a neighbour takes longer than the force of a
+/// spring: so a lane moves two nodes that share as many neighbours as they can, and fetches these once. The spring
+/// between the two is kept once.
 ///
 /// Where nodes are is kept in rows of four numbers, x y z and the pressure around the node, which one load brings. A
 /// node on a boundary between regions has a control volume in each: the first is in its own row, the others have copies
@@ -41,17 +55,16 @@ template <class T> struct SlicedMatrix {
 /// the same fans, and around nodes in the same control volumes.
 /// @tparam T  of everything that forces are made from
 template <class T> struct SlicedBody {
-    int num_slices = 0; ///< of nodes
+    int num_slices = 0; ///< of nodes, an even number
     int num_rows = 0;   ///< a multiple of 16, copies included; one more is the far one
     std::vector<int> row_of_node;
     std::vector<int> copy_start; ///< (slices + 1) first of its copies
     std::vector<int> copied_row; ///< what to copy, for each copy
     int first_copy = 0;          ///< the row of the first
 
-    std::vector<int> spring_start;   ///< (slices + 1), in units of 16
-    Aligned<std::int32_t> neighbour; ///< place of the other end: four times its row
-    Aligned<T> stiffness;            ///< k [N/m]
-    Aligned<T> half_pull;            ///< k l0 / 2 [N]
+    std::vector<SpringLines> spring_lines; ///< (slices / 2); empty if there are no springs
+    Aligned<std::int32_t> neighbour;       ///< (lines, 16) place of the other end: four times its row
+    Aligned<T> spring;                     ///< (lines, 2, 16) k [N/m] and k l0 / 2 [N]
 
     /// (fan slices + 1) tetrahedra of 16 fans, one of each on a line, in units of 16; short fans are filled up with
     /// tetrahedra without volume

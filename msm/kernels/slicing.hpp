@@ -11,8 +11,8 @@ namespace livermark::msm {
 /// Where a slice is filled up.
 inline constexpr int none = -1;
 
-constexpr int padded(int count) {
-    return (count + slice_size - 1) / slice_size * slice_size;
+constexpr int padded(int count, int size = slice_size) {
+    return (count + size - 1) / size * size;
 }
 
 /// Where the longest list of each slice ends, counted in lines of 16.
@@ -46,6 +46,11 @@ template <class T> Aligned<T> on_lines(const std::vector<double> &values, const 
             result[at] = static_cast<T>(values[lines.tetrahedron[at]]);
     return result;
 }
+
+/// Puts the neighbours of lanes and their springs on lines.
+/// @param body  with all of its rows
+template <class T>
+void slice_springs(const StepParts &parts, const std::vector<SpringLane> &lanes, SlicedBody<T> &body);
 
 /// The part of sliced_body() that tetrahedra have: fans, corner forces and volumes.
 /// @param body  with its nodes

@@ -58,12 +58,12 @@ struct Share {
 /// Cache lines of rows.
 struct CacheLines {
     std::vector<int> place;  ///< of the first number of each
-    std::size_t at_once = 0; ///< how many to ask for before each slice
+    std::size_t at_once = 0; ///< how many to ask for before each pair of slices
 };
 
-/// Slices of nodes that one thread moves. Those come last whose springs end at nodes of other threads: until then these
+/// Pairs of slices that one thread moves. Those come last whose springs end at nodes of other threads: until then these
 /// have time to move theirs, and what they have written has time to come.
-struct SliceShare {
+struct PairShare {
     std::vector<int> order;
     std::size_t num_inner = 0;
     CacheLines foreign; ///< rows of other threads that it reads
@@ -96,7 +96,7 @@ template <class T> struct StepWorkspace {
     Aligned<T> change, mean_change;
     Aligned<T> corner_force; ///< (places of all chunks and one that stays zero, 4) [N]
 
-    std::vector<SliceShare> slices;                       ///< of each thread
+    std::vector<PairShare> pairs;                         ///< of each thread
     std::vector<Share> fan_slices, volume_slices, chunks; ///< of each thread
 };
 

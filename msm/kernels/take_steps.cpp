@@ -62,23 +62,28 @@ HWY_INLINE void nodal_states(StepWorkspace<T> &at, int now, int thread, Barrier 
     barrier.wait();
 }
 
-/// The nodes of a slice to their rows of the next stage.
+/// The nodes of a pair of slices to their rows of the next stage.
 template <class Scheme, bool is_damped, class T>
-HWY_INLINE void move_slice(StepWorkspace<T> &at, int now, int slice, int stage) {
+HWY_INLINE void move_pair(StepWorkspace<T> &at, int now, int pair, int stage) {
     using D = Lanes<T>;
     constexpr D d;
+    const bool has_tetrahedra = !at.body.rest_volume.empty();
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
-        auto force = spring_forces<is_damped>(at, now, slice, lane);
-        if (!at.body.rest_volume.empty())
-            force = plus_corner_forces(D(), at, slice, lane, force);
-        advance<Scheme, is_damped>(D(), at, now, slice, lane, stage, force);
+        auto force = spring_forces<is_damped>(at, now, pair, lane);
+        if (has_tetrahedra) {
+            force.first = plus_corner_forces(D(), at, 2 * pair, lane, force.first);
+            force.second = plus_corner_forces(D(), at, 2 * pair + 1, lane, force.second);
+        }
+        advance<Scheme, is_damped>(D(), at, now, 2 * pair, lane, stage, force.first);
+        advance<Scheme, is_damped>(D(), at, now, 2 * pair + 1, lane, stage, force.second);
     }
     if (!at.body.copied_row.empty())
-        write_copies<is_damped>(at, 1 - now, slice);
+        for (const int slice : {2 * pair, 2 * pair + 1})
+            write_copies<is_damped>(at, 1 - now, slice);
 }
 
-/// Asks for cache lines of rows, some on the way of a thread through its slices.
-/// @param way  slices since it began to ask
+/// Asks for cache lines of rows, some on the way of a thread through its pairs of slices.
+/// @param way  pairs of slices since it began to ask
 template <class T, int for_writing>
 HWY_INLINE void ask_for(const Aligned<T> &rows, const CacheLines &lines, std::size_t way) {
     const std::size_t end = std::min(lines.place.size(), lines.at_once * (way + 1));
@@ -91,29 +96,29 @@ HWY_INLINE void ask_for(const Aligned<T> &rows, const CacheLines &lines, std::si
 /// another core takes as long as to move a slice.
 /// @param before  what to wait for, if anything
 template <class Scheme, bool is_damped, class T>
-HWY_INLINE void move_nodes(StepWorkspace<T> &at, int now, const SliceShare &slices, int stage, Barrier &barrier,
+HWY_INLINE void move_nodes(StepWorkspace<T> &at, int now, const PairShare &pairs, int stage, Barrier &barrier,
                            std::optional<Barrier::Round> before) {
     const auto wait = [&]() HWY_ATTR {
         if (before)
             barrier.wait_for(*before);
     };
-    if (slices.order.empty())
+    if (pairs.order.empty())
         wait();
-    const std::size_t half = slices.num_inner / 2;
-    for (std::size_t s = 0; s < slices.order.size(); ++s) {
+    const std::size_t half = pairs.num_inner / 2;
+    for (std::size_t s = 0; s < pairs.order.size(); ++s) {
         if (s == half)
             wait();
         if (s >= half) {
-            ask_for<T, 0>(at.rows[now], slices.foreign, s - half);
-            ask_for<T, 1>(at.rows[1 - now], slices.shared, s - half);
+            ask_for<T, 0>(at.rows[now], pairs.foreign, s - half);
+            ask_for<T, 1>(at.rows[1 - now], pairs.shared, s - half);
         }
-        move_slice<Scheme, is_damped>(at, now, slices.order[s], stage);
+        move_pair<Scheme, is_damped>(at, now, pairs.order[s], stage);
     }
 }
 
 template <class Scheme, bool is_damped, class T>
 void run(StepWorkspace<T> &at, int thread, int num_steps, Barrier &barrier) {
-    const auto &slices = at.slices[thread];
+    const auto &pairs = at.pairs[thread];
     const auto [first_chunk, last_chunk] = at.chunks[thread];
     const bool has_states = !at.body.member.empty(), has_tetrahedra = !at.body.rest_volume.empty();
     const int num_stages = at.scheme.num_stages();
@@ -130,7 +135,7 @@ void run(StepWorkspace<T> &at, int thread, int num_steps, Barrier &barrier) {
                     chunk_forces<is_damped>(at, now, chunk);
                 barrier.wait();
             }
-            move_nodes<Scheme, is_damped>(at, now, slices, stage, barrier, before);
+            move_nodes<Scheme, is_damped>(at, now, pairs, stage, barrier, before);
             if (step + 1 < num_steps || stage + 1 < num_stages)
                 before = barrier.arrive(); // the team waits for the last step
             now = 1 - now;
