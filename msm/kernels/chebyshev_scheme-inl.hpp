@@ -15,7 +15,7 @@ namespace livermark::msm::HWY_NAMESPACE {
 /// Where the numbers of one component of some nodes are: of stage j, which is evaluated, and of stage j - 1, in whose
 /// place stage j + 1 is written.
 template <class T> struct ChebyshevComponent {
-    double *position, *velocity;
+    Fine<T> position, velocity;
     T *first_acceleration, *for_position, *for_velocity, *position_before, *velocity_before;
 };
 
@@ -29,8 +29,8 @@ struct RungeKuttaChebyshev {
         NodeSlice<T> &node = at.nodes[slice];
         auto &stages = at.chebyshev_stages[slice];
         const std::size_t now = stage % 2;
-        return {node.position[c].data() + lane,
-                node.velocity[c].data() + lane,
+        return {at_lane(node.position, c, lane),
+                at_lane(node.velocity, c, lane),
                 stages.first_acceleration[c].data() + lane,
                 stages.for_position[now][c].data() + lane,
                 stages.for_velocity[now][c].data() + lane,
@@ -38,46 +38,41 @@ struct RungeKuttaChebyshev {
                 stages.for_velocity[1 - now][c].data() + lane};
     }
 
-    template <class T>
-    static HWY_INLINE DoubleVec velocity_now(const StepScheme & /*scheme*/, int stage, double step,
-                                             const ChebyshevComponent<T> &at) {
-        const auto velocity = dn::Load(Doubles(), at.velocity);
-        return stage == 0 ? velocity : dn::MulAdd(dn::Set(Doubles(), step), as_double(at.for_velocity), velocity);
+    template <class D, class T>
+    static HWY_INLINE hn::Vec<D> velocity_now(D d, const StepScheme & /*scheme*/, int stage, T step,
+                                              const ChebyshevComponent<T> &at) {
+        const auto velocity = hn::Load(d, at.velocity.high);
+        return stage == 0 ? velocity : hn::MulAdd(hn::Set(d, step), hn::Load(d, at.for_velocity), velocity);
     }
 
-    template <class T>
-    static HWY_INLINE Motion advance(const StepScheme &scheme, int stage, double step, DoubleVec a,
-                                     const ChebyshevComponent<T> &at) {
-        constexpr Doubles d;
+    template <class D, class T>
+    static HWY_INLINE Motion<D> advance(D d, const StepScheme &scheme, int stage, T step, hn::Vec<D> a,
+                                        const ChebyshevComponent<T> &at) {
         const auto &next = scheme.chebyshev[stage];
-        const auto h = dn::Set(d, step), mu_tilde = dn::Set(d, next.mu_tilde);
-        auto for_velocity = dn::Mul(mu_tilde, a);
-        auto for_position = dn::Zero(d);
+        const auto set = [&](double value) HWY_ATTR { return hn::Set(d, static_cast<T>(value)); };
+        const auto h = hn::Set(d, step), mu_tilde = set(next.mu_tilde);
+        auto for_velocity = hn::Mul(mu_tilde, a);
+        auto for_position = hn::Zero(d);
         if (stage == 0) {
-            store_as(a, at.first_acceleration);
+            hn::Store(a, d, at.first_acceleration);
         } else {
-            const auto mu = dn::Set(d, next.mu), w = as_double(at.for_velocity);
-            for_velocity = dn::MulAdd(dn::Set(d, next.gamma_tilde), as_double(at.first_acceleration), for_velocity);
-            for_velocity = dn::MulAdd(mu, w, for_velocity);
-            for_position = dn::MulAdd(mu, as_double(at.for_position), dn::Mul(mu_tilde, w));
+            const auto mu = set(next.mu), w = hn::Load(d, at.for_velocity);
+            for_velocity = hn::MulAdd(set(next.gamma_tilde), hn::Load(d, at.first_acceleration), for_velocity);
+            for_velocity = hn::MulAdd(mu, w, for_velocity);
+            for_position = hn::MulAdd(mu, hn::Load(d, at.for_position), hn::Mul(mu_tilde, w));
             if (stage > 1) {
-                const auto nu = dn::Set(d, next.nu);
-                for_velocity = dn::MulAdd(nu, as_double(at.velocity_before), for_velocity);
-                for_position = dn::MulAdd(nu, as_double(at.position_before), for_position);
+                const auto nu = set(next.nu);
+                for_velocity = hn::MulAdd(nu, hn::Load(d, at.velocity_before), for_velocity);
+                for_position = hn::MulAdd(nu, hn::Load(d, at.position_before), for_position);
             }
         }
-        const auto velocity = dn::Load(d, at.velocity);
-        const auto along = dn::MulAdd(h, for_position, dn::Mul(dn::Set(d, next.time), velocity));
-        const auto moved = dn::MulAdd(h, along, dn::Load(d, at.position));
-        const auto later = dn::MulAdd(h, for_velocity, velocity);
-        if (stage + 1 == scheme.num_stages()) {
-            dn::Store(moved, d, at.position);
-            dn::Store(later, d, at.velocity);
-        } else {
-            store_as(for_position, at.position_before);
-            store_as(for_velocity, at.velocity_before);
-        }
-        return {moved, later};
+        const auto velocity = hn::Load(d, at.velocity.high);
+        const auto along = hn::MulAdd(h, for_position, hn::Mul(set(next.time), velocity));
+        if (stage + 1 == scheme.num_stages())
+            return {move_by(d, at.position, h, along), move_by(d, at.velocity, h, for_velocity)};
+        hn::Store(for_position, d, at.position_before);
+        hn::Store(for_velocity, d, at.velocity_before);
+        return {moved_by(d, at.position, h, along), moved_by(d, at.velocity, h, for_velocity)};
     }
 };
 

@@ -96,20 +96,24 @@ template <class T> class Steps : public FastSteps::Implementation {
         for (std::size_t i = 0; i < positions.size(); ++i)
             for (int c = 0; c < 3; ++c) {
                 const bool is_free = std::isnan(conditions.displacement[i][c]);
-                of(&NodeSlice<T>::free_per_mass, i, c) = is_free ? static_cast<T>(1.0 / body.node_mass[i]) : T(0);
+                const auto [slice, lane] = slot(i);
+                at_.nodes[slice].free_per_mass[c][lane] = is_free ? static_cast<T>(1.0 / body.node_mass[i]) : T(0);
             }
         set_loads(conditions.force);
+        keep_rest();
         const auto size = static_cast<Eigen::Index>(3 * positions.size());
         Steps::set_state({Eigen::VectorXd::Zero(size), Eigen::VectorXd::Zero(size)});
     }
 
     void set_state(const State &state) override {
         for (std::size_t i = 0; i < rest_.size(); ++i)
-            for (int c = 0; c < 3; ++c) {
-                const auto unknown = static_cast<Eigen::Index>(3 * i) + c;
-                const bool is_free = of(&NodeSlice<T>::free_per_mass, i, c) != 0.0;
-                of(&NodeSlice<T>::position, i, c) = rest_[i][c] + state.displacement[unknown];
-                of(&NodeSlice<T>::velocity, i, c) = is_free ? state.velocity[unknown] : 0.0;
+            for (std::size_t c = 0; c < 3; ++c) {
+                const auto unknown = static_cast<Eigen::Index>(3 * i + c);
+                const auto [slice, lane] = slot(i);
+                auto &node = at_.nodes[slice];
+                const bool is_free = node.free_per_mass[c][lane] != 0.0;
+                node.position.set(c, lane, rest_[i][c] + state.displacement[unknown]);
+                node.velocity.set(c, lane, is_free ? state.velocity[unknown] : 0.0);
             }
         write_rows(&NodeSlice<T>::position, at_.rows[at_.now]);
         if (!at_.velocity_rows[at_.now].empty())
@@ -119,27 +123,25 @@ template <class T> class Steps : public FastSteps::Implementation {
     State state() const override {
         const auto size = static_cast<Eigen::Index>(3 * rest_.size());
         State state{Eigen::VectorXd(size), Eigen::VectorXd(size)};
-        for (std::size_t i = 0; i < rest_.size(); ++i)
-            for (int c = 0; c < 3; ++c) {
-                const auto unknown = static_cast<Eigen::Index>(3 * i) + c;
-                state.displacement[unknown] = of(&NodeSlice<T>::position, i, c) - rest_[i][c];
-                state.velocity[unknown] = of(&NodeSlice<T>::velocity, i, c);
-            }
+        for (std::size_t i = 0; i < rest_.size(); ++i) {
+            const auto first = static_cast<Eigen::Index>(3 * i);
+            state.displacement.segment<3>(first) = vector_at(&NodeSlice<T>::position, i) - rest_[i];
+            state.velocity.segment<3>(first) = vector_at(&NodeSlice<T>::velocity, i);
+        }
         return state;
     }
 
     core::Vector3 displacement(int node) const override {
         const auto i = static_cast<std::size_t>(node);
-        const auto at = [&](int c) { return of(&NodeSlice<T>::position, i, c); };
-        return core::Vector3(at(0), at(1), at(2)) - rest_[i];
+        return vector_at(&NodeSlice<T>::position, i) - rest_[i];
     }
 
     void set_load(int node, const core::Vector3 &force) override {
         if (at_.loads.empty())
             at_.loads.assign(at_.body.num_slices, {});
-        const int row = at_.body.row_of_node[node];
-        for (int c = 0; c < 3; ++c)
-            at_.loads[row / slice_size][c][row % slice_size] = static_cast<T>(force[c]);
+        const auto [slice, lane] = slot(static_cast<std::size_t>(node));
+        for (std::size_t c = 0; c < 3; ++c)
+            at_.loads[slice][c][lane] = static_cast<T>(force[c]);
     }
 
     void take(int num_steps) override {
@@ -169,20 +171,35 @@ template <class T> class Steps : public FastSteps::Implementation {
             set_load(static_cast<int>(i), force[i]);
     }
 
-    template <class U> U &of(SliceField<U> NodeSlice<T>::*field, std::size_t node, int component) {
-        const int row = at_.body.row_of_node[node];
-        return (at_.nodes[row / slice_size].*field)[component][row % slice_size];
-    }
-    template <class U> U of(SliceField<U> NodeSlice<T>::*field, std::size_t node, int component) const {
-        const int row = at_.body.row_of_node[node];
-        return (at_.nodes[row / slice_size].*field)[component][row % slice_size];
+    /// What is at rest is to have no displacement: positions to the digits in which they are kept.
+    void keep_rest() {
+        FineField<T> kept;
+        for (auto &x : rest_)
+            for (std::size_t c = 0; c < 3; ++c) {
+                kept.set(c, 0, x[c]);
+                x[c] = kept.get(c, 0);
+            }
     }
 
-    void write_rows(SliceField<double> NodeSlice<T>::*field, Aligned<T> &rows) const {
+    struct Slot {
+        std::size_t slice, lane;
+    };
+    Slot slot(std::size_t node) const {
+        const auto row = static_cast<std::size_t>(at_.body.row_of_node[node]);
+        return {row / slice_size, row % slice_size};
+    }
+
+    core::Vector3 vector_at(FineField<T> NodeSlice<T>::*field, std::size_t node) const {
+        const auto [slice, lane] = slot(node);
+        const auto &of_slice = at_.nodes[slice].*field;
+        return {of_slice.get(0, lane), of_slice.get(1, lane), of_slice.get(2, lane)};
+    }
+
+    void write_rows(FineField<T> NodeSlice<T>::*field, Aligned<T> &rows) const {
         for (int row = 0; row < at_.body.first_copy; ++row)
-            for (int c = 0; c < 3; ++c)
+            for (std::size_t c = 0; c < 3; ++c)
                 rows[4 * static_cast<std::size_t>(row) + c] =
-                    static_cast<T>((at_.nodes[row / slice_size].*field)[c][row % slice_size]);
+                    (at_.nodes[row / slice_size].*field).high[c][row % slice_size];
         for (std::size_t c = 0; c < at_.body.copied_row.size(); ++c)
             std::copy_n(rows.begin() + 4 * static_cast<std::ptrdiff_t>(at_.body.copied_row[c]), 4,
                         rows.begin() + 4 * (at_.body.first_copy + static_cast<std::ptrdiff_t>(c)));

@@ -8,28 +8,62 @@
 
 #include <algorithm>
 
-#include "msm/kernels/doubles-inl.hpp"
 #include "msm/kernels/step_workspace.hpp"
 #include "msm/kernels/vectors-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
 
+/// A component of some nodes to more digits than a vector has: see FineField. There is no low part in double precision.
+template <class T> struct Fine {
+    T *high, *low;
+};
+
+HWY_INLINE Fine<float> at_lane(FineField<float> &field, std::size_t component, std::size_t lane) {
+    return {field.high[component].data() + lane, field.low[component].data() + lane};
+}
+HWY_INLINE Fine<double> at_lane(FineField<double> &field, std::size_t component, std::size_t lane) {
+    return {field.high[component].data() + lane, nullptr};
+}
+
+/// value + factor * change, to the digits of a vector.
+template <class D> HWY_INLINE hn::Vec<D> moved_by(D d, Fine<float> value, hn::Vec<D> factor, hn::Vec<D> change) {
+    return hn::Add(hn::Load(d, value.high), hn::MulAdd(factor, change, hn::Load(d, value.low)));
+}
+template <class D> HWY_INLINE hn::Vec<D> moved_by(D d, Fine<double> value, hn::Vec<D> factor, hn::Vec<D> change) {
+    return hn::MulAdd(factor, change, hn::Load(d, value.high));
+}
+
+/// Adds factor * change, and keeps what rounding takes away. @return the sum, to the digits of a vector
+template <class D> HWY_INLINE hn::Vec<D> move_by(D d, Fine<float> value, hn::Vec<D> factor, hn::Vec<D> change) {
+    const auto high = hn::Load(d, value.high);
+    const auto by = hn::MulAdd(factor, change, hn::Load(d, value.low));
+    const auto sum = hn::Add(high, by);
+    hn::Store(hn::Sub(by, hn::Sub(sum, high)), d, value.low);
+    hn::Store(sum, d, value.high);
+    return sum;
+}
+template <class D> HWY_INLINE hn::Vec<D> move_by(D d, Fine<double> value, hn::Vec<D> factor, hn::Vec<D> change) {
+    const auto sum = moved_by(d, value, factor, change);
+    hn::Store(sum, d, value.high);
+    return sum;
+}
+
 /// A component of some nodes where the next stage is to be evaluated.
-struct Motion {
-    DoubleVec position, velocity;
+template <class D> struct Motion {
+    hn::Vec<D> position, velocity;
 };
 
 /// Where the numbers of one component of some nodes are.
 template <class T> struct Component {
-    double *position, *velocity;
+    Fine<T> position, velocity;
     T *acceleration, *for_position, *for_velocity; ///< not looked at by methods of one stage
 };
 
 template <class T>
 HWY_INLINE Component<T> component_without_stages(StepWorkspace<T> &at, int slice, std::size_t c, std::size_t lane) {
     NodeSlice<T> &node = at.nodes[slice];
-    return {node.position[c].data() + lane, node.velocity[c].data() + lane, nullptr, nullptr, nullptr};
+    return {at_lane(node.position, c, lane), at_lane(node.velocity, c, lane), nullptr, nullptr, nullptr};
 }
 
 template <class T>
@@ -42,9 +76,12 @@ HWY_INLINE Component<T> component_with_stages(StepWorkspace<T> &at, int slice, s
     return of_node;
 }
 
-template <class T> HWY_INLINE DoubleVec add_to(T *sum, bool is_first, DoubleVec value) {
-    const auto total = is_first ? value : dn::Add(as_double(sum), value);
-    store_as(total, sum);
+/// Adds factor * change, or begins with it.
+template <class D, class T>
+HWY_INLINE hn::Vec<D> add_to(D d, T *sum, bool is_first, double factor, hn::Vec<D> change) {
+    const auto by = hn::Set(d, static_cast<T>(factor));
+    const auto total = is_first ? hn::Mul(by, change) : hn::MulAdd(by, change, hn::Load(d, sum));
+    hn::Store(total, d, sum);
     return total;
 }
 
@@ -55,22 +92,18 @@ struct SymplecticEuler {
         return component_without_stages(at, slice, c, lane);
     }
 
-    template <class T>
-    static HWY_INLINE DoubleVec velocity_now(const StepScheme & /*scheme*/, int /*stage*/, double /*step*/,
-                                             const Component<T> &at) {
-        return dn::Load(Doubles(), at.velocity);
+    template <class D, class T>
+    static HWY_INLINE hn::Vec<D> velocity_now(D d, const StepScheme & /*scheme*/, int /*stage*/, T /*step*/,
+                                              const Component<T> &at) {
+        return hn::Load(d, at.velocity.high);
     }
 
-    template <class T>
-    static HWY_INLINE Motion advance(const StepScheme & /*scheme*/, int /*stage*/, double step, DoubleVec a,
-                                     const Component<T> &at) {
-        constexpr Doubles d;
-        const auto h = dn::Set(d, step);
-        const auto velocity = dn::MulAdd(h, a, dn::Load(d, at.velocity));
-        const auto position = dn::MulAdd(h, velocity, dn::Load(d, at.position));
-        dn::Store(velocity, d, at.velocity);
-        dn::Store(position, d, at.position);
-        return {position, velocity};
+    template <class D, class T>
+    static HWY_INLINE Motion<D> advance(D d, const StepScheme & /*scheme*/, int /*stage*/, T step, hn::Vec<D> a,
+                                        const Component<T> &at) {
+        const auto h = hn::Set(d, step);
+        const auto velocity = move_by(d, at.velocity, h, a);
+        return {move_by(d, at.position, h, velocity), velocity};
     }
 };
 
@@ -82,28 +115,24 @@ struct VelocityVerlet {
     }
 
     /// The second evaluation is at a guess, v + h a.
-    template <class T>
-    static HWY_INLINE DoubleVec velocity_now(const StepScheme & /*scheme*/, int stage, double step,
-                                             const Component<T> &at) {
-        const auto velocity = dn::Load(Doubles(), at.velocity);
-        return stage == 0 ? velocity : dn::MulAdd(dn::Set(Doubles(), step), as_double(at.acceleration), velocity);
+    template <class D, class T>
+    static HWY_INLINE hn::Vec<D> velocity_now(D d, const StepScheme & /*scheme*/, int stage, T step,
+                                              const Component<T> &at) {
+        return stage == 0 ? hn::Load(d, at.velocity.high)
+                          : moved_by(d, at.velocity, hn::Set(d, step), hn::Load(d, at.acceleration));
     }
 
-    template <class T>
-    static HWY_INLINE Motion advance(const StepScheme & /*scheme*/, int stage, double step, DoubleVec a,
-                                     const Component<T> &at) {
-        constexpr Doubles d;
-        const auto h = dn::Set(d, step), half = dn::Set(d, 0.5 * step);
-        const auto velocity = dn::Load(d, at.velocity), position = dn::Load(d, at.position);
+    template <class D, class T>
+    static HWY_INLINE Motion<D> advance(D d, const StepScheme & /*scheme*/, int stage, T step, hn::Vec<D> a,
+                                        const Component<T> &at) {
+        const auto h = hn::Set(d, step), half = hn::Set(d, step / 2);
         if (stage == 0) {
-            const auto moved = dn::MulAdd(h, dn::MulAdd(half, a, velocity), position);
-            dn::Store(moved, d, at.position);
-            store_as(a, at.acceleration);
-            return {moved, dn::MulAdd(h, a, velocity)};
+            hn::Store(a, d, at.acceleration);
+            const auto along = hn::MulAdd(half, a, hn::Load(d, at.velocity.high));
+            return {move_by(d, at.position, h, along), moved_by(d, at.velocity, h, a)};
         }
-        const auto later = dn::MulAdd(half, dn::Add(as_double(at.acceleration), a), velocity);
-        dn::Store(later, d, at.velocity);
-        return {position, later};
+        const auto later = move_by(d, at.velocity, half, hn::Add(hn::Load(d, at.acceleration), a));
+        return {hn::Load(d, at.position.high), later};
     }
 };
 
@@ -117,36 +146,33 @@ struct RungeKutta {
         return component_with_stages(at, slice, c, lane);
     }
 
-    template <class T>
-    static HWY_INLINE DoubleVec velocity_now(const StepScheme &scheme, int stage, double step, const Component<T> &at) {
-        const auto velocity = dn::Load(Doubles(), at.velocity);
-        return stage == 0 ? velocity
-                          : dn::MulAdd(dn::Set(Doubles(), step * scheme.next[stage - 1]), as_double(at.acceleration),
-                                       velocity);
+    template <class D, class T>
+    static HWY_INLINE hn::Vec<D> velocity_now(D d, const StepScheme &scheme, int stage, T step,
+                                              const Component<T> &at) {
+        const auto velocity = hn::Load(d, at.velocity.high);
+        if (stage == 0)
+            return velocity;
+        const auto since = hn::Set(d, step * static_cast<T>(scheme.next[stage - 1]));
+        return hn::MulAdd(since, hn::Load(d, at.acceleration), velocity);
     }
 
-    template <class T>
-    static HWY_INLINE Motion advance(const StepScheme &scheme, int stage, double step, DoubleVec a,
-                                     const Component<T> &at) {
-        constexpr Doubles d;
-        const auto h = dn::Set(d, step);
-        const auto position = dn::Load(d, at.position), velocity = dn::Load(d, at.velocity);
+    template <class D, class T>
+    static HWY_INLINE Motion<D> advance(D d, const StepScheme &scheme, int stage, T step, hn::Vec<D> a,
+                                        const Component<T> &at) {
+        const auto h = hn::Set(d, step);
         const bool is_first = stage == 0;
-        const auto for_velocity = add_to(at.for_velocity, is_first, dn::Mul(dn::Set(d, scheme.weight[stage]), a));
+        const auto for_velocity = add_to(d, at.for_velocity, is_first, scheme.weight[stage], a);
         if (stage + 1 == scheme.num_stages()) {
-            const auto sum = is_first ? dn::Zero(d) : as_double(at.for_position);
-            const auto moved = dn::MulAdd(h, dn::MulAdd(h, sum, velocity), position);
-            const auto later = dn::MulAdd(h, for_velocity, velocity);
-            dn::Store(moved, d, at.position);
-            dn::Store(later, d, at.velocity);
-            return {moved, later};
+            const auto sum = is_first ? hn::Zero(d) : hn::Load(d, at.for_position);
+            const auto along = hn::MulAdd(h, sum, hn::Load(d, at.velocity.high));
+            return {move_by(d, at.position, h, along), move_by(d, at.velocity, h, for_velocity)};
         }
         const double next = scheme.next[stage];
-        add_to(at.for_position, is_first, dn::Mul(dn::Set(d, scheme.weight[stage + 1] * next), a));
-        const auto c = dn::Set(d, step * next);
-        const auto moved = dn::MulAdd(c, velocity_now(scheme, stage, step, at), position);
-        store_as(a, at.acceleration);
-        return {moved, dn::MulAdd(c, a, velocity)};
+        const auto velocity = velocity_now(d, scheme, stage, step, at);
+        add_to(d, at.for_position, is_first, scheme.weight[stage + 1] * next, a);
+        hn::Store(a, d, at.acceleration);
+        const auto since = hn::Set(d, step * static_cast<T>(next));
+        return {moved_by(d, at.position, since, velocity), moved_by(d, at.velocity, since, a)};
     }
 };
 
@@ -172,37 +198,22 @@ template <class Scheme, bool is_damped, class D, class T>
 HWY_INLINE void advance(D d, StepWorkspace<T> &at, int now, int slice, std::size_t lane, int stage,
                         const Vec3<D> &force) {
     const NodeSlice<T> &node = at.nodes[slice];
-    const auto alpha = dn::Set(Doubles(), at.alpha);
-    const double step = at.time_step;
+    const auto alpha = hn::Set(d, static_cast<T>(at.alpha));
+    const T step = static_cast<T>(at.time_step);
     const bool has_loads = !at.loads.empty();
-    const auto component = [&](const hn::Vec<D> &of_force, std::size_t c, hn::Vec<D> &position,
-                               hn::Vec<D> &velocity) HWY_ATTR {
-        DoubleVec total[num_parts<D>()], positions[num_parts<D>()], velocities[num_parts<D>()];
-        to_doubles(d, of_force, total);
-        for (std::size_t part = 0; part < num_parts<D>(); ++part) {
-            const std::size_t l = lane + part * dn::Lanes(Doubles());
-            const auto of_node = Scheme::component(at, stage, slice, c, l);
-            if (has_loads)
-                total[part] = dn::Add(total[part], as_double(at.loads[slice][c].data() + l));
-            const auto velocity_now = Scheme::velocity_now(at.scheme, stage, step, of_node);
-            const auto a =
-                dn::NegMulAdd(alpha, velocity_now, dn::Mul(total[part], as_double(node.free_per_mass[c].data() + l)));
-            const auto next = Scheme::advance(at.scheme, stage, step, a, of_node);
-            positions[part] = next.position;
-            velocities[part] = next.velocity;
-        }
-        position = from_doubles(d, positions);
-        if constexpr (is_damped)
-            velocity = from_doubles(d, velocities);
+    const auto component = [&](hn::Vec<D> total, std::size_t c) HWY_ATTR {
+        const auto of_node = Scheme::component(at, stage, slice, c, lane);
+        if (has_loads)
+            total = hn::Add(total, hn::Load(d, at.loads[slice][c].data() + lane));
+        const auto per_mass = hn::Mul(total, hn::Load(d, node.free_per_mass[c].data() + lane));
+        const auto a = hn::NegMulAdd(alpha, Scheme::velocity_now(d, at.scheme, stage, step, of_node), per_mass);
+        return Scheme::advance(d, at.scheme, stage, step, a, of_node);
     };
-    auto position = force, velocity = force;
-    component(force.x, 0, position.x, velocity.x);
-    component(force.y, 1, position.y, velocity.y);
-    component(force.z, 2, position.z, velocity.z);
+    const Motion<D> x = component(force.x, 0), y = component(force.y, 1), z = component(force.z, 2);
     const std::size_t row = (static_cast<std::size_t>(slice) * slice_size + lane) * 4;
-    write_rows(d, position, at.rows[1 - now].data() + row);
+    write_rows(d, Vec3<D>{x.position, y.position, z.position}, at.rows[1 - now].data() + row);
     if constexpr (is_damped)
-        write_rows(d, velocity, at.velocity_rows[1 - now].data() + row);
+        write_rows(d, Vec3<D>{x.velocity, y.velocity, z.velocity}, at.velocity_rows[1 - now].data() + row);
 }
 
 } // namespace livermark::msm::HWY_NAMESPACE

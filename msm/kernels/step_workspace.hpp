@@ -29,10 +29,27 @@ struct StepScheme {
 /// A vector at each node of a slice, one component behind the other.
 template <class T> using SliceField = std::array<std::array<T, slice_size>, 3>;
 
-/// Nodes of one slice. Where they are and how fast they go is in double precision, whatever the forces have.
+/// The same to twice the digits where T has few: what many small steps add up to. (Dekker 1971, Numer. Math. 18)
+template <class T> struct FineField {
+    SliceField<T> high;
+    void set(std::size_t component, std::size_t lane, double value) { high[component][lane] = static_cast<T>(value); }
+    double get(std::size_t component, std::size_t lane) const { return high[component][lane]; }
+};
+template <> struct FineField<float> {
+    SliceField<float> high, low; ///< their sum is meant, of which high is what a float can hold
+    void set(std::size_t component, std::size_t lane, double value) {
+        high[component][lane] = static_cast<float>(value);
+        low[component][lane] = static_cast<float>(value - double{high[component][lane]});
+    }
+    double get(std::size_t component, std::size_t lane) const {
+        return double{high[component][lane]} + double{low[component][lane]};
+    }
+};
+
+/// Nodes of one slice.
 template <class T> struct alignas(64) NodeSlice {
-    SliceField<double> position; ///< x less the origin [m]
-    SliceField<double> velocity; ///< [m/s]
+    FineField<T> position;       ///< x less the origin [m]
+    FineField<T> velocity;       ///< [m/s]
     SliceField<T> free_per_mass; ///< 1/m [1/kg], 0 where held
 };
 
