@@ -10,8 +10,8 @@ namespace livermark::msm {
 
 namespace {
 
-/// As for single nodes: large enough to find lanes that are alike, small enough to stay near.
-constexpr std::size_t window = 256;
+/// Lanes, 256 nodes as elsewhere: large enough to find some that are alike, small enough to stay near.
+constexpr std::size_t window = 128;
 
 struct SpringEnd {
     int neighbour, spring;

@@ -28,7 +28,7 @@ struct SpringLane {
 };
 
 /// Pairs all nodes, those first that share most neighbours, and the rest as they come. The lanes are in reverse
-/// Cuthill-McKee order, and sorted by falling number of neighbours within windows of 256.
+/// Cuthill-McKee order, and sorted by falling number of neighbours within windows of 128.
 /// @param parts  with springs, between node numbers below num_nodes
 std::vector<SpringLane> spring_lanes(const StepParts &parts, int num_nodes);
 
