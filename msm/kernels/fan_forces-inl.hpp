@@ -84,7 +84,7 @@ struct FanLines {
           end(static_cast<std::size_t>(body.fan_start[slice + 1]) * slice_size) {}
 };
 
-/// Volume that each tetrahedron of the fans of a slice has gained, and beta times how fast it does.
+/// Volume that the tetrahedra at each corner of the fans of a slice have gained, and beta times how fast they do.
 template <bool is_damped, class T> HWY_INLINE void volume_gains(StepWorkspace<T> &at, int now, int slice) {
     using D = Lanes<T>;
     constexpr D d;
@@ -99,13 +99,21 @@ template <bool is_damped, class T> HWY_INLINE void volume_gains(StepWorkspace<T>
         rates.begin(d, at, now, corner);
         corner += 2 * slice_size;
         auto from = fetch_rim(D(), axis, rows, corner);
-        for (std::size_t t = lines.first; t < lines.end; t += slice_size) {
+        T *on_axis = at.gain.data() + lines.corner, *on_rim = on_axis + 2 * slice_size;
+        auto before = hn::Zero(d), sum = before;
+        for (std::size_t t = lines.first; t < lines.end; t += slice_size, on_rim += slice_size) {
             corner += slice_size;
             const auto to = fetch_rim(D(), axis, rows, corner);
             const auto volume = volume_between<is_damped>(D(), at, now, from, to, corner, rates);
-            hn::Store(hn::MulSub(volume, sixth, hn::Load(d, body.rest_volume.data() + t)), d, at.gain.data() + t);
+            const auto gain = hn::MulSub(volume, sixth, hn::Load(d, body.rest_volume.data() + t));
+            hn::Store(hn::Add(before, gain), d, on_rim);
+            sum = hn::Add(sum, gain);
+            before = gain;
             from = to;
         }
+        hn::Store(before, d, on_rim);
+        hn::Store(sum, d, on_axis);
+        hn::Store(sum, d, on_axis + slice_size);
     }
 }
 

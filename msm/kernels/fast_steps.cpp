@@ -81,7 +81,7 @@ template <class T> class Steps : public FastSteps::Implementation {
         for (auto &rows : at_.rows)
             std::fill(rows.end() - 4, rows.end(), static_cast<T>(far));
         if (at_.body.coupled_modulus.empty()) {
-            at_.gain.assign(at_.body.rest_volume.size() + slice_size, T(0));
+            at_.gain.assign(at_.body.corner.size() + slice_size, T(0));
         } else {
             at_.strain.assign(8 * (at_.body.rest_volume.size() + 1), T(0));
             for (auto &rows : at_.stress)

@@ -95,9 +95,9 @@ template <class T> struct SlicedBody {
     Aligned<T> inner_modulus;   ///< (lines, 16) of springs inside a tetrahedron [Pa]
     Aligned<T> coupled_modulus; ///< (rows) 1/16 of the shear modulus of springs around a node, by volume [Pa/m^3]
 
-    std::vector<int> volume_start; ///< (rows / 16 + 1) tetrahedra around the nodes of the rows, in units of 16
-    Aligned<std::int32_t> member;  ///< the tetrahedron; one behind the last where there is none;
-                                   ///< where springs are coupled, eight times that
+    std::vector<int> volume_start; ///< (rows / 16 + 1) corners of fans at the nodes of the rows, in units of 16
+    Aligned<std::int32_t> member;  ///< the corner; one behind the last where there is none. Where springs are coupled,
+                                   ///< eight times a tetrahedron around the node
     Aligned<T> volume_stiffness;   ///< (rows) a quarter of the pressure for each m^3 gained [Pa/m^3]
     /// From the sums of what the tetrahedra around nodes have gained to means of relative changes [1/m^3]; empty if no
     /// means are resisted.

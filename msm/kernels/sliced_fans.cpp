@@ -81,27 +81,55 @@ template <class T> Lines lines_of(const std::vector<Fan> &fans, SlicedBody<T> &b
     return lines;
 }
 
+/// What a row adds up.
+struct Member {
+    int row, number;
+};
+
+/// Tetrahedra in the control volume of each row.
+std::vector<Member> tetrahedra_of_rows(const StepParts &parts, const std::vector<int> &row_of_volume,
+                                       const Lines &lines) {
+    std::vector<Member> members;
+    for (std::size_t at = 0; at < lines.tetrahedron.size(); ++at)
+        if (lines.tetrahedron[at] != none)
+            for (const int c : parts.corner_volume[lines.tetrahedron[at]])
+                members.push_back({row_of_volume[c], static_cast<int>(at)});
+    return members;
+}
+
+/// Corners of fans at each row, which have the sums over the tetrahedra there: less than half as many.
+template <class T> std::vector<Member> corners_of_rows(const Lines &lines, const SlicedBody<T> &body) {
+    std::vector<Member> members;
+    for (std::size_t slice = 0; slice + 1 < body.fan_start.size(); ++slice) {
+        const auto first = (static_cast<std::size_t>(body.fan_start[slice]) + 3 * slice) * slice_size;
+        const auto end = (static_cast<std::size_t>(body.fan_start[slice + 1]) + 3 * (slice + 1)) * slice_size;
+        for (auto at = first; at < end; ++at) {
+            const bool is_filled_up = at >= first + 3 * slice_size && lines.node[at] == lines.node[at - slice_size];
+            if (lines.node[at] != none && !is_filled_up)
+                members.push_back({body.corner[at] / 4, static_cast<int>(at)});
+        }
+    }
+    return members;
+}
+
 template <class T>
 void slice_volumes(const StepParts &parts, const std::vector<int> &row_of_volume, const Lines &lines,
                    SlicedBody<T> &body) {
+    const bool is_coupled = !parts.coupled_modulus.empty();
+    const auto members = is_coupled ? tetrahedra_of_rows(parts, row_of_volume, lines) : corners_of_rows(lines, body);
     std::vector<int> count(body.num_rows, 0);
-    for (const auto &volumes : parts.corner_volume)
-        for (const int c : volumes)
-            ++count[row_of_volume[c]];
+    for (const auto &member : members)
+        ++count[member.row];
     body.volume_start = starts(count);
     body.member.assign(static_cast<std::size_t>(body.volume_start.back()) * slice_size,
-                       static_cast<int>(lines.tetrahedron.size()));
+                       static_cast<int>(is_coupled ? lines.tetrahedron.size() : lines.node.size()));
+    std::vector<int> used(body.num_rows, 0);
+    for (const auto &[row, number] : members)
+        body.member[place(body.volume_start, row, used[row])] = number;
     if (!parts.volume_stiffness.empty())
         body.volume_stiffness.assign(body.num_rows, T(0));
     for (std::size_t c = 0; c < parts.volume_stiffness.size(); ++c)
         body.volume_stiffness[row_of_volume[c]] = static_cast<T>(0.25 * parts.volume_stiffness[c]);
-    std::vector<int> used(body.num_rows, 0);
-    for (std::size_t at = 0; at < lines.tetrahedron.size(); ++at)
-        if (lines.tetrahedron[at] != none)
-            for (const int c : parts.corner_volume[lines.tetrahedron[at]]) {
-                const int row = row_of_volume[c];
-                body.member[place(body.volume_start, row, used[row])] = static_cast<std::int32_t>(at);
-            }
 }
 
 /// factor a b of each tetrahedron, empty if there is no b.

@@ -102,7 +102,9 @@ template <class T> struct StepWorkspace {
     /// read while the other is written.
     std::array<Aligned<T>, 2> rows, velocity_rows;
     int now = 0;     ///< which of the two is read when the next steps begin
-    Aligned<T> gain; ///< (lines * 16 + 16) volume gained by each tetrahedron, and zeros for nobody's [m^3]
+    /// (corners of fans + 16) volume gained by the tetrahedra of a fan at each of its corners, and zeros for nobody's
+    /// [m^3]
+    Aligned<T> gain;
     /// (lines * 16 + 1, 8) of springs that are coupled: volume times the strain of each tetrahedron, xx yy zz xy yz zx,
     /// and the volume that it has gained; zeros for nobody's [m^3]
     Aligned<T> strain;
