@@ -78,55 +78,55 @@ HWY_INLINE Component<T> component_with_stages(StepWorkspace<T> &at, int slice, s
 
 /// Adds factor * change, or begins with it.
 template <class D, class T>
-HWY_INLINE hn::Vec<D> add_to(D d, T *sum, bool is_first, double factor, hn::Vec<D> change) {
-    const auto by = hn::Set(d, static_cast<T>(factor));
+HWY_INLINE hn::Vec<D> add_to(D d, T *sum, bool is_first, T factor, hn::Vec<D> change) {
+    const auto by = hn::Set(d, factor);
     const auto total = is_first ? hn::Mul(by, change) : hn::MulAdd(by, change, hn::Load(d, sum));
     hn::Store(total, d, sum);
     return total;
 }
 
-struct SymplecticEuler {
-    template <class T>
-    static HWY_INLINE Component<T> component(StepWorkspace<T> &at, int /*stage*/, int slice, std::size_t c,
-                                             std::size_t lane) {
+// What a method does at a stage, with the numbers that it needs there: they are made once for all slices.
+
+template <class T> class SymplecticEuler {
+  public:
+    SymplecticEuler(const StepScheme & /*scheme*/, int /*stage*/, double step) : step_(static_cast<T>(step)) {}
+
+    HWY_INLINE Component<T> component(StepWorkspace<T> &at, int slice, std::size_t c, std::size_t lane) const {
         return component_without_stages(at, slice, c, lane);
     }
 
-    template <class D, class T>
-    static HWY_INLINE hn::Vec<D> velocity_now(D d, const StepScheme & /*scheme*/, int /*stage*/, T /*step*/,
-                                              const Component<T> &at) {
+    template <class D> HWY_INLINE hn::Vec<D> velocity_now(D d, const Component<T> &at) const {
         return hn::Load(d, at.velocity.high);
     }
 
-    template <class D, class T>
-    static HWY_INLINE Motion<D> advance(D d, const StepScheme & /*scheme*/, int /*stage*/, T step, hn::Vec<D> a,
-                                        const Component<T> &at) {
-        const auto h = hn::Set(d, step);
+    template <class D> HWY_INLINE Motion<D> advance(D d, hn::Vec<D> a, const Component<T> &at) const {
+        const auto h = hn::Set(d, step_);
         const auto velocity = move_by(d, at.velocity, h, a);
         return {move_by(d, at.position, h, velocity), velocity};
     }
+
+  private:
+    T step_;
 };
 
-struct VelocityVerlet {
-    template <class T>
-    static HWY_INLINE Component<T> component(StepWorkspace<T> &at, int /*stage*/, int slice, std::size_t c,
-                                             std::size_t lane) {
+template <class T> class VelocityVerlet {
+  public:
+    VelocityVerlet(const StepScheme & /*scheme*/, int stage, double step)
+        : step_(static_cast<T>(step)), is_first_(stage == 0) {}
+
+    HWY_INLINE Component<T> component(StepWorkspace<T> &at, int slice, std::size_t c, std::size_t lane) const {
         return component_with_stages(at, slice, c, lane);
     }
 
     /// The second evaluation is at a guess, v + h a.
-    template <class D, class T>
-    static HWY_INLINE hn::Vec<D> velocity_now(D d, const StepScheme & /*scheme*/, int stage, T step,
-                                              const Component<T> &at) {
-        return stage == 0 ? hn::Load(d, at.velocity.high)
-                          : moved_by(d, at.velocity, hn::Set(d, step), hn::Load(d, at.acceleration));
+    template <class D> HWY_INLINE hn::Vec<D> velocity_now(D d, const Component<T> &at) const {
+        return is_first_ ? hn::Load(d, at.velocity.high)
+                         : moved_by(d, at.velocity, hn::Set(d, step_), hn::Load(d, at.acceleration));
     }
 
-    template <class D, class T>
-    static HWY_INLINE Motion<D> advance(D d, const StepScheme & /*scheme*/, int stage, T step, hn::Vec<D> a,
-                                        const Component<T> &at) {
-        const auto h = hn::Set(d, step), half = hn::Set(d, step / 2);
-        if (stage == 0) {
+    template <class D> HWY_INLINE Motion<D> advance(D d, hn::Vec<D> a, const Component<T> &at) const {
+        const auto h = hn::Set(d, step_), half = hn::Set(d, step_ / 2);
+        if (is_first_) {
             hn::Store(a, d, at.acceleration);
             const auto along = hn::MulAdd(half, a, hn::Load(d, at.velocity.high));
             return {move_by(d, at.position, h, along), moved_by(d, at.velocity, h, a)};
@@ -134,52 +134,56 @@ struct VelocityVerlet {
         const auto later = move_by(d, at.velocity, half, hn::Add(hn::Load(d, at.acceleration), a));
         return {hn::Load(d, at.position.high), later};
     }
+
+  private:
+    T step_;
+    bool is_first_;
 };
 
 /// Stage s is evaluated at v_s = v + h c_(s-1) a_(s-1) and x_s = x + h c_(s-1) v_(s-1). With the weights w_s, which add
 /// up to one, the step is v + h sum w_s a_s and x + h v + h^2 sum w_(s+1) c_s a_s: sums of accelerations, which need no
 /// more digits than the forces have.
-struct RungeKutta {
-    template <class T>
-    static HWY_INLINE Component<T> component(StepWorkspace<T> &at, int /*stage*/, int slice, std::size_t c,
-                                             std::size_t lane) {
+template <class T> class RungeKutta {
+  public:
+    RungeKutta(const StepScheme &scheme, int stage, double step)
+        : step_(static_cast<T>(step)), weight_(static_cast<T>(scheme.weight[stage])), is_first_(stage == 0),
+          is_last_(stage + 1 == scheme.num_stages()) {
+        if (!is_first_)
+            before_ = static_cast<T>(step * scheme.next[stage - 1]);
+        if (!is_last_) {
+            next_ = static_cast<T>(step * scheme.next[stage]);
+            weight_in_position_ = static_cast<T>(scheme.weight[stage + 1] * scheme.next[stage]);
+        }
+    }
+
+    HWY_INLINE Component<T> component(StepWorkspace<T> &at, int slice, std::size_t c, std::size_t lane) const {
         return component_with_stages(at, slice, c, lane);
     }
 
-    template <class D, class T>
-    static HWY_INLINE hn::Vec<D> velocity_now(D d, const StepScheme &scheme, int stage, T step,
-                                              const Component<T> &at) {
+    template <class D> HWY_INLINE hn::Vec<D> velocity_now(D d, const Component<T> &at) const {
         const auto velocity = hn::Load(d, at.velocity.high);
-        if (stage == 0)
-            return velocity;
-        const auto since = hn::Set(d, step * static_cast<T>(scheme.next[stage - 1]));
-        return hn::MulAdd(since, hn::Load(d, at.acceleration), velocity);
+        return is_first_ ? velocity : hn::MulAdd(hn::Set(d, before_), hn::Load(d, at.acceleration), velocity);
     }
 
-    template <class D, class T>
-    static HWY_INLINE Motion<D> advance(D d, const StepScheme &scheme, int stage, T step, hn::Vec<D> a,
-                                        const Component<T> &at) {
-        const auto h = hn::Set(d, step);
-        const bool is_first = stage == 0;
-        const auto for_velocity = add_to(d, at.for_velocity, is_first, scheme.weight[stage], a);
-        if (stage + 1 == scheme.num_stages()) {
-            const auto sum = is_first ? hn::Zero(d) : hn::Load(d, at.for_position);
+    template <class D> HWY_INLINE Motion<D> advance(D d, hn::Vec<D> a, const Component<T> &at) const {
+        const auto velocity = velocity_now(d, at);
+        const auto for_velocity = add_to(d, at.for_velocity, is_first_, weight_, a);
+        if (is_last_) {
+            const auto h = hn::Set(d, step_);
+            const auto sum = is_first_ ? hn::Zero(d) : hn::Load(d, at.for_position);
             const auto along = hn::MulAdd(h, sum, hn::Load(d, at.velocity.high));
             return {move_by(d, at.position, h, along), move_by(d, at.velocity, h, for_velocity)};
         }
-        const double next = scheme.next[stage];
-        const auto velocity = velocity_now(d, scheme, stage, step, at);
-        add_to(d, at.for_position, is_first, scheme.weight[stage + 1] * next, a);
+        add_to(d, at.for_position, is_first_, weight_in_position_, a);
         hn::Store(a, d, at.acceleration);
-        const auto since = hn::Set(d, step * static_cast<T>(next));
-        return {moved_by(d, at.position, since, velocity), moved_by(d, at.velocity, since, a)};
+        const auto next = hn::Set(d, next_);
+        return {moved_by(d, at.position, next, velocity), moved_by(d, at.velocity, next, a)};
     }
-};
 
-/// Puts vectors at nodes of a slice into their rows.
-template <class D, class T> HWY_INLINE void write_rows(D d, const Vec3<D> &value, T *rows) {
-    hn::StoreInterleaved4(value.x, value.y, value.z, hn::Zero(d), d, rows);
-}
+  private:
+    T step_, weight_, before_ = T(0), next_ = T(0), weight_in_position_ = T(0);
+    bool is_first_, is_last_;
+};
 
 /// Where a node of a slice has copies of its row, these follow it.
 template <bool is_damped, class T> HWY_INLINE void write_copies(StepWorkspace<T> &at, int next, int slice) {
@@ -193,27 +197,35 @@ template <bool is_damped, class T> HWY_INLINE void write_copies(StepWorkspace<T>
     }
 }
 
-/// From the forces on nodes of a slice, those from `lane` on, to their rows of the next stage.
-template <class Scheme, bool is_damped, class D, class T>
-HWY_INLINE void advance(D d, StepWorkspace<T> &at, int now, int slice, std::size_t lane, int stage,
-                        const Vec3<D> &force) {
-    const NodeSlice<T> &node = at.nodes[slice];
-    const auto alpha = hn::Set(d, static_cast<T>(at.alpha));
-    const T step = static_cast<T>(at.time_step);
-    const bool has_loads = !at.loads.empty();
-    const auto component = [&](hn::Vec<D> total, std::size_t c) HWY_ATTR {
-        const auto of_node = Scheme::component(at, stage, slice, c, lane);
-        if (has_loads)
-            total = hn::Add(total, hn::Load(d, at.loads[slice][c].data() + lane));
-        const auto per_mass = hn::Mul(total, hn::Load(d, node.free_per_mass[c].data() + lane));
-        const auto a = hn::NegMulAdd(alpha, Scheme::velocity_now(d, at.scheme, stage, step, of_node), per_mass);
-        return Scheme::advance(d, at.scheme, stage, step, a, of_node);
-    };
-    const Motion<D> x = component(force.x, 0), y = component(force.y, 1), z = component(force.z, 2);
+/// From the forces on nodes of a slice, those from `lane` on, to their rows of the next stage. Everything is looked up
+/// before anything is stored, because the compiler cannot know that vectors are not stored over what it looks up.
+template <bool is_damped, class Scheme, class D, class T>
+HWY_INLINE void advance(D d, const Scheme &scheme, StepWorkspace<T> &at, int now, int slice, std::size_t lane,
+                        Vec3<D> force) {
+    const auto of_x = scheme.component(at, slice, 0, lane), of_y = scheme.component(at, slice, 1, lane),
+               of_z = scheme.component(at, slice, 2, lane);
     const std::size_t row = (static_cast<std::size_t>(slice) * slice_size + lane) * 4;
-    write_rows(d, Vec3<D>{x.position, y.position, z.position}, at.rows[1 - now].data() + row);
+    T *to = at.rows[1 - now].data() + row;
+    [[maybe_unused]] T *velocity_to = nullptr;
     if constexpr (is_damped)
-        write_rows(d, Vec3<D>{x.velocity, y.velocity, z.velocity}, at.velocity_rows[1 - now].data() + row);
+        velocity_to = at.velocity_rows[1 - now].data() + row;
+    const auto load = [&](const SliceField<T> &field, std::size_t c) HWY_ATTR {
+        return hn::Load(d, field[c].data() + lane);
+    };
+    if (!at.loads.empty()) {
+        const auto &loads = at.loads[slice];
+        force = plus(force, Vec3<D>{load(loads, 0), load(loads, 1), load(loads, 2)});
+    }
+    const auto &per_mass = at.nodes[slice].free_per_mass;
+    const auto alpha = hn::Set(d, static_cast<T>(at.alpha));
+    const auto acceleration = [&](const hn::Vec<D> &total, std::size_t c, const auto &of_node) HWY_ATTR {
+        return hn::NegMulAdd(alpha, scheme.velocity_now(d, of_node), hn::Mul(total, load(per_mass, c)));
+    };
+    const Vec3<D> a{acceleration(force.x, 0, of_x), acceleration(force.y, 1, of_y), acceleration(force.z, 2, of_z)};
+    const Motion<D> x = scheme.advance(d, a.x, of_x), y = scheme.advance(d, a.y, of_y), z = scheme.advance(d, a.z, of_z);
+    hn::StoreInterleaved4(x.position, y.position, z.position, hn::Zero(d), d, to);
+    if constexpr (is_damped)
+        hn::StoreInterleaved4(x.velocity, y.velocity, z.velocity, hn::Zero(d), d, velocity_to);
 }
 
 } // namespace livermark::msm::HWY_NAMESPACE

@@ -5,6 +5,7 @@
 #include <hwy/foreach_target.h> // has to come before highway.h
 #include <optional>
 #include <stdexcept>
+#include <type_traits>
 
 #include "msm/kernels/biquadratic_springs-inl.hpp"
 #include "msm/kernels/chebyshev_scheme-inl.hpp"
@@ -63,8 +64,8 @@ HWY_INLINE void nodal_states(StepWorkspace<T> &at, int now, int thread, Barrier 
 }
 
 /// The nodes of a pair of slices to their rows of the next stage.
-template <class Scheme, bool is_damped, class T>
-HWY_INLINE void move_pair(StepWorkspace<T> &at, int now, int pair, int stage) {
+template <bool is_damped, class Scheme, class T>
+HWY_INLINE void move_pair(const Scheme &scheme, StepWorkspace<T> &at, int now, int pair) {
     using D = Lanes<T>;
     constexpr D d;
     const bool has_tetrahedra = !at.body.rest_volume.empty();
@@ -74,8 +75,8 @@ HWY_INLINE void move_pair(StepWorkspace<T> &at, int now, int pair, int stage) {
             force.first = plus_corner_forces(D(), at, 2 * pair, lane, force.first);
             force.second = plus_corner_forces(D(), at, 2 * pair + 1, lane, force.second);
         }
-        advance<Scheme, is_damped>(D(), at, now, 2 * pair, lane, stage, force.first);
-        advance<Scheme, is_damped>(D(), at, now, 2 * pair + 1, lane, stage, force.second);
+        advance<is_damped>(D(), scheme, at, now, 2 * pair, lane, force.first);
+        advance<is_damped>(D(), scheme, at, now, 2 * pair + 1, lane, force.second);
     }
     if (!at.body.copied_row.empty())
         for (const int slice : {2 * pair, 2 * pair + 1})
@@ -95,9 +96,9 @@ HWY_INLINE void ask_for(const Aligned<T> &rows, const CacheLines &lines, std::si
 /// these it waits for the stage before, and asks for what others have written and read since: to get a cache line from
 /// another core takes as long as to move a slice.
 /// @param before  what to wait for, if anything
-template <class Scheme, bool is_damped, class T>
-HWY_INLINE void move_nodes(StepWorkspace<T> &at, int now, const PairShare &pairs, int stage, Barrier &barrier,
-                           std::optional<Barrier::Round> before) {
+template <bool is_damped, class Scheme, class T>
+HWY_INLINE void move_nodes(const Scheme &scheme, StepWorkspace<T> &at, int now, const PairShare &pairs,
+                           Barrier &barrier, std::optional<Barrier::Round> before) {
     const auto wait = [&]() HWY_ATTR {
         if (before)
             barrier.wait_for(*before);
@@ -112,7 +113,7 @@ HWY_INLINE void move_nodes(StepWorkspace<T> &at, int now, const PairShare &pairs
             ask_for<T, 0>(at.rows[now], pairs.foreign, s - half);
             ask_for<T, 1>(at.rows[1 - now], pairs.shared, s - half);
         }
-        move_pair<Scheme, is_damped>(at, now, pairs.order[s], stage);
+        move_pair<is_damped>(scheme, at, now, pairs.order[s]);
     }
 }
 
@@ -135,7 +136,7 @@ void run(StepWorkspace<T> &at, int thread, int num_steps, Barrier &barrier) {
                     chunk_forces<is_damped>(at, now, chunk);
                 barrier.wait();
             }
-            move_nodes<Scheme, is_damped>(at, now, pairs, stage, barrier, before);
+            move_nodes<is_damped>(Scheme(at.scheme, stage, at.time_step), at, now, pairs, barrier, before);
             if (step + 1 < num_steps || stage + 1 < num_stages)
                 before = barrier.arrive(); // the team waits for the last step
             now = 1 - now;
@@ -143,7 +144,7 @@ void run(StepWorkspace<T> &at, int thread, int num_steps, Barrier &barrier) {
 }
 
 template <class T> void take(StepWorkspace<T> &at, int thread, int num_steps, Barrier &barrier) {
-    const auto with = [&]<class Scheme>(Scheme /*scheme*/) {
+    const auto with = [&]<class Scheme>(std::type_identity<Scheme> /*scheme*/) {
         if (at.beta != 0.0)
             run<Scheme, true>(at, thread, num_steps, barrier);
         else
@@ -151,13 +152,13 @@ template <class T> void take(StepWorkspace<T> &at, int thread, int num_steps, Ba
     };
     switch (at.scheme.kind) {
     case StepScheme::Kind::symplectic_euler:
-        return with(SymplecticEuler());
+        return with(std::type_identity<SymplecticEuler<T>>());
     case StepScheme::Kind::velocity_verlet:
-        return with(VelocityVerlet());
+        return with(std::type_identity<VelocityVerlet<T>>());
     case StepScheme::Kind::runge_kutta:
-        return with(RungeKutta());
+        return with(std::type_identity<RungeKutta<T>>());
     case StepScheme::Kind::runge_kutta_chebyshev:
-        return with(RungeKuttaChebyshev());
+        return with(std::type_identity<RungeKuttaChebyshev<T>>());
     }
 }
 
