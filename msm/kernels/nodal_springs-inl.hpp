@@ -57,11 +57,6 @@ template <class D> HWY_INLINE OfEdges<Vec3<D>> edge_spans(const Vec3<D> &a, cons
     return {a, b, c, minus(b, a), minus(c, b), minus(a, c)};
 }
 
-/// Where a fan is filled up, two corners are one.
-template <class D> HWY_INLINE hn::Vec<D> squared_length(D d, const Vec3<D> &span) {
-    return hn::Max(dot(span, span), hn::Set(d, hn::TFromD<D>(1e-30)));
-}
-
 /// Length at rest over length.
 template <class D> HWY_INLINE hn::Vec<D> shortening(D d, const Vec3<D> &span, hn::Vec<D> rest_length) {
     const auto square = squared_length(d, span);

@@ -51,16 +51,13 @@ template <class D> struct Pull {
 
 /// Of springs from here to there.
 /// @param spring  k and, 16 further, k l0 / 2
-/// @param may_coincide  both ends may be at one place, if there is no spring between them
-template <bool is_damped, bool may_coincide, class T>
+template <bool is_damped, class T>
 HWY_INLINE Pull<Lanes<T>> pull(const StepWorkspace<T> &at, const T *spring, const Ends<is_damped, Lanes<T>> &here,
                                const Ends<is_damped, Lanes<T>> &there) {
     constexpr Lanes<T> d;
     const auto three = hn::Set(d, T(3));
     const auto span = difference(there.position, here.position);
-    auto square = dot(span, span);
-    if constexpr (may_coincide)
-        square = hn::Max(square, hn::Set(d, T(1e-30)));
+    const auto square = squared_length(d, span);
     const auto stiffness = hn::Load(d, spring);
     // The last step of Newton's method, 1 / l = guess (3 - l^2 guess^2) / 2, is part of the tension.
     const auto guess = guess_of_inverse_root(d, square);
@@ -102,19 +99,19 @@ HWY_INLINE PairForces<Lanes<T>> spring_forces(const StepWorkspace<T> &at, int no
     const auto first = own_ends<is_damped>(at, now, 2 * pair, lane);
     const auto second = own_ends<is_damped>(at, now, 2 * pair + 1, lane);
 
-    const auto between = pull<is_damped, true>(at, spring, first, second);
+    const auto between = pull<is_damped>(at, spring, first, second);
     force.first = scaled<Lanes<T>>(between.tension, between.span);
     force.second = minus(force.second, force.first);
     spring += spring_line;
     for (int line = 0; line < lines.count.shared; ++line, place += slice_size, spring += 2 * spring_line) {
         const auto there = fetch_ends<is_damped>(at, now, place);
-        add(pull<is_damped, false>(at, spring, first, there), force.first);
-        add(pull<is_damped, false>(at, spring + spring_line, second, there), force.second);
+        add(pull<is_damped>(at, spring, first, there), force.first);
+        add(pull<is_damped>(at, spring + spring_line, second, there), force.second);
     }
     for (int line = 0; line < lines.count.alone[0]; ++line, place += slice_size, spring += spring_line)
-        add(pull<is_damped, false>(at, spring, first, fetch_ends<is_damped>(at, now, place)), force.first);
+        add(pull<is_damped>(at, spring, first, fetch_ends<is_damped>(at, now, place)), force.first);
     for (int line = 0; line < lines.count.alone[1]; ++line, place += slice_size, spring += spring_line)
-        add(pull<is_damped, false>(at, spring, second, fetch_ends<is_damped>(at, now, place)), force.second);
+        add(pull<is_damped>(at, spring, second, fetch_ends<is_damped>(at, now, place)), force.second);
     return force;
 }
 

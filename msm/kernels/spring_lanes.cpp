@@ -69,10 +69,13 @@ SpringLane lane_of(int first, int second, const std::vector<std::vector<SpringEn
     static const std::vector<SpringEnd> nobody;
     SpringLane lane;
     lane.node = {first, second};
+    const auto between = std::ranges::find(ends[first], second, &SpringEnd::neighbour);
+    if (between != ends[first].end())
+        lane.between = between->spring;
     visit_both(ends[first], second < 0 ? nobody : ends[second], [&](const LaneNeighbour &n) {
-        if (n.node == first || (n.node == second && lane.between < 0)) // the spring between them, seen from either
-            lane.between = n.node == second ? n.spring[0] : lane.between;
-        else if (n.spring[0] >= 0 && n.spring[1] >= 0)
+        if (lane.between >= 0 && std::ranges::count(n.spring, lane.between) > 0)
+            return; // seen from either end
+        if (n.spring[0] >= 0 && n.spring[1] >= 0)
             lane.shared.push_back(n);
         else
             lane.alone[n.spring[0] >= 0 ? 0 : 1].push_back(n);

@@ -23,6 +23,13 @@ template <class D> HWY_INLINE hn::Vec<D> dot(const Vec3<D> &a, const Vec3<D> &b)
     return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
 }
 
+/// v . v and a little more. What fills up fans and lines of springs may have both of its ends at one place, and what is
+/// multiplied by nought there has to be finite.
+template <class D> HWY_INLINE hn::Vec<D> squared_length(D d, const Vec3<D> &v) {
+    const auto little = hn::Set(d, hn::TFromD<D>(1e-30));
+    return hn::MulAdd(v.x, v.x, hn::MulAdd(v.y, v.y, hn::MulAdd(v.z, v.z, little)));
+}
+
 template <class D> HWY_INLINE Vec3<D> cross(const Vec3<D> &a, const Vec3<D> &b) {
     return {hn::MulSub(a.y, b.z, hn::Mul(a.z, b.y)), hn::MulSub(a.z, b.x, hn::Mul(a.x, b.z)),
             hn::MulSub(a.x, b.y, hn::Mul(a.y, b.x))};

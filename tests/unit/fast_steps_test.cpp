@@ -1,3 +1,4 @@
+#include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
 
@@ -12,6 +13,7 @@ namespace {
 
 using core::Vector3;
 using msm::FastSteps;
+using msm::State;
 using tests::by_the_kernel;
 using tests::by_the_oracle;
 using tests::error;
@@ -43,7 +45,7 @@ Sample random_springs(int num_nodes, unsigned int one_in = 50) {
 }
 
 TEST_P(EveryVectorUnit, MovesAnyNumberOfNodesAsTheOracleDoes) {
-    for (const int num_nodes : {0, 1, 2, 3, 5, 7, 8, 9, 15, 16, 17, 31, 32, 33, 300})
+    for (const int num_nodes : {0, 1, 2, 3, 5, 7, 8, 9, 15, 16, 17, 31, 32, 33, 63, 64, 65, 300})
         for (const auto &damping : {core::RayleighDamping{0.0, 0.0}, core::RayleighDamping{3.0, 0.002}})
             for (const auto precision : tests::both_precisions) {
                 SCOPED_TRACE(num_nodes);
@@ -106,7 +108,7 @@ TEST(FastSteps, GoOnWhereTheyStopped) {
     EXPECT_EQ(steps->state().velocity, by_the_kernel(sample, damping, "velocity_verlet", 5, {}).velocity);
 }
 
-/// A spring is kept at both ends with 12 bytes each, and slices are filled up with few that are none.
+/// A spring is kept at both ends with 12 bytes each at most, and slices are filled up with few that are none.
 TEST(FastSteps, NeedLittleMemoryForASpring) {
     const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {12, 12, 12});
     const auto body = tests::make_body(mesh, {1060.0, 5e3, 0.25});
@@ -118,6 +120,77 @@ TEST(FastSteps, NeedLittleMemoryForASpring) {
     constexpr double node_bytes = 2 * 24 + 12 + 2 * 16; // position and velocity, inverse mass, two rows
     const double of_nodes = node_bytes * (static_cast<double>(mesh.points.size()) + 32.0);
     EXPECT_LT((static_cast<double>(steps->working_set()) - of_nodes) / static_cast<double>(springs.edges.size()), 30.0);
+}
+
+/// Nothing is held or loaded.
+Sample free_springs(const core::SpringNetwork &springs, const std::vector<Vector3> &positions) {
+    Sample sample;
+    sample.body = springs;
+    sample.positions = positions;
+    sample.conditions.displacement.assign(positions.size(),
+                                          Vector3::Constant(std::numeric_limits<double>::quiet_NaN()));
+    sample.conditions.force.assign(positions.size(), Vector3::Zero());
+    return sample;
+}
+
+State moved(const Sample &sample, const State &start, int num_steps) {
+    auto steps = FastSteps::prepare(sample.body, sample.positions, sample.conditions, {}, "symplectic_euler",
+                                    tests::sample_step);
+    EXPECT_TRUE(steps.has_value());
+    steps->set_state(start);
+    steps->take(num_steps);
+    return steps->state();
+}
+
+/// Two nodes that have no spring to each other are moved in one lane, and may be at one place.
+TEST(FastSteps, MoveNodesThatAreAtOnePlace) {
+    core::SpringNetwork springs;
+    std::vector<Vector3> positions{Vector3::Zero()};
+    springs.node_mass.assign(6, 0.002);
+    for (int i = 1; i < 6; ++i) {
+        positions.emplace_back(0.01, 0.02, 0.02);
+        springs.edges.push_back({0, i});
+        springs.rest_length.push_back(0.031);
+        springs.stiffness.push_back(50.0);
+    }
+    const State still{Eigen::VectorXd::Zero(18), Eigen::VectorXd::Zero(18)};
+    const auto state = moved(free_springs(springs, positions), still, 20);
+    const double acceleration = 50.0 * 0.001 / 0.002;
+    const double way = 0.5 * acceleration * std::pow(20 * tests::sample_step, 2.0);
+    for (int i = 1; i < 6; ++i) {
+        const Vector3 displacement = state.displacement.segment<3>(3 * i);
+        EXPECT_EQ(displacement, state.displacement.segment<3>(3));
+        EXPECT_NEAR(displacement.norm(), way, 0.1 * way);
+    }
+}
+
+/// With an odd number of nodes a lane has one only, beside a neighbour in the middle of the body.
+TEST(FastSteps, MoveANodeThatIsAlone) {
+    core::SpringNetwork springs;
+    springs.node_mass.assign(3, 0.002);
+    springs.edges = {{0, 1}, {1, 2}};
+    springs.rest_length.assign(2, 0.11);
+    springs.stiffness.assign(2, 50.0);
+    const auto sample = free_springs(springs, {Vector3(-0.1, 0, 0), Vector3::Zero(), Vector3(0.1, 0, 0)});
+    const auto state = moved(sample, {Eigen::VectorXd::Zero(9), Eigen::VectorXd::Zero(9)}, 10);
+    EXPECT_GT(state.displacement[6], 1e-5);
+    EXPECT_NEAR(state.displacement[0], -state.displacement[6], 1e-5 * state.displacement[6]);
+    EXPECT_NEAR(state.displacement[3], 0.0, 1e-5 * state.displacement[6]);
+}
+
+/// Steps add up to twice the digits of the forces: single precision alone would lose of many small ones.
+TEST(FastSteps, LoseNothingOfSmallSteps) {
+    constexpr double speed = 1e-4; // 1e-8 m in a step, where the last digit of 0.1 m is 7e-9 m
+    constexpr int num_steps = 20000;
+    core::SpringNetwork springs;
+    springs.node_mass = {1.0, 1.0};
+    springs.edges = {{0, 1}};
+    springs.rest_length = {0.2};
+    springs.stiffness = {1e-6};
+    const auto sample = free_springs(springs, {Vector3(-0.1, 0.0, 0.0), Vector3(0.1, 0.0, 0.0)});
+    const auto state = moved(sample, {Eigen::VectorXd::Zero(6), Eigen::VectorXd::Constant(6, speed)}, num_steps);
+    const double way = speed * num_steps * tests::sample_step;
+    EXPECT_LT((state.displacement - Eigen::VectorXd::Constant(6, way)).lpNorm<Eigen::Infinity>(), 1e-6 * way);
 }
 
 TEST(FastSteps, AreNotThereForImplicitIntegrators) {
