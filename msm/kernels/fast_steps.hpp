@@ -11,7 +11,7 @@
 
 namespace livermark::msm {
 
-/// In what precision forces are evaluated; the state is in double precision always.
+/// In what precision forces are evaluated. The state has twice the digits of single precision, or double precision.
 enum class ForcePrecision { single_precision, double_precision };
 
 struct FastStepOptions {

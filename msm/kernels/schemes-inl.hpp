@@ -15,9 +15,7 @@ HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
 
 /// A component of some nodes to more digits than a vector has: see FineField. There is no low part in double precision.
-template <class T> struct Fine {
-    T *high, *low;
-};
+template <class T> struct Fine { T *high, *low; };
 
 HWY_INLINE Fine<float> at_lane(FineField<float> &field, std::size_t component, std::size_t lane) {
     return {field.high[component].data() + lane, field.low[component].data() + lane};
@@ -50,9 +48,7 @@ template <class D> HWY_INLINE hn::Vec<D> move_by(D d, Fine<double> value, hn::Ve
 }
 
 /// A component of some nodes where the next stage is to be evaluated.
-template <class D> struct Motion {
-    hn::Vec<D> position, velocity;
-};
+template <class D> struct Motion { hn::Vec<D> position, velocity; };
 
 /// Where the numbers of one component of some nodes are.
 template <class T> struct Component {
@@ -77,8 +73,7 @@ HWY_INLINE Component<T> component_with_stages(StepWorkspace<T> &at, int slice, s
 }
 
 /// Adds factor * change, or begins with it.
-template <class D, class T>
-HWY_INLINE hn::Vec<D> add_to(D d, T *sum, bool is_first, T factor, hn::Vec<D> change) {
+template <class D, class T> HWY_INLINE hn::Vec<D> add_to(D d, T *sum, bool is_first, T factor, hn::Vec<D> change) {
     const auto by = hn::Set(d, factor);
     const auto total = is_first ? hn::Mul(by, change) : hn::MulAdd(by, change, hn::Load(d, sum));
     hn::Store(total, d, sum);
@@ -209,9 +204,8 @@ HWY_INLINE void advance(D d, const Scheme &scheme, StepWorkspace<T> &at, int now
     [[maybe_unused]] T *velocity_to = nullptr;
     if constexpr (is_damped)
         velocity_to = at.velocity_rows[1 - now].data() + row;
-    const auto load = [&](const SliceField<T> &field, std::size_t c) HWY_ATTR {
-        return hn::Load(d, field[c].data() + lane);
-    };
+    const auto load = [&](const SliceField<T> &field, std::size_t c)
+                          HWY_ATTR { return hn::Load(d, field[c].data() + lane); };
     if (!at.loads.empty()) {
         const auto &loads = at.loads[slice];
         force = plus(force, Vec3<D>{load(loads, 0), load(loads, 1), load(loads, 2)});
@@ -222,7 +216,8 @@ HWY_INLINE void advance(D d, const Scheme &scheme, StepWorkspace<T> &at, int now
         return hn::NegMulAdd(alpha, scheme.velocity_now(d, of_node), hn::Mul(total, load(per_mass, c)));
     };
     const Vec3<D> a{acceleration(force.x, 0, of_x), acceleration(force.y, 1, of_y), acceleration(force.z, 2, of_z)};
-    const Motion<D> x = scheme.advance(d, a.x, of_x), y = scheme.advance(d, a.y, of_y), z = scheme.advance(d, a.z, of_z);
+    const Motion<D> x = scheme.advance(d, a.x, of_x), y = scheme.advance(d, a.y, of_y),
+                    z = scheme.advance(d, a.z, of_z);
     hn::StoreInterleaved4(x.position, y.position, z.position, hn::Zero(d), d, to);
     if constexpr (is_damped)
         hn::StoreInterleaved4(x.velocity, y.velocity, z.velocity, hn::Zero(d), d, velocity_to);

@@ -22,8 +22,8 @@ std::vector<Share> shares(const std::vector<int> &running_cost, int num_threads)
     return shares;
 }
 
-/// The pairs of slices of a thread, those last that read rows of other threads. The forces of tetrahedra have barriers of
-/// their own, and all nodes may be read by the fans of others.
+/// The pairs of slices of a thread, those last that read rows of other threads. The forces of tetrahedra have barriers
+/// of their own, and all nodes may be read by the fans of others.
 template <class T> PairShare shared_last(const SlicedBody<T> &body, const Share &share) {
     PairShare result;
     for (int pair = share.first; pair < share.last; ++pair)

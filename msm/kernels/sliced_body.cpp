@@ -13,8 +13,8 @@ std::vector<int> rows_of_lanes(const std::vector<SpringLane> &lanes, int num_nod
     for (std::size_t l = 0; l < lanes.size(); ++l)
         for (const int side : {0, 1})
             if (const int node = lanes[l].node[side]; node != none)
-                row[node] = static_cast<int>(l / slice_size) * pair_size + side * slice_size +
-                            static_cast<int>(l % slice_size);
+                row[node] =
+                    static_cast<int>(l / slice_size) * pair_size + side * slice_size + static_cast<int>(l % slice_size);
     return row;
 }
 
@@ -35,8 +35,8 @@ template <class T> SlicedBody<T> sliced_body(const StepParts &parts, const std::
     const bool has_springs = !parts.edges.empty();
     const auto lanes = has_springs ? spring_lanes(parts, num_nodes) : std::vector<SpringLane>();
     body.row_of_node = has_springs ? rows_of_lanes(lanes, num_nodes) : rows_by_degree(parts, num_nodes);
-    body.first_copy = body.num_rows = has_springs ? padded(2 * static_cast<int>(lanes.size()), pair_size)
-                                                  : padded(num_nodes, pair_size);
+    body.first_copy = body.num_rows =
+        has_springs ? padded(2 * static_cast<int>(lanes.size()), pair_size) : padded(num_nodes, pair_size);
     body.num_slices = body.first_copy / slice_size;
     slice_tetrahedra(parts, positions, body); // finds out how many rows there are
     slice_springs(parts, lanes, body);

@@ -15,9 +15,7 @@ HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
 
 /// Where nodes are and, where stiffness damps, how fast they go.
-template <bool is_damped, class D> struct Ends {
-    Rows<D> position, velocity;
-};
+template <bool is_damped, class D> struct Ends { Rows<D> position, velocity; };
 
 template <bool is_damped, class T>
 HWY_INLINE Ends<is_damped, Lanes<T>> fetch_ends(const StepWorkspace<T> &at, int now, const std::int32_t *place) {
@@ -79,9 +77,7 @@ template <class D> HWY_INLINE void add(const Pull<D> &pull, Vec3<D> &force) {
 }
 
 /// Forces on the nodes of a pair of slices.
-template <class D> struct PairForces {
-    Vec3<D> first, second;
-};
+template <class D> struct PairForces { Vec3<D> first, second; };
 
 /// k (l - l0 + beta l') n over the springs at nodes of a pair of slices, those from `lane` on.
 template <bool is_damped, class T>

@@ -36,7 +36,8 @@ void visit_both(const std::vector<SpringEnd> &a, const std::vector<SpringEnd> &b
         const int from_a = x == a.end() ? std::numeric_limits<int>::max() : x->neighbour;
         const int from_b = y == b.end() ? std::numeric_limits<int>::max() : y->neighbour;
         const int neighbour = std::min(from_a, from_b);
-        visit(LaneNeighbour{neighbour, {from_a == neighbour ? (x++)->spring : -1, from_b == neighbour ? (y++)->spring : -1}});
+        visit(LaneNeighbour{neighbour,
+                            {from_a == neighbour ? (x++)->spring : -1, from_b == neighbour ? (y++)->spring : -1}});
     }
 }
 
@@ -50,7 +51,8 @@ std::vector<int> mates(const std::vector<std::array<int, 2>> &edges, const std::
     for (std::size_t s = 0; s < edges.size(); ++s) {
         const auto [i, j] = edges[s];
         int num_shared = 0;
-        visit_both(ends[i], ends[j], [&](const LaneNeighbour &n) { num_shared += n.spring[0] >= 0 && n.spring[1] >= 0; });
+        visit_both(ends[i], ends[j],
+                   [&](const LaneNeighbour &n) { num_shared += n.spring[0] >= 0 && n.spring[1] >= 0; });
         candidates.emplace_back(-num_shared, std::min(place[i], place[j]), static_cast<int>(s));
     }
     std::ranges::sort(candidates);

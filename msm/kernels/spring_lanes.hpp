@@ -22,9 +22,7 @@ struct SpringLane {
     int between = -1;                ///< the spring from one to the other, -1 if there is none
     std::vector<LaneNeighbour> shared;
     std::array<std::vector<LaneNeighbour>, 2> alone; ///< of one of the two; the first has as many or more
-    std::size_t num_neighbours() const {
-        return shared.size() + alone[0].size() + alone[1].size();
-    }
+    std::size_t num_neighbours() const { return shared.size() + alone[0].size() + alone[1].size(); }
 };
 
 /// Pairs all nodes, those first that share most neighbours, and the rest as they come. The lanes are in reverse
@@ -36,17 +34,13 @@ std::vector<SpringLane> spring_lanes(const StepParts &parts, int num_nodes);
 struct LineCounts {
     int shared = 0;
     std::array<int, 2> alone{};
-    int total() const {
-        return shared + alone[0] + alone[1];
-    }
+    int total() const { return shared + alone[0] + alone[1]; }
     /// Lines of springs: one between the nodes of the lane, and two for each line of shared neighbours.
-    int num_springs() const {
-        return 1 + 2 * shared + alone[0] + alone[1];
-    }
+    int num_springs() const { return 1 + 2 * shared + alone[0] + alone[1]; }
 };
 
-/// The counts that cost least. Where a lane has less to share than the others, a line for shared neighbours takes one of
-/// its nodes alone; where it has more, one shared neighbour takes a line of each.
+/// The counts that cost least. Where a lane has less to share than the others, a line for shared neighbours takes one
+/// of its nodes alone; where it has more, one shared neighbour takes a line of each.
 LineCounts fewest_lines(const std::vector<SpringLane> &lanes, std::size_t first, std::size_t last);
 
 } // namespace livermark::msm

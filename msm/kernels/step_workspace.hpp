@@ -101,7 +101,7 @@ template <class T> struct StepWorkspace {
     /// What forces are made from, (rows + 1, 4) each: x, y, z and pressure; velocities, where stiffness damps. One is
     /// read while the other is written.
     std::array<Aligned<T>, 2> rows, velocity_rows;
-    int now = 0;     ///< which of the two is read when the next steps begin
+    int now = 0; ///< which of the two is read when the next steps begin
     /// (corners of fans + 16) volume gained by the tetrahedra of a fan at each of its corners, and zeros for nobody's
     /// [m^3]
     Aligned<T> gain;

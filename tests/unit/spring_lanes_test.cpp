@@ -58,7 +58,7 @@ void expect_every_spring_once_at_each_end(const std::vector<std::array<int, 2>> 
 TEST(SpringLanes, HaveEveryNodeOnceAndEverySpringAtBothEnds) {
     const auto edges = box_edges();
     expect_every_spring_once_at_each_end(edges, 6 * 5 * 4);
-    expect_every_spring_once_at_each_end(edges, 6 * 5 * 4 + 3); // nodes without springs
+    expect_every_spring_once_at_each_end(edges, 6 * 5 * 4 + 3);                // nodes without springs
     expect_every_spring_once_at_each_end({{0, 1}, {1, 0}, {0, 1}, {1, 2}}, 3); // springs side by side
     expect_every_spring_once_at_each_end({}, 5);
     expect_every_spring_once_at_each_end({}, 0);
