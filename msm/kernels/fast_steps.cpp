@@ -100,7 +100,12 @@ template <class T> class Steps : public FastSteps::Implementation {
                 at_.nodes[slice].free_per_mass[c][lane] = is_free ? static_cast<T>(1.0 / body.node_mass[i]) : T(0);
             }
         set_loads(conditions.force);
-        keep_rest();
+        rest_as_kept_.resize(at_.body.num_slices);
+        for (std::size_t i = 0; i < rest_.size(); ++i)
+            for (std::size_t c = 0; c < 3; ++c) {
+                const auto [slice, lane] = slot(i);
+                rest_as_kept_[slice].set(c, lane, rest_[i][c]);
+            }
         const auto size = static_cast<Eigen::Index>(3 * positions.size());
         Steps::set_state({Eigen::VectorXd::Zero(size), Eigen::VectorXd::Zero(size)});
     }
@@ -125,15 +130,18 @@ template <class T> class Steps : public FastSteps::Implementation {
         State state{Eigen::VectorXd(size), Eigen::VectorXd(size)};
         for (std::size_t i = 0; i < rest_.size(); ++i) {
             const auto first = static_cast<Eigen::Index>(3 * i);
-            state.displacement.segment<3>(first) = vector_at(&NodeSlice<T>::position, i) - rest_[i];
-            state.velocity.segment<3>(first) = vector_at(&NodeSlice<T>::velocity, i);
+            const auto [slice, lane] = slot(i);
+            const auto &velocity = at_.nodes[slice].velocity;
+            state.displacement.segment<3>(first) = displacement(static_cast<int>(i));
+            state.velocity.segment<3>(first) << velocity.get(0, lane), velocity.get(1, lane), velocity.get(2, lane);
         }
         return state;
     }
 
     core::Vector3 displacement(int node) const override {
-        const auto i = static_cast<std::size_t>(node);
-        return vector_at(&NodeSlice<T>::position, i) - rest_[i];
+        const auto [slice, lane] = slot(static_cast<std::size_t>(node));
+        const auto &now = at_.nodes[slice].position, &rest = rest_as_kept_[slice];
+        return {now.less(rest, 0, lane), now.less(rest, 1, lane), now.less(rest, 2, lane)};
     }
 
     void set_load(int node, const core::Vector3 &force) override {
@@ -171,28 +179,12 @@ template <class T> class Steps : public FastSteps::Implementation {
             set_load(static_cast<int>(i), force[i]);
     }
 
-    /// What is at rest is to have no displacement: positions to the digits in which they are kept.
-    void keep_rest() {
-        FineField<T> kept;
-        for (auto &x : rest_)
-            for (std::size_t c = 0; c < 3; ++c) {
-                kept.set(c, 0, x[c]);
-                x[c] = kept.get(c, 0);
-            }
-    }
-
     struct Slot {
         std::size_t slice, lane;
     };
     Slot slot(std::size_t node) const {
         const auto row = static_cast<std::size_t>(at_.body.row_of_node[node]);
         return {row / slice_size, row % slice_size};
-    }
-
-    core::Vector3 vector_at(FineField<T> NodeSlice<T>::*field, std::size_t node) const {
-        const auto [slice, lane] = slot(node);
-        const auto &of_slice = at_.nodes[slice].*field;
-        return {of_slice.get(0, lane), of_slice.get(1, lane), of_slice.get(2, lane)};
     }
 
     void write_rows(FineField<T> NodeSlice<T>::*field, Aligned<T> &rows) const {
@@ -206,6 +198,8 @@ template <class T> class Steps : public FastSteps::Implementation {
     }
 
     std::vector<core::Vector3> rest_; ///< (N) positions less the origin [m]
+    /// (slices) the same to the digits in which positions are kept, so that what is at rest has no displacement
+    std::vector<FineField<T>> rest_as_kept_;
     StepWorkspace<T> at_;
     Team team_;
 };

@@ -34,6 +34,9 @@ template <class T> struct FineField {
     SliceField<T> high;
     void set(std::size_t component, std::size_t lane, double value) { high[component][lane] = static_cast<T>(value); }
     double get(std::size_t component, std::size_t lane) const { return high[component][lane]; }
+    double less(const FineField &other, std::size_t component, std::size_t lane) const {
+        return get(component, lane) - other.get(component, lane);
+    }
 };
 template <> struct FineField<float> {
     SliceField<float> high, low; ///< their sum is meant, of which high is what a float can hold
@@ -43,6 +46,11 @@ template <> struct FineField<float> {
     }
     double get(std::size_t component, std::size_t lane) const {
         return double{high[component][lane]} + double{low[component][lane]};
+    }
+    /// This less another, of which nothing is lost where they are about the same.
+    double less(const FineField &other, std::size_t component, std::size_t lane) const {
+        return (double{high[component][lane]} - double{other.high[component][lane]}) +
+               (double{low[component][lane]} - double{other.low[component][lane]});
     }
 };
 

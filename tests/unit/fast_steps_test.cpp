@@ -164,6 +164,16 @@ TEST(FastSteps, MoveNodesThatAreAtOnePlace) {
     }
 }
 
+TEST(FastSteps, HaveNoDisplacementAtRest) {
+    const auto sample = random_springs(301);
+    for (const auto precision : tests::both_precisions) {
+        const auto steps = FastSteps::prepare(sample.body, sample.positions, sample.conditions, {}, "symplectic_euler",
+                                              tests::sample_step, {.precision = precision});
+        ASSERT_TRUE(steps.has_value());
+        EXPECT_EQ(steps->state().displacement, Eigen::VectorXd::Zero(3 * 301));
+    }
+}
+
 /// With an odd number of nodes a lane has one only, beside a neighbour in the middle of the body.
 TEST(FastSteps, MoveANodeThatIsAlone) {
     core::SpringNetwork springs;
