@@ -63,8 +63,9 @@ template <class T> class Steps : public FastSteps::Implementation {
     Steps(const StepParts &parts, const ElasticBody &body, const std::vector<core::Vector3> &positions,
           const NodalConditions &conditions, const core::RayleighDamping &damping, const StepScheme &scheme,
           double time_step, int num_threads)
-        : rest_(centred(positions)), team_(num_threads) {
-        at_.body = sliced_body<T>(parts, rest_);
+        : team_(num_threads) {
+        const auto at_rest = centred(positions);
+        at_.body = sliced_body<T>(parts, at_rest);
         at_.scheme = scheme;
         at_.time_step = time_step;
         at_.alpha = damping.alpha;
@@ -100,24 +101,24 @@ template <class T> class Steps : public FastSteps::Implementation {
                 at_.nodes[slice].free_per_mass[c][lane] = is_free ? static_cast<T>(1.0 / body.node_mass[i]) : T(0);
             }
         set_loads(conditions.force);
-        rest_as_kept_.resize(at_.body.num_slices);
-        for (std::size_t i = 0; i < rest_.size(); ++i)
+        rest_.resize(at_.body.num_slices);
+        for (std::size_t i = 0; i < at_rest.size(); ++i)
             for (std::size_t c = 0; c < 3; ++c) {
                 const auto [slice, lane] = slot(i);
-                rest_as_kept_[slice].set(c, lane, rest_[i][c]);
+                rest_[slice].set(c, lane, at_rest[i][c]);
             }
         const auto size = static_cast<Eigen::Index>(3 * positions.size());
         Steps::set_state({Eigen::VectorXd::Zero(size), Eigen::VectorXd::Zero(size)});
     }
 
     void set_state(const State &state) override {
-        for (std::size_t i = 0; i < rest_.size(); ++i)
+        for (std::size_t i = 0; i < num_nodes(); ++i)
             for (std::size_t c = 0; c < 3; ++c) {
                 const auto unknown = static_cast<Eigen::Index>(3 * i + c);
                 const auto [slice, lane] = slot(i);
                 auto &node = at_.nodes[slice];
                 const bool is_free = node.free_per_mass[c][lane] != 0.0;
-                node.position.set(c, lane, rest_[i][c] + state.displacement[unknown]);
+                node.position.set(c, lane, rest_[slice].get(c, lane) + state.displacement[unknown]);
                 node.velocity.set(c, lane, is_free ? state.velocity[unknown] : 0.0);
             }
         write_rows(&NodeSlice<T>::position, at_.rows[at_.now]);
@@ -126,9 +127,9 @@ template <class T> class Steps : public FastSteps::Implementation {
     }
 
     State state() const override {
-        const auto size = static_cast<Eigen::Index>(3 * rest_.size());
+        const auto size = static_cast<Eigen::Index>(3 * num_nodes());
         State state{Eigen::VectorXd(size), Eigen::VectorXd(size)};
-        for (std::size_t i = 0; i < rest_.size(); ++i) {
+        for (std::size_t i = 0; i < num_nodes(); ++i) {
             const auto first = static_cast<Eigen::Index>(3 * i);
             const auto [slice, lane] = slot(i);
             const auto &velocity = at_.nodes[slice].velocity;
@@ -140,7 +141,7 @@ template <class T> class Steps : public FastSteps::Implementation {
 
     core::Vector3 displacement(int node) const override {
         const auto [slice, lane] = slot(static_cast<std::size_t>(node));
-        const auto &now = at_.nodes[slice].position, &rest = rest_as_kept_[slice];
+        const auto &now = at_.nodes[slice].position, &rest = rest_[slice];
         return {now.less(rest, 0, lane), now.less(rest, 1, lane), now.less(rest, 2, lane)};
     }
 
@@ -179,6 +180,8 @@ template <class T> class Steps : public FastSteps::Implementation {
             set_load(static_cast<int>(i), force[i]);
     }
 
+    std::size_t num_nodes() const { return at_.body.row_of_node.size(); }
+
     struct Slot {
         std::size_t slice, lane;
     };
@@ -197,9 +200,9 @@ template <class T> class Steps : public FastSteps::Implementation {
                         rows.begin() + 4 * (at_.body.first_copy + static_cast<std::ptrdiff_t>(c)));
     }
 
-    std::vector<core::Vector3> rest_; ///< (N) positions less the origin [m]
-    /// (slices) the same to the digits in which positions are kept, so that what is at rest has no displacement
-    std::vector<FineField<T>> rest_as_kept_;
+    /// (slices) positions at rest less the origin [m], to the digits in which positions are kept, so that a state is
+    /// what it was when it is set again
+    std::vector<FineField<T>> rest_;
     StepWorkspace<T> at_;
     Team team_;
 };
