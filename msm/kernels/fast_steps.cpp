@@ -94,19 +94,16 @@ template <class T> class Steps : public FastSteps::Implementation {
         }
         at_.corner_force.assign(4 * static_cast<std::size_t>(at_.body.chunk_start.back() + 1), T(0));
         share_work(at_, team_.size());
-        for (std::size_t i = 0; i < positions.size(); ++i)
-            for (int c = 0; c < 3; ++c) {
-                const bool is_free = std::isnan(conditions.displacement[i][c]);
-                const auto [slice, lane] = slot(i);
-                at_.nodes[slice].free_per_mass[c][lane] = is_free ? static_cast<T>(1.0 / body.node_mass[i]) : T(0);
-            }
-        set_loads(conditions.force);
         rest_.resize(at_.body.num_slices);
-        for (std::size_t i = 0; i < at_rest.size(); ++i)
+        for (std::size_t i = 0; i < at_rest.size(); ++i) {
+            const auto [slice, lane] = slot(i);
             for (std::size_t c = 0; c < 3; ++c) {
-                const auto [slice, lane] = slot(i);
-                rest_[slice].set(c, lane, at_rest[i][c]);
+                const bool is_free = std::isnan(conditions.displacement[i][static_cast<Eigen::Index>(c)]);
+                at_.nodes[slice].free_per_mass[c][lane] = is_free ? static_cast<T>(1.0 / body.node_mass[i]) : T(0);
+                rest_[slice].set(c, lane, at_rest[i][static_cast<Eigen::Index>(c)]);
             }
+        }
+        set_loads(conditions.force);
         const auto size = static_cast<Eigen::Index>(3 * positions.size());
         Steps::set_state({Eigen::VectorXd::Zero(size), Eigen::VectorXd::Zero(size)});
     }

@@ -1,6 +1,5 @@
 #include "msm/kernels/node_order.hpp"
 
-#include <algorithm>
 #include <boost/graph/adjacency_list.hpp>
 #include <boost/graph/cuthill_mckee_ordering.hpp>
 
@@ -31,11 +30,7 @@ std::vector<int> order_by_degree(std::span<const std::array<int, 2>> edges, int 
     for (const auto &edge : edges)
         for (const int node : edge)
             ++degree[node];
-    for (std::size_t first = 0; first < order.size(); first += window) {
-        const auto begin = order.begin() + static_cast<std::ptrdiff_t>(first);
-        const auto end = order.begin() + static_cast<std::ptrdiff_t>(std::min(first + window, order.size()));
-        std::stable_sort(begin, end, [&](int a, int b) { return degree[a] > degree[b]; });
-    }
+    sort_in_windows(order, window, [&](int a, int b) { return degree[a] > degree[b]; });
     return order;
 }
 

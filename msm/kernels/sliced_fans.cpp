@@ -81,6 +81,11 @@ template <class T> Lines lines_of(const std::vector<Fan> &fans, SlicedBody<T> &b
     return lines;
 }
 
+/// Where the corners of a slice of fans begin.
+template <class T> std::size_t first_corner(const SlicedBody<T> &body, std::size_t fan_slice) {
+    return (static_cast<std::size_t>(body.fan_start[fan_slice]) + 3 * fan_slice) * slice_size;
+}
+
 /// What a row adds up.
 struct Member {
     int row, number;
@@ -101,9 +106,8 @@ std::vector<Member> tetrahedra_of_rows(const StepParts &parts, const std::vector
 template <class T> std::vector<Member> corners_of_rows(const Lines &lines, const SlicedBody<T> &body) {
     std::vector<Member> members;
     for (std::size_t slice = 0; slice + 1 < body.fan_start.size(); ++slice) {
-        const auto first = (static_cast<std::size_t>(body.fan_start[slice]) + 3 * slice) * slice_size;
-        const auto end = (static_cast<std::size_t>(body.fan_start[slice + 1]) + 3 * (slice + 1)) * slice_size;
-        for (auto at = first; at < end; ++at) {
+        const std::size_t first = first_corner(body, slice);
+        for (auto at = first; at < first_corner(body, slice + 1); ++at) {
             const bool is_filled_up = at >= first + 3 * slice_size && lines.node[at] == lines.node[at - slice_size];
             if (lines.node[at] != none && !is_filled_up)
                 members.push_back({body.corner[at] / 4, static_cast<int>(at)});
@@ -146,11 +150,9 @@ template <class T> void slice_sums(const Lines &lines, SlicedBody<T> &body) {
     body.force_slot.assign(lines.node.size(), 0);
     body.chunk_start.assign(1, 0);
     int num_places = 0;
-    const auto first_corner = [&](int fan_slice) {
-        return static_cast<std::size_t>(body.fan_start[fan_slice] + 3 * fan_slice) * slice_size;
-    };
     for (std::size_t chunk = 0; chunk + 1 < body.chunk_fans.size(); ++chunk) {
-        for (auto at = first_corner(body.chunk_fans[chunk]); at < first_corner(body.chunk_fans[chunk + 1]); ++at) {
+        const std::size_t end = first_corner(body, body.chunk_fans[chunk + 1]);
+        for (auto at = first_corner(body, body.chunk_fans[chunk]); at < end; ++at) {
             auto &slot = body.force_slot[at];
             slot = 4 * body.chunk_start.back(); // a fan of nothing adds nothing
             if (lines.node[at] == none)

@@ -17,7 +17,7 @@ struct SpringEnd {
     int neighbour, spring;
 };
 
-/// Springs at each node, by falling neighbour.
+/// Springs at each node, by rising neighbour.
 std::vector<std::vector<SpringEnd>> spring_ends(const std::vector<std::array<int, 2>> &edges, int num_nodes) {
     std::vector<std::vector<SpringEnd>> ends(num_nodes);
     for (std::size_t s = 0; s < edges.size(); ++s)
@@ -51,8 +51,7 @@ std::vector<int> mates(const std::vector<std::array<int, 2>> &edges, const std::
     for (std::size_t s = 0; s < edges.size(); ++s) {
         const auto [i, j] = edges[s];
         int num_shared = 0;
-        visit_both(ends[i], ends[j],
-                   [&](const LaneNeighbour &n) { num_shared += n.spring[0] >= 0 && n.spring[1] >= 0; });
+        visit_both(ends[i], ends[j], [&](const LaneNeighbour &n) { num_shared += n.is_shared(); });
         candidates.emplace_back(-num_shared, std::min(place[i], place[j]), static_cast<int>(s));
     }
     std::ranges::sort(candidates);
@@ -77,7 +76,7 @@ SpringLane lane_of(int first, int second, const std::vector<std::vector<SpringEn
     visit_both(ends[first], second < 0 ? nobody : ends[second], [&](const LaneNeighbour &n) {
         if (lane.between >= 0 && std::ranges::count(n.spring, lane.between) > 0)
             return; // seen from either end
-        if (n.spring[0] >= 0 && n.spring[1] >= 0)
+        if (n.is_shared())
             lane.shared.push_back(n);
         else
             lane.alone[n.spring[0] >= 0 ? 0 : 1].push_back(n);
@@ -121,13 +120,9 @@ std::vector<SpringLane> spring_lanes(const StepParts &parts, int num_nodes) {
     }
     if (waiting >= 0)
         add(waiting, -1);
-    for (std::size_t first = 0; first < lanes.size(); first += window) {
-        const auto begin = lanes.begin() + static_cast<std::ptrdiff_t>(first);
-        const auto end = lanes.begin() + static_cast<std::ptrdiff_t>(std::min(first + window, lanes.size()));
-        std::stable_sort(begin, end, [](const SpringLane &a, const SpringLane &b) {
-            return std::pair(a.num_neighbours(), a.shared.size()) > std::pair(b.num_neighbours(), b.shared.size());
-        });
-    }
+    sort_in_windows(lanes, window, [](const SpringLane &a, const SpringLane &b) {
+        return std::pair(a.num_neighbours(), a.shared.size()) > std::pair(b.num_neighbours(), b.shared.size());
+    });
     return lanes;
 }
 

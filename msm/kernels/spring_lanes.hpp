@@ -13,6 +13,7 @@ namespace livermark::msm {
 struct LaneNeighbour {
     int node = -1;
     std::array<int, 2> spring{-1, -1};
+    bool is_shared() const { return spring[0] >= 0 && spring[1] >= 0; }
 };
 
 /// Two nodes that are moved in one lane, and all that is around them. The ends of an edge inside a mesh of tetrahedra
