@@ -117,7 +117,7 @@ template <bool is_damped, class T> HWY_INLINE void volume_gains(StepWorkspace<T>
     }
 }
 
-/// A quarter of the pressure around the nodes of 16 rows, into these, or what it is made of.
+/// A quarter of the pressure in 16 control volumes, into their rows, or what it is made of.
 template <class T> HWY_INLINE void pressures(StepWorkspace<T> &at, int now, int volume_slice) {
     using D = Lanes<T>;
     constexpr D d;

@@ -86,10 +86,10 @@ template <class T> class Steps : public FastSteps::Implementation {
         } else {
             at_.strain.assign(8 * (at_.body.rest_volume.size() + 1), T(0));
             for (auto &rows : at_.stress)
-                rows.assign(4 * static_cast<std::size_t>(at_.body.num_rows), T(0));
+                rows.assign(4 * static_cast<std::size_t>(at_.body.num_rows + 1), T(0));
         }
         if (!at_.body.mean_change.start.empty()) {
-            at_.change.assign(at_.body.num_rows, T(0));
+            at_.change.assign(at_.body.volume_row.size(), T(0));
             at_.mean_change = at_.change;
         }
         at_.corner_force.assign(4 * static_cast<std::size_t>(at_.body.chunk_start.back() + 1), T(0));

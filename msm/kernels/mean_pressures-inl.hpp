@@ -39,31 +39,31 @@ HWY_INLINE void multiply(const SlicedMatrix<T> &matrix, const Aligned<T> &vector
     }
 }
 
-/// Puts pressures into 16 rows.
+/// Puts the pressures of 16 control volumes into their rows.
 template <class T> HWY_INLINE void set_pressures(StepWorkspace<T> &at, int now, int slice, const T *pressure) {
-    T *rows = at.rows[now].data() + static_cast<std::size_t>(slice) * slice_size * 4;
+    const int *row = at.body.volume_row.data() + static_cast<std::ptrdiff_t>(slice) * slice_size;
     for (int i = 0; i < slice_size; ++i)
-        rows[4 * i + 3] = pressure[i];
+        at.rows[now][4 * static_cast<std::size_t>(row[i]) + 3] = pressure[i];
 }
 
-/// Makes a quarter of the pressures around the nodes of 16 rows of what the tetrahedra there have gained, or keeps that
-/// where a mean of it is resisted.
+/// Makes a quarter of the pressures in 16 control volumes of what the tetrahedra there have gained, or keeps that where a
+/// mean of it is resisted.
 template <class T> HWY_INLINE void set_gains(StepWorkspace<T> &at, int now, int slice, const T *gain) {
     constexpr Lanes<T> d;
-    const std::size_t first_row = static_cast<std::size_t>(slice) * slice_size;
+    const std::size_t first = static_cast<std::size_t>(slice) * slice_size;
     if (!at.change.empty()) {
-        std::copy_n(gain, slice_size, at.change.begin() + static_cast<std::ptrdiff_t>(first_row));
+        std::copy_n(gain, slice_size, at.change.begin() + static_cast<std::ptrdiff_t>(first));
         return;
     }
     HWY_ALIGN T pressure[slice_size];
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d))
         hn::Store(hn::Mul(hn::Mul(hn::Load(d, gain + lane), hn::Set(d, T(0.25))),
-                          hn::Load(d, at.body.volume_stiffness.data() + first_row + lane)),
+                          hn::Load(d, at.body.volume_stiffness.data() + first + lane)),
                   d, pressure + lane);
     set_pressures(at, now, slice, pressure);
 }
 
-/// Means of relative changes in 16 rows.
+/// Means of relative changes in 16 control volumes.
 template <class T> HWY_INLINE void mean_changes(StepWorkspace<T> &at, int slice) {
     multiply(at.body.mean_change, at.change, slice,
              at.mean_change.data() + static_cast<std::size_t>(slice) * slice_size);

@@ -153,7 +153,7 @@ template <bool is_damped, class T> HWY_NOINLINE void nodal_strains(StepWorkspace
     }
 }
 
-/// A quarter of the stress around the nodes of 16 rows, from the strains of the tetrahedra there, and the pressures
+/// A quarter of the stress in 16 control volumes, from the strains of the tetrahedra there, and the pressures
 /// there or what these are made of.
 template <class T> HWY_NOINLINE void nodal_stresses(StepWorkspace<T> &at, int now, int volume_slice) {
     using D = Lanes<T>;
@@ -183,11 +183,17 @@ template <class T> HWY_NOINLINE void nodal_stresses(StepWorkspace<T> &at, int no
     HWY_ALIGN T gain[slice_size];
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const auto strain = load_eight(D(), sums + 8 * lane);
-        const std::size_t row = static_cast<std::size_t>(volume_slice) * slice_size + lane;
+        const std::size_t volume = static_cast<std::size_t>(volume_slice) * slice_size + lane;
         const auto [xx, yy, zz, xy, yz, zx] =
-            stress(D(), hn::Load(d, body.coupled_modulus.data() + row), strain.tensor);
-        hn::StoreInterleaved4(xx, yy, zz, xy, d, at.stress[0].data() + 4 * row);
-        hn::StoreInterleaved4(yz, zx, hn::Zero(d), hn::Zero(d), d, at.stress[1].data() + 4 * row);
+            stress(D(), hn::Load(d, body.coupled_modulus.data() + volume), strain.tensor);
+        HWY_ALIGN std::array<T, 4 * slice_size> first_four, other_two;
+        hn::StoreInterleaved4(xx, yy, zz, xy, d, first_four.data());
+        hn::StoreInterleaved4(yz, zx, hn::Zero(d), hn::Zero(d), d, other_two.data());
+        for (std::size_t i = 0; i < hn::Lanes(d); ++i) {
+            const auto row = 4 * static_cast<std::size_t>(body.volume_row[volume + i]);
+            std::copy_n(first_four.data() + 4 * i, 4, at.stress[0].data() + row);
+            std::copy_n(other_two.data() + 4 * i, 4, at.stress[1].data() + row);
+        }
         hn::Store(strain.more, d, gain + lane);
     }
     if (!body.volume_stiffness.empty())

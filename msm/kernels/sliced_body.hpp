@@ -32,7 +32,7 @@ struct SpringLines {
     LineCounts count;
 };
 
-/// A sparse matrix whose rows and columns are rows of a SlicedBody, 16 of which are a slice.
+/// A sparse matrix whose rows and columns are control volumes of a SlicedBody, 16 of which are a slice.
 template <class T> struct SlicedMatrix {
     std::vector<int> start; ///< (slices + 1) entries of the longest row of each, in units of 16
     Aligned<std::int32_t> column;
@@ -93,12 +93,15 @@ template <class T> struct SlicedBody {
     /// the following.
     Aligned<T> rest_length;
     Aligned<T> inner_modulus;   ///< (lines, 16) of springs inside a tetrahedron [Pa]
-    Aligned<T> coupled_modulus; ///< (rows) 1/16 of the shear modulus of springs around a node, by volume [Pa/m^3]
+    Aligned<T> coupled_modulus; ///< (volumes) 1/16 of the shear modulus of springs around a node, by volume [Pa/m^3]
 
-    std::vector<int> volume_start; ///< (rows / 16 + 1) corners of fans at the nodes of the rows, in units of 16
+    /// (volumes) the row of each control volume, near each other in order, and of about as many tetrahedra; filled up
+    /// with the far row
+    std::vector<int> volume_row;
+    std::vector<int> volume_start; ///< (volumes / 16 + 1) corners of fans in the volumes, in units of 16
     Aligned<std::int32_t> member;  ///< the corner; one behind the last where there is none. Where springs are coupled,
                                    ///< eight times a tetrahedron around the node
-    Aligned<T> volume_stiffness;   ///< (rows) a quarter of the pressure for each m^3 gained [Pa/m^3]
+    Aligned<T> volume_stiffness;   ///< (volumes) a quarter of the pressure for each m^3 gained [Pa/m^3]
     /// From the sums of what the tetrahedra around nodes have gained to means of relative changes [1/m^3]; empty if no
     /// means are resisted.
     SlicedMatrix<T> mean_change;

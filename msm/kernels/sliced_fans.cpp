@@ -4,12 +4,16 @@
 
 #include "msm/elastic_body.hpp"
 #include "msm/kernels/fans.hpp"
+#include "msm/kernels/node_order.hpp"
 #include "msm/kernels/slicing.hpp"
 #include "msm/tetrahedron_volume.hpp"
 
 namespace livermark::msm {
 
 namespace {
+
+/// Control volumes: large enough to find some of as many corners, small enough to stay near.
+constexpr std::size_t volume_window = 256;
 
 /// Gives each control volume a row. @return shape (C)
 template <class T> std::vector<int> volume_rows(const StepParts &parts, SlicedBody<T> &body) {
@@ -86,54 +90,59 @@ template <class T> std::size_t first_corner(const SlicedBody<T> &body, std::size
     return (static_cast<std::size_t>(body.fan_start[fan_slice]) + 3 * fan_slice) * slice_size;
 }
 
-/// What a row adds up.
-struct Member {
-    int row, number;
-};
-
 /// Tetrahedra in the control volume of each row.
-std::vector<Member> tetrahedra_of_rows(const StepParts &parts, const std::vector<int> &row_of_volume,
-                                       const Lines &lines) {
-    std::vector<Member> members;
+std::vector<std::vector<int>> tetrahedra_of_rows(const StepParts &parts, const std::vector<int> &row_of_volume,
+                                                 const Lines &lines, int num_rows) {
+    std::vector<std::vector<int>> of_rows(num_rows);
     for (std::size_t at = 0; at < lines.tetrahedron.size(); ++at)
         if (lines.tetrahedron[at] != none)
             for (const int c : parts.corner_volume[lines.tetrahedron[at]])
-                members.push_back({row_of_volume[c], static_cast<int>(at)});
-    return members;
+                of_rows[row_of_volume[c]].push_back(static_cast<int>(at));
+    return of_rows;
 }
 
 /// Corners of fans at each row, which have the sums over the tetrahedra there: less than half as many.
-template <class T> std::vector<Member> corners_of_rows(const Lines &lines, const SlicedBody<T> &body) {
-    std::vector<Member> members;
+template <class T> std::vector<std::vector<int>> corners_of_rows(const Lines &lines, const SlicedBody<T> &body) {
+    std::vector<std::vector<int>> of_rows(body.num_rows);
     for (std::size_t slice = 0; slice + 1 < body.fan_start.size(); ++slice) {
         const std::size_t first = first_corner(body, slice);
         for (auto at = first; at < first_corner(body, slice + 1); ++at) {
             const bool is_filled_up = at >= first + 3 * slice_size && lines.node[at] == lines.node[at - slice_size];
             if (lines.node[at] != none && !is_filled_up)
-                members.push_back({body.corner[at] / 4, static_cast<int>(at)});
+                of_rows[body.corner[at] / 4].push_back(static_cast<int>(at));
         }
     }
-    return members;
+    return of_rows;
 }
 
+/// @return shape (C) which control volume of the sliced body it is
 template <class T>
-void slice_volumes(const StepParts &parts, const std::vector<int> &row_of_volume, const Lines &lines,
-                   SlicedBody<T> &body) {
+std::vector<int> slice_volumes(const StepParts &parts, const std::vector<int> &row_of_volume, const Lines &lines,
+                               SlicedBody<T> &body) {
     const bool is_coupled = !parts.coupled_modulus.empty();
-    const auto members = is_coupled ? tetrahedra_of_rows(parts, row_of_volume, lines) : corners_of_rows(lines, body);
-    std::vector<int> count(body.num_rows, 0);
-    for (const auto &member : members)
-        ++count[member.row];
-    body.volume_start = starts(count);
-    body.member.assign(static_cast<std::size_t>(body.volume_start.back()) * slice_size,
-                       static_cast<int>(is_coupled ? lines.tetrahedron.size() : lines.node.size()));
-    std::vector<int> used(body.num_rows, 0);
-    for (const auto &[row, number] : members)
-        body.member[place(body.volume_start, row, used[row])] = number;
+    const auto of_rows = is_coupled ? tetrahedra_of_rows(parts, row_of_volume, lines, body.num_rows)
+                                    : corners_of_rows(lines, body);
+    std::vector<int> volumes(row_of_volume.size());
+    std::iota(volumes.begin(), volumes.end(), 0);
+    std::ranges::sort(volumes, {}, [&](int c) { return row_of_volume[c]; });
+    const auto length = [&](int c) { return of_rows[row_of_volume[c]].size(); };
+    sort_in_windows(volumes, volume_window, [&](int a, int b) { return length(a) > length(b); });
+    std::vector<int> number(volumes.size());
+    std::vector<std::vector<int>> members;
+    for (const int c : volumes) {
+        number[c] = static_cast<int>(members.size());
+        members.push_back(of_rows[row_of_volume[c]]);
+        body.volume_row.push_back(row_of_volume[c]);
+    }
+    body.volume_row.resize(padded(static_cast<int>(volumes.size())), body.num_rows);
+    body.volume_start.assign(1, 0);
+    append_lists(members, static_cast<int>(is_coupled ? lines.tetrahedron.size() : lines.node.size()),
+                 body.volume_start, body.member);
     if (!parts.volume_stiffness.empty())
-        body.volume_stiffness.assign(body.num_rows, T(0));
+        body.volume_stiffness.assign(body.volume_row.size(), T(0));
     for (std::size_t c = 0; c < parts.volume_stiffness.size(); ++c)
-        body.volume_stiffness[row_of_volume[c]] = static_cast<T>(0.25 * parts.volume_stiffness[c]);
+        body.volume_stiffness[number[c]] = static_cast<T>(0.25 * parts.volume_stiffness[c]);
+    return number;
 }
 
 /// factor a b of each tetrahedron, empty if there is no b.
@@ -158,22 +167,14 @@ template <class T> void slice_sums(const Lines &lines, SlicedBody<T> &body) {
             if (lines.node[at] == none)
                 continue;
             auto &of_node = places[body.row_of_node[lines.node[at]]];
-            if (of_node.empty() || of_node.back() < body.chunk_start.back())
-                of_node.push_back(num_places++);
-            slot = 4 * of_node.back();
+            if (of_node.empty() || of_node.back() < 4 * body.chunk_start.back())
+                of_node.push_back(4 * num_places++);
+            slot = of_node.back();
         }
         body.chunk_start.push_back(num_places);
     }
-    std::vector<int> count;
-    for (const auto &of_node : places)
-        count.push_back(static_cast<int>(of_node.size()));
-    body.sum_start = starts(count);
-    body.sum.assign(static_cast<std::size_t>(body.sum_start.back()) * slice_size, 4 * num_places);
-    for (int row = 0; row < body.first_copy; ++row)
-        for (int used = 0; used < count[row];) {
-            const int slot = 4 * places[row][used];
-            body.sum[place(body.sum_start, row, used)] = slot;
-        }
+    body.sum_start.assign(1, 0);
+    append_lists(std::move(places), 4 * num_places, body.sum_start, body.sum);
 }
 
 } // namespace
@@ -208,11 +209,12 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
         body.corner[at] = 4 * row;
     }
     slice_sums(lines, body);
-    if (!parts.centre.empty())
-        slice_volumes(parts, row_of_volume, lines, body);
     slice_shapes(parts, positions, lines, body);
-    slice_nodal_springs(parts, positions, row_of_volume, lines, body);
-    slice_means(parts, positions, row_of_volume, body);
+    if (parts.centre.empty())
+        return;
+    const auto number_of_volume = slice_volumes(parts, row_of_volume, lines, body);
+    slice_nodal_springs(parts, positions, number_of_volume, lines, body);
+    slice_means(parts, positions, number_of_volume, body);
 }
 
 template void slice_tetrahedra(const StepParts &, const std::vector<core::Vector3> &, SlicedBody<float> &);

@@ -40,34 +40,35 @@ template <class T> SlicedMatrix<T> sliced_matrix(const std::vector<Entry> &entri
 
 template <class T>
 void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3> &positions,
-                         const std::vector<int> &row_of_volume, const Lines &lines, SlicedBody<T> &body) {
+                         const std::vector<int> &number_of_volume, const Lines &lines, SlicedBody<T> &body) {
     if (parts.coupled_modulus.empty())
         return;
     const auto x = to_unknowns(positions);
     body.inner_modulus = on_lines<T>(parts.inner_modulus, lines);
     for (auto &member : body.member)
         member *= 8;
-    body.coupled_modulus.assign(body.num_rows, T(0));
+    body.coupled_modulus.assign(body.volume_row.size(), T(0));
     const auto volume = rest_volumes(parts, x);
     for (std::size_t c = 0; c < volume.size(); ++c)
-        body.coupled_modulus[row_of_volume[c]] = static_cast<T>(parts.coupled_modulus[c] / (16.0 * volume[c]));
+        body.coupled_modulus[number_of_volume[c]] = static_cast<T>(parts.coupled_modulus[c] / (16.0 * volume[c]));
 }
 
 template <class T>
 void slice_means(const StepParts &parts, const std::vector<core::Vector3> &positions,
-                 const std::vector<int> &row_of_volume, SlicedBody<T> &body) {
+                 const std::vector<int> &number_of_volume, SlicedBody<T> &body) {
     if (parts.mean.empty())
         return;
     const auto volume = rest_volumes(parts, to_unknowns(positions));
     std::vector<Entry> change, pressure;
     for (const auto &[c, other, weight] : parts.mean) {
-        const int row = row_of_volume[c], other_row = row_of_volume[other];
+        const int row = number_of_volume[c], other_row = number_of_volume[other];
         change.push_back({row, other_row, 0.25 * weight / volume[other]});
         const double modulus = parts.volume_stiffness[c] * volume[c];
         pressure.push_back({other_row, row, 0.25 * weight * modulus * volume[c] / volume[other]});
     }
-    body.mean_change = sliced_matrix<T>(change, body.num_rows);
-    body.mean_pressure = sliced_matrix<T>(pressure, body.num_rows);
+    const auto size = static_cast<int>(body.volume_row.size());
+    body.mean_change = sliced_matrix<T>(change, size);
+    body.mean_pressure = sliced_matrix<T>(pressure, size);
 }
 
 template void slice_nodal_springs(const StepParts &, const std::vector<core::Vector3> &, const std::vector<int> &,

@@ -25,6 +25,25 @@ inline std::vector<int> starts(const std::vector<int> &length_of_row) {
     return start;
 }
 
+/// Puts lists side by side, 16 to a slice, behind those that are there.
+/// @param start    (slices + 1) where the entries of each begin, in units of 16; at first {0}
+/// @param filling  what stands behind the end of a short list
+inline void append_lists(std::vector<std::vector<int>> lists, int filling, std::vector<int> &start,
+                         Aligned<std::int32_t> &entries) {
+    lists.resize(padded(static_cast<int>(lists.size())));
+    for (std::size_t first = 0; first < lists.size(); first += slice_size) {
+        std::size_t longest = 0;
+        for (std::size_t lane = 0; lane < slice_size; ++lane)
+            longest = std::max(longest, lists[first + lane].size());
+        const std::size_t at = entries.size();
+        entries.resize(at + longest * slice_size, filling);
+        start.push_back(start.back() + static_cast<int>(longest));
+        for (std::size_t lane = 0; lane < slice_size; ++lane)
+            for (std::size_t k = 0; k < lists[first + lane].size(); ++k)
+                entries[at + k * slice_size + lane] = lists[first + lane][k];
+    }
+}
+
 /// Place of the next entry of a row, of which it has `used` already.
 inline std::size_t place(const std::vector<int> &start, int row, int &used) {
     const auto line = static_cast<std::size_t>(start[row / slice_size]) + static_cast<std::size_t>(used++);
@@ -64,13 +83,13 @@ void slice_shapes(const StepParts &parts, const std::vector<core::Vector3> &posi
                   SlicedBody<T> &body);
 
 /// The parts that springs coupled around nodes have, and means of changes of volume.
-/// @param positions      shape (N) [m], at rest
-/// @param row_of_volume  shape (C)
+/// @param positions         shape (N) [m], at rest
+/// @param number_of_volume  shape (C) which control volume of the sliced body it is
 template <class T>
 void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3> &positions,
-                         const std::vector<int> &row_of_volume, const Lines &lines, SlicedBody<T> &body);
+                         const std::vector<int> &number_of_volume, const Lines &lines, SlicedBody<T> &body);
 template <class T>
 void slice_means(const StepParts &parts, const std::vector<core::Vector3> &positions,
-                 const std::vector<int> &row_of_volume, SlicedBody<T> &body);
+                 const std::vector<int> &number_of_volume, SlicedBody<T> &body);
 
 } // namespace livermark::msm

@@ -116,9 +116,9 @@ template <class T> struct StepWorkspace {
     /// (lines * 16 + 1, 8) of springs that are coupled: volume times the strain of each tetrahedron, xx yy zz xy yz zx,
     /// and the volume that it has gained; zeros for nobody's [m^3]
     Aligned<T> strain;
-    /// (rows, 4) each: a quarter of the stress around each node, xx yy zz xy and yz zx 0 0 [Pa]
+    /// (rows + 1, 4) each: a quarter of the stress around each node, xx yy zz xy and yz zx 0 0 [Pa]
     std::array<Aligned<T>, 2> stress;
-    /// (rows) where means are resisted: what the tetrahedra around each node have gained [m^3], and the means of
+    /// (volumes) where means are resisted: what the tetrahedra around each node have gained [m^3], and the means of
     /// relative changes
     Aligned<T> change, mean_change;
     Aligned<T> corner_force; ///< (places of all chunks and one that stays zero, 4) [N]
