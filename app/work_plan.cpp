@@ -1,6 +1,7 @@
 #include "app/work_plan.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "app/batches.hpp"
 
@@ -24,16 +25,40 @@ std::vector<Batch> wanted_batches(const Batches &all, int body, const std::funct
     return wanted;
 }
 
+int new_group(const WorkPlan &plan) {
+    return plan.group.empty() ? 0 : plan.group.back() + 1;
+}
+
+void add_item(WorkPlan &plan, int group, WorkItem item) {
+    plan.items.push_back(std::move(item));
+    plan.group.push_back(group);
+    plan.waits_for.emplace_back();
+}
+
 /// As many batches at once as models take less time for together.
 void add_answers(WorkPlan &plan, const std::vector<std::size_t> &models, const std::vector<Batch> &batches,
                  std::size_t most_at_once) {
-    const auto group = static_cast<int>(plan.waits_for.size());
-    plan.waits_for.emplace_back();
+    const int group = new_group(plan);
     for (std::size_t first = 0; first < batches.size(); first += most_at_once) {
         const auto last = std::min(batches.size(), first + most_at_once);
-        plan.items.push_back({models, {batches.begin() + first, batches.begin() + last}});
-        plan.group.push_back(group);
+        add_item(plan, group, {models, {batches.begin() + first, batches.begin() + last}});
     }
+}
+
+bool is_about(const WorkItem &item, std::size_t problem) {
+    return std::ranges::any_of(item.batches, [&](const Batch &batch) { return std::ranges::count(batch, problem) > 0; });
+}
+
+/// Contests of some batches, which wait for what has answered their problems.
+void add_contests(WorkPlan &plan, const std::vector<Batch> &batches) {
+    const int group = new_group(plan), num_answers = static_cast<int>(plan.items.size());
+    for (const auto &batch : batches)
+        for (const auto problem : batch) {
+            add_item(plan, group, {{}, {{problem}}});
+            for (int item = 0; item < num_answers; ++item)
+                if (!plan.items[item].models.empty() && is_about(plan.items[item], problem))
+                    plan.waits_for.back().push_back(item);
+        }
 }
 
 } // namespace
@@ -54,22 +79,12 @@ WorkPlan plan_work(std::span<const core::Problem> problems, std::span<const core
     const int num_bodies = batches.body.empty() ? 0 : std::ranges::max(batches.body) + 1;
     for (int body = 0; body < num_bodies; ++body) {
         const auto wanted = wanted_batches(batches, body, is_wanted);
-        const auto first_group = static_cast<int>(plan.waits_for.size());
         if (!together.empty())
             add_answers(plan, together, wanted, most_together);
         if (model_by_model)
             for (const auto model : others)
                 add_answers(plan, {model}, wanted, 1);
-        const auto contests = static_cast<int>(plan.waits_for.size());
-        auto &answers = plan.waits_for.emplace_back();
-        for (int group = first_group; group < contests; ++group)
-            answers.push_back(group);
-        for (std::size_t b = 0; b < batches.problems.size(); ++b)
-            if (batches.body[b] == body)
-                for (const auto problem : batches.problems[b]) {
-                    plan.items.push_back({{}, {{problem}}});
-                    plan.group.push_back(contests);
-                }
+        add_contests(plan, wanted_batches(batches, body, [](std::size_t /*problem*/) { return true; }));
     }
     return plan;
 }

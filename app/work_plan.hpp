@@ -19,10 +19,10 @@ struct WorkItem {
 struct WorkPlan {
     std::vector<WorkItem> items;
     std::vector<int> group;                  ///< of each item
-    std::vector<std::vector<int>> waits_for; ///< of each group
+    std::vector<std::vector<int>> waits_for; ///< of each item the items before it that it needs
 };
 
-/// Of each body first the answers, then the contests, which find them there. A group is what shares something that
+/// Of each body first the answers, then the contests, which find theirs there. A group is what shares something that
 /// models keep: models that solve problems together share one, and each of the others has its own if they answer by
 /// themselves.
 /// @param is_wanted    whether a problem needs answers

@@ -32,47 +32,49 @@ namespace {
 class Queue {
   public:
     Queue(std::span<const int> group, std::span<const std::vector<int>> waits_for)
-        : group_(group), waits_for_(waits_for) {
+        : waits_for_(waits_for), is_done_(group.size(), 0) {
         for (std::size_t item = 0; item < group.size(); ++item) {
             if (static_cast<std::size_t>(group[item]) >= groups_.size())
                 groups_.resize(group[item] + 1);
             groups_[group[item]].items.push_back(static_cast<int>(item));
-            ++groups_[group[item]].num_not_done;
         }
     }
 
     /// @param at  the group that the worker is at, or -1; where it goes on
     /// @return nothing if all is begun, or has to wait
     std::optional<int> next(int &at) {
-        if (at < 0 || groups_[at].items.empty())
+        if (at < 0 || !has_something(groups_[at]))
             at = other_group();
         if (at < 0)
             return std::nullopt;
-        auto &group = groups_[at];
-        group.is_begun = true;
-        const int item = group.items.front();
-        group.items.pop_front();
+        auto &[items, is_begun] = groups_[at];
+        is_begun = true;
+        const auto place = first_to_begin(groups_[at]);
+        const int item = *place;
+        items.erase(place);
         return item;
     }
 
-    void done(int item) { --groups_[group_[item]].num_not_done; }
+    void done(int item) { is_done_[item] = 1; }
 
   private:
     struct Group {
         std::deque<int> items;
-        std::size_t num_not_done = 0;
         bool is_begun = false;
     };
 
-    bool has_to_wait(std::size_t group) const {
-        return group < waits_for_.size() &&
-               std::ranges::any_of(waits_for_[group], [&](int other) { return groups_[other].num_not_done > 0; });
+    std::deque<int>::const_iterator first_to_begin(const Group &group) const {
+        return std::ranges::find_if(group.items, [&](int item) {
+            return static_cast<std::size_t>(item) >= waits_for_.size() ||
+                   std::ranges::all_of(waits_for_[item], [&](int other) { return is_done_[other] != 0; });
+        });
     }
+    bool has_something(const Group &group) const { return first_to_begin(group) != group.items.end(); }
 
     int other_group() const {
         int best = -1;
         for (std::size_t g = 0; g < groups_.size(); ++g) {
-            if (groups_[g].items.empty() || has_to_wait(g))
+            if (!has_something(groups_[g]))
                 continue;
             if (!groups_[g].is_begun)
                 return static_cast<int>(g);
@@ -82,8 +84,8 @@ class Queue {
         return best;
     }
 
-    std::span<const int> group_;
     std::span<const std::vector<int>> waits_for_;
+    std::vector<char> is_done_;
     std::vector<Group> groups_;
 };
 

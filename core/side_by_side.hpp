@@ -15,10 +15,10 @@ using Tell = std::function<void(const std::string &text)>;
 /// a process that has several threads or MPI.
 ///
 /// Items of one group share what a worker keeps for them, say the factors of a body. So a worker stays with its group
-/// as long as that has items left, then begins the first group that nobody has begun, and at last helps with the one
-/// that has most left. Which worker does an item is up to chance: no result may depend on it.
+/// as long as that has items left that need not wait, then begins the first group that nobody has begun, and at last
+/// helps with the one that has most left. Which worker does an item is up to chance: no result may depend on it.
 /// @param group        shape (I) the group of each item, >= 0
-/// @param waits_for    of each group the groups before it that have to be done before it begins; may be shorter
+/// @param waits_for    of each item the items before it that have to be done before it begins; may be shorter
 /// @param num_workers  >= 1
 /// @param work         called for an item; what it changes in memory may stay in the worker, what it tells comes home
 /// @param told         called in this process with an item and each text, in the order of the telling

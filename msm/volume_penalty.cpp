@@ -155,6 +155,8 @@ class VolumePenalty : public ElasticTerm {
         std::vector<Eigen::Triplet<double>> entries;
         entries.reserve(144 * tetrahedra_.size());
         for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
+            if (tetrahedron_pressure[static_cast<Eigen::Index>(t)] == 0.0)
+                continue; // as at rest
             const auto block = volume_hessian(x, tetrahedra_[t]);
             add_block(entries, tetrahedra_[t], tetrahedron_pressure[static_cast<Eigen::Index>(t)] * block);
         }

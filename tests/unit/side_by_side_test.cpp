@@ -52,10 +52,10 @@ TEST(SideBySide, WorkersBeginGroupsOfTheirOwnAndThenHelp) {
     EXPECT_NE(of_one_group[0], of_one_group[1]);
 }
 
-/// The last group has to see what all of the two before it have left, and the one that waits for nothing does not.
-TEST(SideBySide, GroupsWaitForOthers) {
+/// An item of the last group has to see what those have left that it waits for; one of them waits for nobody.
+TEST(SideBySide, ItemsWaitForOthers) {
     const std::vector<int> group{0, 0, 1, 2, 3, 3, 3};
-    const std::vector<std::vector<int>> waits_for{{}, {}, {}, {0, 1}};
+    const std::vector<std::vector<int>> waits_for{{}, {}, {}, {}, {0, 1, 2}, {1}};
     for (const int num_workers : {1, 2, 3, 7}) {
         std::vector<int> begun, done;
         core::side_by_side(
@@ -71,7 +71,9 @@ TEST(SideBySide, GroupsWaitForOthers) {
         EXPECT_EQ(begun, (std::vector{0, 1, 2, 3, 4, 5, 6}));
         for (std::size_t first = 0; first < done.size(); ++first)
             for (std::size_t second = first + 1; second < done.size(); ++second)
-                EXPECT_FALSE(group[done[first]] == 3 && group[done[second]] < 2) << num_workers;
+                EXPECT_FALSE(static_cast<std::size_t>(done[first]) < waits_for.size() &&
+                             std::ranges::count(waits_for[done[first]], done[second]) > 0)
+                    << num_workers;
     }
 }
 
