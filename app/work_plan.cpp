@@ -46,7 +46,8 @@ void add_answers(WorkPlan &plan, const std::vector<std::size_t> &models, const s
 }
 
 bool is_about(const WorkItem &item, std::size_t problem) {
-    return std::ranges::any_of(item.batches, [&](const Batch &batch) { return std::ranges::count(batch, problem) > 0; });
+    return std::ranges::any_of(item.batches,
+                               [&](const Batch &batch) { return std::ranges::count(batch, problem) > 0; });
 }
 
 /// Contests of some batches, which wait for what has answered their problems.

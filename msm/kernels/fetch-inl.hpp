@@ -36,7 +36,8 @@ HWY_INLINE void scatter_add(D d, V x, V y, V z, T *rows, const std::int32_t *pla
 
 #else
 
-/// Two halves in one. Highway's own way in version 1.0 sets the rest to zero first, which gcc 12 does with an operation.
+/// Two halves in one. Highway's own way in version 1.0 sets the rest to zero first, which gcc 12 does with an
+/// operation.
 template <class D, class T = hn::TFromD<D>>
 HWY_INLINE hn::Vec<D> joined(D d, hn::Vec<hn::Half<D>> upper, hn::Vec<hn::Half<D>> lower) {
 #if HWY_TARGET <= HWY_AVX3

@@ -46,8 +46,8 @@ template <class T> HWY_INLINE void set_pressures(StepWorkspace<T> &at, int now, 
         at.rows[now][4 * static_cast<std::size_t>(row[i]) + 3] = pressure[i];
 }
 
-/// Makes a quarter of the pressures in 16 control volumes of what the tetrahedra there have gained, or keeps that where a
-/// mean of it is resisted.
+/// Makes a quarter of the pressures in 16 control volumes of what the tetrahedra there have gained, or keeps that where
+/// a mean of it is resisted.
 template <class T> HWY_INLINE void set_gains(StepWorkspace<T> &at, int now, int slice, const T *gain) {
     constexpr Lanes<T> d;
     const std::size_t first = static_cast<std::size_t>(slice) * slice_size;

@@ -120,8 +120,8 @@ template <class T>
 std::vector<int> slice_volumes(const StepParts &parts, const std::vector<int> &row_of_volume, const Lines &lines,
                                SlicedBody<T> &body) {
     const bool is_coupled = !parts.coupled_modulus.empty();
-    const auto of_rows = is_coupled ? tetrahedra_of_rows(parts, row_of_volume, lines, body.num_rows)
-                                    : corners_of_rows(lines, body);
+    const auto of_rows =
+        is_coupled ? tetrahedra_of_rows(parts, row_of_volume, lines, body.num_rows) : corners_of_rows(lines, body);
     std::vector<int> volumes(row_of_volume.size());
     std::iota(volumes.begin(), volumes.end(), 0);
     std::ranges::sort(volumes, {}, [&](int c) { return row_of_volume[c]; });
