@@ -70,9 +70,8 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
         ->add_option(
             "--jobs", options->jobs,
             "Workers side by side, each on one core; by default one for each core, if memory allows. With several, the "
-            "file of a load case comes when the last model has answered it; with --jobs 1 each comes as soon as "
-            "its "
-            "load case is done, and nothing disturbs the times of the models")
+            "file of a load case comes when the last model has answered it; with --jobs 1 it comes as soon as the load "
+            "case is done, and nothing disturbs the times of the models")
         ->check(CLI::Range(1, 1024));
     using enum fem_reference::SolverChoice;
     command
