@@ -12,7 +12,6 @@
 #include <fmt/format.h>
 #include <fstream>
 #include <limits>
-#include <optional>
 #include <poll.h>
 #include <stdexcept>
 #include <sys/prctl.h>
@@ -23,71 +22,11 @@
 #include <vector>
 
 #include "core/input_error.hpp"
+#include "core/work_queue.hpp"
 
 namespace livermark::core {
 
 namespace {
-
-/// What is left to do.
-class Queue {
-  public:
-    Queue(std::span<const int> group, std::span<const std::vector<int>> waits_for)
-        : waits_for_(waits_for), is_done_(group.size(), 0) {
-        for (std::size_t item = 0; item < group.size(); ++item) {
-            if (static_cast<std::size_t>(group[item]) >= groups_.size())
-                groups_.resize(group[item] + 1);
-            groups_[group[item]].items.push_back(static_cast<int>(item));
-        }
-    }
-
-    /// @param at  the group that the worker is at, or -1; where it goes on
-    /// @return nothing if all is begun, or has to wait
-    std::optional<int> next(int &at) {
-        if (at < 0 || !has_something(groups_[at]))
-            at = other_group();
-        if (at < 0)
-            return std::nullopt;
-        auto &[items, is_begun] = groups_[at];
-        is_begun = true;
-        const auto place = first_to_begin(groups_[at]);
-        const int item = *place;
-        items.erase(place);
-        return item;
-    }
-
-    void done(int item) { is_done_[item] = 1; }
-
-  private:
-    struct Group {
-        std::deque<int> items;
-        bool is_begun = false;
-    };
-
-    std::deque<int>::const_iterator first_to_begin(const Group &group) const {
-        return std::ranges::find_if(group.items, [&](int item) {
-            return static_cast<std::size_t>(item) >= waits_for_.size() ||
-                   std::ranges::all_of(waits_for_[item], [&](int other) { return is_done_[other] != 0; });
-        });
-    }
-    bool has_something(const Group &group) const { return first_to_begin(group) != group.items.end(); }
-
-    int other_group() const {
-        int best = -1;
-        for (std::size_t g = 0; g < groups_.size(); ++g) {
-            if (!has_something(groups_[g]))
-                continue;
-            if (!groups_[g].is_begun)
-                return static_cast<int>(g);
-            if (best < 0 || groups_[g].items.size() > groups_[best].items.size())
-                best = static_cast<int>(g);
-        }
-        return best;
-    }
-
-    std::span<const std::vector<int>> waits_for_;
-    std::vector<char> is_done_;
-    std::vector<Group> groups_;
-};
 
 /// What comes home from a worker.
 enum class Kind : std::int32_t { text, done, input_error, other_error };
@@ -197,7 +136,7 @@ class Worker {
     bool has_item() const { return item_ >= 0; }
     int item() const { return item_; }
 
-    void begin(Queue &queue) {
+    void begin(WorkQueue &queue) {
         item_ = queue.next(group_).value_or(-1);
         if (item_ >= 0)
             write_all(items_, &item_, sizeof item_); // if it is gone, its end is read
@@ -255,7 +194,7 @@ double available_memory() {
 void side_by_side(std::span<const int> group, int num_workers, const Work &work,
                   const std::function<void(int, const std::string &)> &told,
                   std::span<const std::vector<int>> waits_for) {
-    Queue queue(group, waits_for);
+    WorkQueue queue(group, waits_for);
     if (num_workers == 1 || group.size() < 2) {
         int at = -1;
         while (const auto item = queue.next(at)) {
