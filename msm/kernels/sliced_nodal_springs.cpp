@@ -61,10 +61,10 @@ void slice_means(const StepParts &parts, const std::vector<core::Vector3> &posit
     const auto volume = rest_volumes(parts, to_unknowns(positions));
     std::vector<Entry> change, pressure;
     for (const auto &[c, other, weight] : parts.mean) {
-        const int row = number_of_volume[c], other_row = number_of_volume[other];
-        change.push_back({row, other_row, 0.25 * weight / volume[other]});
+        const int number = number_of_volume[c], other_number = number_of_volume[other];
+        change.push_back({number, other_number, 0.25 * weight / volume[other]});
         const double modulus = parts.volume_stiffness[c] * volume[c];
-        pressure.push_back({other_row, row, 0.25 * weight * modulus * volume[c] / volume[other]});
+        pressure.push_back({other_number, number, 0.25 * weight * modulus * volume[c] / volume[other]});
     }
     const auto size = static_cast<int>(body.volume_row.size());
     body.mean_change = sliced_matrix<T>(change, size);
