@@ -92,9 +92,10 @@ template <std::size_t columns> struct RowTypeOf<std::array<int, columns>> {
 /// @throws std::runtime_error from every function if HDF5 refuses
 class OutputFile {
   public:
-    enum class Compression { deflate, none };
+    /// Of datasets that are not small: in chunks with checksums, integers compressed; or as they are.
+    enum class Storage { chunks, plain };
 
-    explicit OutputFile(Compression compression = Compression::deflate);
+    explicit OutputFile(Storage storage = Storage::chunks);
 
     /// @param keep_order  remember the order in which children are made
     void group(const std::string &path, bool keep_order = false);
@@ -136,7 +137,7 @@ class OutputFile {
                    const std::optional<hsize_t> &length, const void *data);
 
     Quiet quiet_;
-    Compression compression_;
+    Storage storage_;
     std::shared_ptr<void> kept_; ///< memory of the file when HDF5 has closed it
     Handle file_;
 };

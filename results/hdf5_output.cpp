@@ -13,7 +13,7 @@ namespace livermark::results::hdf5 {
 namespace {
 
 /// Datasets below this stay in one piece: chunks and filters cost more than they save there.
-constexpr std::size_t smallest_compressed_bytes = 16 * 1024;
+constexpr std::size_t smallest_chunked_bytes = 16 * 1024;
 constexpr std::size_t chunk_bytes = 1024 * 1024;
 /// Core driver: bytes by which the memory of the file grows.
 constexpr std::size_t memory_increment = 1024 * 1024;
@@ -40,6 +40,23 @@ Handle creation_properties(hid_t of) {
     if (of != H5P_DATASET_CREATE)
         require(H5Pset_link_phase_change(properties.get(), always, 0), "links in a header");
     return properties;
+}
+
+/// Rows in each of equal chunks: the last takes as much room as the others.
+hsize_t rows_per_chunk(hsize_t num_rows, hsize_t row_bytes) {
+    const hsize_t num_chunks = std::min((num_rows * row_bytes + chunk_bytes - 1) / chunk_bytes, num_rows);
+    return (num_rows + num_chunks - 1) / num_chunks;
+}
+
+/// Integers are compressed, which keeps a checksum of them too. Of the digits of a floating-point number nearly all are
+/// random, so that a seventh is all that compression would save, at 40 times the time of a checksum alone.
+void add_filters(const Handle &properties, hid_t type, const std::string &path) {
+    if (H5Tget_class(type) == H5T_FLOAT) {
+        require(H5Pset_fletcher32(properties.get()), path);
+    } else {
+        require(H5Pset_shuffle(properties.get()), path);
+        require(H5Pset_deflate(properties.get(), deflate_level), path);
+    }
 }
 
 /// Memory of a file comes from here, and what HDF5 would free when it closes the file stays with us. (The other way to
@@ -100,7 +117,7 @@ Quiet::~Quiet() {
     H5Eset_auto2(H5E_DEFAULT, function_, data_);
 }
 
-OutputFile::OutputFile(Compression compression) : compression_(compression), file_(create_in_memory(kept_)) {}
+OutputFile::OutputFile(Storage storage) : storage_(storage), file_(create_in_memory(kept_)) {}
 
 void OutputFile::group(const std::string &path, bool keep_order) {
     const Handle properties = creation_properties(H5P_GROUP_CREATE);
@@ -119,12 +136,11 @@ void OutputFile::write(const std::string &path, const RowType &type, std::vector
     hsize_t row_bytes = H5Tget_size(type.file);
     for (std::size_t d = 1; d < shape.size(); ++d)
         row_bytes *= shape[d];
-    if (compression_ == Compression::deflate && shape[0] * row_bytes >= smallest_compressed_bytes) {
+    if (storage_ == Storage::chunks && shape[0] * row_bytes >= smallest_chunked_bytes) {
         auto chunk = shape;
-        chunk[0] = std::clamp<hsize_t>(chunk_bytes / row_bytes, 1, shape[0]);
+        chunk[0] = rows_per_chunk(shape[0], row_bytes);
         require(H5Pset_chunk(properties.get(), rank, chunk.data()), path);
-        require(H5Pset_shuffle(properties.get()), path);
-        require(H5Pset_deflate(properties.get(), deflate_level), path);
+        add_filters(properties, type.file, path);
     }
     {
         const Handle dataset = made(

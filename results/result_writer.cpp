@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <fmt/format.h>
 #include <set>
+#include <span>
 #include <stdexcept>
 
 #include "core/whole_file.hpp"
@@ -176,6 +178,32 @@ void write_modes(hdf5::OutputFile &file, const ModelModes &model, std::size_t nu
     file.blocks(group + "/shape", model.modes.shape, num_nodes, "kg^-1/2");
 }
 
+struct NamedSprings {
+    std::string group; ///< of the model in the file
+    const core::SpringNetwork *springs;
+};
+
+/// The springs of models are often the same in all but one field: what an earlier model has gets a second name.
+template <class Rows>
+void write_spring_field(hdf5::OutputFile &file, const NamedSprings &model, std::span<const NamedSprings> earlier,
+                        Rows core::SpringNetwork::*field, const std::string &name, const std::string &units) {
+    const Rows &rows = model.springs->*field;
+    const auto same = std::ranges::find_if(earlier, [&](const auto &other) { return other.springs->*field == rows; });
+    if (same != earlier.end())
+        file.hard_link(same->group + name, model.group + name);
+    else
+        file.dataset(model.group + name, rows, units);
+}
+
+void write_springs(hdf5::OutputFile &file, const NamedSprings &model, std::span<const NamedSprings> earlier) {
+    using Springs = core::SpringNetwork;
+    write_spring_field(file, model, earlier, &Springs::node_mass, "/node_mass", "kg");
+    write_spring_field(file, model, earlier, &Springs::edges, "/edges", "");
+    write_spring_field(file, model, earlier, &Springs::stiffness, "/stiffness", "N/m");
+    write_spring_field(file, model, earlier, &Springs::rest_length, "/rest_length", "m");
+}
+
+/// All but the springs.
 void write_solution_of(hdf5::OutputFile &file, const std::string &model, const core::Solution &solution,
                        const core::LoadCase &load_case) {
     const std::string group = solution_group(model);
@@ -196,12 +224,6 @@ void write_solution_of(hdf5::OutputFile &file, const std::string &model, const c
     file.dataset(group + "/displacement", solution.displacement, "m");
     file.dataset(group + "/reaction", solution.reaction, "N");
     file.texts(group + "/reaction", "patches", load_case.constraint_names);
-    if (const auto &springs = solution.springs) {
-        file.dataset(group + "/node_mass", springs->node_mass, "kg");
-        file.dataset(group + "/edges", springs->edges, "");
-        file.dataset(group + "/stiffness", springs->stiffness, "N/m");
-        file.dataset(group + "/rest_length", springs->rest_length, "m");
-    }
     if (solution.history)
         write_history(file, model, *solution.history, load_case.release.value());
 }
@@ -253,8 +275,14 @@ std::vector<char> file_image(const Result &result) {
     write_load_case(file, result.problem.load_case);
     file.group("/solutions", true);
     file.group("/comparisons");
+    std::vector<NamedSprings> written;
     for (const ModelResult &model : result.models) {
         write_solution_of(file, model.name, model.solution, result.problem.load_case);
+        if (const auto &springs = model.solution.springs) {
+            const NamedSprings named{solution_group(model.name), &*springs};
+            write_springs(file, named, written);
+            written.push_back(named);
+        }
         file.text(solution_group(model.name), "summary", model.summary);
         file.text(solution_group(model.name), "source", model.source);
         if (model.comparison || model.band)
@@ -279,9 +307,11 @@ void write_result(const std::filesystem::path &path, const Result &result) {
 
 void write_solution(const std::filesystem::path &path, const core::Solution &solution,
                     const core::LoadCase &load_case) {
-    hdf5::OutputFile file(hdf5::OutputFile::Compression::none);
+    hdf5::OutputFile file(hdf5::OutputFile::Storage::plain);
     file.group("/solutions");
     write_solution_of(file, only_solution, solution, load_case);
+    if (solution.springs)
+        write_springs(file, {solution_group(only_solution), &*solution.springs}, {});
     core::write_whole(path, file.image());
 }
 

@@ -140,6 +140,13 @@ results::Result sample_result(int num_bricks) {
     return result;
 }
 
+results::ModelResult stiffer(results::ModelResult model) {
+    model.name = "stiffer";
+    for (double &stiffness : model.solution.springs.value().stiffness)
+        stiffness *= 2.0;
+    return model;
+}
+
 results::Result without_motion(results::Result result) {
     result.problem.load_case.release.reset();
     result.modes.clear();

@@ -10,7 +10,10 @@ namespace livermark::tests {
 /// an uncertainty of 19 %, a little less than the error of "springs". The numbers are made up: no model was solved.
 results::Result sample_result(int num_bricks = 2);
 
-/// The same under a load case that does not depend on time.
+/// A model named "stiffer" that differs from one with springs in their stiffness alone.
+results::ModelResult stiffer(results::ModelResult model);
+
+/// A result under a load case that does not depend on time.
 results::Result without_motion(results::Result result);
 
 } // namespace livermark::tests
