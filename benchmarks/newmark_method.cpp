@@ -51,7 +51,7 @@ struct FiniteElements {
             kinematic = std::max(kinematic, std::abs(moved - 0.5 * h * (before.velocity[i] + after.velocity[i])));
         }
         fem_reference::multiply_mass(mass, change, inertia);
-        fem_reference::multiply_stiffness(system.stiffness, mean, force);
+        system.stiffness.multiply(mean, force);
         double largest = 0.0, imbalance = 0.0;
         for (std::size_t i = 0; i < size; ++i)
             if (std::isnan(prescribed[i])) {

@@ -52,8 +52,9 @@ std::vector<double> rigid_modes(const std::vector<core::Vector3> &points) {
 
 /// Numbers the parts of a body that hang together, by the pattern of its matrix.
 /// @return shape (n) part of each node
-std::vector<int> connected_parts(const SymmetricMatrix &matrix, int &num_parts) {
-    std::vector<int> part(matrix.num_rows() / 3, -1);
+std::vector<int> connected_parts(const LowerRows &rows, int &num_parts) {
+    const auto matrix = zero_of_blocks(rows);
+    std::vector<int> part(rows.num_nodes(), -1);
     std::vector<int> todo;
     num_parts = 0;
     for (std::size_t seed = 0; seed < part.size(); ++seed) {
@@ -64,10 +65,10 @@ std::vector<int> connected_parts(const SymmetricMatrix &matrix, int &num_parts) 
         while (!todo.empty()) {
             const int node = todo.back();
             todo.pop_back();
-            for (int k = matrix.row_start[3 * node]; k < matrix.row_start[3 * node + 1]; k += 3)
-                if (int &other = part[matrix.column[k] / 3]; other < 0) {
+            for (int k = matrix.row_start[node]; k < matrix.row_start[node + 1]; ++k)
+                if (int &other = part[matrix.column[k]]; other < 0) {
                     other = num_parts;
-                    todo.push_back(matrix.column[k] / 3);
+                    todo.push_back(matrix.column[k]);
                 }
         }
         ++num_parts;
@@ -79,7 +80,7 @@ std::vector<int> connected_parts(const SymmetricMatrix &matrix, int &num_parts) 
 bool is_held(const ElasticSystem &system, const std::vector<double> &modes, const std::vector<bool> &is_free) {
     constexpr double least_hold = 1e-12;
     int num_parts = 0;
-    const auto part = connected_parts(system.stiffness, num_parts);
+    const auto part = connected_parts(system.stiffness.rows, num_parts);
     using Gram = Eigen::Matrix<double, RigidModes::count, RigidModes::count>;
     std::vector<Gram> held(num_parts, Gram::Zero());
     const std::size_t size = is_free.size();
@@ -153,7 +154,7 @@ class AlgebraicMultigrid : public Preconditioner {
 
   private:
     void copy_matrix() {
-        const auto &stiffness = system_.stiffness;
+        const auto stiffness = compressed_rows(system_.stiffness);
         const int size = stiffness.num_rows();
         const Epetra_Map map(size, 0, Epetra_MpiComm(MPI_COMM_SELF));
         std::vector<int> length(size);

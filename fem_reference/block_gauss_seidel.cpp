@@ -24,17 +24,11 @@ Eigen::Matrix3d inverse_of_free(const Block<float> &block, const Eigen::Array3d 
 
 } // namespace
 
-BlockGaussSeidel::BlockGaussSeidel(const SymmetricMatrix &matrix) : rows_(lower_rows(matrix)) {
-    block_.reserve(rows_.column.size());
-    for_each_lower_block(matrix, [&](int node, int other, const double *first, int stride) {
-        Eigen::Matrix3d block;
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j)
-                block(i, j) = first[i * stride + j];
-        (node == other ? diagonal_ : block_).push_back(rounded(block));
-        if (node == other)
-            inverse_diagonal_.push_back(rounded(block.inverse()));
-    });
+BlockGaussSeidel::BlockGaussSeidel(const SymmetricBlocks<float> &matrix)
+    : rows_(matrix.rows), block_(matrix.below), diagonal_(matrix.diagonal) {
+    const Eigen::Array3d all_free = Eigen::Array3d::Ones();
+    for (const auto &block : diagonal_)
+        inverse_diagonal_.push_back(rounded(inverse_of_free(block, all_free)));
 }
 
 void BlockGaussSeidel::set_up(const FreeUnknowns &free) {

@@ -4,9 +4,7 @@
 #include <vector>
 
 #include "fem_reference/columns.hpp"
-#include "fem_reference/elastic_system.hpp"
-#include "fem_reference/node_order.hpp"
-#include "fem_reference/rows_of_blocks.hpp"
+#include "fem_reference/symmetric_blocks.hpp"
 
 namespace livermark::fem_reference {
 
@@ -16,8 +14,8 @@ namespace livermark::fem_reference {
 /// Neighbours should be near each other, see NodeOrder.
 class BlockGaussSeidel {
   public:
-    /// @param matrix  of 3 x 3 blocks, as ElasticSystem has it
-    explicit BlockGaussSeidel(const SymmetricMatrix &matrix);
+    /// @param matrix  kept alive and unchanged by the caller
+    explicit BlockGaussSeidel(const SymmetricBlocks<float> &matrix);
 
     /// From now on sweeps are over the free unknowns of each column; the others are zero in whatever comes out.
     void set_up(const FreeUnknowns &free);
@@ -38,9 +36,9 @@ class BlockGaussSeidel {
     void forward(std::span<const float> right_hand_side, std::span<float> u, std::span<float> residual);
     template <int lanes> void backward(std::span<const float> right_hand_side, std::span<float> u);
 
-    LowerRows rows_;
-    std::vector<Block<float>> block_;            ///< (blocks)
-    std::vector<Block<float>> diagonal_;         ///< (n)
+    const LowerRows &rows_;
+    const std::vector<Block<float>> &block_;     ///< (blocks)
+    const std::vector<Block<float>> &diagonal_;  ///< (n)
     std::vector<Block<float>> inverse_diagonal_; ///< (n) where all is free
     int lanes_ = 0;
     std::vector<int> held_;           ///< (n) index into the next two, -1 where all columns are free

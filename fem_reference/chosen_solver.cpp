@@ -3,7 +3,6 @@
 #include <limits>
 
 #include "fem_reference/algebraic_multigrid.hpp"
-#include "fem_reference/mass_matrix.hpp"
 #include "fem_reference/two_level.hpp"
 
 namespace livermark::fem_reference {
@@ -14,11 +13,11 @@ namespace {
 class Factor : public Preconditioner {
   public:
     /// @param first  of the first set, shared with who solves with it alone
-    Factor(const SymmetricMatrix &stiffness, ConstrainedSolver &first) : stiffness_(stiffness), first_(first) {}
+    Factor(const SymmetricBlocks<double> &stiffness, ConstrainedSolver &first) : stiffness_(stiffness), first_(first) {}
 
     bool set_up(const FreeUnknowns &free) override {
         while (others_.size() + 1 < free.sets.size())
-            others_.emplace_back(stiffness_);
+            others_.emplace_back(compressed_rows(stiffness_));
         columns_.assign(free.sets.size(), {});
         for (int lane = 0; lane < free.lanes(); ++lane)
             columns_[free.set[lane]].push_back(lane);
@@ -44,7 +43,7 @@ class Factor : public Preconditioner {
   private:
     ConstrainedSolver &solver(std::size_t set) { return set == 0 ? first_ : others_[set - 1]; }
 
-    const SymmetricMatrix &stiffness_;
+    const SymmetricBlocks<double> &stiffness_;
     ConstrainedSolver &first_;
     std::vector<ConstrainedSolver> others_;
     std::vector<std::vector<int>> columns_; ///< of each set
@@ -58,14 +57,14 @@ ChosenSolver::ChosenSolver(const ElasticSystem &system, SolverChoice choice) : s
         (choice == SolverChoice::automatic && system.stiffness.num_rows() > largest_direct_system)) {
         iterative_.emplace(system.stiffness, algebraic_multigrid(system));
     } else {
-        direct_.emplace(system.stiffness);
+        direct_.emplace(compressed_rows(system.stiffness));
         factor_ = std::make_unique<Factor>(system.stiffness, *direct_);
     }
 }
 
 ChosenSolver::ChosenSolver(const ElasticSystem &fine, const ElasticSystem &coarse, ChosenSolver &coarse_solver)
-    : stiffness_(&fine.stiffness) {
-    iterative_.emplace(fine.stiffness, two_level(fine, coarse, coarse_solver.inverse()));
+    : stiffness_(&fine.stiffness), rough_(std::make_unique<SymmetricBlocks<float>>(rounded(fine.stiffness))) {
+    iterative_.emplace(fine.stiffness, two_level(fine, *rough_, coarse, coarse_solver.inverse()));
 }
 
 void ChosenSolver::set_up(std::span<const double> prescribed) {
@@ -84,20 +83,13 @@ double ChosenSolver::setup_seconds() const {
 }
 
 void ChosenSolver::multiply(std::span<const double> x, std::span<double> out) const {
-    if (direct_)
-        multiply_stiffness(*stiffness_, x, out); // of one column, see max_columns()
-    else
-        iterative_->multiply(x, out);
+    stiffness_->multiply(x, out);
 }
 
 void ChosenSolver::multiply(std::span<const float> x, std::span<float> out) const {
-    if (direct_) {
-        fem_reference::multiply(*stiffness_, x, out);
-    } else {
-        if (!rough_)
-            rough_.emplace(*stiffness_);
-        rough_->multiply(x, out);
-    }
+    if (!rough_)
+        rough_ = std::make_unique<SymmetricBlocks<float>>(rounded(*stiffness_));
+    rough_->multiply(x, out);
 }
 
 Preconditioner &ChosenSolver::inverse() {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "fem_reference/constrained_solver.hpp"
+#include "fem_reference/elastic_system.hpp"
 #include "fem_reference/iterative_solver.hpp"
 #include "fem_reference/solver_choice.hpp"
 
@@ -49,11 +50,11 @@ class ChosenSolver {
     std::string description(const ConstrainedSolution &solution) const;
 
   private:
-    const SymmetricMatrix *stiffness_;
+    const SymmetricBlocks<double> *stiffness_;
+    mutable std::unique_ptr<SymmetricBlocks<float>> rough_; ///< of two levels, or when it is first asked for
     std::optional<ConstrainedSolver> direct_;
     std::unique_ptr<Preconditioner> factor_; ///< a view of direct_
     std::optional<IterativeSolver> iterative_;
-    mutable std::optional<SymmetricBlocks<float>> rough_; ///< what is iterative has it when it is first asked for
 };
 
 } // namespace livermark::fem_reference

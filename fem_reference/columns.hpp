@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "fem_reference/elastic_system.hpp"
+#include "fem_reference/symmetric_matrix.hpp"
 
 namespace livermark::fem_reference {
 

@@ -44,14 +44,14 @@ std::vector<double> residual_of(const SymmetricMatrix &matrix, std::span<const d
 } // namespace
 
 struct ConstrainedSolver::Impl {
-    explicit Impl(const SymmetricMatrix &matrix) : stiffness(matrix) {}
+    explicit Impl(SymmetricMatrix matrix) : stiffness(std::move(matrix)) {}
 
     void factorise(std::span<const double> prescribed);
     bool make_factor(const std::vector<bool> &is_free);
     template <class T>
     void solve(std::span<const T> load, std::span<T> u, int lanes, std::span<const int> columns, Solve solve) const;
 
-    const SymmetricMatrix &stiffness;
+    SymmetricMatrix stiffness;
     core::SparseCholesky factor;
     std::vector<bool> is_common; ///< (n) free in what begin_with() told; empty if nothing did
     std::vector<bool> is_row;    ///< (n) of the factor, empty if there is none
@@ -137,7 +137,7 @@ void ConstrainedSolver::Impl::solve(std::span<const T> load, std::span<T> u, int
             u[static_cast<std::size_t>(lanes) * rows[r] + columns[c]] = static_cast<T>(values(r, c));
 }
 
-ConstrainedSolver::ConstrainedSolver(const SymmetricMatrix &stiffness) : impl_(std::make_unique<Impl>(stiffness)) {}
+ConstrainedSolver::ConstrainedSolver(SymmetricMatrix stiffness) : impl_(std::make_unique<Impl>(std::move(stiffness))) {}
 ConstrainedSolver::~ConstrainedSolver() = default;
 ConstrainedSolver::ConstrainedSolver(ConstrainedSolver &&) noexcept = default;
 ConstrainedSolver &ConstrainedSolver::operator=(ConstrainedSolver &&) noexcept = default;

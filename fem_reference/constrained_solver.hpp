@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "fem_reference/elastic_system.hpp"
+#include "fem_reference/symmetric_matrix.hpp"
 
 namespace livermark::fem_reference {
 
@@ -30,8 +30,8 @@ struct Conditions {
 /// more.
 class ConstrainedSolver {
   public:
-    /// @param stiffness  symmetric positive semidefinite; the caller keeps it alive and unchanged
-    explicit ConstrainedSolver(const SymmetricMatrix &stiffness);
+    /// @param stiffness  symmetric positive semidefinite
+    explicit ConstrainedSolver(SymmetricMatrix stiffness);
     ~ConstrainedSolver();
     ConstrainedSolver(ConstrainedSolver &&) noexcept;
     ConstrainedSolver &operator=(ConstrainedSolver &&) noexcept;

@@ -15,7 +15,6 @@
 #include <string>
 
 #include "fem_reference/deal_ii_mesh.hpp"
-#include "fem_reference/node_order.hpp"
 
 namespace livermark::fem_reference {
 
@@ -54,45 +53,26 @@ void number_by_distance(ElasticSystem &system, std::vector<int> &node) {
 }
 
 /// The zero matrix with a 3 x 3 block for every two nodes that share a cell.
-SymmetricMatrix block_pattern(const ElasticSystem &system) {
-    std::vector<std::vector<int>> neighbours(system.points.size());
-    for (auto first = system.cell_nodes.begin(); first != system.cell_nodes.end(); first += system.nodes_per_cell)
-        for (int a = 0; a < system.nodes_per_cell; ++a)
-            neighbours[first[a]].insert(neighbours[first[a]].end(), first, first + system.nodes_per_cell);
-
-    std::size_t num_blocks = 0;
-    for (auto &list : neighbours) {
-        std::ranges::sort(list);
-        list.erase(std::unique(list.begin(), list.end()), list.end());
-        num_blocks += list.size();
-    }
-    SymmetricMatrix matrix;
-    matrix.row_start.push_back(0);
-    matrix.column.reserve(9 * num_blocks); // growing would go through twice the memory
-    for (const auto &list : neighbours) {
-        for (int i = 0; i < 3; ++i) {
-            for (const int node : list)
-                matrix.column.insert(matrix.column.end(), {3 * node, 3 * node + 1, 3 * node + 2});
-            matrix.row_start.push_back(static_cast<int>(matrix.column.size()));
-        }
-    }
-    matrix.value.assign(matrix.column.size(), 0.0);
+SymmetricBlocks<double> zero_blocks(const ElasticSystem &system) {
+    SymmetricBlocks<double> matrix{lower_rows(system.cell_nodes, system.nodes_per_cell, system.num_nodes()), {}, {}};
+    matrix.below.assign(matrix.rows.column.size(), {});
+    matrix.diagonal.assign(system.points.size(), {});
     return matrix;
 }
 
-/// Adds the block of nodes a and b, given the integral of g_a g_b^T over a cell.
-void add_block(SymmetricMatrix &matrix, int a, int b, const core::Material &material, const Tensor2 &gradients) {
+/// Adds the block of node a and one that is not behind it, given the integral of g_a g_b^T over a cell.
+void add_block(SymmetricBlocks<double> &matrix, int a, int b, const core::Material &material,
+               const Tensor2 &gradients) {
     const double lambda = material.lame_lambda();
     const double mu = material.shear_modulus();
     const double trace = gradients[0][0] + gradients[1][1] + gradients[2][2];
-    const int *const row = matrix.column.data() + matrix.row_start[3 * a];
-    const int *const row_end = matrix.column.data() + matrix.row_start[3 * a + 1];
-    const auto offset = std::lower_bound(row, row_end, 3 * b) - row;
-    for (int i = 0; i < 3; ++i) {
-        double *const value = matrix.value.data() + matrix.row_start[3 * a + i] + offset;
+    const auto row = matrix.rows.column.begin() + matrix.rows.row_start[a],
+               row_end = matrix.rows.column.begin() + matrix.rows.row_start[a + 1];
+    Block<double> &block =
+        a == b ? matrix.diagonal[a] : matrix.below[std::lower_bound(row, row_end, b) - matrix.rows.column.begin()];
+    for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j)
-            value[j] += lambda * gradients[i][j] + mu * gradients[j][i] + (i == j ? mu * trace : 0.0);
-    }
+            block[3 * i + j] += lambda * gradients[i][j] + mu * gradients[j][i] + (i == j ? mu * trace : 0.0);
 }
 
 std::vector<double> integrate_mass_share(const dealii::FE_SimplexP<3> &fe) {
@@ -134,20 +114,15 @@ void integrate_cells(ElasticSystem &system, const core::Body &body, const dealii
         const auto &weights = values.get_JxW_values();
         for (int a = 0; a < num_local; ++a)
             for (int b = 0; b <= a; ++b) {
+                const bool is_behind = nodes[a] >= nodes[b]; // of the two the row
+                const int row = is_behind ? a : b, column = is_behind ? b : a;
                 Tensor2 integral{};
                 for (unsigned int q = 0; q < quadrature.size(); ++q)
                     for (int i = 0; i < 3; ++i)
                         for (int j = 0; j < 3; ++j)
                             integral[i][j] +=
-                                weights[q] * gradient[q * num_local + a][i] * gradient[q * num_local + b][j];
-                add_block(system.stiffness, nodes[a], nodes[b], material, integral);
-                if (a == b)
-                    continue;
-                Tensor2 transposed{};
-                for (int i = 0; i < 3; ++i)
-                    for (int j = 0; j < 3; ++j)
-                        transposed[i][j] = integral[j][i];
-                add_block(system.stiffness, nodes[b], nodes[a], material, transposed);
+                                weights[q] * gradient[q * num_local + row][i] * gradient[q * num_local + column][j];
+                add_block(system.stiffness, nodes[row], nodes[column], material, integral);
             }
     }
 }
@@ -238,7 +213,7 @@ ElasticSystem assemble(const core::Body &body, int degree, NodeOrder order) {
         number_by_distance(system, node);
     system.mass_share = integrate_mass_share(fe);
     system.mass_integral.assign(system.points.size(), 0.0);
-    system.stiffness = block_pattern(system);
+    system.stiffness = zero_blocks(system);
     integrate_cells(system, body, dof_handler, mapping, degree);
     integrate_facets(system, body.mesh, dof_handler, node, mapping, degree);
     return system;

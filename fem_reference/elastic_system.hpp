@@ -3,17 +3,10 @@
 #include <vector>
 
 #include "core/problem.hpp"
+#include "fem_reference/node_order.hpp"
+#include "fem_reference/symmetric_blocks.hpp"
 
 namespace livermark::fem_reference {
-
-/// A symmetric sparse matrix in compressed rows (or columns, it is the same): both triangles, columns ascending.
-struct SymmetricMatrix {
-    std::vector<int> row_start; ///< (n + 1) index into column and value
-    std::vector<int> column;    ///< (nonzeros)
-    std::vector<double> value;  ///< (nonzeros)
-
-    int num_rows() const { return static_cast<int>(row_start.size()) - 1; }
-};
 
 /// Linear elasticity of one body, discretised on its tetrahedra with Lagrange elements and before any condition is put
 /// on it. Everything is plain data, so that only the assembly has to see deal.II.
@@ -31,15 +24,9 @@ struct ElasticSystem {
     /// (nodes_per_cell, nodes_per_cell) integral of the product of two shape functions over a tetrahedron, divided by
     /// its volume: the same for all, because their sides are straight
     std::vector<double> mass_share;
-    SymmetricMatrix stiffness; ///< (3 n, 3 n) [N/m]
+    SymmetricBlocks<double> stiffness; ///< (3 n, 3 n) [N/m]
 
     int num_nodes() const { return static_cast<int>(points.size()); }
-};
-
-/// How the nodes of a system are numbered.
-enum class NodeOrder {
-    of_mesh,    ///< the first N are those of the mesh, in its numbering; with quadratic elements edge midpoints follow
-    by_distance ///< neighbours near each other, see order_by_distance(): for iterations, which live from the caches
 };
 
 /// Assembles a body.

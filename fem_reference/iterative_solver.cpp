@@ -9,8 +9,8 @@
 
 namespace livermark::fem_reference {
 
-IterativeSolver::IterativeSolver(const SymmetricMatrix &stiffness, std::unique_ptr<Preconditioner> preconditioner,
-                                 int max_iterations)
+IterativeSolver::IterativeSolver(const SymmetricBlocks<double> &stiffness,
+                                 std::unique_ptr<Preconditioner> preconditioner, int max_iterations)
     : stiffness_(stiffness), preconditioner_(std::move(preconditioner)), max_iterations_(max_iterations) {}
 
 bool IterativeSolver::set_up(std::span<const double> prescribed) {

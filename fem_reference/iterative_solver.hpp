@@ -14,10 +14,10 @@ class IterativeSolver {
     /// Norm of the residual over that of the right-hand side of the free rows at which the iteration stops.
     static constexpr double tolerance = 1e-11;
 
-    /// @param stiffness       symmetric positive semidefinite; of 3 x 3 blocks
+    /// @param stiffness       symmetric positive semidefinite; kept alive and unchanged by the caller
     /// @param preconditioner  of this matrix
     /// @param max_iterations  after how many steps it gives up
-    IterativeSolver(const SymmetricMatrix &stiffness, std::unique_ptr<Preconditioner> preconditioner,
+    IterativeSolver(const SymmetricBlocks<double> &stiffness, std::unique_ptr<Preconditioner> preconditioner,
                     int max_iterations = 2000);
 
     /// Prepares the preconditioner, unless the same unknowns were prescribed last time.
@@ -49,7 +49,7 @@ class IterativeSolver {
     /// @param held      entries that are not free, see held_entries()
     Ending add_solution(std::span<double> residual, std::span<double> u, std::span<const std::size_t> held);
 
-    SymmetricBlocks<double> stiffness_;
+    const SymmetricBlocks<double> &stiffness_;
     std::unique_ptr<Preconditioner> preconditioner_;
     int max_iterations_;
     FreeUnknowns free_;

@@ -120,7 +120,7 @@ core::Solution StaticSolver::Impl::solution(const core::LoadCase &load_case, con
 core::History StaticSolver::Impl::motion(const core::LoadCase &load_case, const std::vector<double> &displacement) {
     if (auto *const kept = solver.direct())
         return release(*body, matrices.system, load_case, displacement, *kept);
-    ConstrainedSolver own(matrices.system.stiffness);
+    ConstrainedSolver own(compressed_rows(matrices.system.stiffness));
     return release(*body, matrices.system, load_case, displacement, own);
 }
 

@@ -5,16 +5,7 @@
 namespace livermark::fem_reference {
 
 SymmetricMatrix consistent_mass(const core::Body &body, const ElasticSystem &system) {
-    SymmetricMatrix mass;
-    const auto &stiffness = system.stiffness;
-    mass.row_start.push_back(0);
-    for (int a = 0; a < system.num_nodes(); ++a) {
-        for (int k = stiffness.row_start[3 * a]; k < stiffness.row_start[3 * a + 1]; k += 3)
-            mass.column.push_back(stiffness.column[k] / 3);
-        mass.row_start.push_back(static_cast<int>(mass.column.size()));
-    }
-    mass.value.assign(mass.column.size(), 0.0);
-
+    auto mass = zero_of_blocks(system.stiffness.rows);
     const auto volumes = core::tetrahedron_volumes(body.mesh);
     const int num_local = system.nodes_per_cell;
     for (std::size_t t = 0; t < volumes.size(); ++t) {
@@ -31,23 +22,6 @@ SymmetricMatrix consistent_mass(const core::Body &body, const ElasticSystem &sys
     return mass;
 }
 
-void multiply_stiffness(const SymmetricMatrix &matrix, std::span<const double> x, std::span<double> out) {
-    for (int row = 0; row < matrix.num_rows(); row += 3) {
-        const int begin = matrix.row_start[row];
-        const int length = matrix.row_start[row + 1] - begin;
-        const int *const column = &matrix.column[begin];
-        const double *const value = &matrix.value[begin];
-        double sum[3]{};
-        for (int k = 0; k < length; ++k) {
-            const double of_column = x[column[k]];
-            sum[0] += value[k] * of_column;
-            sum[1] += value[length + k] * of_column;
-            sum[2] += value[2 * length + k] * of_column;
-        }
-        std::copy_n(sum, 3, &out[row]);
-    }
-}
-
 void multiply_mass(const SymmetricMatrix &mass, std::span<const double> x, std::span<double> out) {
     for (int a = 0; a < mass.num_rows(); ++a) {
         core::Vector3 sum = core::Vector3::Zero();
@@ -57,8 +31,8 @@ void multiply_mass(const SymmetricMatrix &mass, std::span<const double> x, std::
     }
 }
 
-SymmetricMatrix combine(double k, const SymmetricMatrix &stiffness, double m, const SymmetricMatrix &mass) {
-    SymmetricMatrix sum = stiffness;
+SymmetricMatrix combine(double k, SymmetricMatrix stiffness, double m, const SymmetricMatrix &mass) {
+    auto &sum = stiffness;
     for (double &value : sum.value)
         value *= k;
     for (int a = 0; a < mass.num_rows(); ++a)
@@ -67,7 +41,7 @@ SymmetricMatrix combine(double k, const SymmetricMatrix &stiffness, double m, co
             for (int block = mass.row_start[a]; block < mass.row_start[a + 1]; ++block, entry += 3)
                 sum.value[entry] += m * mass.value[block];
         }
-    return sum;
+    return stiffness;
 }
 
 double dot(std::span<const double> a, std::span<const double> b) {

@@ -11,11 +11,6 @@ namespace livermark::fem_reference {
 /// @return (n, n) [kg]; the sum of all entries is the mass of the body
 SymmetricMatrix consistent_mass(const core::Body &body, const ElasticSystem &system);
 
-/// out = A x, to the last bit as multiply() has it, for a matrix of 3 x 3 blocks, whose rows 3 a to 3 a + 2 have their
-/// entries in one pattern: a third of the column numbers are read, and the three sums do not wait for each other.
-/// @param x, out  shape (num_rows)
-void multiply_stiffness(const SymmetricMatrix &matrix, std::span<const double> x, std::span<double> out);
-
 /// out = M x for all three components.
 /// @param mass    shape (n, n), of one component
 /// @param x, out  shape (3 n), unknown of node a and component i at 3 a + i
@@ -25,7 +20,7 @@ void multiply_mass(const SymmetricMatrix &mass, std::span<const double> x, std::
 /// @param stiffness  shape (3 n, 3 n)
 /// @param mass       shape (n, n), as consistent_mass gives it for this stiffness
 /// @return shape (3 n, 3 n)
-SymmetricMatrix combine(double k, const SymmetricMatrix &stiffness, double m, const SymmetricMatrix &mass);
+SymmetricMatrix combine(double k, SymmetricMatrix stiffness, double m, const SymmetricMatrix &mass);
 
 /// a . b
 double dot(std::span<const double> a, std::span<const double> b);

@@ -16,7 +16,7 @@ core::Modes lowest_modes(const core::Problem &problem, int degree, int count) {
     const auto system = assemble(*problem.body, degree);
     const auto mass = consistent_mass(*problem.body, system);
     const auto conditions = dof_conditions(problem.load_case, system);
-    auto pairs = lowest_eigenpairs(system.stiffness, mass, conditions.prescribed, count);
+    auto pairs = lowest_eigenpairs(compressed_rows(system.stiffness), mass, conditions.prescribed, count);
 
     core::Modes modes;
     modes.angular_frequency = std::move(pairs.angular_frequency);

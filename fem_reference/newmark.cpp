@@ -6,27 +6,26 @@
 namespace livermark::fem_reference {
 
 struct Newmark::Impl {
-    Impl(const SymmetricMatrix &stiffness_, const SymmetricMatrix &mass_, const core::RayleighDamping &damping,
+    Impl(const SymmetricBlocks<double> &stiffness_, const SymmetricMatrix &mass_, const core::RayleighDamping &damping,
          double time_step_)
         : stiffness(stiffness_), mass(mass_), time_step(time_step_),
-          effective(combine(damping.beta + 0.5 * time_step, stiffness, damping.alpha + 2.0 / time_step, mass)),
-          solver(effective), force(3 * static_cast<std::size_t>(mass.num_rows())), momentum(force.size()),
-          mean_velocity(force.size()) {}
+          solver(combine(damping.beta + 0.5 * time_step, compressed_rows(stiffness), damping.alpha + 2.0 / time_step,
+                         mass)),
+          force(3 * static_cast<std::size_t>(mass.num_rows())), momentum(force.size()), mean_velocity(force.size()) {}
 
     Energy multiply_by_matrices(const Motion &motion);
     Energy advance(Motion &motion, std::span<const double> load);
 
-    const SymmetricMatrix &stiffness;
+    const SymmetricBlocks<double> &stiffness;
     const SymmetricMatrix &mass;
     double time_step;
-    SymmetricMatrix effective;
     ConstrainedSolver solver;
     std::vector<double> force, momentum, mean_velocity;
 };
 
 /// force = K u, momentum = M v
 Energy Newmark::Impl::multiply_by_matrices(const Motion &motion) {
-    multiply_stiffness(stiffness, motion.displacement, force);
+    stiffness.multiply(motion.displacement, force);
     multiply_mass(mass, motion.velocity, momentum);
     return {.kinetic = 0.5 * dot(motion.velocity, momentum), .strain = 0.5 * dot(motion.displacement, force)};
 }
@@ -43,8 +42,8 @@ Energy Newmark::Impl::advance(Motion &motion, std::span<const double> load) {
     return before;
 }
 
-Newmark::Newmark(const SymmetricMatrix &stiffness, const SymmetricMatrix &mass, const core::RayleighDamping &damping,
-                 double time_step, std::span<const double> prescribed)
+Newmark::Newmark(const SymmetricBlocks<double> &stiffness, const SymmetricMatrix &mass,
+                 const core::RayleighDamping &damping, double time_step, std::span<const double> prescribed)
     : impl_(std::make_unique<Impl>(stiffness, mass, damping, time_step)) {
     impl_->solver.factorise(prescribed); // the mass makes it positive definite, whatever is held
 }

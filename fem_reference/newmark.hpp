@@ -37,7 +37,7 @@ class Newmark {
     /// @param time_step   h [s], > 0
     /// @param prescribed  shape (3 n), NaN where an unknown is free; the others stay where the motion starts
     /// @throws std::runtime_error if the memory does not hold the factor
-    Newmark(const SymmetricMatrix &stiffness, const SymmetricMatrix &mass, const core::RayleighDamping &damping,
+    Newmark(const SymmetricBlocks<double> &stiffness, const SymmetricMatrix &mass, const core::RayleighDamping &damping,
             double time_step, std::span<const double> prescribed);
     ~Newmark();
     Newmark(Newmark &&) noexcept;

@@ -65,7 +65,7 @@ std::optional<core::History> release_in_ritz_space(const core::Body &body, const
     const auto ready = Clock::now();
 
     std::vector<double> force(displacement.size()), imbalance = conditions.load;
-    multiply_stiffness(system.stiffness, displacement, force);
+    system.stiffness.multiply(displacement, force);
     for (std::size_t i = 0; i < force.size(); ++i)
         imbalance[i] -= force[i];
     RitzSpace space(system.stiffness, mass, solver, std::move(imbalance));

@@ -12,17 +12,31 @@ using Gram = Eigen::Matrix<double, RigidModes::count, RigidModes::count>;
 
 /// R_h^T K_hh R_h
 Gram stiffness_of_held(const ElasticSystem &system, const RigidModes &modes, const std::vector<bool> &is_free) {
-    const auto &k = system.stiffness;
-    const auto at = [&](int dof) -> Six { return modes.at(system.points[dof / 3]).row(dof % 3).transpose(); };
+    const auto &[rows, below, diagonal] = system.stiffness;
+    /// R_a^T K_ab R_b of what is held of two nodes
+    const auto of_block = [&](int a, int b, const Block<double> &block) -> Gram {
+        const auto held = [&](int node) {
+            auto at_node = modes.at(system.points[node]);
+            for (int i = 0; i < 3; ++i)
+                if (is_free[3 * node + i])
+                    at_node.row(i).setZero();
+            return at_node;
+        };
+        return held(a).transpose() * Eigen::Matrix<double, 3, 3, Eigen::RowMajor>::Map(block.data()) * held(b);
+    };
+    const auto is_held = [&](int node) {
+        return !(is_free[3 * node] && is_free[3 * node + 1] && is_free[3 * node + 2]);
+    };
     Gram gram = Gram::Zero();
-    for (int row = 0; row < k.num_rows(); ++row) {
-        if (is_free[row])
+    for (int node = 0; node < system.num_nodes(); ++node) {
+        if (!is_held(node))
             continue;
-        Six product = Six::Zero();
-        for (int entry = k.row_start[row]; entry < k.row_start[row + 1]; ++entry)
-            if (!is_free[k.column[entry]])
-                product += k.value[entry] * at(k.column[entry]);
-        gram += at(row) * product.transpose();
+        gram += of_block(node, node, diagonal[node]);
+        for (int k = rows.row_start[node]; k < rows.row_start[node + 1]; ++k)
+            if (is_held(rows.column[k])) {
+                const Gram part = of_block(node, rows.column[k], below[k]);
+                gram += part + part.transpose();
+            }
     }
     return gram;
 }

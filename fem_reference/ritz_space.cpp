@@ -17,7 +17,7 @@ constexpr Eigen::Index num_exact = 5;
 
 } // namespace
 
-RitzSpace::RitzSpace(const SymmetricMatrix &stiffness, const SymmetricMatrix &mass, ConstrainedSolver &solver,
+RitzSpace::RitzSpace(const SymmetricBlocks<double> &stiffness, const SymmetricMatrix &mass, ConstrainedSolver &solver,
                      std::vector<double> force)
     : stiffness_(stiffness), mass_(mass), solver_(solver), force_(std::move(force)), next_load_(force_),
       vector_(force_.size()), product_(force_.size()), vectors_(force_.size(), 0) {}

@@ -21,10 +21,10 @@ class RitzSpace {
     /// An empty space.
     /// @param stiffness  shape (3 n, 3 n) [N/m]
     /// @param mass       shape (n, n) [kg], of one component
-    /// @param solver     of this stiffness, after a factorise() that returned true; the caller keeps it and the mass
-    /// alive
+    /// @param solver     of this stiffness, after a factorise() that returned true; the caller keeps it, the stiffness
+    ///   and the mass alive
     /// @param force      r, shape (3 n) [N]; what acts on held unknowns does not count
-    RitzSpace(const SymmetricMatrix &stiffness, const SymmetricMatrix &mass, ConstrainedSolver &solver,
+    RitzSpace(const SymmetricBlocks<double> &stiffness, const SymmetricMatrix &mass, ConstrainedSolver &solver,
               std::vector<double> force);
 
     /// Adds a vector.
@@ -40,7 +40,7 @@ class RitzSpace {
     const Eigen::VectorXd &force() const { return force_on_space_; }
 
   private:
-    SymmetricBlocks<double> stiffness_;
+    const SymmetricBlocks<double> &stiffness_;
     const SymmetricMatrix &mass_;
     ConstrainedSolver &solver_;
     std::vector<double> force_;

@@ -3,30 +3,42 @@
 #include <span>
 #include <vector>
 
-#include "fem_reference/columns.hpp"
-#include "fem_reference/elastic_system.hpp"
-#include "fem_reference/node_order.hpp"
 #include "fem_reference/rows_of_blocks.hpp"
+#include "fem_reference/symmetric_matrix.hpp"
 
 namespace livermark::fem_reference {
 
-/// A stiffness matrix kept for products alone, which take as long as its bytes take to come: of the 3 x 3 blocks those
-/// on and below the diagonal, one column number each, which is 40 % of what compressed rows hold. Neighbours should be
-/// near each other, see NodeOrder.
+/// Where the 3 x 3 blocks below the diagonal stand.
+struct LowerRows {
+    std::vector<int> row_start; ///< (n + 1)
+    std::vector<int> column;    ///< (blocks) ascending in each row
+    std::size_t num_nodes() const { return row_start.size() - 1; }
+};
+
+/// The stiffness of n nodes: of its 3 x 3 blocks those on and below the diagonal, one column number each, which is 40 %
+/// of what compressed rows hold. Products take as long as its bytes take to come. Neighbours should be near each other,
+/// see NodeOrder.
 /// @tparam T  double, or float where products may be rough: that is half of the bytes
-template <class T> class SymmetricBlocks {
-  public:
-    /// @param matrix  of 3 x 3 blocks, as ElasticSystem has it
-    explicit SymmetricBlocks(const SymmetricMatrix &matrix);
+template <class T> struct SymmetricBlocks {
+    LowerRows rows;
+    std::vector<Block<T>> below;    ///< (blocks) by rows
+    std::vector<Block<T>> diagonal; ///< (n)
+
+    int num_rows() const { return 3 * static_cast<int>(diagonal.size()); }
 
     /// out_c = K x_c
     /// @param x, out  shape (3 n, lanes), see columns.hpp; not the same
     void multiply(std::span<const T> x, std::span<T> out) const;
-
-  private:
-    LowerRows rows_;
-    std::vector<Block<T>> block_;    ///< (blocks)
-    std::vector<Block<T>> diagonal_; ///< (n)
 };
+
+SymmetricBlocks<float> rounded(const SymmetricBlocks<double> &matrix);
+
+/// The same matrix as a factorisation wants it.
+/// @return shape (3 n, 3 n)
+SymmetricMatrix compressed_rows(const SymmetricBlocks<double> &matrix);
+
+/// One entry for each block of the whole matrix, and all of them zero.
+/// @return shape (n, n)
+SymmetricMatrix zero_of_blocks(const LowerRows &rows);
 
 } // namespace livermark::fem_reference

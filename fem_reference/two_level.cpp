@@ -9,8 +9,9 @@ namespace {
 
 class TwoLevel : public Preconditioner {
   public:
-    TwoLevel(const ElasticSystem &fine, const ElasticSystem &coarse, Preconditioner &coarse_solver)
-        : coarse_solver_(coarse_solver), prolongation_(prolongation(coarse, fine)), smoother_(fine.stiffness),
+    TwoLevel(const ElasticSystem &fine, const SymmetricBlocks<float> &rounded_fine, const ElasticSystem &coarse,
+             Preconditioner &coarse_solver)
+        : coarse_solver_(coarse_solver), prolongation_(prolongation(coarse, fine)), smoother_(rounded_fine),
           num_fine_(3 * fine.points.size()), num_coarse_(3 * coarse.points.size()) {}
 
     bool set_up(const FreeUnknowns &free) override {
@@ -64,9 +65,9 @@ class TwoLevel : public Preconditioner {
 
 } // namespace
 
-std::unique_ptr<Preconditioner> two_level(const ElasticSystem &fine, const ElasticSystem &coarse,
-                                          Preconditioner &coarse_solver) {
-    return std::make_unique<TwoLevel>(fine, coarse, coarse_solver);
+std::unique_ptr<Preconditioner> two_level(const ElasticSystem &fine, const SymmetricBlocks<float> &rounded_fine,
+                                          const ElasticSystem &coarse, Preconditioner &coarse_solver) {
+    return std::make_unique<TwoLevel>(fine, rounded_fine, coarse, coarse_solver);
 }
 
 } // namespace livermark::fem_reference

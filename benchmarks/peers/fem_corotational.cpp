@@ -136,8 +136,8 @@ std::string differs_from_linear_elements(const Scene &scene, const Corotational 
     }
     elements.compute_forces(x, f);
     const auto system = fem_reference::assemble(body, 1);
-    fem_reference::multiply_stiffness(system.stiffness, {u.data(), static_cast<std::size_t>(u.size())},
-                                      {linear.data(), static_cast<std::size_t>(linear.size())});
+    system.stiffness.multiply({u.data(), static_cast<std::size_t>(u.size())},
+                              {linear.data(), static_cast<std::size_t>(linear.size())});
     const double error = (f + turn * linear).norm() / linear.norm();
     if (error < tolerance)
         return {};

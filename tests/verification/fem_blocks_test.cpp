@@ -3,11 +3,14 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <limits>
 #include <set>
+#include <type_traits>
 
 #include "fem_reference/block_gauss_seidel.hpp"
 #include "fem_reference/columns.hpp"
+#include "fem_reference/elastic_system.hpp"
 #include "fem_reference/node_order.hpp"
 #include "fem_reference/symmetric_blocks.hpp"
 #include "tests/verification/fem_test_bodies.hpp"
@@ -27,11 +30,18 @@ fem_reference::ElasticSystem box_system() {
     return fem_reference::assemble(box_body(), 2);
 }
 
-Eigen::MatrixXd dense(const fem_reference::SymmetricMatrix &matrix) {
+Eigen::MatrixXd dense(const fem_reference::SymmetricBlocks<double> &matrix) {
     Eigen::MatrixXd full = Eigen::MatrixXd::Zero(matrix.num_rows(), matrix.num_rows());
-    for (int row = 0; row < matrix.num_rows(); ++row)
-        for (int k = matrix.row_start[row]; k < matrix.row_start[row + 1]; ++k)
-            full(row, matrix.column[k]) = matrix.value[k];
+    const auto put = [&](int row, int column, const fem_reference::Block<double> &block) {
+        const Eigen::Matrix3d values = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>::Map(block.data());
+        full.block<3, 3>(3 * column, 3 * row) = values.transpose();
+        full.block<3, 3>(3 * row, 3 * column) = values;
+    };
+    for (int node = 0; 3 * node < matrix.num_rows(); ++node) {
+        put(node, node, matrix.diagonal[node]);
+        for (int k = matrix.rows.row_start[node]; k < matrix.rows.row_start[node + 1]; ++k)
+            put(node, matrix.rows.column[k], matrix.below[k]);
+    }
     return full;
 }
 
@@ -54,11 +64,11 @@ TEST(FemBlocks, OrderKeepsNeighboursTogether) {
     const auto system = box_system();
     const auto order = fem_reference::order_by_distance(system.cell_nodes, system.nodes_per_cell, system.num_nodes());
     ASSERT_EQ(std::set(order.begin(), order.end()).size(), system.points.size());
-    const auto &matrix = system.stiffness;
+    const auto matrix = zero_of_blocks(system.stiffness.rows);
     std::set<int> before{order.front()};
     for (std::size_t at = 1; at < order.size(); ++at) {
-        const int row = 3 * order[at];
-        const auto has_come = [&](int column) { return before.contains(column / 3); };
+        const int row = order[at];
+        const auto has_come = [&](int column) { return before.contains(column); };
         EXPECT_TRUE(std::any_of(matrix.column.begin() + matrix.row_start[row],
                                 matrix.column.begin() + matrix.row_start[row + 1], has_come))
             << at;
@@ -107,8 +117,11 @@ TYPED_TEST(FemBlocksProducts, AreThoseOfTheWholeMatrix) {
     for (const int lanes : {1, 4, 8}) {
         const auto x = some_vector<T>(lanes * matrix.num_rows());
         std::vector<T> blocks(x.size()), rows(x.size());
-        fem_reference::SymmetricBlocks<T>(matrix).multiply(x, blocks);
-        fem_reference::multiply(matrix, std::span<const T>(x), std::span<T>(rows), lanes);
+        if constexpr (std::is_same_v<T, float>)
+            rounded(matrix).multiply(x, blocks);
+        else
+            matrix.multiply(x, blocks);
+        fem_reference::multiply(compressed_rows(matrix), std::span<const T>(x), std::span<T>(rows), lanes);
         for (int c = 0; c < lanes; ++c) {
             const Eigen::VectorXd expected = full * column(x, c, lanes);
             EXPECT_LT((column(blocks, c, lanes) - expected).norm(), tolerance * expected.norm())
@@ -116,6 +129,20 @@ TYPED_TEST(FemBlocksProducts, AreThoseOfTheWholeMatrix) {
             EXPECT_LT((column(rows, c, lanes) - expected).norm(), tolerance * expected.norm()) << c << " of " << lanes;
         }
     }
+}
+
+TEST(FemBlocks, CompressedRowsAreTheWholeMatrix) {
+    const auto blocks = box_system().stiffness;
+    const auto matrix = compressed_rows(blocks);
+    Eigen::MatrixXd full = Eigen::MatrixXd::Zero(matrix.num_rows(), matrix.num_rows());
+    for (int row = 0; row < matrix.num_rows(); ++row) {
+        EXPECT_TRUE(std::is_sorted(matrix.column.begin() + matrix.row_start[row],
+                                   matrix.column.begin() + matrix.row_start[row + 1], std::less_equal<>()));
+        for (int k = matrix.row_start[row]; k < matrix.row_start[row + 1]; ++k)
+            full(row, matrix.column[k]) = matrix.value[k];
+    }
+    EXPECT_EQ(full, dense(blocks));
+    EXPECT_EQ(matrix.value.size(), 9 * (2 * blocks.below.size() + blocks.diagonal.size()));
 }
 
 /// Sweeps are triangular solves; columns hold a whole node, single components of others, or nothing.
@@ -136,7 +163,8 @@ TEST(FemBlocks, SweepsAreTriangularSolves) {
         start.resize(right_hand_side.size());
         for (const auto entry : fem_reference::held_entries(free))
             right_hand_side[entry] = start[entry] = 0.0F;
-        fem_reference::BlockGaussSeidel smoother(matrix);
+        const auto rounded_matrix = rounded(matrix);
+        fem_reference::BlockGaussSeidel smoother(rounded_matrix);
         smoother.set_up(free);
         std::vector<float> forward(start.size(), 7.0F), residual(start.size(), 7.0F);
         smoother.sweep_forward_from_zero(right_hand_side, forward, residual);

@@ -98,7 +98,7 @@ TEST(FemMixed, AgreesWithADenseSolve) {
         const auto pressure = fem_reference::assemble_pressure(body, system);
         const Eigen::Index num_u = 3 * system.num_nodes(), num_p = pressure.num_pressures();
         Eigen::MatrixXd matrix(num_u + num_p, num_u + num_p);
-        matrix.topLeftCorner(num_u, num_u) = dense(system.stiffness, num_u);
+        matrix.topLeftCorner(num_u, num_u) = dense(compressed_rows(system.stiffness), num_u);
         matrix.bottomLeftCorner(num_p, num_u) = dense(pressure.divergence, num_u);
         matrix.topRightCorner(num_u, num_p) = matrix.bottomLeftCorner(num_p, num_u).transpose();
         matrix.bottomRightCorner(num_p, num_p) = -dense(pressure.compliance, num_p);
