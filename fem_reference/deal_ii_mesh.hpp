@@ -10,4 +10,11 @@ namespace livermark::fem_reference {
 /// @param triangulation  empty
 void fill(dealii::Triangulation<3> &triangulation, const core::TetraMesh &mesh);
 
+/// The same, for what does not see deal.II: matrices of one mesh share what deal.II works out of it.
+struct DealIiMesh {
+    explicit DealIiMesh(const core::TetraMesh &mesh) { fill(triangulation, mesh); }
+
+    dealii::Triangulation<3> triangulation;
+};
+
 } // namespace livermark::fem_reference

@@ -3,6 +3,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "fem_reference/deal_ii_mesh.hpp"
+
 namespace livermark::fem_reference {
 
 Discretisation::Discretisation(const core::Body &body, int degree, Formulation formulation) {
@@ -14,8 +16,9 @@ Discretisation::Discretisation(const core::Body &body, int degree, Formulation f
         throw std::invalid_argument("the mixed formulation takes quadratic elements, not those of degree " +
                                     std::to_string(degree));
     const auto order = has_pressure(body) ? NodeOrder::by_distance : NodeOrder::of_mesh;
-    system = assemble(without_pressure(body), degree, order);
-    pressure = assemble_pressure(body, system);
+    const DealIiMesh mesh(body.mesh);
+    system = assemble(without_pressure(body), mesh, degree, order);
+    pressure = assemble_pressure(body, mesh, system);
 }
 
 Corners::Corners(const core::Body &body, SolverChoice choice, const Discretisation &matrices) {

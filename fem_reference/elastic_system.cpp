@@ -174,16 +174,18 @@ void integrate_facets(ElasticSystem &system, const core::TetraMesh &mesh, const 
 } // namespace
 
 ElasticSystem assemble(const core::Body &body, int degree, NodeOrder order) {
+    return assemble(body, DealIiMesh(body.mesh), degree, order);
+}
+
+ElasticSystem assemble(const core::Body &body, const DealIiMesh &mesh, int degree, NodeOrder order) {
     if (degree != 1 && degree != 2)
         throw std::invalid_argument("finite elements of degree " + std::to_string(degree) +
                                     " are not there; use 1 or 2");
-    dealii::Triangulation<3> triangulation;
-    fill(triangulation, body.mesh);
     // The three components of displacement live on the same scalar space, so that deal.II has to tabulate a third of
     // the shape functions and there is one number per node.
     const dealii::FE_SimplexP<3> fe(degree);
     const dealii::MappingFE<3> mapping(dealii::FE_SimplexP<3>(1));
-    dealii::DoFHandler<3> dof_handler(triangulation);
+    dealii::DoFHandler<3> dof_handler(mesh.triangulation);
     dof_handler.distribute_dofs(fe);
 
     ElasticSystem system;

@@ -37,4 +37,8 @@ struct ElasticSystem {
 /// @throws std::invalid_argument for another degree, or if a boundary triangle is not an outer face of the tetrahedra
 ElasticSystem assemble(const core::Body &body, int degree, NodeOrder order = NodeOrder::of_mesh);
 
+struct DealIiMesh;
+/// @param mesh  of this body
+ElasticSystem assemble(const core::Body &body, const DealIiMesh &mesh, int degree, NodeOrder order);
+
 } // namespace livermark::fem_reference

@@ -123,8 +123,10 @@ core::Body without_pressure(const core::Body &body) {
 }
 
 PressureSystem assemble_pressure(const core::Body &body, const ElasticSystem &system) {
-    dealii::Triangulation<3> triangulation;
-    fill(triangulation, body.mesh);
+    return assemble_pressure(body, DealIiMesh(body.mesh), system);
+}
+
+PressureSystem assemble_pressure(const core::Body &body, const DealIiMesh &mesh, const ElasticSystem &system) {
     const dealii::FE_SimplexP<3> displacement(2);
     const dealii::FE_SimplexP<3> pressure(1);
     const dealii::MappingFE<3> mapping(pressure);
@@ -138,7 +140,7 @@ PressureSystem assemble_pressure(const core::Body &body, const ElasticSystem &sy
             psi[q][k] = pressure.shape_value(k, quadrature.point(q));
 
     auto result = empty_system(body, system);
-    for (const auto &cell : triangulation.active_cell_iterators()) {
+    for (const auto &cell : mesh.triangulation.active_cell_iterators()) {
         const auto t = cell->active_cell_index();
         const auto &corners = result.of_cell[t];
         if (corners[0] < 0)

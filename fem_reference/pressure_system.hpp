@@ -42,5 +42,7 @@ core::Body without_pressure(const core::Body &body);
 /// @param body    the whole one
 /// @param system  of degree 2, assembled on without_pressure(body) or on the body: only its numbering is used
 PressureSystem assemble_pressure(const core::Body &body, const ElasticSystem &system);
+/// @param mesh  of this body
+PressureSystem assemble_pressure(const core::Body &body, const DealIiMesh &mesh, const ElasticSystem &system);
 
 } // namespace livermark::fem_reference

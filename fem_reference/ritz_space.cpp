@@ -10,7 +10,8 @@ namespace {
 
 /// What is left of a vector when the space is taken out of it, below which it is but rounding of what was taken out.
 constexpr double rounding = 1e-12;
-constexpr Eigen::Index columns_at_once = 32;
+/// More than a motion takes as a rule: growing would go through the memory again, and what is not used costs nothing.
+constexpr Eigen::Index columns_at_once = 128;
 /// Nearly all of the motion is in the first vectors, so they are found in double precision; the others may be a little
 /// off the way, as what they leave out is looked at.
 constexpr Eigen::Index num_exact = 5;
