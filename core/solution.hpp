@@ -33,6 +33,7 @@ struct History {
     std::vector<double> strain_energy;  ///< (K) [J]
     std::string integrator{};           ///< the rule that took the steps
     std::string kernel{};               ///< what evaluated the forces; empty where there is but one
+    int forces_per_step = 0;            ///< evaluations of the forces in a step; 0 where a step solves equations
     double time_step = 0.0;             ///< of its steps; the records may be further apart [s]
     /// The longest step that would be stable [s]; infinity where every one is.
     double critical_time_step = std::numeric_limits<double>::infinity();

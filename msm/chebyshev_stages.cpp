@@ -38,13 +38,9 @@ std::vector<ChebyshevStage> chebyshev_stages(int num_stages, double epsilon) {
     return stages;
 }
 
-const std::vector<ChebyshevStage> &chebyshev_stages() {
-    // A step gets longer with s^2, until it is so long that accuracy limits it: on livers with tumours, of 5 to 20
-    // stages these need the fewest forces for an error of 3e-4 of the motion. With a larger epsilon steps are shorter.
-    constexpr int num_stages = 8;
-    constexpr double epsilon = 2.0 / 13.0;
-    static const auto stages = chebyshev_stages(num_stages, epsilon);
-    return stages;
+std::vector<ChebyshevStage> chebyshev_stages(int num_stages) {
+    constexpr double epsilon = 2.0 / 13.0; // with a larger one steps are shorter
+    return chebyshev_stages(num_stages, epsilon);
 }
 
 } // namespace livermark::msm

@@ -26,7 +26,10 @@ struct Integrator {
     /// Steps of one length; what it returns keeps its scratch space, so each thread needs its own.
     /// @param equation   kept alive and unchanged by the caller
     /// @param time_step  h [s], > 0
-    Step (*prepare)(const EquationOfMotion &equation, double time_step);
+    std::function<Step(const EquationOfMotion &equation, double time_step)> prepare;
+    /// The same method with another number of forces in a step, >= 2; nullptr if it has but one. Stable steps under
+    /// strong damping are about as long as forces_per_step^2 - 1 of them.
+    Integrator (*with_forces_per_step)(int number) = nullptr;
 };
 
 /// Every integrator of integrators/, in alphabetical order.

@@ -26,7 +26,9 @@ constexpr double largest_energy = 10.0;
 /// The more accurate first: it is taken where both need as many forces.
 constexpr std::array default_integrators{"runge_kutta_4", "runge_kutta_chebyshev"};
 /// Of a stabilised method, whose stable steps may be as long as the interval between two records.
-constexpr int min_stabilised_steps = 4;
+constexpr int min_stabilised_steps = 3;
+/// Forces in a step that are tried: with fewer steps get too short, with more a step is as long as the interval.
+constexpr std::array forces_in_a_step{5, 6, 7, 8, 9, 10, 11, 12};
 
 bool is_allowed(const TimeStepping &choice, double critical_time_step) {
     if (choice.time_step)
@@ -35,7 +37,7 @@ bool is_allowed(const TimeStepping &choice, double critical_time_step) {
 }
 
 [[noreturn]] void refuse(const TimeStepping &choice, const StepPlan &plan, const core::Problem &problem) {
-    const auto &name = plan.integrator->name;
+    const auto &name = plan.integrator.name;
     if (!(plan.critical_time_step > 0.0))
         throw core::InputError(fmt::format("{} is unstable at every time step without damping; damp load case {}, or "
                                            "take another integrator",
@@ -50,14 +52,33 @@ bool is_allowed(const TimeStepping &choice, double critical_time_step) {
 /// @param plan  with integrator and critical time step
 void divide(StepPlan &plan, const TimeStepping &choice, double interval) {
     const double longest = choice.time_step.value_or(default_safety_factor * plan.critical_time_step);
-    const int fewest = plan.integrator->is_stabilised && !choice.time_step ? min_stabilised_steps : 1;
+    const int fewest = plan.integrator.is_stabilised && !choice.time_step ? min_stabilised_steps : 1;
     // Rounding must not make three steps of two.
     plan.steps_per_record = std::max(fewest, static_cast<int>(std::ceil(interval / longest - 1e-9)));
     plan.time_step = interval / plan.steps_per_record;
 }
 
 int forces_per_record(const StepPlan &plan) {
-    return plan.steps_per_record * plan.integrator->forces_per_step;
+    return plan.steps_per_record * plan.integrator.forces_per_step;
+}
+
+/// Of a method whose stable steps get longer with the forces in them, that of the number which is to need the fewest
+/// between two records.
+/// @param plan  of another number
+Integrator with_best_number(const StepPlan &plan, const TimeStepping &choice, double interval) {
+    const auto reach = [](int number) { return number * number - 1.0; };
+    auto best = plan.integrator;
+    int fewest = std::numeric_limits<int>::max();
+    for (const int number : forces_in_a_step) {
+        StepPlan other{.integrator = plan.integrator.with_forces_per_step(number)};
+        other.critical_time_step = plan.critical_time_step * reach(number) / reach(plan.integrator.forces_per_step);
+        divide(other, choice, interval);
+        if (forces_per_record(other) < fewest) {
+            fewest = forces_per_record(other);
+            best = other.integrator;
+        }
+    }
+    return best;
 }
 
 /// Number of steps from a state until something holds, if it ever does.
@@ -77,8 +98,16 @@ StepPlan plan_steps(const core::Problem &problem, double highest, const TimeStep
         names = {*choice.integrator};
     std::optional<StepPlan> best, refused;
     for (const auto &name : names) {
-        StepPlan plan{.integrator = &find_integrator(name), .kernel = choice.kernel};
-        plan.critical_time_step = critical_time_step(*plan.integrator, release.damping, lowest_part * highest, highest);
+        StepPlan plan{.integrator = find_integrator(name), .kernel = choice.kernel};
+        const auto find_critical_time_step = [&] {
+            plan.critical_time_step =
+                critical_time_step(plan.integrator, release.damping, lowest_part * highest, highest);
+        };
+        find_critical_time_step();
+        if (plan.integrator.with_forces_per_step && !choice.time_step && plan.critical_time_step > 0.0) {
+            plan.integrator = with_best_number(plan, choice, release.output_interval);
+            find_critical_time_step();
+        }
         if (!is_allowed(choice, plan.critical_time_step)) {
             if (!refused || plan.critical_time_step > refused->critical_time_step)
                 refused = plan;
@@ -102,14 +131,15 @@ core::History release(const core::Problem &problem, const ElasticBody &body, con
     const auto &wanted = problem.load_case.release.value();
     const auto equation = elastic_motion(body, points, conditions, wanted.damping);
     const auto stepper =
-        make_stepper(body, points, conditions, wanted.damping, *plan.integrator, plan.time_step, plan.kernel);
+        make_stepper(body, points, conditions, wanted.damping, plan.integrator, plan.time_step, plan.kernel);
     const double bound = largest_motion * extent(points);
     State state{to_unknowns(displacement), Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * points.size()))};
 
     const auto is_within = [bound](const State &at) { return at.displacement.lpNorm<Eigen::Infinity>() < bound; };
 
     core::History history;
-    history.integrator = plan.integrator->name;
+    history.integrator = plan.integrator.name;
+    history.forces_per_step = plan.integrator.forces_per_step;
     history.kernel = to_string(stepper.kernel);
     history.time_step = plan.time_step;
     history.critical_time_step = plan.critical_time_step;

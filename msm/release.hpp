@@ -16,14 +16,16 @@ namespace livermark::msm {
 struct TimeStepping {
     /// A name of all_integrators(); by default runge_kutta_4 or runge_kutta_chebyshev, whichever needs fewer forces.
     std::optional<std::string> integrator{};
-    std::optional<double> time_step{}; ///< longest step [s], > 0; by default a safe part of the critical one
-    bool force = false;                ///< take it even if it is too long
+    /// Longest step [s], > 0; by default a safe part of the critical one. Where it is asked for, a step has the usual
+    /// number of forces.
+    std::optional<double> time_step{};
+    bool force = false; ///< take it even if it is too long
     StepKernel kernel = StepKernel::simd_float;
 };
 
 /// The steps of a release.
 struct StepPlan {
-    const Integrator *integrator = nullptr;
+    Integrator integrator;
     double critical_time_step = 0.0; ///< see critical_time_step() [s]
     int steps_per_record = 1;
     double time_step = 0.0; ///< output_interval / steps_per_record [s]
@@ -31,8 +33,8 @@ struct StepPlan {
 };
 
 /// Divides the interval between two records into steps that are stable for the body at rest, by its largest
-/// frequency and the damping of the load case, and at least four if a stabilised method is left to choose: its error is
-/// then below a thousandth of the motion.
+/// frequency and the damping of the load case. A stabilised method that is left to choose takes at least three, so that
+/// its error is below a thousandth of the motion, and as many forces in each as make the fewest in all.
 /// @param problem  with a release
 /// @param highest  largest_angular_frequency() with what the problem holds [rad/s]
 /// @throws core::InputError if the integrator is not there, if it has no stable step, or if the step asked for is

@@ -25,8 +25,9 @@ Stepper make_stepper(const ElasticBody &body, const std::vector<core::Vector3> &
     if (wanted != StepKernel::scalar) {
         const auto precision =
             wanted == StepKernel::simd_float ? ForcePrecision::single_precision : ForcePrecision::double_precision;
-        if (auto fast = FastSteps::prepare(body, positions, conditions, damping, integrator.name, time_step,
-                                           {.precision = precision, .num_threads = 1}))
+        if (auto fast = FastSteps::prepare(
+                body, positions, conditions, damping, integrator.name, time_step,
+                {.precision = precision, .num_threads = 1, .num_stages = integrator.forces_per_step}))
             return {wanted, [steps = *fast](State &state, int num_steps) mutable {
                         steps.set_state(state);
                         steps.take(num_steps);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 namespace livermark::msm {
 
@@ -12,10 +13,10 @@ namespace {
 /// Growth that is put down to rounding.
 constexpr double rounding = 1e-12;
 constexpr int num_frequencies = 48;
-/// Steps are tried from this part of the time scale of the highest frequency on. Without damping the growth of an
-/// integrator that is never stable would at much smaller steps be lost in rounding; those that are stable are so up to
-/// 2 and more.
-constexpr double smallest_undamped_try = 0.3;
+/// Steps are tried from this part of the shortest time scale on. Without damping the growth of an integrator that is
+/// never stable would at much smaller steps be lost in rounding; those that are stable are so up to 2 and more. What
+/// does not bear it with damping, as explicit Euler where that is weak, begins much lower.
+constexpr double usual_first_try = 0.3;
 constexpr double smallest_damped_try = 1e-5;
 constexpr double largest_try = 1e3;
 /// From one try to the next; finer than any gap in what the integrators can bear.
@@ -73,16 +74,22 @@ double largest_amplification(const Integrator &integrator, const core::RayleighD
 
 double critical_time_step(const Integrator &integrator, const core::RayleighDamping &damping, double lowest,
                           double highest) {
+    std::vector<double> frequencies;
+    for (int f = 0; f < num_frequencies; ++f)
+        frequencies.push_back(highest * std::pow(lowest / highest, f / (num_frequencies - 1.0)));
     const auto all_are_stable = [&](double time_step) {
-        for (int f = 0; f < num_frequencies; ++f) {
-            const double omega = highest * std::pow(lowest / highest, f / (num_frequencies - 1.0));
-            if (!is_stable(integrator, omega, damping.ratio(omega), time_step))
-                return false;
-        }
-        return true;
+        return std::ranges::all_of(
+            frequencies, [&](double omega) { return is_stable(integrator, omega, damping.ratio(omega), time_step); });
     };
+    double largest_rate = 0.0; // of what oscillates or, beyond critical damping, comes to rest
+    for (const double omega : frequencies) {
+        const double ratio = std::max(damping.ratio(omega), 1.0);
+        largest_rate = std::max(largest_rate, omega * (ratio + std::sqrt(ratio * ratio - 1.0)));
+    }
     const bool is_damped = damping.alpha > 0.0 || damping.beta > 0.0;
-    double good = (is_damped ? smallest_damped_try : smallest_undamped_try) / highest;
+    double good = usual_first_try / largest_rate;
+    if (is_damped && !all_are_stable(good))
+        good = smallest_damped_try / highest;
     if (!all_are_stable(good))
         return 0.0;
     double bad = good * ratio;

@@ -159,6 +159,7 @@ void write_history(hdf5::OutputFile &file, const std::string &model, const core:
     file.number(group, "solve_seconds", history.solve_seconds);
     file.text(group, "integrator", history.integrator);
     file.text(group, "kernel", history.kernel);
+    file.integer(group, "forces_per_step", history.forces_per_step);
     file.number(group, "time_step", history.time_step);
     file.number(group, "critical_time_step", history.critical_time_step);
     file.number(group, "diverged_at", history.diverged_at);

@@ -83,14 +83,19 @@ State shaken(const Sample &sample) {
     return state;
 }
 
-State by_the_oracle(const Sample &sample, const core::RayleighDamping &damping, const std::string &integrator,
+State by_the_oracle(const Sample &sample, const core::RayleighDamping &damping, const msm::Integrator &integrator,
                     int num_steps) {
     const auto equation = msm::elastic_motion(sample.body, sample.positions, sample.conditions, damping);
-    const auto take_step = msm::find_integrator(integrator).prepare(equation, sample_step);
+    const auto take_step = integrator.prepare(equation, sample_step);
     auto state = shaken(sample);
     for (int s = 0; s < num_steps; ++s)
         take_step(state);
     return state;
+}
+
+State by_the_oracle(const Sample &sample, const core::RayleighDamping &damping, const std::string &integrator,
+                    int num_steps) {
+    return by_the_oracle(sample, damping, msm::find_integrator(integrator), num_steps);
 }
 
 State by_the_kernel(const Sample &sample, const core::RayleighDamping &damping, const std::string &integrator,

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "core/problem.hpp"
+#include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
 
 /// Bodies that fast kernels move, and the slow steps that they are held against.
@@ -38,6 +39,8 @@ Sample tetrahedra(int num_tetrahedra, const std::string &volume_term);
 msm::State shaken(const Sample &sample);
 
 /// Steps from there.
+msm::State by_the_oracle(const Sample &sample, const core::RayleighDamping &damping, const msm::Integrator &integrator,
+                         int num_steps);
 msm::State by_the_oracle(const Sample &sample, const core::RayleighDamping &damping, const std::string &integrator,
                          int num_steps);
 msm::State by_the_kernel(const Sample &sample, const core::RayleighDamping &damping, const std::string &integrator,

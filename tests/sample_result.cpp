@@ -54,6 +54,7 @@ core::History swinging(const core::Release &release, int num_nodes, double scale
     history.solve_seconds = 1.0 / 7.0;
     history.integrator = "pendulum clock";
     history.kernel = "escapement";
+    history.forces_per_step = 3;
     history.time_step = 0.3 * release.output_interval;
     history.critical_time_step = 0.7;
     for (int k = 0; k <= release.num_steps; ++k) {

@@ -6,17 +6,17 @@ namespace livermark::msm::integrators {
 namespace {
 
 /// For y = (u, v) and f(y) = (v, a(u, v)); see ChebyshevStage.
-Step prepare(const EquationOfMotion &equation, double h) {
-    return [&equation, h, at = State(), first = Eigen::VectorXd(), a = Eigen::VectorXd(), last = State(),
+Step prepare(const EquationOfMotion &equation, double h, const std::vector<ChebyshevStage> &stages) {
+    return [&equation, h, stages, at = State(), first = Eigen::VectorXd(), a = Eigen::VectorXd(), last = State(),
             before = State(), next = State()](State &state) mutable {
         const auto size = state.displacement.size();
         first.resize(size);
         a.resize(size);
         last = before = {Eigen::VectorXd::Zero(size), Eigen::VectorXd::Zero(size)};
         at = state;
-        for (const auto &stage : chebyshev_stages()) {
+        for (const auto &stage : stages) {
             equation.acceleration(at.displacement, at.velocity, a);
-            if (&stage == &chebyshev_stages().front())
+            if (&stage == &stages.front())
                 first = a;
             next.displacement = stage.mu * last.displacement + stage.nu * before.displacement +
                                 h * (stage.mu_tilde * at.velocity + stage.gamma_tilde * state.velocity);
@@ -31,10 +31,8 @@ Step prepare(const EquationOfMotion &equation, double h) {
     };
 }
 
-} // namespace
-
-Integrator runge_kutta_chebyshev() {
-    return {.name = {},
+Integrator of_stages(int num_stages) {
+    return {.name = "runge_kutta_chebyshev",
             .summary = "stabilised Runge-Kutta-Chebyshev method of order 2: long steps where stiffness damps, none "
                        "without damping",
             .source = "Sommeijer, Shampine, Verwer 1998, J. Comput. Appl. Math. 88",
@@ -42,8 +40,18 @@ Integrator runge_kutta_chebyshev() {
             .is_explicit = true,
             .is_symplectic = false,
             .is_stabilised = true,
-            .forces_per_step = static_cast<int>(chebyshev_stages().size()),
-            .prepare = prepare};
+            .forces_per_step = num_stages,
+            .prepare =
+                [stages = chebyshev_stages(num_stages)](const EquationOfMotion &equation, double h) {
+                    return msm::integrators::prepare(equation, h, stages);
+                },
+            .with_forces_per_step = of_stages};
+}
+
+} // namespace
+
+Integrator runge_kutta_chebyshev() {
+    return of_stages(usual_num_stages);
 }
 
 } // namespace livermark::msm::integrators

@@ -23,16 +23,17 @@ class FastSteps::Implementation {
 
 namespace {
 
-std::optional<StepScheme> find_scheme(const std::string &integrator) {
+std::optional<StepScheme> find_scheme(const std::string &integrator, int num_stages) {
     using Kind = StepScheme::Kind;
     static const std::map<std::string, StepScheme, std::less<>> schemes{
         {"explicit_euler", {.kind = Kind::runge_kutta, .weight = {1.0}}},
         {"heun", {.kind = Kind::runge_kutta, .weight = {0.5, 0.5}, .next = {1.0}}},
         {"runge_kutta_4",
          {.kind = Kind::runge_kutta, .weight = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0}, .next = {0.5, 0.5, 1.0}}},
-        {"runge_kutta_chebyshev", {.kind = Kind::runge_kutta_chebyshev, .chebyshev = chebyshev_stages()}},
         {"symplectic_euler", {.kind = Kind::symplectic_euler}},
         {"velocity_verlet", {.kind = Kind::velocity_verlet}}};
+    if (integrator == "runge_kutta_chebyshev")
+        return StepScheme{.kind = Kind::runge_kutta_chebyshev, .chebyshev = chebyshev_stages(num_stages)};
     const auto place = schemes.find(integrator);
     return place == schemes.end() ? std::nullopt : std::optional(place->second);
 }
@@ -211,7 +212,7 @@ std::optional<FastSteps> FastSteps::prepare(const ElasticBody &body, const std::
                                             const std::string &integrator, double time_step,
                                             const FastStepOptions &options) {
     const auto parts = step_parts(body);
-    const auto scheme = find_scheme(integrator);
+    const auto scheme = find_scheme(integrator, options.num_stages);
     if (!parts || !scheme)
         return std::nullopt;
     const auto make = [&]<class T>(T /*precision*/) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/load_case.hpp"
+#include "msm/chebyshev_stages.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/motion.hpp"
 #include "msm/nodal_conditions.hpp"
@@ -16,7 +17,8 @@ enum class ForcePrecision { single_precision, double_precision };
 
 struct FastStepOptions {
     ForcePrecision precision = ForcePrecision::single_precision;
-    int num_threads = 1; ///< >= 1; the result does not depend on it
+    int num_threads = 1;               ///< >= 1; the result does not depend on it
+    int num_stages = usual_num_stages; ///< of runge_kutta_chebyshev
 };
 
 /// Explicit steps at the machine's speed: those of elastic_motion() and an integrator, with forces from vector units.

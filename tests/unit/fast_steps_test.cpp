@@ -81,6 +81,22 @@ TEST_P(EveryVectorUnit, KnowsEveryExplicitIntegrator) {
     }
 }
 
+TEST_P(EveryVectorUnit, TakesAnyNumberOfStages) {
+    const auto sample = tetrahedra(108, "nodal_volume");
+    const core::RayleighDamping damping{3.0, 0.002};
+    const auto &usual = msm::find_integrator("runge_kutta_chebyshev");
+    for (const int num_stages : {2, 5, 12})
+        for (const auto precision : tests::both_precisions) {
+            SCOPED_TRACE(num_stages);
+            const auto integrator = usual.with_forces_per_step(num_stages);
+            EXPECT_EQ(integrator.forces_per_step, num_stages);
+            const auto expected = by_the_oracle(sample, damping, integrator, 4);
+            const auto found =
+                by_the_kernel(sample, damping, integrator.name, 4, {.precision = precision, .num_stages = num_stages});
+            EXPECT_LT(error(found, expected, sample), tolerance(precision));
+        }
+}
+
 TEST_P(EveryVectorUnit, GivesTheSameForAnyNumberOfThreads) {
     tests::expect_the_same_for_any_number_of_threads(tetrahedra(108, "nodal_volume"));
 }

@@ -58,6 +58,10 @@ void expect_equal(const core::History &a, const core::History &b) {
     EXPECT_TRUE(same_bits(a.kinetic_energy, b.kinetic_energy));
     EXPECT_TRUE(same_bits(a.strain_energy, b.strain_energy));
     EXPECT_TRUE(same_bits(a.frames, b.frames));
+    EXPECT_EQ(a.integrator, b.integrator);
+    EXPECT_EQ(a.kernel, b.kernel);
+    EXPECT_EQ(a.forces_per_step, b.forces_per_step);
+    EXPECT_EQ(a.time_step, b.time_step);
     EXPECT_EQ(a.setup_seconds, b.setup_seconds);
     EXPECT_EQ(a.solve_seconds, b.solve_seconds);
 }
