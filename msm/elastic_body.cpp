@@ -32,8 +32,13 @@ Eigen::SparseMatrix<double> elastic_hessian(const ElasticBody &body, const std::
                                             Tangent tangent) {
     const auto x = to_unknowns(positions);
     Eigen::SparseMatrix<double> hessian(x.size(), x.size());
-    for (const auto &term : body.terms)
-        hessian += term->hessian(x, tangent);
+    for (const auto &term : body.terms) {
+        auto of_term = term->hessian(x, tangent);
+        if (hessian.nonZeros() == 0)
+            hessian.swap(of_term); // a sum would be another copy, and these are large
+        else if (of_term.nonZeros() > 0)
+            hessian += of_term;
+    }
     return hessian;
 }
 
