@@ -57,7 +57,8 @@ struct MixedSolver::State {
 
 struct MixedSolver::Impl {
     Impl(const ElasticSystem &k, ChosenSolver &of_k, const PressureSystem &p, double of_residual)
-        : system(k), solver(of_k), pressure(p), tolerance(of_residual), norm(pressure.norm) {
+        : system(k), solver(of_k), pressure(p), rough_divergence(rounded(p.divergence)), tolerance(of_residual),
+          norm(pressure.norm) {
         const std::vector<double> all_free(static_cast<std::size_t>(pressure.num_pressures()),
                                            std::numeric_limits<double>::quiet_NaN());
         norm.factorise(all_free);
@@ -76,11 +77,14 @@ struct MixedSolver::Impl {
         out.g = negative(std::move(out.g));
         return out;
     }
-    SaddlePoint matrix(const State &state) const { return {solver, pressure, state.free.lanes(), state.held}; }
+    SaddlePoint matrix(const State &state) const {
+        return {solver, pressure, rough_divergence, state.free.lanes(), state.held};
+    }
 
     const ElasticSystem &system;
     ChosenSolver &solver;
     const PressureSystem &pressure;
+    DivergenceRows<float> rough_divergence;
     double tolerance;
     mutable ConstrainedSolver norm; ///< nothing is held
     MixedSolver *coarse = nullptr;  ///< and how to come from there, or nothing

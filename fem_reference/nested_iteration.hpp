@@ -8,6 +8,13 @@
 
 namespace livermark::fem_reference {
 
+/// A sparse matrix in compressed rows that need not be square.
+struct SparseRows {
+    std::vector<int> row_start; ///< (m + 1) index into column and value
+    std::vector<int> column;    ///< (nonzeros)
+    std::vector<double> value;  ///< (nonzeros)
+};
+
 /// How displacements and pressures of a body are those of the refined one: iterations there begin at the answer on the
 /// mesh before refinement, which is wrong by percents where zero is wrong by all.
 struct NestedIteration {

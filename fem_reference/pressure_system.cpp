@@ -57,8 +57,7 @@ class Pattern {
         row_[row].insert(row_[row].end(), columns.begin(), columns.end());
     }
 
-    /// @param width  so many columns one behind the other stand for each that was linked
-    template <class Matrix> Matrix zero_matrix(int width) {
+    template <class Matrix> Matrix zero_matrix() {
         std::size_t num_links = 0;
         for (auto &columns : row_) {
             std::ranges::sort(columns);
@@ -67,14 +66,12 @@ class Pattern {
         }
         Matrix matrix;
         matrix.row_start.push_back(0);
-        matrix.column.reserve(width * num_links);
+        matrix.column.reserve(num_links);
         for (const auto &columns : row_) {
-            for (const int column : columns)
-                for (int i = 0; i < width; ++i)
-                    matrix.column.push_back(width * column + i);
+            matrix.column.insert(matrix.column.end(), columns.begin(), columns.end());
             matrix.row_start.push_back(static_cast<int>(matrix.column.size()));
         }
-        matrix.value.assign(matrix.column.size(), 0.0);
+        matrix.value.assign(matrix.column.size(), {});
         return matrix;
     }
 
@@ -83,10 +80,10 @@ class Pattern {
 };
 
 /// Where the entry of a row and a column stands, which has to be there.
-template <class Matrix> double *entry(Matrix &matrix, int row, int column) {
+template <class Matrix> auto &entry(Matrix &matrix, int row, int column) {
     const int *const first = matrix.column.data() + matrix.row_start[row];
     const int *const last = matrix.column.data() + matrix.row_start[row + 1];
-    return matrix.value.data() + matrix.row_start[row] + (std::lower_bound(first, last, column) - first);
+    return matrix.value[matrix.row_start[row] + (std::lower_bound(first, last, column) - first)];
 }
 
 /// With matrices of zeros.
@@ -100,8 +97,8 @@ PressureSystem empty_system(const core::Body &body, const ElasticSystem &system)
                            std::span(system.cell_nodes).subspan(t * system.nodes_per_cell, system.nodes_per_cell));
                 neighbours.link(pressure, corners);
             }
-    PressureSystem pressure{std::move(numbers.of_cell), nodes.zero_matrix<SparseRows>(3), {}, {}};
-    pressure.compliance = neighbours.zero_matrix<SymmetricMatrix>(1);
+    PressureSystem pressure{std::move(numbers.of_cell), nodes.zero_matrix<DivergenceRows<double>>(), {}, {}};
+    pressure.compliance = neighbours.zero_matrix<SymmetricMatrix>();
     pressure.norm = pressure.compliance;
     return pressure;
 }
@@ -167,13 +164,13 @@ PressureSystem assemble_pressure(const core::Body &body, const DealIiMesh &mesh,
         }
         for (int k = 0; k < 4; ++k) {
             for (int a = 0; a < system.nodes_per_cell; ++a) {
-                double *const of_node = entry(result.divergence, corners[k], 3 * nodes[a]);
+                auto &of_node = entry(result.divergence, corners[k], nodes[a]);
                 for (int i = 0; i < 3; ++i)
                     of_node[i] += divergence_here[k][3 * a + i];
             }
             for (int l = 0; l < 4; ++l) {
-                *entry(result.compliance, corners[k], corners[l]) += compliance_here * mass[k][l];
-                *entry(result.norm, corners[k], corners[l]) += norm_here * mass[k][l];
+                entry(result.compliance, corners[k], corners[l]) += compliance_here * mass[k][l];
+                entry(result.norm, corners[k], corners[l]) += norm_here * mass[k][l];
             }
         }
     }

@@ -3,19 +3,13 @@
 #include <array>
 #include <vector>
 
+#include "fem_reference/divergence_rows.hpp"
 #include "fem_reference/elastic_system.hpp"
 
 namespace livermark::fem_reference {
 
 /// A region with a larger Poisson's ratio gets a pressure of its own.
 inline constexpr double pressure_above_poisson_ratio = 0.3;
-
-/// A sparse matrix in compressed rows that need not be square.
-struct SparseRows {
-    std::vector<int> row_start; ///< (m + 1) index into column and value
-    std::vector<int> column;    ///< (nonzeros)
-    std::vector<double> value;  ///< (nonzeros)
-};
 
 /// The pressure of Herrmann's formulation, p = lambda div u, where the material is nearly incompressible: linear on
 /// tetrahedra and continuous within a region, so that it may jump where the stiffness does. With the quadratic
@@ -26,7 +20,7 @@ struct SparseRows {
 /// One pressure for each node of each region that has one: m of them, none if no region has.
 struct PressureSystem {
     std::vector<std::array<int, 4>> of_cell; ///< (M) the pressures at the corners, -1 in regions that have none
-    SparseRows divergence;                   ///< (m, 3 n) D_q(ai) = integral of psi_q d phi_a / d x_i [m^2]
+    DivergenceRows<double> divergence;       ///< (m, 3 n) D_q(ai) = integral of psi_q d phi_a / d x_i [m^2]
     SymmetricMatrix compliance;              ///< (m, m) C_qr = integral of psi_q psi_r / lambda [m^3/Pa]
     SymmetricMatrix norm;                    ///< (m, m) integral of (1 / (2 mu) + 1 / lambda) psi_q psi_r [m^3/Pa]
 

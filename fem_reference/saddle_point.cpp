@@ -65,7 +65,7 @@ struct Scaled {
         const auto u = part(out, 0, num_u), p = part(out, num_u, num_p);
         inverse.apply(part(in, 0, num_u), u);
         std::vector<float> imbalance(num_p);
-        matrix.divergence_less(u, part(in, num_u, num_p), imbalance);
+        matrix.rough_divergence.multiply_less(u, part(in, num_u, num_p), imbalance, matrix.lanes);
         std::vector<int> columns(matrix.lanes);
         std::iota(columns.begin(), columns.end(), 0);
         norm.solve_roughly(imbalance, p, matrix.lanes, columns);
@@ -123,53 +123,23 @@ SaddlePointEnding iterate(const Scaled &system, double size, double goal, int ma
 }
 
 template <class T>
-void product(const SaddlePoint &matrix, std::span<const T> u, std::span<const T> p, std::span<T> force,
-             std::span<T> imbalance) {
+void product(const SaddlePoint &matrix, const DivergenceRows<T> &divergence, std::span<const T> u, std::span<const T> p,
+             std::span<T> force, std::span<T> imbalance) {
     matrix.solver.multiply(u, force);
     multiply(matrix.pressure.compliance, p, imbalance, matrix.lanes);
-    const auto &d = matrix.pressure.divergence;
-    with_lanes(matrix.lanes, [&]<int L>() {
-        for (std::size_t q = 0; q + 1 < d.row_start.size(); ++q) {
-            std::array<T, L> divergence{}, of_row{};
-            std::copy_n(&p[L * q], L, of_row.begin());
-            for (int k = d.row_start[q]; k < d.row_start[q + 1]; ++k) {
-                const auto place = static_cast<std::size_t>(L) * d.column[k];
-                const T value = static_cast<T>(d.value[k]);
-                for (int c = 0; c < L; ++c) {
-                    divergence[c] += value * u[place + c];
-                    force[place + c] += value * of_row[c];
-                }
-            }
-            for (int c = 0; c < L; ++c)
-                imbalance[L * q + c] = divergence[c] - imbalance[L * q + c];
-        }
-    });
+    divergence.add_products(u, p, force, imbalance, matrix.lanes);
 }
 
 } // namespace
 
 void SaddlePoint::apply(std::span<const double> u, std::span<const double> p, std::span<double> force,
                         std::span<double> imbalance) const {
-    product(*this, u, p, force, imbalance);
+    product(*this, pressure.divergence, u, p, force, imbalance);
 }
 
 void SaddlePoint::apply(std::span<const float> u, std::span<const float> p, std::span<float> force,
                         std::span<float> imbalance) const {
-    product(*this, u, p, force, imbalance);
-}
-
-void SaddlePoint::divergence_less(std::span<const float> u, std::span<const float> g, std::span<float> out) const {
-    const auto &d = pressure.divergence;
-    with_lanes(lanes, [&]<int L>() {
-        for (std::size_t q = 0; q + 1 < d.row_start.size(); ++q) {
-            std::array<float, L> divergence{};
-            for (int k = d.row_start[q]; k < d.row_start[q + 1]; ++k)
-                for (int c = 0; c < L; ++c)
-                    divergence[c] += static_cast<float>(d.value[k]) * u[static_cast<std::size_t>(L) * d.column[k] + c];
-            for (int c = 0; c < L; ++c)
-                out[L * q + c] = divergence[c] - g[L * q + c];
-        }
-    });
+    product(*this, rough_divergence, u, p, force, imbalance);
 }
 
 SaddlePointEnding solve(const SaddlePoint &matrix, Preconditioner &inverse, ConstrainedSolver &norm, double tolerance,

@@ -13,6 +13,7 @@ namespace livermark::fem_reference {
 struct SaddlePoint {
     const ChosenSolver &solver; ///< of K
     const PressureSystem &pressure;
+    const DivergenceRows<float> &rough_divergence; ///< that of the pressure
     int lanes;
     std::span<const std::size_t> held; ///< entries of displacements that are not free, see held_entries()
 
@@ -21,9 +22,6 @@ struct SaddlePoint {
                std::span<double> imbalance) const;
     void apply(std::span<const float> u, std::span<const float> p, std::span<float> force,
                std::span<float> imbalance) const;
-
-    /// out = D u - g
-    void divergence_less(std::span<const float> u, std::span<const float> g, std::span<float> out) const;
 };
 
 /// A right-hand side.
