@@ -41,10 +41,10 @@ bool is_kept(const core::Problem &problem, const RunOptions &options, const resu
     return options.resume && results::kept_result(file_of(problem, options), problem, provenance);
 }
 
-/// Of the largest body. What is solved together on the refined mesh of a liver takes 145 kB for each tetrahedron,
+/// Of the largest body. What is solved together on the refined mesh of a liver takes 124 kB for each tetrahedron,
 /// measured; no other model takes as much.
 double bytes_per_worker(const RunTask &task) {
-    constexpr double bytes_per_tetrahedron = 160e3;
+    constexpr double bytes_per_tetrahedron = 140e3;
     std::size_t most = 1;
     for (const auto &problem : task.problems)
         most = std::max(most, problem.body->mesh.tetrahedra.size());
