@@ -143,8 +143,12 @@ core::History read_history(const InputFile &file, const std::string &model, cons
     history.solve_seconds = file.number(group, "solve_seconds");
     history.integrator = file.text(group, "integrator");
     history.kernel = file.text(group, "kernel");
-    if (file.has_attribute(group, "forces_per_step")) // files of earlier versions have none
-        history.forces_per_step = static_cast<int>(file.integer(group, "forces_per_step"));
+    if (file.has_attribute(group, "forces_per_step")) { // files of earlier versions have none
+        const auto forces = file.integer(group, "forces_per_step");
+        if (forces < 0 || forces > std::numeric_limits<int>::max())
+            file.refuse(group, fmt::format("attribute forces_per_step is {}", forces));
+        history.forces_per_step = static_cast<int>(forces);
+    }
     history.time_step = file.number(group, "time_step");
     history.critical_time_step = file.number(group, "critical_time_step");
     history.diverged_at = file.number(group, "diverged_at");

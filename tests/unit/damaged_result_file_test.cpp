@@ -191,6 +191,8 @@ TEST_F(DamagedResultFile, NamesThePlaceOfEveryFault) {
         {"/load_case/release/probe", "row 1 holds 12",
          [&](hid_t file) { poke(file, "/load_case/release/probe", H5T_NATIVE_INT, 1, num_nodes); }},
         {"/solutions/fem_p2/history", "is there", remove("/load_case/release")},
+        {"/solutions/fem_p2/history", "attribute forces_per_step is -1",
+         [](hid_t file) { set_attribute(file, "/solutions/fem_p2/history", "forces_per_step", H5T_NATIVE_INT, -1); }},
         {"/load_case/release", "attribute records_per_frame is 2 instead of 1",
          [](hid_t file) { set_attribute(file, "/load_case/release", "num_steps", H5T_NATIVE_INT, 50); }},
         {"/solutions/fem_p2/history/time", "has shape (53) instead of (52)",
