@@ -53,13 +53,13 @@ class InversionGuard : public ElasticTerm {
     }
 
     Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd &x, Tangent tangent) const override {
+        std::vector<Eigen::Triplet<double>> entries;
+        entries.reserve(144 * tetrahedra_.size());
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
+            const auto block = tetrahedron_hessian(x, t, tangent);
+            add_block(entries, tetrahedra_[t], block);
+        }
         Eigen::SparseMatrix<double> hessian(x.size(), x.size());
-        if (tangent == Tangent::material)
-            return hessian;
-        std::vector<Eigen::Triplet<double>> entries; // of the few that are nearly flat
-        for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
-            if (const auto block = tetrahedron_hessian(x, t, tangent); !block.isZero(0.0))
-                add_block(entries, tetrahedra_[t], block);
         hessian.setFromTriplets(entries.begin(), entries.end());
         return hessian;
     }
@@ -77,7 +77,7 @@ class InversionGuard : public ElasticTerm {
     Eigen::Matrix<double, 12, 12> tetrahedron_hessian(const Eigen::VectorXd &x, std::size_t t, Tangent tangent) const {
         const auto [volume, gradient] = volume_gradient(x, tetrahedra_[t]);
         const double lack = least_volume_[t] - volume;
-        if (lack <= 0.0)
+        if (tangent == Tangent::material || lack <= 0.0)
             return Eigen::Matrix<double, 12, 12>::Zero();
         Eigen::Matrix<double, 12, 1> slope;
         for (int a = 0; a < 4; ++a)
