@@ -24,20 +24,19 @@ Eigen::Matrix3d inverse_of_free(const Block<float> &block, const Eigen::Array3d 
 
 } // namespace
 
-BlockGaussSeidel::BlockGaussSeidel(const SymmetricBlocks<float> &matrix)
-    : rows_(matrix.rows), block_(matrix.below), diagonal_(matrix.diagonal) {
+BlockGaussSeidel::BlockGaussSeidel(const SymmetricBlocks<float> &matrix) : matrix_(matrix) {
     const Eigen::Array3d all_free = Eigen::Array3d::Ones();
-    for (const auto &block : diagonal_)
+    for (const auto &block : matrix_.diagonal)
         inverse_diagonal_.push_back(rounded(inverse_of_free(block, all_free)));
 }
 
 void BlockGaussSeidel::set_up(const FreeUnknowns &free) {
     lanes_ = free.lanes();
-    taken_.assign(3 * lanes_ * rows_.num_nodes(), 0.0F);
-    held_.assign(rows_.num_nodes(), -1);
+    taken_.assign(3 * lanes_ * matrix_.rows.num_nodes(), 0.0F);
+    held_.assign(matrix_.rows.num_nodes(), -1);
     held_inverse_.clear();
     is_free_.clear();
-    for (std::size_t at = 0; at < rows_.num_nodes(); ++at) {
+    for (std::size_t at = 0; at < matrix_.rows.num_nodes(); ++at) {
         std::vector<Eigen::Array3d> of_set;
         for (const auto &set : free.sets) {
             auto &is_free = of_set.emplace_back();
@@ -49,7 +48,7 @@ void BlockGaussSeidel::set_up(const FreeUnknowns &free) {
         held_[at] = static_cast<int>(is_free_.size()) / (3 * lanes_);
         std::vector<Eigen::Matrix3d> inverse;
         for (const auto &is_free : of_set)
-            inverse.push_back(inverse_of_free(diagonal_[at], is_free));
+            inverse.push_back(inverse_of_free(matrix_.diagonal[at], is_free));
         for (int entry = 0; entry < 9; ++entry)
             for (const int set : free.set)
                 held_inverse_.push_back(static_cast<float>(inverse[set](entry / 3, entry % 3)));
@@ -88,12 +87,12 @@ template <int lanes> class BlockGaussSeidel::Sweep {
 
     /// What the nodes before one take from its row, and the other way round.
     [[gnu::always_inline]] void take(int k, Vector &sum) {
-        add_product(of.block_[k], Vector(&now[width * of.rows_.column[k]]), sum);
+        add_product(of.matrix_.below[k], Vector(&now[width * of.matrix_.rows.column[k]]), sum);
     }
     [[gnu::always_inline]] void give(int k, const Vector &here) {
-        float *const place = &of.taken_[width * of.rows_.column[k]];
+        float *const place = &of.taken_[width * of.matrix_.rows.column[k]];
         Vector there(place);
-        add_transposed(of.block_[k], here, there);
+        add_transposed(of.matrix_.below[k], here, there);
         there.put(place);
     }
 
@@ -106,20 +105,20 @@ template <int lanes>
                                                              std::span<float> residual) {
     constexpr auto width = Sweep<lanes>::width;
     Sweep<lanes> sweep(*this, u);
-    for (std::size_t at = 0; at < rows_.num_nodes(); ++at) {
+    for (std::size_t at = 0; at < matrix_.rows.num_nodes(); ++at) {
         const auto place = width * at;
         Triple<float, lanes> before;
-        for (int k = rows_.row_start[at]; k < rows_.row_start[at + 1]; ++k) {
-            ask_ahead(&block_[k], 1);
+        for (int k = matrix_.rows.row_start[at]; k < matrix_.rows.row_start[at + 1]; ++k) {
+            ask_ahead(&matrix_.below[k], 1);
             sweep.take(k, before);
         }
         sweep.solve(at, &right_hand_side[place], before);
         const Triple<float, lanes> here(&u[place]);
-        for (int k = rows_.row_start[at]; k < rows_.row_start[at + 1]; ++k)
+        for (int k = matrix_.rows.row_start[at]; k < matrix_.rows.row_start[at + 1]; ++k)
             sweep.give(k, here);
     }
     // A sweep leaves of each row only what lies behind the diagonal.
-    for (std::size_t at = 0; at < rows_.num_nodes(); ++at) {
+    for (std::size_t at = 0; at < matrix_.rows.num_nodes(); ++at) {
         const auto place = width * at;
         const float *const is_free = held_[at] < 0 ? nullptr : &is_free_[width * held_[at]];
         for (std::size_t i = 0; i < width; ++i)
@@ -132,16 +131,16 @@ template <int lanes>
                                                               std::span<float> u) {
     constexpr auto width = Sweep<lanes>::width;
     Sweep<lanes> sweep(*this, u);
-    for (std::size_t at = rows_.num_nodes(); at-- > 0;) {
+    for (std::size_t at = matrix_.rows.num_nodes(); at-- > 0;) {
         const auto place = width * at;
         Triple<float, lanes> others(&taken_[place]);
-        for (int k = rows_.row_start[at + 1] - 1; k >= rows_.row_start[at]; --k) {
-            ask_ahead(&block_[k], -1);
+        for (int k = matrix_.rows.row_start[at + 1] - 1; k >= matrix_.rows.row_start[at]; --k) {
+            ask_ahead(&matrix_.below[k], -1);
             sweep.take(k, others);
         }
         sweep.solve(at, &right_hand_side[place], others);
         const Triple<float, lanes> here(&u[place]);
-        for (int k = rows_.row_start[at + 1] - 1; k >= rows_.row_start[at]; --k)
+        for (int k = matrix_.rows.row_start[at + 1] - 1; k >= matrix_.rows.row_start[at]; --k)
             sweep.give(k, here);
     }
 }

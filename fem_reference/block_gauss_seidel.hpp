@@ -36,9 +36,7 @@ class BlockGaussSeidel {
     void forward(std::span<const float> right_hand_side, std::span<float> u, std::span<float> residual);
     template <int lanes> void backward(std::span<const float> right_hand_side, std::span<float> u);
 
-    const LowerRows &rows_;
-    const std::vector<Block<float>> &block_;     ///< (blocks)
-    const std::vector<Block<float>> &diagonal_;  ///< (n)
+    const SymmetricBlocks<float> &matrix_;
     std::vector<Block<float>> inverse_diagonal_; ///< (n) where all is free
     int lanes_ = 0;
     std::vector<int> held_;           ///< (n) index into the next two, -1 where all columns are free

@@ -44,7 +44,7 @@ IterativeSolver::Ending IterativeSolver::add_solution(std::span<double> residual
         const double beta = -std::inner_product(image.begin(), image.end(), correction.begin(), 0.0) / curvature;
         for (std::size_t i = 0; i < u.size(); ++i)
             direction[i] = correction[i] + beta * direction[i];
-        multiply(direction, image);
+        stiffness_.multiply(direction, image);
         zero(held, image);
         curvature = dot(direction, image);
         const double alpha = dot(residual, direction) / curvature;
@@ -71,7 +71,7 @@ ConstrainedSolution IterativeSolver::solve(std::span<const double> prescribed, s
         u[i] = std::isnan(prescribed[i]) ? 0.0 : prescribed[i];
     const auto imbalance = [&] { // f - K u
         std::vector<double> out(u.size());
-        multiply(u, out);
+        stiffness_.multiply(u, out);
         for (std::size_t i = 0; i < out.size(); ++i)
             out[i] = load[i] - out[i];
         return out;

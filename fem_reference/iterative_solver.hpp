@@ -30,10 +30,6 @@ class IterativeSolver {
     /// @param load        shape (n), loads on prescribed unknowns count in the residual
     ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load);
 
-    /// out_c = K x_c, whatever is prescribed
-    /// @param x, out  shape (n, lanes), not the same
-    void multiply(std::span<const double> x, std::span<double> out) const { stiffness_.multiply(x, out); }
-
     Preconditioner &preconditioner() const { return *preconditioner_; }
 
     /// Seconds that the preconditioner in use took, also when it was made for an earlier solve.

@@ -32,14 +32,13 @@ void multiply_mass(const SymmetricMatrix &mass, std::span<const double> x, std::
 }
 
 SymmetricMatrix combine(double k, SymmetricMatrix stiffness, double m, const SymmetricMatrix &mass) {
-    auto &sum = stiffness;
-    for (double &value : sum.value)
+    for (double &value : stiffness.value)
         value *= k;
     for (int a = 0; a < mass.num_rows(); ++a)
         for (int i = 0; i < 3; ++i) {
-            int entry = sum.row_start[3 * a + i] + i;
+            int entry = stiffness.row_start[3 * a + i] + i;
             for (int block = mass.row_start[a]; block < mass.row_start[a + 1]; ++block, entry += 3)
-                sum.value[entry] += m * mass.value[block];
+                stiffness.value[entry] += m * mass.value[block];
         }
     return stiffness;
 }

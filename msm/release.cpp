@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
+#include <utility>
 
 #include "core/input_error.hpp"
 #include "msm/elastic_motion.hpp"
@@ -105,8 +106,11 @@ StepPlan plan_steps(const core::Problem &problem, double highest, const TimeStep
         };
         find_critical_time_step();
         if (plan.integrator.with_forces_per_step && !choice.time_step && plan.critical_time_step > 0.0) {
-            plan.integrator = with_best_number(plan, choice, release.output_interval);
-            find_critical_time_step();
+            auto best = with_best_number(plan, choice, release.output_interval);
+            if (best.forces_per_step != plan.integrator.forces_per_step) {
+                plan.integrator = std::move(best);
+                find_critical_time_step();
+            }
         }
         if (!is_allowed(choice, plan.critical_time_step)) {
             if (!refused || plan.critical_time_step > refused->critical_time_step)

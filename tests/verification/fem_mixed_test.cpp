@@ -9,6 +9,7 @@
 #include "fem_reference/linear_elasticity.hpp"
 #include "fem_reference/mixed_solver.hpp"
 #include "fem_reference/nested_iteration.hpp"
+#include "tests/verification/dense_divergence.hpp"
 #include "tests/verification/fem_test_bodies.hpp"
 
 namespace livermark {
@@ -49,15 +50,6 @@ void expect_agreement(const core::Solution &a, const core::Solution &b, double t
     EXPECT_NEAR(a.strain_energy, b.strain_energy, tolerance * b.strain_energy);
 }
 
-Eigen::MatrixXd dense(const fem_reference::DivergenceRows<double> &matrix, Eigen::Index num_columns) {
-    Eigen::MatrixXd full = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(matrix.num_rows()), num_columns);
-    for (std::size_t row = 0; row < matrix.num_rows(); ++row)
-        for (int k = matrix.row_start[row]; k < matrix.row_start[row + 1]; ++k)
-            for (int i = 0; i < 3; ++i)
-                full(static_cast<Eigen::Index>(row), 3 * matrix.column[k] + i) = matrix.value[k][i];
-    return full;
-}
-
 Eigen::MatrixXd dense(const fem_reference::SymmetricMatrix &matrix, Eigen::Index num_columns) {
     const auto num_rows = static_cast<Eigen::Index>(matrix.row_start.size()) - 1;
     Eigen::MatrixXd full = Eigen::MatrixXd::Zero(num_rows, num_columns);
@@ -87,50 +79,9 @@ TEST(PressureSystem, KnowsTheDivergenceOfQuadraticFields) {
         const auto &x = mesh.points[node];
         p[node] = material.lame_lambda() * (2.0 * x.x() + x.x() + 2.0 * x.z());
     }
-    const Eigen::VectorXd left = dense(pressure.divergence, u.size()) * u;
+    const Eigen::VectorXd left = tests::dense(pressure.divergence, u.size()) * u;
     const Eigen::VectorXd right = dense(pressure.compliance, p.size()) * p;
     EXPECT_LT((left - right).norm(), 1e-13 * right.norm());
-}
-
-template <class T> void expect_products_of(const fem_reference::DivergenceRows<T> &rows, const Eigen::MatrixXd &full) {
-    for (const int lanes : {1, 4, 8}) {
-        SCOPED_TRACE(lanes);
-        const auto some = [lanes](Eigen::Index size, int seed) {
-            std::vector<T> values(lanes * size);
-            for (std::size_t i = 0; i < values.size(); ++i)
-                values[i] = static_cast<T>((7 * static_cast<int>(i) + seed) % 23 - 11);
-            return values;
-        };
-        const auto of_columns = [lanes](const std::vector<T> &values) -> Eigen::MatrixXd {
-            using Together = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-            return Together::Map(values.data(), static_cast<Eigen::Index>(values.size()) / lanes, lanes)
-                .template cast<double>();
-        };
-        const auto near = [&](const std::vector<T> &found, const Eigen::MatrixXd &expected) {
-            EXPECT_LT((of_columns(found) - expected).norm(),
-                      30.0 * static_cast<double>(std::numeric_limits<T>::epsilon()) * expected.norm());
-        };
-        const auto u = some(full.cols(), 3), g = some(full.rows(), 5), force = some(full.cols(), 8);
-        std::vector<T> less(g.size()), summed = force, imbalance = g;
-        rows.multiply_less(u, g, less, lanes);
-        near(less, full * of_columns(u) - of_columns(g));
-        rows.add_products(u, g, summed, imbalance, lanes);
-        near(summed, of_columns(force) + full.transpose() * of_columns(g));
-        near(imbalance, full * of_columns(u) - of_columns(g));
-    }
-}
-
-TEST(FemMixed, ProductsWithTheDivergenceAreThoseOfTheMatrix) {
-    const auto body = *rod(0.45, 0.499, {2, 2, 1}).body;
-    const auto system = fem_reference::assemble(fem_reference::without_pressure(body), 2);
-    auto rows = fem_reference::assemble_pressure(body, system).divergence;
-    for (auto &of_node : rows.value) // of the size of what they are multiplied with
-        for (double &value : of_node)
-            value *= 1e4;
-    const auto full = dense(rows, 3 * system.num_nodes());
-    ASSERT_GT(full.norm(), 0.0);
-    expect_products_of(rows, full);
-    expect_products_of(rounded(rows), full);
 }
 
 TEST(FemMixed, IsTheDisplacementFormulationWhereNothingIsNearlyIncompressible) {
@@ -149,7 +100,7 @@ TEST(FemMixed, AgreesWithADenseSolve) {
         const Eigen::Index num_u = 3 * system.num_nodes(), num_p = pressure.num_pressures();
         Eigen::MatrixXd matrix(num_u + num_p, num_u + num_p);
         matrix.topLeftCorner(num_u, num_u) = dense(compressed_rows(system.stiffness), num_u);
-        matrix.bottomLeftCorner(num_p, num_u) = dense(pressure.divergence, num_u);
+        matrix.bottomLeftCorner(num_p, num_u) = tests::dense(pressure.divergence, num_u);
         matrix.topRightCorner(num_u, num_p) = matrix.bottomLeftCorner(num_p, num_u).transpose();
         matrix.bottomRightCorner(num_p, num_p) = -dense(pressure.compliance, num_p);
         Eigen::VectorXd right_hand_side = Eigen::VectorXd::Zero(num_u + num_p);
