@@ -6,10 +6,10 @@
 #include <fmt/format.h>
 #include <vector>
 
-#include "core/input_error.hpp"
-#include "core/root_folder.hpp"
-#include "results/accuracy.hpp"
-#include "results/result_files.hpp"
+#include "results/hdf5/result_files.hpp"
+#include "results/tables/accuracy.hpp"
+#include "support/input_error.hpp"
+#include "support/root_folder.hpp"
 
 namespace {
 
@@ -21,7 +21,7 @@ void print(const results::Layout &layout, bool markdown) {
 
 int run(int argc, char **argv) {
     CLI::App app("Error against cost of what is in result files, with the Pareto front");
-    std::vector<std::filesystem::path> paths{livermark::core::root_folder() / "results" / "runs"};
+    std::vector<std::filesystem::path> paths{livermark::support::root_folder() / "results" / "runs"};
     app.add_option("paths", paths, "Result files of 'livermark run', or folders of them")->capture_default_str();
     bool markdown = false;
     app.add_flag("--markdown", markdown, "In Markdown");
@@ -41,7 +41,7 @@ int run(int argc, char **argv) {
 int main(int argc, char **argv) {
     try {
         return run(argc, argv);
-    } catch (const livermark::core::InputError &error) {
+    } catch (const livermark::support::InputError &error) {
         std::fprintf(stderr, "accuracy_benchmark: %s\n", error.what());
         return 2;
     } catch (const std::exception &error) {

@@ -5,11 +5,11 @@
 #include <fmt/format.h>
 
 #include "benchmarks/node_order.hpp"
-#include "core/input_error.hpp"
 #include "core/refinement.hpp"
-#include "core/root_folder.hpp"
 #include "meshes/body_reader.hpp"
-#include "msm/kernels/node_order.hpp"
+#include "msm/kernels/layout/node_order.hpp"
+#include "support/input_error.hpp"
+#include "support/root_folder.hpp"
 
 namespace livermark::benchmarks {
 
@@ -27,7 +27,7 @@ const std::array<Recipe, names.size()> recipes{
 const Recipe &find_recipe(const std::string &name) {
     const auto found = std::ranges::find(names, name);
     if (found == names.end())
-        throw core::InputError(
+        throw support::InputError(
             fmt::format("there is no body {} for benchmarks; take {}", name, fmt::join(names, ", ")));
     return recipes[found - names.begin()];
 }
@@ -40,7 +40,7 @@ std::span<const std::string> body_names() {
 
 std::shared_ptr<const core::Body> make_body(const std::string &name) {
     const auto &recipe = find_recipe(name);
-    auto body = meshes::read_body(core::root_folder() / "meshes" / (recipe.file + ".toml"));
+    auto body = meshes::read_body(support::root_folder() / "meshes" / (recipe.file + ".toml"));
     for (int r = 0; r < recipe.num_refinements; ++r)
         body = core::refine(body);
     if (recipe.num_refinements > 0) {
@@ -56,20 +56,20 @@ int num_refinements(const std::string &name) {
     return find_recipe(name).num_refinements;
 }
 
-core::LoadCase held(const core::Body &body) {
+core::LoadCase constrained(const core::Body &body) {
     const auto &mesh = body.mesh;
     const auto patch = std::ranges::find(mesh.patch_names, "posterior");
     if (patch == mesh.patch_names.end())
-        throw core::InputError(fmt::format("{} has no patch 'posterior' to be held at", body.name));
+        throw support::InputError(fmt::format("{} has no patch 'posterior' to constrain", body.name));
     core::LoadCase load_case;
     load_case.name = "held";
-    load_case.title = "Held at the back, no loads";
+    load_case.title = "Constrained at the back, no loads";
     load_case.constraint_names = {*patch};
     for (const int at : mesh.boundary_patch) {
-        const bool is_held = at == patch - mesh.patch_names.begin();
-        load_case.condition.push_back(is_held ? core::FacetCondition::prescribed_displacement
-                                              : core::FacetCondition::free);
-        load_case.constraint.push_back(is_held ? 0 : -1);
+        const bool is_constrained = at == patch - mesh.patch_names.begin();
+        load_case.condition.push_back(is_constrained ? core::FacetCondition::prescribed_displacement
+                                                     : core::FacetCondition::free);
+        load_case.constraint.push_back(is_constrained ? 0 : -1);
         load_case.value.emplace_back(core::Vector3::Zero());
     }
     return load_case;

@@ -15,15 +15,15 @@ std::span<const std::string> body_names();
 
 /// Makes a body, in seconds. The order of nodes that comes out of a refinement is one that no mesh generator gives, so
 /// refined bodies are put in reverse Cuthill-McKee order; the others keep that of their file.
-/// @throws core::InputError if there is none of that name
+/// @throws support::InputError if there is none of that name
 std::shared_ptr<const core::Body> make_body(const std::string &name);
 
 /// How often the tetrahedra of a body were cut into eight.
-/// @throws core::InputError if there is none of that name
+/// @throws support::InputError if there is none of that name
 int num_refinements(const std::string &name);
 
 /// Held where ligaments and veins hold a liver, the patch `posterior`; no loads.
-/// @throws core::InputError if the body has no such patch
-core::LoadCase held(const core::Body &body);
+/// @throws support::InputError if the body has no such patch
+core::LoadCase constrained(const core::Body &body);
 
 } // namespace livermark::benchmarks

@@ -36,8 +36,8 @@ struct Method {
     int max_refinements = std::numeric_limits<int>::max();
 };
 
-/// One that takes part in the contest for the shortest step: a kernel of ours, or what people would pick instead. Peers
-/// have one file each in peers/, named as the peer.
+/// One that takes part among the models for the shortest step: a kernel of ours, or what people would pick instead.
+/// Peers have one file each in peers/, named as the peer.
 struct Contestant {
     std::string name;    ///< the file stem; set by the table
     std::string summary; ///< one line

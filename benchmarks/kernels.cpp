@@ -6,16 +6,16 @@
 #include <thread>
 
 #include "benchmarks/oracle.hpp"
+#include "core/bounding_box.hpp"
 #include "msm/biquadratic_springs.hpp"
-#include "msm/elastic_motion.hpp"
-#include "msm/extent.hpp"
-#include "msm/highest_frequency.hpp"
+#include "msm/dynamics/elastic_motion.hpp"
+#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/mass_lumping.hpp"
 #include "msm/nodal_springs.hpp"
 #include "msm/springs_with_volume.hpp"
-#include "msm/time_step.hpp"
 
 namespace livermark::benchmarks {
 
@@ -34,7 +34,7 @@ double tolerance_of_single(const Scene &scene) {
         extension += std::abs((scene.start[j] - scene.start[i]).norm() - springs.rest_length[s]);
     }
     extension /= static_cast<double>(springs.edges.size());
-    return 0x1p-24 * 0.5 * msm::extent(scene.start) / extension;
+    return 0x1p-24 * 0.5 * core::extent(scene.start) / extension;
 }
 
 /// Nothing but the order of operations is different.

@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 
 #include "fem_reference/dof_conditions.hpp"
-#include "fem_reference/mass_matrix.hpp"
-#include "fem_reference/newmark.hpp"
+#include "fem_reference/dynamics/mass_matrix.hpp"
+#include "fem_reference/dynamics/newmark.hpp"
 
 namespace livermark::benchmarks {
 

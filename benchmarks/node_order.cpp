@@ -2,7 +2,7 @@
 
 #include <numeric>
 
-#include "msm/kernels/node_order.hpp"
+#include "msm/kernels/layout/node_order.hpp"
 
 namespace livermark::benchmarks {
 

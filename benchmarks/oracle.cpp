@@ -4,8 +4,8 @@
 #include <cmath>
 #include <fmt/format.h>
 
-#include "msm/elastic_motion.hpp"
-#include "msm/extent.hpp"
+#include "core/bounding_box.hpp"
+#include "msm/dynamics/elastic_motion.hpp"
 #include "msm/integrator.hpp"
 
 namespace livermark::benchmarks {
@@ -50,7 +50,7 @@ std::string differs_from(const std::vector<core::Vector3> &wanted, const Scene &
 
 std::string has_left(const Scene &scene, const Run &run) {
     const auto positions = run.positions();
-    const double bound = msm::extent(scene.start);
+    const double bound = core::extent(scene.start);
     for (std::size_t i = 0; i < positions.size(); ++i)
         if (const double motion = (positions[i] - scene.start[i]).norm(); !(motion < bound))
             return fmt::format("node {} has gone {:.3g} m", i, motion);

@@ -28,7 +28,7 @@ std::string has_left(const Scene &scene, const Run &run);
 /// Evaluations of all forces in a step of an explicit integrator of msm/.
 int forces_per_step(const std::string &integrator);
 
-/// A method of explicit steps of the springs of a scene, which are held against the oracle.
+/// A method of explicit steps of the springs of a scene, which are compared with the oracle.
 Method spring_method(const std::string &integrator, std::function<Run(const Scene &, double)> make, double tolerance);
 
 } // namespace livermark::benchmarks

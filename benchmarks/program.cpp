@@ -6,32 +6,36 @@
 #include <filesystem>
 #include <fmt/format.h>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string_view>
-#include <unistd.h>
 
-#include "core/input_error.hpp"
+#include "results/hdf5/timings_file.hpp"
 #include "results/provenance.hpp"
-#include "results/timings_file.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::benchmarks {
 
 namespace {
 
-/// Prints what Google Benchmark prints, and keeps it.
-class Collector : public benchmark::ConsoleReporter {
+/// Lets the reporter of --benchmark_format print, and keeps what it is told.
+class Collector : public benchmark::BenchmarkReporter {
   public:
-    Collector() : ConsoleReporter(isatty(STDOUT_FILENO) == 1 ? OO_Defaults : OO_None) {}
+    Collector() : printer_(benchmark::CreateDefaultDisplayReporter()) {}
+
+    bool ReportContext(const Context &context) override { return printer_->ReportContext(context); }
 
     void ReportRuns(const std::vector<Run> &runs) override {
-        ConsoleReporter::ReportRuns(runs);
+        printer_->ReportRuns(runs);
         for (const auto &run : runs)
             if (run.error_occurred)
                 has_failed = true;
             else if (run.run_type == Run::RT_Iteration)
                 keep(run);
     }
+
+    void Finalize() override { printer_->Finalize(); }
 
     /// The medians of the repetitions.
     std::vector<results::Timing> timings() const {
@@ -59,6 +63,7 @@ class Collector : public benchmark::ConsoleReporter {
         counters_.try_emplace(name);
     }
 
+    std::unique_ptr<benchmark::BenchmarkReporter> printer_;
     std::vector<results::Timing> timings_;
     std::map<std::string, std::map<std::string, std::vector<double>>> counters_;
 };
@@ -70,7 +75,7 @@ std::optional<std::filesystem::path> take_hdf5(int &argc, char **argv) {
         if (const std::string_view argument = argv[i]; argument.starts_with(option)) {
             const auto path = std::filesystem::absolute(argument.substr(option.size()));
             if (path.filename().empty() || !std::filesystem::is_directory(path.parent_path()))
-                throw core::InputError(fmt::format("{}: name a file in a folder that exists", argument));
+                throw support::InputError(fmt::format("{}: name a file in a folder that exists", argument));
             std::copy(argv + i + 1, argv + argc, argv + i);
             --argc;
             return path;
@@ -91,22 +96,38 @@ void print_help() {
     fmt::print("          [--hdf5=<file>]\n");
 }
 
+/// Google Benchmark asks for the help, and ends with 0, where one of its flags has none of the values to choose from.
+void refuse_value() {
+    throw support::InputError(
+        "--benchmark_format, --benchmark_out_format, --benchmark_color or --benchmark_time_unit has a "
+        "value that it does not take; --help names those that it does");
+}
+
+/// Takes the flags of Google Benchmark out of the arguments.
+void initialize(int argc, char **argv) {
+    const auto arguments = std::span(argv, argc).subspan(1);
+    const bool is_help = std::ranges::find(arguments, std::string_view("--help")) != arguments.end();
+    benchmark::Initialize(&argc, argv, is_help ? print_help : refuse_value);
+    if (argc > 1)
+        throw support::InputError(
+            fmt::format("'{}' is no flag, or has a value that it does not take; --help names all flags", argv[1]));
+}
+
 int run(int argc, char **argv, const std::function<void()> &register_all) {
     const auto provenance = results::current_provenance(fmt::format("{}", fmt::join(std::span(argv, argc), " ")));
     const auto hdf5 = take_hdf5(argc, argv);
-    for (const char *argument : std::span(argv, argc))
-        if (std::string_view(argument).starts_with("--benchmark_format"))
-            throw core::InputError("--benchmark_format is not known here; take --benchmark_out=<file>");
     register_all();
-    benchmark::Initialize(&argc, argv, print_help);
-    if (benchmark::ReportUnrecognizedArguments(argc, argv))
-        return 2;
+    initialize(argc, argv);
     add_context(provenance);
     Collector collector;
     if (benchmark::RunSpecifiedBenchmarks(&collector) == 0)
-        throw core::InputError("no benchmark matches; --benchmark_list_tests names all");
+        throw support::InputError("no benchmark matches; --benchmark_list_tests names all");
+    const auto timings = collector.timings();
+    if (hdf5 && timings.empty() && !collector.has_failed)
+        throw support::InputError("--hdf5 keeps single times, and there are none; leave --benchmark_list_tests, "
+                                  "--benchmark_report_aggregates_only and --benchmark_display_aggregates_only out");
     if (hdf5)
-        results::write_timings(*hdf5, {.provenance = provenance, .timings = collector.timings()});
+        results::write_timings(*hdf5, {.provenance = provenance, .timings = timings});
     return collector.has_failed ? 1 : 0;
 }
 
@@ -115,7 +136,7 @@ int run(int argc, char **argv, const std::function<void()> &register_all) {
 int run_program(int argc, char **argv, const std::function<void()> &register_all) {
     try {
         return run(argc, argv, register_all);
-    } catch (const core::InputError &error) {
+    } catch (const support::InputError &error) {
         fmt::print(stderr, "{}: {}\n", argv[0], error.what());
         return 2;
     } catch (const std::exception &error) {

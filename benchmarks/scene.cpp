@@ -4,9 +4,9 @@
 #include <numeric>
 
 #include "benchmarks/bodies.hpp"
-#include "msm/highest_frequency.hpp"
+#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/spring_network.hpp"
-#include "msm/time_step.hpp"
 
 namespace livermark::benchmarks {
 
@@ -23,11 +23,11 @@ double largest_frequency(const Scene &scene) {
 Scene make_scene(std::shared_ptr<const core::Body> body) {
     Scene scene;
     scene.problem = {.body = std::move(body), .load_case = {}};
-    scene.problem.load_case = held(*scene.problem.body);
+    scene.problem.load_case = constrained(*scene.problem.body);
     scene.springs = msm::spring_network(*scene.problem.body, msm::all_spring_laws().front());
     scene.conditions = msm::nodal_conditions(scene.problem, scene.springs.node_mass);
     for (const auto &displacement : scene.conditions.displacement)
-        scene.is_held.push_back(!std::isnan(displacement.x()));
+        scene.is_constrained.push_back(!std::isnan(displacement.x()));
     scene.start = scene.problem.body->mesh.points;
     for (auto &x : scene.start)
         x.x() *= 1.0 + stretch;

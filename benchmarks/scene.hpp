@@ -10,13 +10,14 @@
 
 namespace livermark::benchmarks {
 
-/// What every contestant moves: a body that is stretched by 1 % along x, held at its back as it then is, and let go
-/// from rest without loads or damping. Its energy stays what it is, so it can be moved for as long as a timing takes.
+/// What every contestant moves: a body that is stretched by 1 % along x, constrained at its back as it then is, and let
+/// go from rest without loads or damping. Its energy stays what it is, so it can be moved for as long as a timing
+/// takes.
 struct Scene {
-    core::Problem problem;                  ///< the body at rest, and where it is held
+    core::Problem problem;                  ///< the body at rest, and where it is constrained
     core::SpringNetwork springs;            ///< of the first spring law
-    msm::NodalConditions conditions;        ///< all three components of a node are held, or none
-    std::vector<bool> is_held;              ///< (N)
+    msm::NodalConditions conditions;        ///< all three components of a node are constrained, or none
+    std::vector<bool> is_constrained;       ///< (N)
     std::vector<core::Vector3> start;       ///< (N) positions at t = 0 [m]
     double largest_angular_frequency = 0.0; ///< of the springs, linearised at rest [rad/s]
 };

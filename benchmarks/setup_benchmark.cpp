@@ -10,11 +10,11 @@
 #include "benchmarks/bodies.hpp"
 #include "benchmarks/program.hpp"
 #include "benchmarks/scene.hpp"
-#include "fem_reference/constrained_solver.hpp"
 #include "fem_reference/dof_conditions.hpp"
-#include "fem_reference/mass_matrix.hpp"
-#include "msm/highest_frequency.hpp"
-#include "msm/kernels/node_order.hpp"
+#include "fem_reference/dynamics/mass_matrix.hpp"
+#include "fem_reference/solvers/constrained_solver.hpp"
+#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/kernels/layout/node_order.hpp"
 #include "msm/spring_network.hpp"
 
 namespace {
@@ -83,7 +83,7 @@ double residual(fem::ConstrainedSolver &solver, const fem::ElasticSystem &system
                 const std::vector<double> &prescribed) {
     const std::vector<double> load(prescribed.size(), 1.0);
     std::vector<double> u(load.size()), force(load.size());
-    solver.solve_held(load, u);
+    solver.solve_constrained(load, u);
     system.stiffness.multiply(u, force);
     double largest = 0.0;
     for (std::size_t i = 0; i < load.size(); ++i)
@@ -95,7 +95,7 @@ double residual(fem::ConstrainedSolver &solver, const fem::ElasticSystem &system
 void time_factor(benchmark::State &state, const core::Body &body, int degree) {
     const auto system = fem::assemble(body, degree);
     const auto stiffness = compressed_rows(system.stiffness);
-    const auto prescribed = fem::dof_conditions(benchmarks::held(body), system).prescribed;
+    const auto prescribed = fem::dof_conditions(benchmarks::constrained(body), system).prescribed;
     {
         fem::ConstrainedSolver solver(stiffness);
         if (!solver.factorise(prescribed) || !(residual(solver, system, prescribed) < 1e-6)) {

@@ -10,7 +10,7 @@
 #include "benchmarks/limits.hpp"
 #include "benchmarks/oracle.hpp"
 #include "benchmarks/program.hpp"
-#include "msm/time_step.hpp"
+#include "msm/dynamics/time_step.hpp"
 
 namespace {
 

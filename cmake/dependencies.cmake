@@ -3,9 +3,6 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(fmt REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(tomlplusplus REQUIRED)
-find_package(GTest REQUIRED)
-find_package(benchmark REQUIRED)
-find_package(hwy REQUIRED)
 find_package(Spectra 1.0 REQUIRED)
 find_package(NLopt 2.7 REQUIRED)
 find_package(PNG REQUIRED)
@@ -31,37 +28,20 @@ add_library(livermark_gmsh INTERFACE)
 target_include_directories(livermark_gmsh SYSTEM INTERFACE ${GMSH_INCLUDE_DIR})
 target_link_libraries(livermark_gmsh INTERFACE ${GMSH_LIBRARY})
 
-find_library(CHOLMOD_LIBRARY cholmod REQUIRED)
-find_path(CHOLMOD_INCLUDE_DIR cholmod.h PATH_SUFFIXES suitesparse REQUIRED)
-add_library(livermark_cholmod INTERFACE)
-target_include_directories(livermark_cholmod SYSTEM INTERFACE ${CHOLMOD_INCLUDE_DIR})
-# CHOLMOD runs on GCC's OpenMP; core/openmp.hpp keeps it in one thread.
-target_link_libraries(livermark_cholmod INTERFACE ${CHOLMOD_LIBRARY} gomp)
-
-find_library(BLAS_LIBRARY blas REQUIRED) # the one that CHOLMOD runs on
-add_library(livermark_blas INTERFACE)
-target_link_libraries(livermark_blas INTERFACE ${BLAS_LIBRARY})
-
-# The eigensolver that the tests hold Spectra against.
-find_library(ARPACK_LIBRARY arpack REQUIRED)
-find_path(ARPACK_INCLUDE_DIR arpack/arpack.hpp REQUIRED)
-add_library(livermark_arpack INTERFACE)
-target_include_directories(livermark_arpack SYSTEM INTERFACE ${ARPACK_INCLUDE_DIR})
-target_link_libraries(livermark_arpack INTERFACE ${ARPACK_LIBRARY})
-
-# deal.II's own target set-up would put its flags behind ours and make its warnings public, so only its include
-# directories, definitions and library are taken.
-find_package(deal.II 9.4 REQUIRED HINTS /usr/share/cmake/deal.II)
-include(${DEAL_II_TARGET_CONFIG})
-add_library(livermark_dealii INTERFACE)
-target_include_directories(livermark_dealii SYSTEM INTERFACE ${DEAL_II_INCLUDE_DIRS})
-if(CMAKE_BUILD_TYPE STREQUAL "Debug")
-  target_compile_definitions(livermark_dealii INTERFACE ${DEAL_II_USER_DEFINITIONS} ${DEAL_II_USER_DEFINITIONS_DEBUG})
-  target_link_libraries(livermark_dealii INTERFACE ${DEAL_II_TARGET_DEBUG})
-else()
-  target_compile_definitions(livermark_dealii INTERFACE ${DEAL_II_USER_DEFINITIONS} ${DEAL_II_USER_DEFINITIONS_RELEASE})
-  target_link_libraries(livermark_dealii INTERFACE ${DEAL_II_TARGET_RELEASE})
+if(BUILD_TESTING)
+  find_package(GTest REQUIRED)
+  # The eigensolver that the tests hold Spectra against.
+  find_library(ARPACK_LIBRARY arpack REQUIRED)
+  find_path(ARPACK_INCLUDE_DIR arpack/arpack.hpp REQUIRED)
+  add_library(livermark_arpack INTERFACE)
+  target_include_directories(livermark_arpack SYSTEM INTERFACE ${ARPACK_INCLUDE_DIR})
+  target_link_libraries(livermark_arpack INTERFACE ${ARPACK_LIBRARY})
 endif()
+if(LIVERMARK_BENCHMARKS)
+  find_package(benchmark REQUIRED)
+endif()
+
+include(finite_elements)
 
 # From images to bodies: without both, `livermark mesh labels` says what to install. Only these parts of ITK, because its
 # HDF5 is the serial one.

@@ -51,5 +51,7 @@ std::span<const @arg_TYPE@> all_@folder@() {
 
 } // namespace livermark::@parent@
 ]])
+  # Each stays by itself, so that a new one can begin as a copy of another.
+  set_source_files_properties(${sources} ${table} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   target_sources(${target} PRIVATE ${sources} ${table})
 endfunction()

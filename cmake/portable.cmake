@@ -10,14 +10,15 @@ function(livermark_portable_sources target top)
   list(TRANSFORM livermark_live_sources PREPEND ${top}/live/)
   list(TRANSFORM livermark_portable_msm_sources PREPEND ${top}/msm/)
   target_sources(${target} PRIVATE ${livermark_live_sources} ${livermark_portable_msm_sources}
-    ${top}/msm/kernels/team_of_one.cpp
-    ${top}/core/tetra_mesh.cpp ${top}/core/input_error.cpp)
+    ${top}/msm/kernels/threads/team_of_one.cpp
+    ${top}/core/tetra_mesh.cpp ${top}/support/input_error.cpp)
   set(CMAKE_CURRENT_SOURCE_DIR ${top}/msm)
   livermark_extensions(${target} spring_laws TYPE SpringLaw HEADER msm/spring_law.hpp)
-  livermark_extensions(${target} integrators TYPE Integrator HEADER msm/integrator.hpp EXCLUDE implicit_euler)
+  livermark_extensions(${target} integrators TYPE Integrator HEADER msm/integrator.hpp)
   livermark_extensions(${target} volume_terms TYPE VolumeTerm HEADER msm/volume_term.hpp)
   target_include_directories(${target} PRIVATE ${top})
   target_compile_definitions(${target} PRIVATE HWY_COMPILE_ONLY_STATIC LIVERMARK_EXACT_ROOTS
     EIGEN_DONT_VECTORIZE FMT_HEADER_ONLY NDEBUG)
   target_compile_options(${target} PRIVATE -ffp-contract=off)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD OFF) # take_steps.cpp includes itself
 endfunction()

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
-#include "core/input_error.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::core {
 
@@ -38,14 +38,15 @@ std::string constants_of(const std::vector<Material> &materials) {
 
 void check_fit(const CalibratedSprings &springs, const Body &body) {
     if (springs.edges != edge_table(body.mesh.tetrahedra).edges || !has_same_lengths(springs, body.mesh))
-        throw InputError(fmt::format("{}: was made for another mesh than that of {}; make one for this mesh with "
-                                     "`livermark calibrate`",
-                                     springs.origin, body.name));
+        throw support::InputError(
+            fmt::format("{}: was made for another mesh than that of {}; make one for this mesh with "
+                        "`livermark calibrate`",
+                        springs.origin, body.name));
     if (!std::ranges::equal(springs.materials, body.materials, has_same_constants))
-        throw InputError(fmt::format("{}: was made for Young's modulus and Poisson's ratio {}, not for {} of {}; make "
-                                     "one for these with `livermark calibrate`",
-                                     springs.origin, constants_of(springs.materials), constants_of(body.materials),
-                                     body.name));
+        throw support::InputError(
+            fmt::format("{}: was made for Young's modulus and Poisson's ratio {}, not for {} of {}; make "
+                        "one for these with `livermark calibrate`",
+                        springs.origin, constants_of(springs.materials), constants_of(body.materials), body.name));
 }
 
 } // namespace livermark::core

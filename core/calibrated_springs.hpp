@@ -8,7 +8,7 @@
 
 namespace livermark::core {
 
-/// Stiffnesses of springs that were fitted to the answers of another model, and what they hold for.
+/// Stiffnesses of springs that were fitted to the solutions of another model, and what they hold for.
 struct CalibratedSprings {
     std::string origin;                    ///< the file that they come from, for messages
     std::vector<Material> materials;       ///< (R) that they were fitted for

@@ -21,12 +21,12 @@ bool are_statically_equal(const LoadCase &a, const LoadCase &b) {
            std::ranges::equal(a.value, b.value, same_value);
 }
 
-bool hold_the_same(const LoadCase &a, const LoadCase &b) {
-    return holds_all_of(a, b) && holds_all_of(b, a);
+bool constrain_the_same(const LoadCase &a, const LoadCase &b) {
+    return constrains_all_of(a, b) && constrains_all_of(b, a);
 }
 
-bool holds_all_of(const LoadCase &more, const LoadCase &less) {
-    const auto is_held = [](const LoadCase &load_case, std::size_t facet, int component) {
+bool constrains_all_of(const LoadCase &more, const LoadCase &less) {
+    const auto is_constrained = [](const LoadCase &load_case, std::size_t facet, int component) {
         return load_case.condition[facet] == FacetCondition::prescribed_displacement &&
                !std::isnan(load_case.value[facet][component]);
     };
@@ -34,7 +34,7 @@ bool holds_all_of(const LoadCase &more, const LoadCase &less) {
         return false;
     for (std::size_t facet = 0; facet < less.condition.size(); ++facet)
         for (int component = 0; component < 3; ++component)
-            if (is_held(less, facet, component) && !is_held(more, facet, component))
+            if (is_constrained(less, facet, component) && !is_constrained(more, facet, component))
                 return false;
     return true;
 }

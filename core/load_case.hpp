@@ -55,16 +55,16 @@ struct LoadCase {
 /// The same with its tractions let go: what holds after a release.
 LoadCase without_tractions(LoadCase load_case);
 
-/// Whether two load cases on one mesh have the same static answer: the same conditions, values and acceleration, to the
-/// last bit.
+/// Whether two load cases on one mesh have the same static solution: the same conditions, values and acceleration, to
+/// the last bit.
 bool are_statically_equal(const LoadCase &a, const LoadCase &b);
 
 /// Whether two load cases on one mesh hold the same components of the displacement, wherever to: a factor of what is
 /// free under one then serves the other.
-bool hold_the_same(const LoadCase &a, const LoadCase &b);
+bool constrain_the_same(const LoadCase &a, const LoadCase &b);
 
-/// Whether every component that one load case on a mesh holds is held under the other too, wherever to.
-bool holds_all_of(const LoadCase &more, const LoadCase &less);
+/// Whether every component that one load case on a mesh holds is constrained under the other too, wherever to.
+bool constrains_all_of(const LoadCase &more, const LoadCase &less);
 
 /// The same with everything that drives it multiplied: tractions, accelerations and the prescribed displacements that
 /// are not zero. A linear body then moves by the factor.

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -12,30 +13,47 @@
 
 namespace livermark::core {
 
-/// A deformable model in the contest.
+/// A model on one body. What it has worked out for the body, such as factors, it keeps as long as it lives, and solves
+/// every load case with. For one thread.
+class PreparedModel {
+  public:
+    PreparedModel() = default;
+    virtual ~PreparedModel() = default;
+    PreparedModel(const PreparedModel &) = delete;
+    PreparedModel &operator=(const PreparedModel &) = delete;
+
+    /// Static solutions, and the histories of time-dependent load cases. Each is what it would be alone, but for
+    /// rounding. Throws only for what is not the load's fault.
+    /// @param load_cases  on the mesh of the body
+    virtual std::vector<Solution> solve(std::span<const LoadCase> load_cases) = 0;
+};
+
+/// Makes a model ready for a body.
+/// @param common  a load case that constrains what many of those to come constrain too, maybe among more; nullptr if
+///   there is none. A factor of it may serve them all; solutions change by rounding only.
+using PrepareModel =
+    std::function<std::unique_ptr<PreparedModel>(const std::shared_ptr<const Body> &body, const LoadCase *common)>;
+
+/// A deformable model of the suite.
 struct Model {
     std::string name;    ///< on the command line, in the result file, in the tests
     std::string summary; ///< one line
     std::string source;  ///< literature reference
-    /// Static answer, and the history of a time-dependent load case; throws only for what is not the load's fault.
-    std::function<Solution(const Problem &)> solve;
-    /// Static answers to several problems of one body, which take less time together than one by one, as many as
-    /// most_together at once; empty if nothing is gained.
-    std::function<std::vector<Solution>(std::span<const Problem>)> solve_together{};
-    std::size_t most_together = 1;
-    /// Told of a body before the first of its problems is solved: a problem that holds what many others of them hold
-    /// too, maybe among more. A factor of it may serve them all; answers change by rounding only. Empty if nothing is
-    /// gained.
-    std::function<void(const Problem &)> begin_with{};
-    /// Lets go of what it keeps of a body, if anything, so that there is room for others; empty if it keeps nothing.
-    std::function<void()> forget{};
+    PrepareModel prepare;
+    std::size_t most_together = 1; ///< load cases that take less time together than one by one
     /// Its lowest modes, as many as asked for, with the constraints of the load case; empty if it cannot tell. Throws
     /// InputError if the body is free to move or has too few.
     std::function<Modes(const Problem &, int)> modes{};
     /// Whether it can do what its user asked for on a problem; throws InputError if not. Called for every problem
     /// before the first one is solved. Empty if nothing can be wrong.
     std::function<void(const Problem &)> check{};
-    bool is_collective = false; ///< of several MPI ranks all have to call solve, and all get the answer
+    bool is_collective = false; ///< of several MPI ranks all have to call solve, and all get the solution
+
+    /// Prepares, solves one problem and keeps nothing.
+    Solution solve(const Problem &problem) const;
 };
+
+/// For a model that has nothing to prepare.
+PrepareModel solves_each(std::function<Solution(const Problem &)> solve);
 
 } // namespace livermark::core

@@ -62,7 +62,7 @@ struct Solution {
     std::vector<Vector3> displacement; ///< (N) [m]
     std::vector<Vector3> reaction; ///< (P) force of each constraint on the body [N], as in LoadCase::constraint_names
     double strain_energy = 0.0;    ///< [J]
-    /// |u - u_lin| / |u| with u_lin the answer of the linearised model; NaN for a linear model.
+    /// |u - u_lin| / |u| with u_lin the solution of the linearised model; NaN for a linear model.
     double nonlinearity = std::numeric_limits<double>::quiet_NaN();
     std::int64_t degrees_of_freedom = 0;         ///< unknowns, constrained ones included
     double setup_seconds = 0.0;                  ///< all that needs no loads: parameters, assembly, first factorisation

@@ -3,10 +3,10 @@
 #include <memory>
 
 #include "core/problem.hpp"
-#include "fem_reference/chosen_solver.hpp"
-#include "fem_reference/elastic_system.hpp"
-#include "fem_reference/formulation.hpp"
-#include "fem_reference/pressure_system.hpp"
+#include "fem_reference/linear/chosen_solver.hpp"
+#include "fem_reference/linear/elastic_system.hpp"
+#include "fem_reference/linear/formulation.hpp"
+#include "fem_reference/linear/pressure_system.hpp"
 
 namespace livermark::fem_reference {
 

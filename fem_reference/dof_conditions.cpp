@@ -7,13 +7,13 @@ namespace livermark::fem_reference {
 
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double is_free = std::numeric_limits<double>::quiet_NaN();
 
 } // namespace
 
 DofConditions dof_conditions(const core::LoadCase &load_case, const ElasticSystem &system) {
     DofConditions dofs;
-    dofs.prescribed.assign(3 * system.points.size(), nan);
+    dofs.prescribed.assign(3 * system.points.size(), is_free);
     dofs.constraint.assign(3 * system.points.size(), -1);
     dofs.load.reserve(3 * system.points.size());
     for (const double mass : system.mass_integral)

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "fem_reference/elastic_system.hpp"
+#include "fem_reference/linear/elastic_system.hpp"
 
 namespace livermark::fem_reference {
 

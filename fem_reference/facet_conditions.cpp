@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "core/bounding_box.hpp"
+
 namespace livermark::fem_reference {
 
 namespace {
@@ -68,15 +70,11 @@ bool holds_every_part(const core::LoadCase &load_case, const core::TetraMesh &me
     constexpr double least_hold = 1e-12;
     using Vector6 = Eigen::Matrix<double, 6, 1>;
     using Gram = Eigen::Matrix<double, 6, 6>;
-    core::Vector3 low = mesh.points.front(), high = mesh.points.front();
-    for (const auto &point : mesh.points) {
-        low = low.cwiseMin(point);
-        high = high.cwiseMax(point);
-    }
+    const auto box = core::bounding_box(mesh.points);
     const auto part = parts(mesh);
-    std::map<int, Gram> held; // the middles of edges move as the mean of the corners and add nothing
+    std::map<int, Gram> constrained; // the middles of edges move as the mean of the corners and add nothing
     for (const int name : part)
-        held.try_emplace(name, Gram::Zero());
+        constrained.try_emplace(name, Gram::Zero());
     for (std::size_t f = 0; f < load_case.condition.size(); ++f) {
         if (load_case.condition[f] != core::FacetCondition::prescribed_displacement)
             continue;
@@ -84,13 +82,13 @@ bool holds_every_part(const core::LoadCase &load_case, const core::TetraMesh &me
             for (int i = 0; i < 3; ++i) {
                 if (std::isnan(load_case.value[f][i]))
                     continue;
-                const core::Vector3 arm = (mesh.points[node] - 0.5 * (low + high)) / (high - low).norm();
+                const core::Vector3 arm = (mesh.points[node] - box.center()) / box.diagonal().norm();
                 Vector6 row; // component i of the translations and of the rotations
                 row << core::Vector3::Unit(i), arm.cross(core::Vector3::Unit(i));
-                held[part[node]] += row * row.transpose();
+                constrained[part[node]] += row * row.transpose();
             }
     }
-    return std::ranges::all_of(held, [](const auto &entry) {
+    return std::ranges::all_of(constrained, [](const auto &entry) {
         const auto values = Eigen::SelfAdjointEigenSolver<Gram>(entry.second, Eigen::EigenvaluesOnly).eigenvalues();
         return values[0] > least_hold * values[5];
     });

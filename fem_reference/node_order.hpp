@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "fem_reference/symmetric_blocks.hpp"
+#include "fem_reference/solvers/symmetric_blocks.hpp"
 
 namespace livermark::fem_reference {
 

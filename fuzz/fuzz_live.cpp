@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/input_error.hpp"
 #include "live/messages.hpp"
 #include "meshes/box_generator.hpp"
+#include "support/input_error.hpp"
 
 namespace {
 
@@ -22,16 +22,16 @@ Numbers as_numbers(std::span<const std::uint8_t> bytes) {
     return numbers;
 }
 
-/// A box that is held on one side.
+/// A box that is constrained on one side.
 std::unique_ptr<livermark::live::Scene> box() {
     using namespace livermark;
     core::Body body;
     body.mesh = meshes::generate_box({0.1, 0.1, 0.1}, 0.06, meshes::BoxTopology::kuhn);
     body.materials = {{1060.0, 5e3, 0.45}};
-    std::vector<bool> held;
+    std::vector<bool> constrained;
     for (const int patch : body.mesh.boundary_patch)
-        held.push_back(patch == 0);
-    return std::make_unique<live::Scene>(std::move(body), held);
+        constrained.push_back(patch == 0);
+    return std::make_unique<live::Scene>(std::move(body), constrained);
 }
 
 } // namespace
@@ -60,10 +60,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
                 message.back() = std::min(message.back(), 20.0); // more of them teach nothing else
             try {
                 reply(*scene, message);
-            } catch (const livermark::core::InputError &) { // and the next message is heard
+            } catch (const livermark::support::InputError &) { // and the next message is heard
             }
         }
-    } catch (const livermark::core::InputError &) { // what bad input has to come to
+    } catch (const livermark::support::InputError &) { // what bad input has to come to
     }
     return 0;
 }

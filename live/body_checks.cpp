@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <fmt/format.h>
 
-#include "core/input_error.hpp"
 #include "live/parameters.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::live {
 
@@ -19,7 +19,7 @@ bool are_below(const auto &lists, std::size_t count) {
 
 void check_mesh(const core::TetraMesh &mesh) {
     const auto fault = [](const std::string &what) {
-        throw core::InputError(what + "; the file is damaged, make it again with `livermark run`");
+        throw support::InputError(what + "; the file is damaged, make it again with `livermark run`");
     };
     if (mesh.points.empty() || mesh.points.size() > most_nodes || mesh.tetrahedra.empty())
         fault(fmt::format("a body of {} nodes and {} tetrahedra", mesh.points.size(), mesh.tetrahedra.size()));
@@ -41,22 +41,23 @@ void check_mesh(const core::TetraMesh &mesh) {
 
 } // namespace
 
-void check_body(const core::Body &body, const std::vector<bool> &is_held) {
+void check_body(const core::Body &body, const std::vector<bool> &is_constrained) {
     check_mesh(body.mesh);
     if (body.materials.size() != body.mesh.region_names.size() || body.materials.empty())
-        throw core::InputError("a region has no material; give each one");
+        throw support::InputError("a region has no material; give each one");
     for (const auto &material : body.materials)
         if (!(material.density > 0.0 && material.density < 1e6 && material.young_modulus > 0.0 &&
               material.young_modulus < 1e12))
-            throw core::InputError(fmt::format("a material of {} kg/m^3 and {} Pa; both have to be above zero",
-                                               material.density, material.young_modulus));
-    if (is_held.size() != body.mesh.boundary_triangles.size())
-        throw core::InputError("what is held is not said of every triangle of the boundary");
-    if (std::ranges::none_of(is_held, [](bool held) { return held; }))
-        throw core::InputError("this load case holds the body nowhere, so it would fly away; open one that does, such "
-                               "as palpation");
-    if (std::ranges::all_of(is_held, [](bool held) { return held; }))
-        throw core::InputError("all of the surface is held, so nothing can be touched; hold less of it");
+            throw support::InputError(fmt::format("a material of {} kg/m^3 and {} Pa; both have to be above zero",
+                                                  material.density, material.young_modulus));
+    if (is_constrained.size() != body.mesh.boundary_triangles.size())
+        throw support::InputError("the constraints are not given for every triangle of the boundary");
+    if (std::ranges::none_of(is_constrained, [](bool constrained) { return constrained; }))
+        throw support::InputError(
+            "this load case does not constrain the body, so it would fly away; open one that does, such "
+            "as palpation");
+    if (std::ranges::all_of(is_constrained, [](bool constrained) { return constrained; }))
+        throw support::InputError("all of the surface is constrained, so nothing can be touched; constrain less of it");
 }
 
 } // namespace livermark::live

@@ -6,8 +6,8 @@
 #include <cstring>
 #include <fmt/format.h>
 
-#include "core/input_error.hpp"
 #include "msm/spring_law.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::live {
 
@@ -22,7 +22,7 @@ class Numbers {
 
     double number() {
         if (left_.empty())
-            throw core::InputError("a message ends too early; load the page again");
+            throw support::InputError("a message ends too early; load the page again");
         const double value = left_.front();
         left_ = left_.subspan(1);
         return value;
@@ -30,14 +30,14 @@ class Numbers {
     int integer() {
         const double value = number();
         if (!(std::abs(value) <= 1e9 && value == std::floor(value)))
-            throw core::InputError(fmt::format("a message has {} where a whole number belongs", value));
+            throw support::InputError(fmt::format("a message has {} where a whole number belongs", value));
         return static_cast<int>(value);
     }
     /// Of something that takes so many numbers each.
     std::size_t count() {
         const int value = integer();
         if (value < 0 || static_cast<std::size_t>(value) > left_.size())
-            throw core::InputError(fmt::format("a message says {} of something that is not in it", value));
+            throw support::InputError(fmt::format("a message says {} of something that is not in it", value));
         return static_cast<std::size_t>(value);
     }
     core::Vector3 vector() {
@@ -52,7 +52,7 @@ class Numbers {
     }
     void end() const {
         if (!left_.empty())
-            throw core::InputError("a message is longer than it should be; load the page again");
+            throw support::InputError("a message is longer than it should be; load the page again");
     }
 
   private:
@@ -74,7 +74,7 @@ std::string choose(Scene &scene, Numbers &numbers) {
     const auto laws = msm::all_spring_laws();
     const int law = numbers.integer();
     if (law < 0 || law >= static_cast<int>(laws.size()))
-        throw core::InputError(fmt::format("there is no spring law {}; take 0 to {}", law, laws.size() - 1));
+        throw support::InputError(fmt::format("there is no spring law {}; take 0 to {}", law, laws.size() - 1));
     Settings settings;
     settings.spring_law = laws[law].name;
     settings.keeps_volume = numbers.integer() != 0;
@@ -99,8 +99,9 @@ std::string frame_bytes(const Frame &frame, double seconds) {
     append(bytes, frame.time);
     append_vector(bytes, frame.tool);
     append_vector(bytes, frame.force);
-    for (const double number : {frame.indentation, frame.smallest_volume, static_cast<double>(frame.restarts), seconds,
-                                count(frame.displacement), count(load.nodes), count(load.triangles)})
+    for (const double number :
+         {frame.indentation, frame.smallest_volume, frame.largest_speed, static_cast<double>(frame.restarts), seconds,
+          count(frame.displacement), count(load.nodes), count(load.triangles)})
         append(bytes, number);
     for (const int node : load.nodes)
         append(bytes, static_cast<double>(node));
@@ -155,11 +156,11 @@ std::unique_ptr<Scene> scene_of(std::span<const double> message) {
         body.mesh.boundary_triangles.push_back(numbers.integers<3>());
     body.mesh.boundary_patch.assign(num_triangles, 0);
     body.mesh.patch_names = {"boundary"};
-    std::vector<bool> is_held;
+    std::vector<bool> is_constrained;
     for (std::size_t f = 0; f < num_triangles; ++f)
-        is_held.push_back(numbers.integer() != 0);
+        is_constrained.push_back(numbers.integer() != 0);
     numbers.end();
-    return std::make_unique<Scene>(std::move(body), is_held);
+    return std::make_unique<Scene>(std::move(body), is_constrained);
 }
 
 std::string reply(Scene &scene, std::span<const double> message) {
@@ -173,8 +174,16 @@ std::string reply(Scene &scene, std::span<const double> message) {
         numbers.end();
         scene.reset();
         return {};
+    case 4:
+        numbers.end();
+        scene.keep();
+        return {};
+    case 5:
+        numbers.end();
+        scene.restore();
+        return {};
     default:
-        throw core::InputError("a message of a kind that nobody knows here; load the page again");
+        throw support::InputError("a message of a kind that nobody knows here; load the page again");
     }
 }
 

@@ -10,10 +10,10 @@
 /// and to the one behind a socket. Numbers are float64, little-endian; so are the integers among them.
 namespace livermark::live {
 
-/// A body with what is held of it:
+/// A body with what is constrained of it:
 ///   N, M, R, T, points (N,3) [m], tetrahedra (M,4), region (M), density (R) [kg/m^3], Young's modulus (R) [Pa],
-///   Poisson's ratio (R), boundary triangles (T,3), held (T) 0 or 1
-/// @throws core::InputError if it is not that, or for what Scene refuses
+///   Poisson's ratio (R), boundary triangles (T,3), constrained (T) 0 or 1
+/// @throws support::InputError if it is not that, or for what Scene refuses
 std::unique_ptr<Scene> scene_of(std::span<const double> message);
 
 /// Answers one message by its first number.
@@ -22,14 +22,18 @@ std::unique_ptr<Scene> scene_of(std::span<const double> message);
 ///         law is an index into msm::all_spring_laws(). Answer: time step, the longest one, the critical one [s],
 ///         number of springs
 ///     2, tool, target (3) [m], radius [m], node, number of steps
-///         Answer: time [s], tool (3) [m], force (3) [N], indentation [m], smallest volume, restarts, seconds that the
-///         steps took, N, K, L; node (K), force (K,3) [N], facet (L), traction (L,3) [Pa]; and as float32 displacement
-///         (N,3) [m]
+///         Answer: time [s], tool (3) [m], force (3) [N], indentation [m], smallest volume, largest speed [m/s],
+///         restarts, seconds that the steps took, N, K, L; node (K), force (K,3) [N], facet (L), traction (L,3) [Pa];
+///         and as float32 displacement (N,3) [m]
 ///     3
-///         back to rest. The answer is empty.
+///         back to rest. The solution is empty.
+///     4
+///         keeps the state, in place of the one that was kept before. The solution is empty.
+///     5
+///         back to the state that was kept. The solution is empty.
 ///
 /// @return bytes
-/// @throws core::InputError for any other message, or for what Scene refuses
+/// @throws support::InputError for any other message, or for what Scene refuses
 std::string reply(Scene &scene, std::span<const double> message);
 
 /// Names of the spring laws, in the order of their numbers, with commas between them.

@@ -6,15 +6,15 @@
 #include <fmt/ranges.h>
 #include <limits>
 
-#include "core/input_error.hpp"
 #include "live/material.hpp"
-#include "msm/highest_frequency.hpp"
+#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/inversion_guard.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/spring_network.hpp"
 #include "msm/tetrahedron_volume.hpp"
-#include "msm/time_step.hpp"
 #include "msm/volume_term.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::live {
 
@@ -30,7 +30,7 @@ constexpr double reference_young_modulus = 1000.0; // [Pa]
 /// Written so that what is no number is outside.
 void check_range(const char *what, double value, double least, double most, const char *unit) {
     if (!(value >= least && value <= most))
-        throw core::InputError(fmt::format("{} of {}{}: take one from {} to {}", what, value, unit, least, most));
+        throw support::InputError(fmt::format("{} of {}{}: take one from {} to {}", what, value, unit, least, most));
 }
 
 const msm::SpringLaw &find_law(const std::string &name) {
@@ -41,8 +41,8 @@ const msm::SpringLaw &find_law(const std::string &name) {
     std::vector<std::string> names;
     for (const auto &law : known)
         names.push_back(law.name);
-    throw core::InputError(
-        fmt::format("there is no spring law '{}'; known are: {}", core::shown(name), fmt::join(names, ", ")));
+    throw support::InputError(
+        fmt::format("there is no spring law '{}'; known are: {}", support::shown(name), fmt::join(names, ", ")));
 }
 
 /// The same with the largest region's material everywhere.
@@ -77,32 +77,32 @@ void check_tool(const Tool &tool, const Surface &surface) {
     if (tool.kind == ToolKind::none)
         return;
     if (tool.kind != ToolKind::probe && tool.kind != ToolKind::pull)
-        throw core::InputError(
+        throw support::InputError(
             fmt::format("tool {}: take 0 for none, 1 for the probe or 2 for a pull", static_cast<int>(tool.kind)));
     if (!tool.target.allFinite() || !(tool.target.norm() < 1e3))
-        throw core::InputError("a tool is led to a place that is none, or a kilometre away; lead it to the body");
+        throw support::InputError("a tool is led to a place that is none, or a kilometre away; lead it to the body");
     check_range("a tool's radius", tool.radius, 1e-3, 0.1, " m");
     if (tool.kind == ToolKind::pull && !std::ranges::binary_search(surface.nodes, tool.node))
-        throw core::InputError(
-            fmt::format("node {} cannot be pulled; take one of the surface that is not held", tool.node));
+        throw support::InputError(
+            fmt::format("node {} cannot be pulled; take one of the surface that is not constrained", tool.node));
 }
 
-std::vector<bool> held_nodes(const core::TetraMesh &mesh, const std::vector<bool> &is_held) {
+std::vector<bool> constrained_nodes(const core::TetraMesh &mesh, const std::vector<bool> &is_constrained) {
     std::vector<bool> nodes(mesh.points.size(), false);
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (is_held[f])
+        if (is_constrained[f])
             for (const int node : mesh.boundary_triangles[f])
                 nodes[node] = true;
     return nodes;
 }
 
-msm::NodalConditions held_conditions(const std::vector<bool> &is_held) {
+msm::NodalConditions constrained_conditions(const std::vector<bool> &is_constrained) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     msm::NodalConditions conditions;
-    conditions.force.assign(is_held.size(), core::Vector3::Zero());
-    for (const bool held : is_held) {
-        conditions.displacement.emplace_back(core::Vector3::Constant(held ? 0.0 : nan));
-        conditions.constraint.push_back(held ? std::array{0, 0, 0} : std::array{-1, -1, -1});
+    conditions.force.assign(is_constrained.size(), core::Vector3::Zero());
+    for (const bool constrained : is_constrained) {
+        conditions.displacement.emplace_back(core::Vector3::Constant(constrained ? 0.0 : nan));
+        conditions.constraint.push_back(constrained ? std::array{0, 0, 0} : std::array{-1, -1, -1});
     }
     return conditions;
 }
@@ -131,7 +131,7 @@ Chosen chosen_steps(const core::Body &body, const msm::MassSprings &parts, const
     const auto &points = body.mesh.points;
     const double highest = msm::largest_angular_frequency(parts.body, points, conditions);
     if (!(highest > 0.0))
-        throw core::InputError("nothing of the body can move; hold less of it");
+        throw support::InputError("no part of the body can move; constrain less of it");
     Chosen chosen{.num_springs = static_cast<int>(parts.springs.edges.size())};
     const auto critical = [&](double omega) {
         return msm::critical_time_step(symplectic_euler(), settings.damping, lowest_part * omega, omega);
@@ -144,8 +144,9 @@ Chosen chosen_steps(const core::Body &body, const msm::MassSprings &parts, const
     chosen.time_step = settings.time_step > 0.0 ? settings.time_step : chosen.longest_time_step;
     // The last digits of the longest step are not those that another machine found.
     if (chosen.time_step > chosen.longest_time_step * (1.0 + 1e-6))
-        throw core::InputError(fmt::format("a time step of {:.3g} s is too long; {:.3g} s is the longest that is safe",
-                                           chosen.time_step, chosen.longest_time_step));
+        throw support::InputError(
+            fmt::format("a time step of {:.3g} s is too long; {:.3g} s is the longest that is safe", chosen.time_step,
+                        chosen.longest_time_step));
     return chosen;
 }
 

@@ -11,21 +11,21 @@
 /// From what somebody may choose to what moves, and whether it may be chosen.
 namespace livermark::live {
 
-/// @throws core::InputError with what is wrong and the remedy
-void check_body(const core::Body &body, const std::vector<bool> &is_held);
+/// @throws support::InputError with what is wrong and the remedy
+void check_body(const core::Body &body, const std::vector<bool> &is_constrained);
 void check_settings(const Settings &settings);
 void check_tool(const Tool &tool, const Surface &surface);
 
-/// Nodes of boundary triangles that are held, shape (N).
-std::vector<bool> held_nodes(const core::TetraMesh &mesh, const std::vector<bool> &is_held);
+/// Nodes of boundary triangles that are constrained, shape (N).
+std::vector<bool> constrained_nodes(const core::TetraMesh &mesh, const std::vector<bool> &is_constrained);
 
 /// No loads, and these nodes do not move.
-msm::NodalConditions held_conditions(const std::vector<bool> &is_held);
+msm::NodalConditions constrained_conditions(const std::vector<bool> &is_constrained);
 
 using SpringsOfLaws = std::map<std::string, core::SpringNetwork, std::less<>>;
 
 /// Springs, and what else the settings ask for. The stiffness that a law gives is Young's modulus times a number of the
-/// mesh, so each law is asked once and its answer kept.
+/// mesh, so each law is asked once and its solution kept.
 /// @param kept  springs of laws for the body with another Young's modulus, all regions in the same ratio
 msm::MassSprings mass_springs(const core::Body &body, const Settings &settings, SpringsOfLaws &kept);
 

@@ -6,10 +6,10 @@
 #include <limits>
 #include <utility>
 
-#include "core/input_error.hpp"
+#include "core/bounding_box.hpp"
 #include "live/material.hpp"
 #include "live/parameters.hpp"
-#include "msm/extent.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::live {
 
@@ -27,13 +27,21 @@ constexpr double search_margin = 0.008; ///< [m]
 /// A body that has moved by so many times its size is lost.
 constexpr double largest_motion = 1.0;
 
+/// @param velocity  shape (3 N) [m/s]
+double largest_speed(const Eigen::VectorXd &velocity) {
+    double square = 0.0;
+    for (Eigen::Index i = 0; i < velocity.size(); i += 3)
+        square = std::max(square, velocity.segment<3>(i).squaredNorm());
+    return std::sqrt(square);
+}
+
 } // namespace
 
-Scene::Scene(core::Body body, const std::vector<bool> &is_held) : body_(std::move(body)) {
-    check_body(body_, is_held);
-    surface_ = touchable_surface(body_.mesh, is_held);
-    is_held_ = held_nodes(body_.mesh, is_held);
-    extent_ = msm::extent(body_.mesh.points);
+Scene::Scene(core::Body body, const std::vector<bool> &is_constrained) : body_(std::move(body)) {
+    check_body(body_, is_constrained);
+    surface_ = touchable_surface(body_.mesh, is_constrained);
+    is_constrained_ = constrained_nodes(body_.mesh, is_constrained);
+    extent_ = core::extent(body_.mesh.points);
     load_ = no_load(surface_);
 }
 
@@ -41,7 +49,7 @@ Chosen Scene::choose(const Settings &settings) {
     check_settings(settings);
     const auto body = with_material(body_, settings.young_modulus, settings.poisson_ratio);
     const auto parts = mass_springs(body, settings, springs_);
-    const auto conditions = held_conditions(is_held_);
+    const auto conditions = constrained_conditions(is_constrained_);
     const auto chosen = chosen_steps(body, parts, conditions, settings);
 
     auto next = msm::FastSteps::prepare(parts.body, body_.mesh.points, conditions, settings.damping, "symplectic_euler",
@@ -61,8 +69,8 @@ core::Vector3 Scene::position(int node) const {
 }
 
 double Scene::bearable_stiffness(int node) const {
-    return is_held_[node] ? std::numeric_limits<double>::infinity()
-                          : bearable_part * node_mass_[node] / (time_step_ * time_step_);
+    return is_constrained_[node] ? std::numeric_limits<double>::infinity()
+                                 : bearable_part * node_mass_[node] / (time_step_ * time_step_);
 }
 
 /// Begins with a tool where it differs from the one before.
@@ -72,9 +80,7 @@ void Scene::take_up(const Tool &tool) {
     tool_ = tool;
     if (is_same)
         return;
-    for (const int node : load_.nodes)
-        steps_->set_load(node, core::Vector3::Zero());
-    clear(load_);
+    take_load_off();
     hand_ = {.position = tool.target, .target = tool.target};
     if (tool.kind == ToolKind::pull) {
         grip_ = grip_around(surface_, body_.mesh.points, tool.node, tool.radius);
@@ -124,9 +130,9 @@ void Scene::touch(int step) {
 
 Frame Scene::move(const Tool &tool, int num_steps) {
     if (!steps_)
-        throw core::InputError("nothing has been chosen yet that could move; choose a spring law first");
+        throw support::InputError("nothing has been chosen yet that could move; choose a spring law first");
     if (num_steps < 0 || num_steps > most_steps)
-        throw core::InputError(fmt::format("{} steps at once; ask for 0 to {}", num_steps, most_steps));
+        throw support::InputError(fmt::format("{} steps at once; ask for 0 to {}", num_steps, most_steps));
     check_tool(tool, surface_);
     take_up(tool);
     // What a pull draws to its target is the node; the rest of what it holds stays around it.
@@ -156,6 +162,9 @@ Frame Scene::frame() {
     frame.time = time_;
     frame.tool = hand_.position;
     frame.force = -load_.total;
+    frame.largest_speed = largest_speed(state.velocity);
+    if (tool_.kind != ToolKind::none)
+        frame.largest_speed = std::max(frame.largest_speed, hand_.velocity.norm());
     frame.restarts = restarts_;
     frame.displacement = msm::to_field(state.displacement);
     frame.smallest_volume = smallest_volume_ratio(body_.mesh, frame.displacement);
@@ -171,16 +180,42 @@ bool Scene::is_lost(const msm::State &state) const {
              hand_.position.allFinite());
 }
 
-void Scene::reset() {
-    if (!steps_)
-        return;
-    const auto size = static_cast<Eigen::Index>(3 * body_.mesh.points.size());
+void Scene::take_load_off() {
     for (const int node : load_.nodes)
         steps_->set_load(node, core::Vector3::Zero());
     clear(load_);
+}
+
+void Scene::reset() {
+    kept_.reset();
+    if (!steps_)
+        return;
+    const auto size = static_cast<Eigen::Index>(3 * body_.mesh.points.size());
+    take_load_off();
     steps_->set_state({Eigen::VectorXd::Zero(size), Eigen::VectorXd::Zero(size)});
     tool_ = {};
     hand_ = {};
+}
+
+void Scene::keep() {
+    if (!steps_)
+        throw support::InputError("nothing has been chosen yet that could be kept; choose a spring law first");
+    kept_ = {.state = steps_->state(), .tool = tool_, .hand = hand_, .grip = grip_, .load = load_};
+}
+
+void Scene::restore() {
+    if (!steps_ || !kept_)
+        throw support::InputError("no state is kept that one could go back to; take a tool first");
+    take_load_off();
+    steps_->set_state(kept_->state);
+    tool_ = kept_->tool;
+    hand_ = kept_->hand;
+    grip_ = kept_->grip;
+    load_ = kept_->load;
+    for (const int node : load_.nodes)
+        steps_->set_load(node, load_.nodal[node]);
+    // The time step may be another one by now.
+    fit_tool();
 }
 
 } // namespace livermark::live

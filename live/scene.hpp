@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
-#include "live/hand.hpp"
+#include "live/virtual_coupling.hpp"
 #include "msm/kernels/fast_steps.hpp"
 
 namespace livermark::live {
@@ -36,6 +36,7 @@ struct Frame {
     core::Vector3 force = core::Vector3::Zero(); ///< of the body on the tool [N]
     double indentation = 0.0;                    ///< sum of f_i . u_i / |sum of f_i| over the nodal forces [m]
     double smallest_volume = 1.0; ///< of a tetrahedron, as a part of its volume at rest; below 0 it is inverted
+    double largest_speed = 0.0;   ///< of all nodes, and of the tool [m/s]
     int restarts = 0;             ///< how often the motion has left all bounds and was set back to rest
     std::vector<core::Vector3> displacement; ///< (N) [m]
     Load load;                               ///< of the tool on the body, in the last step
@@ -47,21 +48,29 @@ struct Frame {
 /// is, in the portable build.
 class Scene {
   public:
-    /// @param is_held  shape (T), boundary triangles whose nodes never move
-    /// @throws core::InputError if the body is not one that can move, or nothing is held, or nothing is free
-    Scene(core::Body body, const std::vector<bool> &is_held);
+    /// @param is_constrained  shape (T), boundary triangles whose nodes never move
+    /// @throws support::InputError if the body is not one that can move, or nothing is constrained, or nothing is free
+    Scene(core::Body body, const std::vector<bool> &is_constrained);
 
     /// Takes other parameters, and goes on from where the body is.
-    /// @throws core::InputError if there is no such law, or a number is out of its range
+    /// @throws support::InputError if there is no such law, or a number is out of its range
     Chosen choose(const Settings &settings);
 
     /// Takes steps.
     /// @param num_steps  0 ... 10000
-    /// @throws core::InputError if nothing has been chosen, or the tool is no tool
+    /// @throws support::InputError if nothing has been chosen, or the tool is no tool
     Frame move(const Tool &tool, int num_steps);
 
-    /// Puts the body to where it is without loads, at rest, and takes the tool away.
+    /// Puts the body to where it is without loads, at rest, and takes the tool away. What was kept is forgotten.
     void reset();
+
+    /// Keeps where the body is, how fast, and what the tool does to it. One state is kept, the last one.
+    /// @throws support::InputError if nothing has been chosen
+    void keep();
+
+    /// Goes on from the state that was kept, with the parameters and the time of now.
+    /// @throws support::InputError if none is kept
+    void restore();
 
     const core::Body &body() const { return body_; }
 
@@ -69,13 +78,23 @@ class Scene {
     void take_up(const Tool &tool);
     void fit_tool();
     void touch(int step);
+    void take_load_off();
     double bearable_stiffness(int node) const;
     core::Vector3 position(int node) const;
     bool is_lost(const msm::State &state) const;
     Frame frame();
 
+    /// What restore() goes back to.
+    struct Moment {
+        msm::State state;
+        Tool tool;
+        Proxy hand;
+        Grip grip;
+        Load load;
+    };
+
     core::Body body_;
-    std::vector<bool> is_held_; ///< (N)
+    std::vector<bool> is_constrained_; ///< (N)
     Surface surface_;
     double extent_ = 0.0;                                             ///< [m]
     std::map<std::string, core::SpringNetwork, std::less<>> springs_; ///< of each law, for the unit body
@@ -85,12 +104,13 @@ class Scene {
     double young_modulus_ = 0.0;    ///< [Pa]
     double time_step_ = 0.0;        ///< [s]
     Tool tool_;
-    Hand hand_;
+    Proxy hand_;
     Grip grip_;
     std::vector<int> near_;               ///< triangles that the probe may reach
     std::vector<double> contact_modulus_; ///< (L) [Pa/m]
     double grip_stiffness_ = 0.0;         ///< [N/m]
     Load load_;
+    std::optional<Moment> kept_;
     double time_ = 0.0;
     int restarts_ = 0;
 };

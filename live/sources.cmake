@@ -1,2 +1,2 @@
-set(livermark_live_sources body_checks.cpp contact.cpp hand.cpp material.cpp messages.cpp parameters.cpp scene.cpp
-  surface.cpp)
+set(livermark_live_sources body_checks.cpp contact.cpp material.cpp messages.cpp parameters.cpp scene.cpp
+  surface.cpp virtual_coupling.cpp)

@@ -4,11 +4,11 @@
 
 namespace livermark::live {
 
-Surface touchable_surface(const core::TetraMesh &mesh, const std::vector<bool> &is_held) {
+Surface touchable_surface(const core::TetraMesh &mesh, const std::vector<bool> &is_constrained) {
     Surface surface;
     surface.nodal_area.assign(mesh.points.size(), 0.0);
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
-        if (is_held[f])
+        if (is_constrained[f])
             continue;
         const double area = core::area_vector(mesh, f).norm();
         surface.triangles.push_back(mesh.boundary_triangles[f]);

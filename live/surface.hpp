@@ -16,8 +16,8 @@ struct Surface {
     std::vector<double> nodal_area;            ///< (N) a third of the triangles around each node of the mesh [m^2]
 };
 
-/// @param is_held  shape (T), which boundary triangles cannot move
-Surface touchable_surface(const core::TetraMesh &mesh, const std::vector<bool> &is_held);
+/// @param is_constrained  shape (T), which boundary triangles cannot move
+Surface touchable_surface(const core::TetraMesh &mesh, const std::vector<bool> &is_constrained);
 
 /// Forces of a tool on a body.
 struct Load {

@@ -13,7 +13,7 @@ namespace {
 using core::Vector3;
 
 /// Barycentric coordinates may be this far below zero: a ray through an edge goes through one facet at least.
-constexpr double rounding = 1e-9;
+constexpr double rounding_of_facets = 1e-9;
 
 /// How far along a ray [lengths of the direction] it goes through a facet from inside; nothing if it does not.
 /// (Moeller and Trumbore 1997)
@@ -30,7 +30,7 @@ std::optional<double> crossing(const core::TetraMesh &mesh, int facet, const Vec
     const double v = -ac.dot(side) / volume;
     const double w = ab.dot(side) / volume;
     const double along = -from_a.dot(ab.cross(ac)) / volume;
-    if (v < -rounding || w < -rounding || v + w > 1.0 + rounding || along < 0.0)
+    if (v < -rounding_of_facets || w < -rounding_of_facets || v + w > 1.0 + rounding_of_facets || along < 0.0)
         return std::nullopt;
     return along;
 }
@@ -46,7 +46,7 @@ std::vector<int> all_facets(const core::TetraMesh &mesh) {
 std::vector<int> facets_of_patch(const std::string &name, const toml::node &place, const core::TetraMesh &mesh) {
     const auto found = std::ranges::find(mesh.patch_names, name);
     if (found == mesh.patch_names.end())
-        throw NotOnBody(fmt::format("{}: the body has no patch '{}'; it has {}", core::place_of(place), name,
+        throw NotOnBody(fmt::format("{}: the body has no patch '{}'; it has {}", support::place_of(place), name,
                                     fmt::join(mesh.patch_names, ", ")));
     auto facets = all_facets(mesh);
     std::erase_if(facets, [&](int f) { return mesh.boundary_patch[f] != found - mesh.patch_names.begin(); });

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/tetra_mesh.hpp"
-#include "core/toml_input.hpp"
+#include "support/toml_input.hpp"
 
 /// The little geometry of boundary triangles that selectors share. Facets are indices into mesh.boundary_triangles.
 namespace livermark::load_cases {

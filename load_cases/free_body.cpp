@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <vector>
 
-#include "core/input_error.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::load_cases {
 
@@ -17,19 +17,19 @@ using core::Vector3;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-/// Of the largest eigenvalue: what is held at one facet of a large patch is far above, rounding far below.
-constexpr double rounding = 1e-12;
+/// Of the largest eigenvalue: what is constrained at one facet of a large patch is far above, rounding far below.
+constexpr double rounding_of_balance = 1e-12;
 
-/// Which components of which nodes are held.
-std::vector<std::array<bool, 3>> held_components(const core::TetraMesh &mesh, const core::LoadCase &load_case) {
-    std::vector<std::array<bool, 3>> held(mesh.points.size(), {false, false, false});
+/// Which components of which nodes are constrained.
+std::vector<std::array<bool, 3>> constrained_components(const core::TetraMesh &mesh, const core::LoadCase &load_case) {
+    std::vector<std::array<bool, 3>> constrained(mesh.points.size(), {false, false, false});
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
         if (load_case.condition[f] == core::FacetCondition::prescribed_displacement)
             for (const int node : mesh.boundary_triangles[f])
                 for (int i = 0; i < 3; ++i)
                     if (!std::isnan(load_case.value[f][i]))
-                        held[node][i] = true;
-    return held;
+                        constrained[node][i] = true;
+    return constrained;
 }
 
 std::string name_of_axis(const Vector3 &direction) {
@@ -43,42 +43,43 @@ std::string name_of_axis(const Vector3 &direction) {
 } // namespace
 
 void refuse_free_body(const core::TetraMesh &mesh, const core::LoadCase &load_case, const std::string &file) {
-    const auto held = held_components(mesh, load_case);
+    const auto constrained = constrained_components(mesh, load_case);
     Vector3 centroid = Vector3::Zero();
-    double num_held = 0.0;
-    for (std::size_t n = 0; n < held.size(); ++n)
-        for (const bool component : held[n])
+    double num_constrained = 0.0;
+    for (std::size_t n = 0; n < constrained.size(); ++n)
+        for (const bool component : constrained[n])
             if (component) {
                 centroid += mesh.points[n];
-                ++num_held;
+                ++num_constrained;
             }
-    centroid /= num_held;
+    centroid /= num_constrained;
     double square = 0.0;
-    for (std::size_t n = 0; n < held.size(); ++n)
-        for (const bool component : held[n])
+    for (std::size_t n = 0; n < constrained.size(); ++n)
+        for (const bool component : constrained[n])
             square += component ? (mesh.points[n] - centroid).squaredNorm() : 0.0;
-    const double radius = std::sqrt(square / num_held);
+    const double radius = std::sqrt(square / num_constrained);
     Matrix6 gram = Matrix6::Zero();
-    for (std::size_t n = 0; n < held.size(); ++n)
+    for (std::size_t n = 0; n < constrained.size(); ++n)
         for (int i = 0; i < 3; ++i)
-            if (held[n][i]) {
+            if (constrained[n][i]) {
                 Vector6 row;
                 row << Vector3::Unit(i), (mesh.points[n] - centroid).cross(Vector3::Unit(i)) / radius;
                 gram += row * row.transpose();
             }
     const Eigen::SelfAdjointEigenSolver<Matrix6> motions(gram);
-    if (motions.eigenvalues()[0] > rounding * motions.eigenvalues()[5])
+    if (motions.eigenvalues()[0] > rounding_of_balance * motions.eigenvalues()[5])
         return;
     // Of several free motions the solver may mix slides and turns; a slide is the easier one to say and to hold.
     for (int i = 0; i < 3; ++i)
-        if (std::ranges::none_of(held, [=](const auto &components) { return components[i]; }))
-            throw core::InputError(fmt::format("{}: the body as a whole can still slide along {}; add a [[condition]] "
-                                               "with a displacement that is not \"free\" in {}",
-                                               file, "xyz"[i], "xyz"[i]));
+        if (std::ranges::none_of(constrained, [=](const auto &components) { return components[i]; }))
+            throw support::InputError(
+                fmt::format("{}: the body as a whole can still slide along {}; add a [[condition]] "
+                            "with a displacement that is not \"free\" in {}",
+                            file, "xyz"[i], "xyz"[i]));
     const Vector3 axis = motions.eigenvectors().col(0).tail<3>();
-    throw core::InputError(fmt::format("{}: the body as a whole can still turn about {}; add a [[condition]] with a "
-                                       "displacement that is in the way",
-                                       file, name_of_axis(axis)));
+    throw support::InputError(fmt::format("{}: the body as a whole can still turn about {}; add a [[condition]] with a "
+                                          "displacement that is in the way",
+                                          file, name_of_axis(axis)));
 }
 
 } // namespace livermark::load_cases

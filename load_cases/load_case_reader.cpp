@@ -8,12 +8,13 @@
 #include <functional>
 #include <limits>
 
-#include "core/input_error.hpp"
-#include "core/toml_input.hpp"
 #include "load_cases/facets.hpp"
 #include "load_cases/free_body.hpp"
 #include "load_cases/release_reader.hpp"
 #include "load_cases/selector.hpp"
+#include "support/input_error.hpp"
+#include "support/toml_input.hpp"
+#include "support/whole_file.hpp"
 
 namespace livermark::load_cases {
 
@@ -33,20 +34,21 @@ Effect uniform(core::FacetCondition condition, const core::Vector3 &value) {
 }
 
 Effect read_displacement(const toml::table &table, const Selection &, const core::TetraMesh &) {
-    const auto value = core::required_vector(table, "displacement", true);
+    const auto value = support::required_vector(table, "displacement", true);
     if (value.array().isNaN().all())
-        throw core::InputError(fmt::format(
-            "{}: a displacement that is free in every direction holds nothing; give a number", core::place_of(table)));
+        throw support::InputError(
+            fmt::format("{}: a displacement that is free in every direction constrains nothing; give a number",
+                        support::place_of(table)));
     return uniform(core::FacetCondition::prescribed_displacement, value);
 }
 
 Effect read_push(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
     return uniform(core::FacetCondition::prescribed_displacement,
-                   -core::required_number(table, "push") * mean_normal(selection.facets, mesh));
+                   -support::required_number(table, "push") * mean_normal(selection.facets, mesh));
 }
 
 Effect read_traction(const toml::table &table, const Selection &selection, const core::TetraMesh &) {
-    return uniform(core::FacetCondition::traction, selection.area_ratio * core::required_vector(table, "traction"));
+    return uniform(core::FacetCondition::traction, selection.area_ratio * support::required_vector(table, "traction"));
 }
 
 core::Vector3 unit_normal(const core::TetraMesh &mesh, int facet) {
@@ -54,7 +56,7 @@ core::Vector3 unit_normal(const core::TetraMesh &mesh, int facet) {
 }
 
 Effect read_tangential_traction(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
-    const core::Vector3 value = selection.area_ratio * core::required_vector(table, "tangential_traction");
+    const core::Vector3 value = selection.area_ratio * support::required_vector(table, "tangential_traction");
     return {core::FacetCondition::traction, [=, &mesh](int facet) {
                 const core::Vector3 normal = unit_normal(mesh, facet);
                 return core::Vector3(value - value.dot(normal) * normal);
@@ -62,7 +64,7 @@ Effect read_tangential_traction(const toml::table &table, const Selection &selec
 }
 
 Effect read_pressure(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
-    const double pressure = core::required_number(table, "pressure");
+    const double pressure = support::required_number(table, "pressure");
     return {core::FacetCondition::traction, [=, &mesh, ratio = selection.area_ratio](int facet) {
                 return core::Vector3(ratio * (-pressure * unit_normal(mesh, facet)));
             }};
@@ -70,7 +72,7 @@ Effect read_pressure(const toml::table &table, const Selection &selection, const
 
 /// Tractions c x r about the middle, with sum A r x (c x r) the torque.
 Effect read_torque(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
-    const auto torque = core::required_vector(table, "torque");
+    const auto torque = support::required_vector(table, "torque");
     const core::Vector3 middle = middle_of(selection.facets, mesh);
     Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
     for (const int f : selection.facets) {
@@ -79,9 +81,10 @@ Effect read_torque(const toml::table &table, const Selection &selection, const c
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(inertia);
     if (!(axes.eigenvalues()[0] > 1e-9 * axes.eigenvalues()[2]))
-        throw core::InputError(fmt::format("{}: the facets of '{}' stand in one line, which takes no torque; choose a "
-                                           "larger place",
-                                           core::place_of(*table.get("torque")), selection.name));
+        throw support::InputError(
+            fmt::format("{}: the facets of '{}' stand in one line, which takes no torque; choose a "
+                        "larger place",
+                        support::place_of(*table.get("torque")), selection.name));
     const core::Vector3 c =
         axes.eigenvectors() * (axes.eigenvectors().transpose() * torque).cwiseQuotient(axes.eigenvalues());
     return {core::FacetCondition::traction,
@@ -103,9 +106,9 @@ constexpr std::array<EffectReader, 6> effect_readers{{{"displacement", read_disp
 Effect read_effect(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
     const auto is_given = [&](const EffectReader &reader) { return table.contains(reader.key); };
     if (std::ranges::count_if(effect_readers, is_given) != 1)
-        throw core::InputError(fmt::format("{}: a condition is either a 'displacement', a 'push', a 'traction', a "
-                                           "'tangential_traction', a 'pressure' or a 'torque'; give one of them",
-                                           core::place_of(table)));
+        throw support::InputError(fmt::format("{}: a condition is either a 'displacement', a 'push', a 'traction', a "
+                                              "'tangential_traction', a 'pressure' or a 'torque'; give one of them",
+                                              support::place_of(table)));
     return std::ranges::find_if(effect_readers, is_given)->read(table, selection, mesh);
 }
 
@@ -115,14 +118,14 @@ void refuse_unknown_condition_keys(const toml::table &table) {
         known.push_back(selector.name);
     for (const auto &reader : effect_readers)
         known.push_back(reader.key);
-    core::refuse_unknown_keys(table, known);
+    support::refuse_unknown_keys(table, known);
 }
 
 void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core::LoadCase &load_case) {
     refuse_unknown_condition_keys(table);
     auto selection = select_facets(table, mesh, load_case.condition);
     if (table.contains("name"))
-        selection.name = core::required_string(table, "name");
+        selection.name = support::required_string(table, "name");
     const auto effect = read_effect(table, selection, mesh);
     int constraint = -1;
     if (effect.condition == core::FacetCondition::prescribed_displacement) {
@@ -131,9 +134,9 @@ void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core
     }
     for (const int f : selection.facets) {
         if (load_case.condition[f] != core::FacetCondition::free)
-            throw core::InputError(fmt::format("{}: some facets of '{}' have a condition already; let the places of "
-                                               "conditions not overlap",
-                                               core::place_of(table), selection.name));
+            throw support::InputError(fmt::format("{}: some facets of '{}' have a condition already; let the places of "
+                                                  "conditions not overlap",
+                                                  support::place_of(table), selection.name));
         load_case.condition[f] = effect.condition;
         load_case.value[f] = effect.value(f);
         load_case.constraint[f] = constraint;
@@ -153,7 +156,7 @@ void refuse_contradictions(const core::TetraMesh &mesh, const core::LoadCase &lo
                 if (std::isnan(so_far))
                     so_far = wanted;
                 else if (!std::isnan(wanted) && wanted != so_far)
-                    throw core::InputError(fmt::format(
+                    throw support::InputError(fmt::format(
                         "{}: '{}' prescribes a displacement of {} m in {} at the node at ({:g}, {:g}, {:g}) m, where "
                         "another place prescribes {} m; keep them apart",
                         file, load_case.constraint_names[load_case.constraint[f]], wanted, "xyz"[c],
@@ -163,28 +166,28 @@ void refuse_contradictions(const core::TetraMesh &mesh, const core::LoadCase &lo
 }
 
 toml::table read_table(const std::string &text, const std::filesystem::path &file) {
-    auto table = core::parse_toml(text, file);
-    core::refuse_unknown_keys(table, {"title", "target_peak_displacement", "scale_to_target", "acceleration",
-                                      "condition", "release", "probe"});
+    auto table = support::parse_toml(text, file);
+    support::refuse_unknown_keys(table, {"title", "target_peak_displacement", "scale_to_target", "acceleration",
+                                         "condition", "release", "probe"});
     return table;
 }
 
 const toml::array &required_conditions(const toml::table &table) {
     const auto *node = table.get("condition");
     if (!node || !node->is_array_of_tables())
-        throw core::InputError(
-            fmt::format("{}: there is no [[condition]]; add one that holds the body", core::place_of(table)));
+        throw support::InputError(
+            fmt::format("{}: there is no [[condition]]; add one that constrains the body", support::place_of(table)));
     return *node->as_array();
 }
 
 } // namespace
 
 std::string load_case_title(const std::filesystem::path &toml_file) {
-    return core::required_string(read_table(core::read_text(toml_file), toml_file), "title");
+    return support::required_string(read_table(support::read_text(toml_file), toml_file), "title");
 }
 
 core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core::TetraMesh &mesh) {
-    return parse_load_case(core::read_text(toml_file), toml_file, mesh);
+    return parse_load_case(support::read_text(toml_file), toml_file, mesh);
 }
 
 core::LoadCase parse_load_case(const std::string &text, const std::filesystem::path &file,
@@ -192,34 +195,35 @@ core::LoadCase parse_load_case(const std::string &text, const std::filesystem::p
     const auto table = read_table(text, file);
     core::LoadCase load_case;
     load_case.name = file.stem().string();
-    load_case.title = core::required_string(table, "title");
+    load_case.title = support::required_string(table, "title");
     load_case.definition = text;
-    load_case.target_peak_displacement = core::required_number(table, "target_peak_displacement");
+    load_case.target_peak_displacement = support::required_number(table, "target_peak_displacement");
     if (!(load_case.target_peak_displacement > 0.0))
-        throw core::InputError(fmt::format("{}: 'target_peak_displacement' has to be positive",
-                                           core::place_of(*table.get("target_peak_displacement"))));
-    load_case.scale_to_target = core::optional_flag(table, "scale_to_target");
+        throw support::InputError(fmt::format("{}: 'target_peak_displacement' has to be positive",
+                                              support::place_of(*table.get("target_peak_displacement"))));
+    load_case.scale_to_target = support::optional_flag(table, "scale_to_target");
     if (table.contains("acceleration"))
-        load_case.acceleration = core::required_vector(table, "acceleration");
+        load_case.acceleration = support::required_vector(table, "acceleration");
     load_case.condition.assign(mesh.boundary_triangles.size(), core::FacetCondition::free);
     load_case.value.assign(mesh.boundary_triangles.size(), core::Vector3::Constant(free_component));
     load_case.constraint.assign(mesh.boundary_triangles.size(), -1);
     for (const auto &condition : required_conditions(table))
         apply_condition(*condition.as_table(), mesh, load_case);
     if (load_case.constraint_names.empty())
-        throw core::InputError(
-            fmt::format("{}: nothing holds the body; add a [[condition]] with a displacement", file.string()));
+        throw support::InputError(
+            fmt::format("{}: nothing constrains the body; add a [[condition]] with a displacement", file.string()));
     refuse_contradictions(mesh, load_case, file.string());
     if (load_case.scale_to_target && !core::is_driven(load_case))
-        throw core::InputError(fmt::format("{}: nothing moves the body, so no factor reaches the target; add a load, a "
-                                           "displacement or an acceleration, or leave 'scale_to_target' out",
-                                           core::place_of(*table.get("scale_to_target"))));
+        throw support::InputError(
+            fmt::format("{}: nothing moves the body, so no factor reaches the target; add a load, a "
+                        "displacement or an acceleration, or leave 'scale_to_target' out",
+                        support::place_of(*table.get("scale_to_target"))));
     if (table.contains("release"))
         load_case.release = read_release(table, mesh, load_case);
     else if (table.contains("probe"))
-        throw core::InputError(fmt::format("{}: a [[probe]] records motion, and nothing moves without a [release]; "
-                                           "add one or remove the probe",
-                                           core::place_of(*table.get("probe"))));
+        throw support::InputError(fmt::format("{}: a [[probe]] records motion, and nothing moves without a [release]; "
+                                              "add one or remove the probe",
+                                              support::place_of(*table.get("probe"))));
     refuse_free_body(mesh, load_case, file.string());
     return load_case;
 }

@@ -8,7 +8,7 @@
 namespace livermark::load_cases {
 
 /// The one-line title of a load case.
-/// @throws core::InputError
+/// @throws support::InputError
 std::string load_case_title(const std::filesystem::path &toml_file);
 
 /// Reads a load case and puts it on a mesh.
@@ -30,7 +30,7 @@ std::string load_case_title(const std::filesystem::path &toml_file);
 ///     pressure = p                            # [Pa], pushes inwards
 ///     torque = [x, y, z]                      # [N m], tractions about the middle of the place without a resultant
 ///
-/// A time-dependent load case starts from the static answer to all this; at t = 0 its tractions and pressures are let
+/// A time-dependent load case starts from the static solution to all this; at t = 0 its tractions and pressures are let
 /// go:
 ///
 ///     [release]
@@ -44,10 +44,10 @@ std::string load_case_title(const std::filesystem::path &toml_file);
 ///
 /// The area of the facets of a disc is not that of the disc, so its tractions are multiplied by the ratio of the two:
 /// the resultant is the same on every mesh.
-/// @throws core::InputError with file, line and remedy: not TOML, unknown keys, a place that no facet is in, two
+/// @throws support::InputError with file, line and remedy: not TOML, unknown keys, a place that no facet is in, two
 ///         conditions on one facet, prescribed displacements that contradict each other at a node, a body that is not
-///         held or free to move as a whole, nothing to scale, a release without tractions or probes, a probe that is
-///         held; NotOnBody (load_cases/selector.hpp) if the body lacks a patch or region
+///         constrained or free to move as a whole, nothing to scale, a release without tractions or probes, a probe
+///         that is constrained; NotOnBody (load_cases/selector.hpp) if the body lacks a patch or region
 core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core::TetraMesh &mesh);
 
 /// The same from text. The file gives the name of the load case, and the place in messages.

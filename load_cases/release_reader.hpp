@@ -1,14 +1,14 @@
 #pragma once
 
 #include "core/load_case.hpp"
-#include "core/toml_input.hpp"
+#include "support/toml_input.hpp"
 
 namespace livermark::load_cases {
 
 /// Reads the [release] and the [[probe]] of a time-dependent load case.
 /// @param table      the whole file, with a [release]
 /// @param load_case  with its conditions on the mesh already
-/// @throws core::InputError for what load_case_reader.hpp does not allow
+/// @throws support::InputError for what load_case_reader.hpp does not allow
 core::Release read_release(const toml::table &table, const core::TetraMesh &mesh, const core::LoadCase &load_case);
 
 } // namespace livermark::load_cases

@@ -11,7 +11,7 @@ namespace {
 void refuse_empty(const Selection &selection, const toml::table &place) {
     if (selection.facets.empty())
         throw NotOnBody(fmt::format("{}: no facet of the body is in '{}'; choose another place or a larger one",
-                                    core::place_of(place), selection.name));
+                                    support::place_of(place), selection.name));
 }
 
 } // namespace
@@ -29,15 +29,15 @@ Selection select_facets(const toml::table &condition, const core::TetraMesh &mes
         }
     }
     if (num_named != 1)
-        throw core::InputError(fmt::format("{}: a condition applies to one of '{}'; give one of them",
-                                           core::place_of(condition), fmt::join(known, "', '")));
+        throw support::InputError(fmt::format("{}: a condition applies to one of '{}'; give one of them",
+                                              support::place_of(condition), fmt::join(known, "', '")));
     auto selection = chosen->select(condition, mesh, taken);
     refuse_empty(selection, condition);
     return selection;
 }
 
 int select_node(const toml::table &probe, const core::TetraMesh &mesh) {
-    const auto name = core::required_string(probe, "patch");
+    const auto name = support::required_string(probe, "patch");
     const Selection selection{name, facets_of_patch(name, *probe.get("patch"), mesh)};
     refuse_empty(selection, probe);
     const core::Vector3 middle = middle_of(selection.facets, mesh);

@@ -4,16 +4,16 @@
 #include <string>
 #include <vector>
 
-#include "core/input_error.hpp"
 #include "core/load_case.hpp"
-#include "core/toml_input.hpp"
+#include "support/input_error.hpp"
+#include "support/toml_input.hpp"
 
 namespace livermark::load_cases {
 
 /// A load case that names a patch, region or place which this body does not have. It may fit another one.
-class NotOnBody : public core::InputError {
+class NotOnBody : public support::InputError {
   public:
-    using core::InputError::InputError;
+    using support::InputError::InputError;
 };
 
 /// Boundary triangles that a condition applies to.
@@ -31,7 +31,7 @@ struct Selector {
     /// @param condition  has the key
     /// @param taken      (T) what the conditions above this one say
     /// @return without facets where nothing is in the place
-    /// @throws core::InputError for what is written wrongly, NotOnBody for what this body does not have
+    /// @throws support::InputError for what is written wrongly, NotOnBody for what this body does not have
     Selection (*select)(const toml::table &condition, const core::TetraMesh &mesh,
                         std::span<const core::FacetCondition> taken);
 };
@@ -40,13 +40,13 @@ struct Selector {
 std::span<const Selector> all_selectors();
 
 /// Finds the place that a [[condition]] names, by the one selector whose key it has.
-/// @throws core::InputError if it names none or several, NotOnBody if no facet is there
+/// @throws support::InputError if it names none or several, NotOnBody if no facet is there
 Selection select_facets(const toml::table &condition, const core::TetraMesh &mesh,
                         std::span<const core::FacetCondition> taken);
 
 /// Finds the node in the middle of the patch that a [[probe]] names: of the patch's nodes the one nearest to its area
 /// centroid.
-/// @throws core::InputError if there is no such patch, or if it has no facet
+/// @throws support::InputError if there is no such patch, or if it has no facet
 int select_node(const toml::table &probe, const core::TetraMesh &mesh);
 
 } // namespace livermark::load_cases

@@ -1,11 +1,11 @@
 #include "meshes/anatomical_patches.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <limits>
 
 namespace livermark::meshes {
 
@@ -111,12 +111,9 @@ void drop_empty_patches(core::TetraMesh &mesh) {
 std::vector<std::string> find_anatomical_patches(core::TetraMesh &mesh) {
     Vector3 centroid;
     const Matrix3d axes = principal_axes(second_moments(mesh, centroid));
-    Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity()), high = -low;
-    for (const auto &point : mesh.points) {
-        const Vector3 place = axes * (point - centroid);
-        low = low.cwiseMin(place);
-        high = high.cwiseMax(place);
-    }
+    Eigen::AlignedBox3d box; // along the principal axes
+    for (const auto &point : mesh.points)
+        box.extend(Vector3(axes * (point - centroid)));
     const auto is_anatomical = [](const std::string &name) {
         return std::ranges::any_of(rules, [&](const Rule &rule) { return name == rule.patch; });
     };
@@ -131,7 +128,7 @@ std::vector<std::string> find_anatomical_patches(core::TetraMesh &mesh) {
         Vector3 middle = Vector3::Zero();
         for (const int node : mesh.boundary_triangles[f])
             middle += (mesh.points[node] - centroid) / 3.0;
-        const Vector3 place = (axes * middle - low).cwiseQuotient(high - low);
+        const Vector3 place = (axes * middle - box.min()).cwiseQuotient(box.sizes());
         const auto rule = rule_of(place, axes * area_vector.normalized());
         if (rule == rules.size() || std::ranges::find(of_file, rules[rule].patch) != of_file.end())
             continue;

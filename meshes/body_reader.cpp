@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <fmt/format.h>
 
-#include "core/input_error.hpp"
-#include "core/toml_input.hpp"
 #include "meshes/anatomical_patches.hpp"
 #include "meshes/mesh_reader.hpp"
+#include "support/input_error.hpp"
+#include "support/toml_input.hpp"
+#include "support/whole_file.hpp"
 
 namespace livermark::meshes {
 
@@ -14,53 +15,55 @@ namespace {
 
 void check_material(const core::Material &material, const std::string &place) {
     if (!(material.density > 0.0))
-        throw core::InputError(
+        throw support::InputError(
             fmt::format("{}: the density is {} kg/m^3; it has to be positive", place, material.density));
     if (!(material.young_modulus > 0.0))
-        throw core::InputError(
+        throw support::InputError(
             fmt::format("{}: Young's modulus is {} Pa; it has to be positive", place, material.young_modulus));
     if (!(material.poisson_ratio > -1.0 && material.poisson_ratio < 0.5))
-        throw core::InputError(fmt::format("{}: Poisson's ratio is {}; it has to lie between -1 and 0.5, both excluded",
-                                           place, material.poisson_ratio));
+        throw support::InputError(
+            fmt::format("{}: Poisson's ratio is {}; it has to lie between -1 and 0.5, both excluded", place,
+                        material.poisson_ratio));
 }
 
 core::Material read_material(const toml::table &table) {
-    core::refuse_unknown_keys(table, {"density", "young_modulus", "poisson_ratio", "source"});
-    core::required_string(table, "source");
-    const core::Material material{.density = core::required_number(table, "density"),
-                                  .young_modulus = core::required_number(table, "young_modulus"),
-                                  .poisson_ratio = core::required_number(table, "poisson_ratio")};
-    check_material(material, core::place_of(table));
+    support::refuse_unknown_keys(table, {"density", "young_modulus", "poisson_ratio", "source"});
+    support::required_string(table, "source");
+    const core::Material material{.density = support::required_number(table, "density"),
+                                  .young_modulus = support::required_number(table, "young_modulus"),
+                                  .poisson_ratio = support::required_number(table, "poisson_ratio")};
+    check_material(material, support::place_of(table));
     return material;
 }
 
 void check_patches(const toml::table &body, const core::TetraMesh &mesh) {
     if (!body.contains("patches"))
         return;
-    for (const auto &[name, patch] : core::required_table(body, "patches")) {
+    for (const auto &[name, patch] : support::required_table(body, "patches")) {
         if (std::ranges::find(mesh.patch_names, name.str()) == mesh.patch_names.end())
-            throw core::InputError(fmt::format("{}: the mesh has no patch '{}'; it has {}", core::place_of(patch),
-                                               name.str(), fmt::join(mesh.patch_names, ", ")));
+            throw support::InputError(fmt::format("{}: the mesh has no patch '{}'; it has {}", support::place_of(patch),
+                                                  name.str(), fmt::join(mesh.patch_names, ", ")));
         if (!patch.is_table())
-            throw core::InputError(
-                fmt::format("{}: patch '{}' has to be a table with a description", core::place_of(patch), name.str()));
-        core::refuse_unknown_keys(*patch.as_table(), {"description"});
-        core::required_string(*patch.as_table(), "description");
+            throw support::InputError(fmt::format("{}: patch '{}' has to be a table with a description",
+                                                  support::place_of(patch), name.str()));
+        support::refuse_unknown_keys(*patch.as_table(), {"description"});
+        support::required_string(*patch.as_table(), "description");
     }
 }
 
 std::vector<core::Material> read_materials(const toml::table &body, const core::TetraMesh &mesh) {
-    const auto &regions = core::required_table(body, "regions");
+    const auto &regions = support::required_table(body, "regions");
     for (const auto &[name, region] : regions)
         if (std::ranges::find(mesh.region_names, name.str()) == mesh.region_names.end())
-            throw core::InputError(fmt::format("{}: the mesh has no region '{}'; it has {}", core::place_of(region),
-                                               name.str(), fmt::join(mesh.region_names, ", ")));
+            throw support::InputError(fmt::format("{}: the mesh has no region '{}'; it has {}",
+                                                  support::place_of(region), name.str(),
+                                                  fmt::join(mesh.region_names, ", ")));
     std::vector<core::Material> materials;
     for (const auto &name : mesh.region_names) {
         if (!regions.contains(name))
-            throw core::InputError(fmt::format("{}: region '{}' of the mesh has no material; add [regions.{}]",
-                                               core::place_of(regions), name, name));
-        materials.push_back(read_material(core::required_table(regions, name)));
+            throw support::InputError(fmt::format("{}: region '{}' of the mesh has no material; add [regions.{}]",
+                                                  support::place_of(regions), name, name));
+        materials.push_back(read_material(support::required_table(regions, name)));
     }
     return materials;
 }
@@ -77,9 +80,9 @@ void apply(const MaterialOverride &override_with, std::vector<core::Material> &m
 }
 
 toml::table read_table(const std::filesystem::path &toml_file) {
-    auto table = core::parse_toml(core::read_text(toml_file), toml_file);
-    core::refuse_unknown_keys(table,
-                              {"title", "mesh", "unit", "find_patches", "generator", "regions", "patches", "image"});
+    auto table = support::parse_toml(support::read_text(toml_file), toml_file);
+    support::refuse_unknown_keys(table,
+                                 {"title", "mesh", "unit", "find_patches", "generator", "regions", "patches", "image"});
     return table;
 }
 
@@ -95,24 +98,24 @@ void append(std::vector<std::string> &all, const std::vector<std::string> &more)
 
 /// What is told of the image that a body was made of; the rest of [image] is for people.
 void append_remarks(const toml::table &image, std::vector<std::string> &assumptions) {
-    const auto spacing = core::required_vector(image, "spacing");
+    const auto spacing = support::required_vector(image, "spacing");
     assumptions.push_back(fmt::format("made of the segmentation {} with voxels of {:.3g} x {:.3g} x {:.3g} mm",
-                                      core::required_string(image, "name"), 1e3 * spacing.x(), 1e3 * spacing.y(),
+                                      support::required_string(image, "name"), 1e3 * spacing.x(), 1e3 * spacing.y(),
                                       1e3 * spacing.z()));
     if (const auto *remarks = image.get("remarks"); remarks && !(remarks->is_array() && remarks->as_array()->empty()))
-        append(assumptions, core::required_strings(image, "remarks"));
+        append(assumptions, support::required_strings(image, "remarks"));
 }
 
 core::Body body_of_table(const std::filesystem::path &file) {
     const auto table = read_table(file);
-    core::required_string(table, "title");
+    support::required_string(table, "title");
     core::Body body;
-    body.mesh = read_mesh(file.parent_path() / core::required_string(table, "mesh"), body.assumptions);
+    body.mesh = read_mesh(file.parent_path() / support::required_string(table, "mesh"), body.assumptions);
     if (const auto *unit = table.get("unit"))
-        scale(body.mesh, metres_per_unit(core::required_string(table, "unit"), core::place_of(*unit)));
+        scale(body.mesh, metres_per_unit(support::required_string(table, "unit"), support::place_of(*unit)));
     if (table.contains("image"))
-        append_remarks(core::required_table(table, "image"), body.assumptions);
-    if (core::optional_flag(table, "find_patches"))
+        append_remarks(support::required_table(table, "image"), body.assumptions);
+    if (support::optional_flag(table, "find_patches"))
         append(body.assumptions, find_anatomical_patches(body.mesh));
     body.materials = read_materials(table, body.mesh);
     check_patches(table, body.mesh);
@@ -139,7 +142,7 @@ core::Body body_of_mesh(const std::filesystem::path &file) {
 } // namespace
 
 std::string body_title(const std::filesystem::path &toml_file) {
-    return core::required_string(read_table(toml_file), "title");
+    return support::required_string(read_table(toml_file), "title");
 }
 
 core::Body read_body(const std::filesystem::path &file, const MaterialOverride &override_with) {

@@ -9,7 +9,7 @@
 namespace livermark::meshes {
 
 /// The one-line title of a body.
-/// @throws core::InputError
+/// @throws support::InputError
 std::string body_title(const std::filesystem::path &toml_file);
 
 /// Elastic constants to use for every region instead of the body's own.
@@ -20,7 +20,7 @@ struct MaterialOverride {
 
 /// Reads a body: its .toml, and the mesh that it names, relative to itself. Or a mesh alone, whose unit is guessed from
 /// its size, whose regions are soft liver, and on which the patches of a liver are looked for: see Body::assumptions.
-/// @throws core::InputError for a fault of either, a region without material or a material without region, a density
+/// @throws support::InputError for a fault of either, a region without material or a material without region, a density
 ///         or Young's modulus that is not positive, a Poisson's ratio outside (-1, 0.5)
 core::Body read_body(const std::filesystem::path &file, const MaterialOverride &override_with = {});
 

@@ -5,45 +5,19 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
-#include <unordered_map>
 
-#include "core/input_error.hpp"
+#include "meshes/gmsh_collector.hpp"
 #include "meshes/gmsh_session.hpp"
 #include "meshes/lattice_box.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::meshes {
 
 namespace {
 
-constexpr int gmsh_tetrahedron = 4;
-
 void check_length(double length, const std::string &what) {
     if (!(length > 0.0) || !std::isfinite(length))
-        throw core::InputError(fmt::format("the {} of a box is {} m; give a positive length", what, length));
-}
-
-void collect_tetrahedra(core::TetraMesh &mesh) {
-    std::vector<std::size_t> node_tags;
-    std::vector<double> coordinates;
-    std::vector<double> parameters;
-    gmsh::model::mesh::getNodes(node_tags, coordinates, parameters);
-    std::unordered_map<std::size_t, int> number;
-    for (std::size_t i = 0; i < node_tags.size(); ++i) {
-        number.emplace(node_tags[i], mesh.num_nodes());
-        mesh.points.emplace_back(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]);
-    }
-    std::vector<std::size_t> cell_tags;
-    std::vector<std::size_t> corners;
-    gmsh::model::mesh::getElementsByType(gmsh_tetrahedron, cell_tags, corners);
-    for (std::size_t i = 0; i + 3 < corners.size(); i += 4) {
-        std::array<int, 4> nodes;
-        for (std::size_t c = 0; c < 4; ++c)
-            nodes[c] = number.at(corners[i + c]);
-        if (core::signed_volume(mesh.points[nodes[0]], mesh.points[nodes[1]], mesh.points[nodes[2]],
-                                mesh.points[nodes[3]]) < 0.0)
-            std::swap(nodes[2], nodes[3]);
-        mesh.tetrahedra.push_back(nodes);
-    }
+        throw support::InputError(fmt::format("the {} of a box is {} m; give a positive length", what, length));
 }
 
 void name_sides(core::TetraMesh &mesh) {
@@ -66,7 +40,9 @@ core::TetraMesh delaunay_box(const core::Vector3 &size, double edge_length) {
         gmsh::option::setNumber("Mesh.CharacteristicLengthMin", edge_length);
         gmsh::option::setNumber("Mesh.CharacteristicLengthMax", edge_length);
         gmsh::model::mesh::generate(3);
-        collect_tetrahedra(mesh);
+        GmshCollector collector(mesh);
+        collector.add_nodes();
+        collector.add_tetrahedra();
     } catch (const std::string &error) { // what Debian's gmsh throws
         throw std::runtime_error(fmt::format("gmsh cannot mesh the box: {}", error));
     }

@@ -15,7 +15,7 @@ enum class BoxTopology {
 /// @param size         a, b, c [m], > 0
 /// @param edge_length  wanted edge length [m], > 0; the mean edge comes out within about 15 % of it,
 ///                     that of fine unstructured meshes a quarter longer
-/// @throws core::InputError   if a length is not positive and finite
+/// @throws support::InputError   if a length is not positive and finite
 /// @throws std::runtime_error if gmsh fails
 core::TetraMesh generate_box(const core::Vector3 &size, double edge_length,
                              BoxTopology topology = BoxTopology::delaunay);

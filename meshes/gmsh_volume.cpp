@@ -4,8 +4,8 @@
 #include <numeric>
 #include <stdexcept>
 #include <string>
-#include <unordered_map>
 
+#include "meshes/gmsh_collector.hpp"
 #include "meshes/gmsh_session.hpp"
 
 namespace livermark::meshes {
@@ -13,7 +13,6 @@ namespace livermark::meshes {
 namespace {
 
 constexpr int gmsh_triangle = 2;
-constexpr int gmsh_tetrahedron = 4;
 
 /// @param num_nodes  nodes that gmsh has already; theirs are the tags 1 ... num_nodes
 void add_surface(int tag, const SurfaceMesh &surface, std::size_t num_nodes) {
@@ -33,34 +32,13 @@ void add_surface(int tag, const SurfaceMesh &surface, std::size_t num_nodes) {
 
 core::TetraMesh collect(int num_volumes) {
     core::TetraMesh mesh;
-    std::unordered_map<std::size_t, int> number;
-    const auto add_nodes = [&](int dimension, int entity) {
-        std::vector<std::size_t> tags;
-        std::vector<double> coordinates;
-        std::vector<double> parameters;
-        gmsh::model::mesh::getNodes(tags, coordinates, parameters, dimension, entity);
-        for (std::size_t i = 0; i < tags.size(); ++i) {
-            number.emplace(tags[i], mesh.num_nodes());
-            mesh.points.emplace_back(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]);
-        }
-    };
+    GmshCollector collector(mesh);
     for (const int dimension : {2, 3})
         for (int entity = 1; entity <= num_volumes; ++entity)
-            add_nodes(dimension, entity);
+            collector.add_nodes(dimension, entity);
     for (int entity = 1; entity <= num_volumes; ++entity) {
-        std::vector<std::size_t> tags;
-        std::vector<std::size_t> corners;
-        gmsh::model::mesh::getElementsByType(gmsh_tetrahedron, tags, corners, entity);
-        for (std::size_t i = 0; i + 3 < corners.size(); i += 4) {
-            std::array<int, 4> nodes;
-            for (std::size_t c = 0; c < 4; ++c)
-                nodes[c] = number.at(corners[i + c]);
-            if (core::signed_volume(mesh.points[nodes[0]], mesh.points[nodes[1]], mesh.points[nodes[2]],
-                                    mesh.points[nodes[3]]) < 0.0)
-                std::swap(nodes[2], nodes[3]);
-            mesh.tetrahedra.push_back(nodes);
-            mesh.region.push_back(entity - 1);
-        }
+        collector.add_tetrahedra(entity);
+        mesh.region.resize(mesh.tetrahedra.size(), entity - 1);
     }
     return mesh;
 }

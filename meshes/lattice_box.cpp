@@ -6,7 +6,8 @@
 #include <fmt/format.h>
 #include <numbers>
 
-#include "core/input_error.hpp"
+#include "meshes/orientation.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::meshes {
 
@@ -50,20 +51,18 @@ Bricks bricks_of(const core::Vector3 &size, double side) {
         const double wanted = std::max(1.0, std::round(size[i] / side));
         total *= wanted;
         if (!(total <= most_bricks))
-            throw core::InputError(fmt::format("the edges are too short: a box of {:g} x {:g} x {:g} m would have more "
-                                               "than {:g} bricks; make them longer",
-                                               size.x(), size.y(), size.z(), most_bricks));
+            throw support::InputError(
+                fmt::format("the edges are too short: a box of {:g} x {:g} x {:g} m would have more "
+                            "than {:g} bricks; make them longer",
+                            size.x(), size.y(), size.z(), most_bricks));
         bricks.count[i] = static_cast<int>(wanted);
         bricks.side[i] = size[i] / wanted;
     }
     return bricks;
 }
 
-void add(core::TetraMesh &mesh, std::array<int, 4> nodes) {
-    const auto &points = mesh.points;
-    if (core::signed_volume(points[nodes[0]], points[nodes[1]], points[nodes[2]], points[nodes[3]]) < 0.0)
-        std::swap(nodes[2], nodes[3]);
-    mesh.tetrahedra.push_back(nodes);
+void add(core::TetraMesh &mesh, const std::array<int, 4> &nodes) {
+    mesh.tetrahedra.push_back(with_positive_volume(nodes, mesh.points));
 }
 
 void cut_after_kuhn(core::TetraMesh &mesh, const Bricks &bricks) {

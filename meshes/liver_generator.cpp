@@ -6,11 +6,11 @@
 #include <optional>
 #include <stdexcept>
 
-#include "core/input_error.hpp"
 #include "meshes/gmsh_volume.hpp"
 #include "meshes/liver_patches.hpp"
 #include "meshes/liver_shape.hpp"
 #include "meshes/mesh_figures.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::meshes {
 
@@ -105,8 +105,8 @@ core::TetraMesh generate_liver(const LiverOptions &options) {
     const int canonical = options.tumours ? tumour_liver_tetrahedra : healthy_liver_tetrahedra;
     const int target = options.target_tetrahedra == 0 ? canonical : options.target_tetrahedra;
     if (target < smallest_target)
-        throw core::InputError(fmt::format("a liver of {} tetrahedra cannot show its anatomy; ask for {} or more",
-                                           target, smallest_target));
+        throw support::InputError(fmt::format("a liver of {} tetrahedra cannot show its anatomy; ask for {} or more",
+                                              target, smallest_target));
 
     core::TetraMesh mesh = search_for_count(target, options.tumours);
     for (auto &point : mesh.points)

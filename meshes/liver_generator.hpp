@@ -22,7 +22,7 @@ struct LiverOptions {
 /// 0.35 (healthy) or 0.25 (tumours) of the mean edge. Any other count is met as well as the search over the edge length
 /// can, within 1 % where tried (2,000 to 200,000), and the mesh is handed out as it is: below about 8,000 tetrahedra
 /// the smaller lesions become coarse polyhedra and the grooves of the visceral side fade. Measure with mesh_figures.
-/// @throws core::InputError   if target_tetrahedra is negative, or too small to hold the anatomy
+/// @throws support::InputError   if target_tetrahedra is negative, or too small to hold the anatomy
 /// @throws std::runtime_error if gmsh fails, or a canonical body misses one of its figures
 core::TetraMesh generate_liver(const LiverOptions &options);
 

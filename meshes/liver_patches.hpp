@@ -6,7 +6,7 @@ namespace livermark::meshes {
 
 /// Finds the boundary of a liver in the axes of liver_level and divides it into connected patches, by where a facet
 /// lies and looks:
-///   posterior        bare area, groove of the vena cava and caudate lobe: where the liver is held
+///   posterior        bare area, groove of the vena cava and caudate lobe: where the liver is constrained
 ///   anterior         under the ribs, both lobes
 ///   inferior         visceral side, gallbladder fossa and porta hepatis
 ///   superior         left lobe and middle, under the diaphragm and the heart

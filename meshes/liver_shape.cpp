@@ -12,7 +12,7 @@ using core::Vector3;
 
 /// The anatomy below is written in millimetres about a point under the right dome. This scale, a little flatter from
 /// front to back than drawn, makes the body 1.50 L, and this shift brings its centroid to the origin.
-const Vector3 metres_per_unit(1.0496e-3, 0.9640e-3, 1.0496e-3);
+const Vector3 metres_per_drawing_unit(1.0496e-3, 0.9640e-3, 1.0496e-3);
 const Vector3 centroid(-30.5, -7.5, 9.8);
 
 /// Smaller of two levels with the corner between them rounded over a width k: the union of two bodies.
@@ -85,7 +85,7 @@ double level_in_millimetres(const Vector3 &p) {
 }
 
 Vector3 to_drawing(const Vector3 &point) {
-    return point.cwiseQuotient(metres_per_unit) + centroid;
+    return point.cwiseQuotient(metres_per_drawing_unit) + centroid;
 }
 
 /// @param semi_axes  [mm]
@@ -99,11 +99,11 @@ Lesion make_lesion(const Vector3 &center, const Vector3 &semi_axes, const Vector
 } // namespace
 
 double liver_level(const core::Vector3 &point) {
-    return level_in_millimetres(to_drawing(point)) * metres_per_unit.minCoeff();
+    return level_in_millimetres(to_drawing(point)) * metres_per_drawing_unit.minCoeff();
 }
 
 double diaphragmatic_depth(const core::Vector3 &point) {
-    return -diaphragmatic_body(to_drawing(point)) * metres_per_unit.minCoeff();
+    return -diaphragmatic_body(to_drawing(point)) * metres_per_drawing_unit.minCoeff();
 }
 
 core::Vector3 liver_gradient(const core::Vector3 &point) {

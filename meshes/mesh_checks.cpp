@@ -5,8 +5,9 @@
 #include <map>
 #include <numeric>
 
-#include "core/input_error.hpp"
+#include "core/bounding_box.hpp"
 #include "meshes/mesh_figures.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::meshes {
 
@@ -21,13 +22,7 @@ std::string corner_names(const RawMesh &raw, const std::array<int, 3> &face) {
 }
 
 void refuse_coinciding_nodes(const RawMesh &raw, const std::string &file) {
-    core::Vector3 lowest = raw.points.front();
-    core::Vector3 highest = raw.points.front();
-    for (const auto &point : raw.points) {
-        lowest = lowest.cwiseMin(point);
-        highest = highest.cwiseMax(point);
-    }
-    const double tolerance = 1e-9 * (highest - lowest).norm();
+    const double tolerance = 1e-9 * core::extent(raw.points);
     std::vector<int> order(raw.points.size());
     std::iota(order.begin(), order.end(), 0);
     std::ranges::sort(order, {}, [&](int node) { return std::pair(raw.points[node].x(), node); });
@@ -37,8 +32,8 @@ void refuse_coinciding_nodes(const RawMesh &raw, const std::string &file) {
             if (apart.x() > tolerance)
                 break;
             if (apart.norm() <= tolerance)
-                throw core::InputError(fmt::format("{}: {} and {} are in one place; merge them", file,
-                                                   node_name(raw, order[a]), node_name(raw, order[b])));
+                throw support::InputError(fmt::format("{}: {} and {} are in one place; merge them", file,
+                                                      node_name(raw, order[a]), node_name(raw, order[b])));
         }
 }
 
@@ -57,8 +52,8 @@ void refuse_several_parts(const RawMesh &raw, const std::string &file) {
             parent[root_of(parent, node)] = root_of(parent, nodes[0]);
     for (std::size_t node = 1; node < parent.size(); ++node)
         if (root_of(parent, static_cast<int>(node)) != root_of(parent, 0))
-            throw core::InputError(fmt::format("{}: {} and {} are in parts that do not touch; keep one part", file,
-                                               node_name(raw, 0), node_name(raw, static_cast<int>(node))));
+            throw support::InputError(fmt::format("{}: {} and {} are in parts that do not touch; keep one part", file,
+                                                  node_name(raw, 0), node_name(raw, static_cast<int>(node))));
 }
 
 } // namespace
@@ -70,10 +65,10 @@ void check_nodes(const RawMesh &raw, const std::string &file) {
             used[node] = true;
     for (int node = 0; node < static_cast<int>(raw.points.size()); ++node) {
         if (!raw.points[node].allFinite())
-            throw core::InputError(
+            throw support::InputError(
                 fmt::format("{}: {} has a coordinate that is not finite; correct it", file, node_name(raw, node)));
         if (!used[node] && !raw.tetrahedra.empty())
-            throw core::InputError(
+            throw support::InputError(
                 fmt::format("{}: {} belongs to no tetrahedron; remove it", file, node_name(raw, node)));
     }
     if (!raw.points.empty())
@@ -82,7 +77,8 @@ void check_nodes(const RawMesh &raw, const std::string &file) {
 
 void check_tetrahedra(const RawMesh &raw, const std::string &file) {
     if (raw.tetrahedra.empty())
-        throw core::InputError(fmt::format("{}: there are no tetrahedra; mesh the volume, not only the surface", file));
+        throw support::InputError(
+            fmt::format("{}: there are no tetrahedra; mesh the volume, not only the surface", file));
     // A tetrahedron this flat has no stiffness or time step that a double can hold.
     constexpr double flat = 1e-9;
     std::map<std::array<int, 4>, std::size_t> seen;
@@ -91,15 +87,15 @@ void check_tetrahedra(const RawMesh &raw, const std::string &file) {
         const auto &x = raw.points;
         const double quality = tetrahedron_quality(x[a], x[b], x[c], x[d]);
         if (!(quality > flat))
-            throw core::InputError(fmt::format("{}: tetrahedron {} {}; {}", file, raw.tetrahedron_tag[t],
-                                               quality < -flat ? "is inverted" : "is flat",
-                                               quality < -flat ? "exchange two of its nodes" : "remesh there"));
+            throw support::InputError(fmt::format("{}: tetrahedron {} {}; {}", file, raw.tetrahedron_tag[t],
+                                                  quality < -flat ? "is inverted" : "is flat",
+                                                  quality < -flat ? "exchange two of its nodes" : "remesh there"));
         auto key = raw.tetrahedra[t];
         std::ranges::sort(key);
         const auto [first, is_new] = seen.emplace(key, t);
         if (!is_new)
-            throw core::InputError(fmt::format("{}: tetrahedra {} and {} have the same nodes; remove one", file,
-                                               raw.tetrahedron_tag[first->second], raw.tetrahedron_tag[t]));
+            throw support::InputError(fmt::format("{}: tetrahedra {} and {} have the same nodes; remove one", file,
+                                                  raw.tetrahedron_tag[first->second], raw.tetrahedron_tag[t]));
     }
 }
 
@@ -113,14 +109,14 @@ void check_faces(const RawMesh &raw, const std::string &file) {
         for (const auto &[a, b, c] : core::tetrahedron_faces) {
             const std::array face{nodes[a], nodes[b], nodes[c]};
             if (++num_owners[key_of(face)] > 2)
-                throw core::InputError(fmt::format("{}: more than two tetrahedra share the face of nodes {}; remesh "
-                                                   "without overlaps",
-                                                   file, corner_names(raw, face)));
+                throw support::InputError(fmt::format("{}: more than two tetrahedra share the face of nodes {}; remesh "
+                                                      "without overlaps",
+                                                      file, corner_names(raw, face)));
         }
     for (const auto &triangle : raw.triangles)
         if (!num_owners.contains(key_of(triangle)))
-            throw core::InputError(fmt::format("{}: the triangle of nodes {} is no face of a tetrahedron; remove it",
-                                               file, corner_names(raw, triangle)));
+            throw support::InputError(fmt::format("{}: the triangle of nodes {} is no face of a tetrahedron; remove it",
+                                                  file, corner_names(raw, triangle)));
     refuse_several_parts(raw, file);
 }
 

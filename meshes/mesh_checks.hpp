@@ -7,15 +7,15 @@
 namespace livermark::meshes {
 
 /// Every node is finite, used, and the only one at its place.
-/// @throws core::InputError that names the first that is not
+/// @throws support::InputError that names the first that is not
 void check_nodes(const RawMesh &raw, const std::string &file);
 
 /// There are tetrahedra, every one has four corners and a positive volume, and none is there twice.
-/// @throws core::InputError that names the first that is not so
+/// @throws support::InputError that names the first that is not so
 void check_tetrahedra(const RawMesh &raw, const std::string &file);
 
 /// Every face belongs to one or two tetrahedra, every triangle of the file is a face, and the tetrahedra hang together.
-/// @throws core::InputError that names the first that is not so
+/// @throws support::InputError that names the first that is not so
 void check_faces(const RawMesh &raw, const std::string &file);
 
 } // namespace livermark::meshes

@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 
+#include "core/bounding_box.hpp"
+
 namespace livermark::meshes {
 
 double tetrahedron_quality(const core::Vector3 &a, const core::Vector3 &b, const core::Vector3 &c,
@@ -26,13 +28,7 @@ MeshFigures mesh_figures(const core::TetraMesh &mesh) {
         figures.volume += core::signed_volume(x[a], x[b], x[c], x[d]);
         figures.smallest_quality = std::min(figures.smallest_quality, tetrahedron_quality(x[a], x[b], x[c], x[d]));
     }
-    core::Vector3 lowest = mesh.points.front();
-    core::Vector3 highest = mesh.points.front();
-    for (const auto &point : mesh.points) {
-        lowest = lowest.cwiseMin(point);
-        highest = highest.cwiseMax(point);
-    }
-    figures.extent = highest - lowest;
+    figures.extent = core::bounding_box(mesh.points).sizes();
 
     const auto edges = core::edge_table(mesh.tetrahedra).edges;
     figures.num_edges = static_cast<int>(edges.size());

@@ -8,9 +8,9 @@
 #include <fstream>
 #include <string_view>
 
-#include "core/child_process.hpp"
-#include "core/input_error.hpp"
 #include "meshes/msh_reader.hpp"
+#include "support/child_process.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::meshes {
 
@@ -36,7 +36,7 @@ bool is_ascii_msh(const fs::path &file) {
 }
 
 core::TetraMesh read_converted(const fs::path &file, std::vector<std::string> &remarks) {
-    const auto converted = core::convert_by_script(
+    const auto converted = support::convert_by_script(
         "convert_mesh", file,
         "save it as ASCII MSH, VTU, VTK or INP with tetrahedra, and see that python3-meshio is installed");
     remarks.insert(remarks.end(), converted.remarks.begin(), converted.remarks.end());
@@ -47,15 +47,15 @@ core::TetraMesh read_converted(const fs::path &file, std::vector<std::string> &r
 
 core::TetraMesh read_mesh(const fs::path &file, std::vector<std::string> &remarks) {
     if (!std::ifstream(file))
-        throw core::InputError(fmt::format("{}: cannot be read ({}); check the path and who may read it", file.string(),
-                                           std::strerror(errno)));
+        throw support::InputError(fmt::format("{}: cannot be read ({}); check the path and who may read it",
+                                              file.string(), std::strerror(errno)));
     return is_ascii_msh(file) ? read_msh(file) : read_converted(file, remarks);
 }
 
 double metres_per_unit(const std::string &unit, const std::string &place) {
     const auto known = std::ranges::find(units, unit, &Unit::name);
     if (known == units.end())
-        throw core::InputError(fmt::format("{}: '{}' is no unit of length here; take m, cm or mm", place, unit));
+        throw support::InputError(fmt::format("{}: '{}' is no unit of length here; take m, cm or mm", place, unit));
     return known->metres;
 }
 
@@ -66,7 +66,7 @@ std::string guess_unit(const core::TetraMesh &mesh, const std::string &file) {
     const double longest = box.sizes().maxCoeff();
     const auto unit = std::ranges::find_if(units, [&](const Unit &u) { return longest <= u.largest_organ; });
     if (!(longest > 0.0) || unit == units.end())
-        throw core::InputError(fmt::format(
+        throw support::InputError(fmt::format(
             "{}: its longest side is {:g}, which is no organ in m, cm or mm; say which unit it is with 'unit' in a "
             "body .toml",
             file, longest));

@@ -12,16 +12,16 @@ namespace livermark::meshes {
 /// else meshio knows) after scripts/convert_mesh, a process of its own that may fail without harm.
 /// @param remarks  gets a sentence for each change that the conversion made
 /// @return coordinates as they are in the file
-/// @throws core::InputError with the file, what is wrong and a remedy
+/// @throws support::InputError with the file, what is wrong and a remedy
 core::TetraMesh read_mesh(const std::filesystem::path &file, std::vector<std::string> &remarks);
 
 /// Metres per unit of length: "m", "cm" or "mm".
-/// @throws core::InputError for another word; place is named in it
+/// @throws support::InputError for another word; place is named in it
 double metres_per_unit(const std::string &unit, const std::string &place);
 
 /// The unit that makes an organ of the mesh: the longest side of the bounding box up to 2 is in metres, up to 60 in
 /// centimetres, up to 2000 in millimetres.
-/// @throws core::InputError if it is longer, or not positive
+/// @throws support::InputError if it is longer, or not positive
 std::string guess_unit(const core::TetraMesh &mesh, const std::string &file);
 
 } // namespace livermark::meshes

@@ -3,10 +3,11 @@
 #include <fmt/format.h>
 #include <unordered_map>
 
-#include "core/input_error.hpp"
-#include "core/toml_input.hpp"
 #include "meshes/msh_tokens.hpp"
 #include "meshes/raw_mesh.hpp"
+#include "support/input_error.hpp"
+#include "support/toml_input.hpp"
+#include "support/whole_file.hpp"
 
 namespace livermark::meshes {
 
@@ -199,7 +200,7 @@ core::TetraMesh parse_msh(const std::string &text, const std::string &file) {
 }
 
 core::TetraMesh read_msh(const std::filesystem::path &file) {
-    return parse_msh(core::read_text(file), file.string());
+    return parse_msh(support::read_text(file), file.string());
 }
 
 } // namespace livermark::meshes

@@ -10,7 +10,7 @@ namespace livermark::meshes {
 /// Reads and checks a gmsh mesh: MSH 2.2 or 4.1, ASCII, coordinates in metres, linear tetrahedra. Physical volumes
 /// become regions, physical surfaces patches.
 /// The reader is our own because gmsh's crashes on damaged files and cannot name a line.
-/// @throws core::InputError with file, line or entity, and remedy
+/// @throws support::InputError with file, line or entity, and remedy
 core::TetraMesh read_msh(const std::filesystem::path &file);
 
 /// The same from text. The name is for messages.

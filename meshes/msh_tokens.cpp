@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <limits>
 
-#include "core/input_error.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::meshes {
 
@@ -18,7 +18,7 @@ bool is_space(char c) {
 } // namespace
 
 void MshTokens::fail(const std::string &what) const {
-    throw core::InputError(fmt::format("{}:{}: {}", file_, line_, what));
+    throw support::InputError(fmt::format("{}:{}: {}", file_, line_, what));
 }
 
 bool MshTokens::at_word() {
@@ -52,7 +52,7 @@ std::int64_t MshTokens::integer() {
     std::int64_t value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc{} || end != text.data() + text.size())
-        fail(fmt::format("'{}' has to be an integer", core::shown(text)));
+        fail(fmt::format("'{}' has to be an integer", support::shown(text)));
     return value;
 }
 
@@ -69,13 +69,13 @@ double MshTokens::number() {
     double value = 0.0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc{} || end != text.data() + text.size())
-        fail(fmt::format("'{}' has to be a number", core::shown(text)));
+        fail(fmt::format("'{}' has to be a number", support::shown(text)));
     return value;
 }
 
 void MshTokens::expect(std::string_view wanted) {
     if (const auto found = word(); found != wanted)
-        fail(fmt::format("'{}' has to stand here, not '{}'", wanted, core::shown(found)));
+        fail(fmt::format("'{}' has to stand here, not '{}'", wanted, support::shown(found)));
 }
 
 void MshTokens::skip_words(std::int64_t num_words) {

@@ -24,7 +24,7 @@ class MshTokens {
     /// Goes on behind the next line that is this word.
     void skip_to(std::string_view wanted);
 
-    /// @throws core::InputError "file:line: what"
+    /// @throws support::InputError "file:line: what"
     [[noreturn]] void fail(const std::string &what) const;
 
   private:

@@ -5,7 +5,8 @@
 #include <iterator>
 #include <span>
 
-#include "core/whole_file.hpp"
+#include "core/bounding_box.hpp"
+#include "support/whole_file.hpp"
 
 namespace livermark::meshes {
 
@@ -29,12 +30,8 @@ void print_names(Text &text, const core::TetraMesh &mesh) {
 
 /// One geometric entity per group. None has a boundary of its own: the mesh alone says what touches what.
 void print_entities(Text &text, const core::TetraMesh &mesh) {
-    core::Vector3 low = mesh.points.front();
-    core::Vector3 high = mesh.points.front();
-    for (const auto &point : mesh.points) {
-        low = low.cwiseMin(point);
-        high = high.cwiseMax(point);
-    }
+    const auto box = core::bounding_box(mesh.points);
+    const auto &low = box.min(), &high = box.max();
     print(text, "$Entities\n0 0 {} {}\n", mesh.patch_names.size(), mesh.region_names.size());
     for (const std::size_t count : {mesh.patch_names.size(), mesh.region_names.size()})
         for (std::size_t tag = 1; tag <= count; ++tag)
@@ -91,7 +88,7 @@ void write_msh(const std::filesystem::path &file, const core::TetraMesh &mesh) {
     print_nodes(text, mesh);
     print_elements(text, mesh);
 
-    core::write_whole(file, {text.data(), text.size()});
+    support::write_whole(file, {text.data(), text.size()});
 }
 
 } // namespace livermark::meshes

@@ -11,7 +11,7 @@ namespace livermark::meshes {
 /// tags, their indices + 1. Elements come patch by patch and region by region, each in the order of the mesh.
 /// Coordinates [m] are written in the shortest form that reads back as the same number. The file appears whole or not
 /// at all.
-/// @throws core::InputError  if the file cannot be written
+/// @throws support::InputError  if the file cannot be written
 void write_msh(const std::filesystem::path &file, const core::TetraMesh &mesh);
 
 } // namespace livermark::meshes

@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 #include <set>
 
-#include "core/input_error.hpp"
 #include "meshes/mesh_checks.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::meshes {
 
@@ -40,9 +40,10 @@ std::vector<int> boundary_tags(const RawMesh &raw, const core::TetraMesh &mesh, 
     for (std::size_t f = 0; f < raw.triangles.size(); ++f) {
         const auto [entry, is_new] = tag_of.emplace(key_of(raw.triangles[f]), raw.patch_tag[f]);
         if (!is_new && entry->second != raw.patch_tag[f])
-            throw core::InputError(fmt::format("{}: the triangle of nodes {} {} {} lies in two patches; keep one", file,
-                                               raw.node_tag[raw.triangles[f][0]], raw.node_tag[raw.triangles[f][1]],
-                                               raw.node_tag[raw.triangles[f][2]]));
+            throw support::InputError(fmt::format("{}: the triangle of nodes {} {} {} lies in two patches; keep one",
+                                                  file, raw.node_tag[raw.triangles[f][0]],
+                                                  raw.node_tag[raw.triangles[f][1]],
+                                                  raw.node_tag[raw.triangles[f][2]]));
     }
     std::vector<int> tags;
     tags.reserve(mesh.boundary_triangles.size());

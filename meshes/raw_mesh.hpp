@@ -28,7 +28,8 @@ struct RawMesh {
 /// it its patches. Boundary that no triangle names is the patch "unnamed"; tetrahedra of no group are the region
 /// "unnamed".
 /// @param file  named in messages
-/// @throws core::InputError with the first fault: no tetrahedra, a coordinate that is not finite, a tetrahedron that is
+/// @throws support::InputError with the first fault: no tetrahedra, a coordinate that is not finite, a tetrahedron that
+/// is
 ///         inverted, flat or there twice, a node that is unused or there twice, more than two tetrahedra at a face,
 ///         several parts, a triangle that is no face or lies in two patches
 core::TetraMesh assemble_mesh(const RawMesh &raw, const std::string &file);

@@ -5,19 +5,19 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
-#include <map>
 #include <memory>
 #include <optional>
 #include <utility>
 
-#include "core/input_error.hpp"
-#include "msm/dynamic_relaxation.hpp"
-#include "msm/equilibrium.hpp"
-#include "msm/explicit_steps.hpp"
-#include "msm/highest_frequency.hpp"
-#include "msm/release.hpp"
-#include "msm/spectrum.hpp"
-#include "msm/time_step.hpp"
+#include "msm/dynamics/explicit_steps.hpp"
+#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/dynamics/release.hpp"
+#include "msm/dynamics/spectrum.hpp"
+#include "msm/dynamics/time_step.hpp"
+#include "msm/implicit_integrators.hpp"
+#include "msm/statics/dynamic_relaxation.hpp"
+#include "msm/statics/equilibrium.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::models {
 
@@ -29,14 +29,14 @@ using Clock = std::chrono::steady_clock;
 constexpr const char *default_relaxing_integrator = "runge_kutta_4";
 
 const msm::Integrator &relaxing_integrator(const ModelOptions &options) {
-    return msm::find_integrator(options.time_stepping.integrator.value_or(default_relaxing_integrator));
+    return msm::find_known_integrator(options.time_stepping.integrator.value_or(default_relaxing_integrator));
 }
 
 double seconds(Clock::duration duration) {
     return std::chrono::duration<double>(duration).count();
 }
 
-/// |u - u_lin| / |u|, NaN where nobody asked for the linear answer
+/// |u - u_lin| / |u|, NaN where nobody asked for the linear solution
 double nonlinearity(const msm::Equilibrium &equilibrium) {
     if (equilibrium.linear_displacement.empty())
         return std::numeric_limits<double>::quiet_NaN();
@@ -73,153 +73,126 @@ void add_motion(core::Solution &solution, const core::Problem &problem, const ms
     }
 }
 
-bool hold_the_same(const std::vector<core::Vector3> &a, const std::vector<core::Vector3> &b) {
+bool constrain_the_same(const std::vector<core::Vector3> &a, const std::vector<core::Vector3> &b) {
     return std::ranges::equal(a, b, [](const core::Vector3 &x, const core::Vector3 &y) {
         return (x.array().isNaN() == y.array().isNaN()).all();
     });
 }
 
-/// What a model has of the last body and its stiffness at rest, and the factor of that and its explicit steps for the
-/// components that were held last. The seconds are those that it took when it was made.
-class Kept {
+/// What a model has of its body and its stiffness at rest, and the factor of that and its explicit steps for the
+/// components that were constrained last. The seconds are those that it took when it was made.
+class PreparedMassSprings : public core::PreparedModel {
   public:
-    explicit Kept(MakeMassSprings make) : make_(std::move(make)) {}
+    PreparedMassSprings(std::shared_ptr<const core::Body> body, const core::LoadCase *common,
+                        const MakeMassSprings &make, ModelOptions options)
+        : start_(Clock::now()), body_(std::move(body)), options_(std::move(options)), parts_(make(*body_)),
+          make_seconds_(seconds(Clock::now() - start_)) {
+        if (common)
+            common_ = msm::nodal_conditions({body_, *common}, parts_.body.node_mass);
+    }
 
-    const msm::MassSprings &on(const std::shared_ptr<const core::Body> &body) {
-        if (body_ != body) {
-            forget();
-            const auto start = Clock::now();
-            parts_ = make_(*body);
-            make_seconds_ = seconds(Clock::now() - start);
-            body_ = body;
+    std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases) override {
+        std::vector<core::Solution> solutions;
+        for (const auto &load_case : load_cases)
+            solutions.push_back(solve({body_, load_case}));
+        return solutions;
+    }
+
+  private:
+    core::Solution solve(const core::Problem &problem) {
+        const auto &points = body_->mesh.points;
+        const auto conditions = msm::nodal_conditions(problem, parts_.body.node_mass);
+        core::Solution solution;
+        come_to_rest(solution, problem, conditions);
+        solution.degrees_of_freedom = static_cast<std::int64_t>(3 * points.size());
+        auto positions = points;
+        for (std::size_t i = 0; i < positions.size(); ++i)
+            positions[i] += solution.displacement[i];
+        solution.strain_energy = msm::elastic_energy(parts_.body, positions);
+        solution.springs = parts_.springs;
+        solution.explicit_steps = steps(conditions);
+        if (problem.load_case.release && solution.status == core::SolutionStatus::ok)
+            add_motion(solution, problem, parts_.body, highest_, options_.time_stepping);
+        return solution;
+    }
+
+    /// Puts into a solution where the body comes to rest.
+    void come_to_rest(core::Solution &solution, const core::Problem &problem, const msm::NodalConditions &conditions) {
+        const auto &body = parts_.body;
+        const auto &points = body_->mesh.points;
+        solution.setup_seconds = make_seconds_;
+        auto start = Clock::now();
+        msm::Equilibrium found;
+        if (options_.equilibrium == EquilibriumMethod::newton) {
+            const auto &rest = at_rest(conditions);
+            solution.setup_seconds += stiffness_seconds_ + rest.factor_seconds();
+            start = Clock::now();
+            found = msm::find_equilibrium(body, points, conditions, rest);
+            solution.solver =
+                fmt::format("Newton, {} steps on {} factors, CHOLMOD", found.num_iterations, found.num_factors + 1);
+        } else {
+            const auto &integrator = relaxing_integrator(options_);
+            auto relaxed = msm::relax(integrator, body, points, conditions);
+            found = std::move(relaxed.equilibrium);
+            solution.solver = fmt::format("dynamic relaxation, {} steps of {:.3g} s, {}", found.num_iterations,
+                                          relaxed.time_step, integrator.name);
         }
-        return *parts_;
+        solution.solve_seconds = seconds(Clock::now() - start);
+        solution.status = found.status;
+        solution.message = found.message;
+        solution.reaction = msm::constraint_forces(problem, conditions, found.constraint_force);
+        solution.nonlinearity = nonlinearity(found);
+        solution.displacement = std::move(found.displacement);
     }
 
-    /// See core::Model::begin_with.
-    void begin_with(const core::Problem &problem) { first_[problem.body] = problem; }
-
-    void forget() {
-        body_.reset();
-        parts_.reset();
-        rest_.reset();
-        highest_mode_.reset();
-        steps_.reset();
-    }
-
-    /// @param body  of the last on()
     const msm::RestStiffness &at_rest(const msm::NodalConditions &conditions) {
         if (!rest_) {
             const auto start = Clock::now();
             const auto &points = body_->mesh.points;
-            const auto common = common_conditions();
-            rest_.emplace(msm::elastic_hessian(parts_->body, points, msm::Tangent::exact), points,
-                          common ? common->displacement : std::vector<core::Vector3>{});
+            rest_.emplace(msm::elastic_hessian(parts_.body, points, msm::Tangent::exact), points,
+                          common_ ? common_->displacement : std::vector<core::Vector3>{});
             stiffness_seconds_ = seconds(Clock::now() - start);
         }
         rest_->hold(conditions.displacement);
         return *rest_;
     }
 
-    /// @param body  of the last on()
     const core::ExplicitSteps &steps(const msm::NodalConditions &conditions) {
-        if (!steps_ || !hold_the_same(held_in_steps_, conditions.displacement)) {
+        if (!steps_ || !constrain_the_same(constrained_in_steps_, conditions.displacement)) {
             const auto &points = body_->mesh.points;
             const auto start = Clock::now();
             highest_.angular_frequency = largest_angular_frequency(conditions);
             highest_.seconds = seconds(Clock::now() - start);
             const bool is_measured = steps_ && !steps_->kernel.empty(); // not where nothing could move
-            steps_ = is_measured ? msm::held_otherwise(*steps_, highest_.angular_frequency)
-                                 : msm::explicit_steps(parts_->body, points, conditions, highest_.angular_frequency);
-            held_in_steps_ = conditions.displacement;
+            steps_ = is_measured ? msm::constrained_otherwise(*steps_, highest_.angular_frequency)
+                                 : msm::explicit_steps(parts_.body, points, conditions, highest_.angular_frequency);
+            constrained_in_steps_ = conditions.displacement;
         }
         return *steps_;
-    }
-    /// With what was held in the last steps().
-    const HighestFrequency &highest_frequency() const { return highest_; }
-
-    double make_seconds() const { return make_seconds_; }
-    double rest_seconds() const { return stiffness_seconds_ + rest_->factor_seconds(); }
-
-  private:
-    /// What begin_with() told of the body, if anything.
-    std::optional<msm::NodalConditions> common_conditions() const {
-        const auto first = first_.find(body_);
-        if (first == first_.end())
-            return std::nullopt;
-        return msm::nodal_conditions(first->second, parts_->body.node_mass);
     }
 
     /// Whatever was asked for before, the bits are the same.
     double largest_angular_frequency(const msm::NodalConditions &conditions) {
         const auto &points = body_->mesh.points;
-        if (!highest_mode_)
-            if (const auto common = common_conditions())
-                highest_mode_ = msm::highest_mode(parts_->body, points, *common);
-        return highest_mode_ ? msm::largest_angular_frequency(parts_->body, points, conditions, *highest_mode_)
-                             : msm::largest_angular_frequency(parts_->body, points, conditions);
+        if (!highest_mode_ && common_)
+            highest_mode_ = msm::highest_mode(parts_.body, points, *common_);
+        return highest_mode_ ? msm::largest_angular_frequency(parts_.body, points, conditions, *highest_mode_)
+                             : msm::largest_angular_frequency(parts_.body, points, conditions);
     }
 
-    MakeMassSprings make_;
+    Clock::time_point start_; ///< when it was begun to be made
     std::shared_ptr<const core::Body> body_;
-    std::optional<msm::MassSprings> parts_;
-    std::map<std::shared_ptr<const core::Body>, core::Problem> first_; ///< of each body, what begin_with() told
+    ModelOptions options_;
+    msm::MassSprings parts_;
+    double make_seconds_;                        ///< what the parts took
+    std::optional<msm::NodalConditions> common_; ///< what many load cases constrain, if that is known
     std::optional<msm::RestStiffness> rest_;
     std::optional<core::ExplicitSteps> steps_;
-    std::vector<core::Vector3> held_in_steps_;     ///< prescribed displacements
-    std::optional<msm::HighestMode> highest_mode_; ///< with what is held in common
-    HighestFrequency highest_;
-    double make_seconds_ = 0.0;
+    std::vector<core::Vector3> constrained_in_steps_; ///< prescribed displacements
+    std::optional<msm::HighestMode> highest_mode_;    ///< with what is constrained in common
+    HighestFrequency highest_;                        ///< with what was constrained in the last steps()
     double stiffness_seconds_ = 0.0;
 };
-
-/// Puts into a solution where the body comes to rest.
-void come_to_rest(core::Solution &solution, const core::Problem &problem, const msm::NodalConditions &conditions,
-                  Kept &kept, const ModelOptions &options) {
-    const auto &body = kept.on(problem.body).body;
-    const auto &points = problem.body->mesh.points;
-    solution.setup_seconds = kept.make_seconds();
-    auto start = Clock::now();
-    msm::Equilibrium found;
-    if (options.equilibrium == EquilibriumMethod::newton) {
-        const auto &rest = kept.at_rest(conditions);
-        solution.setup_seconds += kept.rest_seconds();
-        start = Clock::now();
-        found = msm::find_equilibrium(body, points, conditions, rest);
-        solution.solver =
-            fmt::format("Newton, {} steps on {} factors, CHOLMOD", found.num_iterations, found.num_factors + 1);
-    } else {
-        const auto &integrator = relaxing_integrator(options);
-        auto relaxed = msm::relax(integrator, body, points, conditions);
-        found = std::move(relaxed.equilibrium);
-        solution.solver = fmt::format("dynamic relaxation, {} steps of {:.3g} s, {}", found.num_iterations,
-                                      relaxed.time_step, integrator.name);
-    }
-    solution.solve_seconds = seconds(Clock::now() - start);
-    solution.status = found.status;
-    solution.message = found.message;
-    solution.reaction = msm::constraint_forces(problem, conditions, found.constraint_force);
-    solution.nonlinearity = nonlinearity(found);
-    solution.displacement = std::move(found.displacement);
-}
-
-core::Solution solve(const core::Problem &problem, Kept &kept, const ModelOptions &options) {
-    const auto &[springs, body] = kept.on(problem.body);
-    const auto &points = problem.body->mesh.points;
-    const auto conditions = msm::nodal_conditions(problem, body.node_mass);
-    core::Solution solution;
-    come_to_rest(solution, problem, conditions, kept, options);
-    solution.degrees_of_freedom = static_cast<std::int64_t>(3 * points.size());
-    auto positions = points;
-    for (std::size_t i = 0; i < positions.size(); ++i)
-        positions[i] += solution.displacement[i];
-    solution.strain_energy = msm::elastic_energy(body, positions);
-    solution.springs = springs;
-    solution.explicit_steps = kept.steps(conditions);
-    if (problem.load_case.release && solution.status == core::SolutionStatus::ok)
-        add_motion(solution, problem, body, kept.highest_frequency(), options.time_stepping);
-    return solution;
-}
 
 core::Modes modes(const core::Problem &problem, const MakeMassSprings &make, int count) {
     const auto start = Clock::now();
@@ -234,14 +207,15 @@ void check(const core::Problem &problem, const MakeMassSprings &make, const Mode
     const auto &integrator = relaxing_integrator(options); // refuses unknown names even where nothing moves
     if (options.equilibrium == EquilibriumMethod::relaxation) {
         if (!integrator.is_explicit)
-            throw core::InputError(fmt::format("--equilibrium relaxation takes an explicit integrator, not {}; choose "
-                                               "another --integrator",
-                                               integrator.name));
+            throw support::InputError(
+                fmt::format("--equilibrium relaxation takes an explicit integrator, not {}; choose "
+                            "another --integrator",
+                            integrator.name));
         if (!(msm::critical_time_step(integrator, {}, 1.0, 1.0) > 0.0))
-            throw core::InputError(fmt::format("--equilibrium relaxation hardly damps the fast modes, and without "
-                                               "damping {} is unstable at every time step; choose another "
-                                               "--integrator",
-                                               integrator.name));
+            throw support::InputError(fmt::format("--equilibrium relaxation hardly damps the fast modes, and without "
+                                                  "damping {} is unstable at every time step; choose another "
+                                                  "--integrator",
+                                                  integrator.name));
     }
     const auto &choice = options.time_stepping;
     if (problem.load_case.release && (choice.integrator || choice.time_step)) { // left to choose, some step is stable
@@ -255,14 +229,14 @@ void check(const core::Problem &problem, const MakeMassSprings &make, const Mode
 
 core::Model mass_spring_model(std::string name, std::string summary, std::string source, const MakeMassSprings &make,
                               const ModelOptions &options) {
-    const auto kept = std::make_shared<Kept>(make);
     return {
         .name = std::move(name),
         .summary = std::move(summary),
         .source = std::move(source),
-        .solve = [=](const core::Problem &problem) { return solve(problem, *kept, options); },
-        .begin_with = [=](const core::Problem &problem) { kept->begin_with(problem); },
-        .forget = [=] { kept->forget(); },
+        .prepare =
+            [=](const std::shared_ptr<const core::Body> &body, const core::LoadCase *common) {
+                return std::make_unique<PreparedMassSprings>(body, common, make, options);
+            },
         .modes = [=](const core::Problem &problem, int count) { return modes(problem, make, count); },
         .check = [=](const core::Problem &problem) { check(problem, make, options); },
     };

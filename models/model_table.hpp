@@ -9,8 +9,8 @@
 
 #include "core/calibrated_springs.hpp"
 #include "core/model.hpp"
-#include "fem_reference/solver_choice.hpp"
-#include "msm/release.hpp"
+#include "fem_reference/linear/solver_choice.hpp"
+#include "msm/dynamics/release.hpp"
 
 namespace livermark::models {
 

@@ -1,7 +1,7 @@
 #include "msm/biquadratic_springs.hpp"
 
+#include "msm/dynamics/step_parts.hpp"
 #include "msm/edge_stretches.hpp"
-#include "msm/step_parts.hpp"
 #include "msm/tetrahedron_volume.hpp"
 
 namespace livermark::msm {
@@ -10,15 +10,15 @@ namespace {
 
 using Matrix12 = Eigen::Matrix<double, 12, 12>;
 
-struct Tetrahedron {
+struct CoupledTetrahedron {
     std::array<int, 4> nodes;
     double lame_lambda, shear_modulus; ///< [Pa]
     Vector6 rest_square;               ///< l0^2 of each edge [m^2]
     Matrix6 coupling;                  ///< k_ef [N/m^3]
 };
 
-Tetrahedron make_tetrahedron(const Eigen::VectorXd &rest, const std::array<int, 4> &nodes,
-                             const core::Material &material) {
+CoupledTetrahedron make_tetrahedron(const Eigen::VectorXd &rest, const std::array<int, 4> &nodes,
+                                    const core::Material &material) {
     const Matrix6 strain = strain_of_stretches(rest, nodes);
     return {.nodes = nodes,
             .lame_lambda = material.lame_lambda(),
@@ -89,11 +89,12 @@ class BiquadraticSprings : public ElasticTerm {
     }
 
   private:
-    static Vector6 stretch(const Tetrahedron &tetrahedron, const EdgeVectors &spans) {
+    static Vector6 stretch(const CoupledTetrahedron &tetrahedron, const EdgeVectors &spans) {
         return squared_lengths(spans) - tetrahedron.rest_square;
     }
 
-    static Matrix12 tetrahedron_hessian(const Tetrahedron &tetrahedron, const Eigen::VectorXd &x, Tangent tangent) {
+    static Matrix12 tetrahedron_hessian(const CoupledTetrahedron &tetrahedron, const Eigen::VectorXd &x,
+                                        Tangent tangent) {
         const auto spans = edge_spans(tetrahedron.nodes, x);
         const auto slope = stretch_slopes(spans);
         Matrix12 hessian = 0.25 * slope * tetrahedron.coupling * slope.transpose();
@@ -108,7 +109,7 @@ class BiquadraticSprings : public ElasticTerm {
         return hessian + hessian_of_edges(of_span);
     }
 
-    std::vector<Tetrahedron> tetrahedra_;
+    std::vector<CoupledTetrahedron> tetrahedra_;
 };
 
 } // namespace

@@ -55,7 +55,7 @@ Eigen::VectorXd column_lengths(const Matrix &matrix) {
     return length;
 }
 
-/// The unknowns on the wrong side: free ones below their bound, and held ones that are pushed off it inwards.
+/// The unknowns on the wrong side: free ones below their bound, and constrained ones that are pushed off it inwards.
 std::vector<std::size_t> misplaced(const std::vector<bool> &is_free, const Eigen::VectorXd &z,
                                    const Eigen::VectorXd &gradient, double tolerance) {
     std::vector<std::size_t> found;

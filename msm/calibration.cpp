@@ -7,8 +7,8 @@
 #include <memory>
 #include <nlopt.h>
 
-#include "core/openmp.hpp"
 #include "msm/elastic_body.hpp"
+#include "support/openmp.hpp"
 
 namespace livermark::msm {
 
@@ -80,10 +80,10 @@ struct CalibrationObjective::Factor {
 CalibrationObjective::~CalibrationObjective() = default;
 
 CalibrationObjective::CalibrationObjective(const CalibrationTask &task)
-    : free_(task.held), extension_(extension_matrix(task, free_)), other_(free_.restrict(task.other_stiffness)),
+    : free_(task.constrained), extension_(extension_matrix(task, free_)), other_(free_.restrict(task.other_stiffness)),
       num_training_(static_cast<Eigen::Index>(task.training.size())), penalty_(task.penalty),
       start_(logarithms(task.springs.stiffness)), factor_(std::make_unique<Factor>()) {
-    core::keep_openmp_in_this_thread();
+    support::keep_openmp_in_this_thread();
     std::vector<core::Vector3> volume;
     for (const double value : task.nodal_volume)
         volume.emplace_back(core::Vector3::Constant(value));

@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "core/solution.hpp"
-#include "msm/free_components.hpp"
+#include "msm/statics/free_components.hpp"
 
 /// Stiffnesses of springs fitted to given answers.
 ///
-/// The body is linearised at rest, K(k) = sum over springs s of k_s b_s b_s^T + K_0, and what is held does not move. Of
-/// each load l the answer r_l is given, and the stiffnesses minimise
+/// The body is linearised at rest, K(k) = sum over springs s of k_s b_s b_s^T + K_0, and what is constrained does not
+/// move. Of each load l the solution r_l is given, and the stiffnesses minimise
 ///   J = 1/L sum_l e_l^2 + p 1/S sum_s (ln k_s / k0_s)^2,   e_l^2 = sum_i V_i |u_i - r_i|^2 / sum_i V_i |r_i|^2
 /// over ln k, so that they stay positive and a spring may be halved as easily as doubled. With the adjoint K lambda_l =
 /// dJ/du_l the gradient costs one solve for each load, with the factor that is there already:
@@ -21,19 +21,19 @@
 namespace livermark::msm {
 
 /// A load, and where it is to take the nodes.
-struct WantedAnswer {
+struct ExpectedSolution {
     std::vector<core::Vector3> force;        ///< (N) [N]
-    std::vector<core::Vector3> displacement; ///< (N) [m], zero where a component is held, not zero everywhere
+    std::vector<core::Vector3> displacement; ///< (N) [m], zero where a component is constrained, not zero everywhere
 };
 
 struct CalibrationTask {
     std::vector<core::Vector3> points;           ///< (N) at rest [m]
     core::SpringNetwork springs;                 ///< with the stiffnesses k0 > 0 to start from
     Eigen::SparseMatrix<double> other_stiffness; ///< K_0: the rest of the body, shape (3N, 3N) [N/m]
-    std::vector<core::Vector3> held;             ///< (N) 0 where a component is held [m], NaN where it is free
+    std::vector<core::Vector3> constrained;      ///< (N) 0 where a component is constrained [m], NaN where it is free
     std::vector<double> nodal_volume;            ///< V (N) [m^3]
-    std::vector<WantedAnswer> training;          ///< at least one; these make J
-    std::vector<WantedAnswer> held_out;          ///< these are looked at only
+    std::vector<ExpectedSolution> training;      ///< at least one; these make J
+    std::vector<ExpectedSolution> held_out;      ///< these are looked at only
     double penalty = 0.0;                        ///< p, at least 0
 };
 

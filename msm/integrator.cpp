@@ -5,18 +5,18 @@
 #include <fmt/ranges.h>
 #include <vector>
 
-#include "core/input_error.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::msm {
 
-const Integrator &find_integrator(const std::string &name) {
-    const auto known = all_integrators();
+const Integrator &find_integrator(const std::string &name, std::span<const Integrator> known) {
     const auto found = std::ranges::find(known, name, &Integrator::name);
     if (found == known.end()) {
         std::vector<std::string> names;
         for (const auto &integrator : known)
             names.push_back(integrator.name);
-        throw core::InputError(fmt::format("there is no integrator '{}'; known are: {}", name, fmt::join(names, ", ")));
+        throw support::InputError(
+            fmt::format("there is no integrator '{}'; known are: {}", name, fmt::join(names, ", ")));
     }
     return *found;
 }

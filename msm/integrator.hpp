@@ -4,15 +4,15 @@
 #include <span>
 #include <string>
 
-#include "msm/motion.hpp"
+#include "msm/dynamics/motion.hpp"
 
 namespace livermark::msm {
 
 /// Moves a state on by one step.
 using Step = std::function<void(State &)>;
 
-/// A rule that takes an equation of motion from one time to the next. One file each in integrators/, named as the
-/// integrator.
+/// A rule that takes an equation of motion from one time to the next. One file each in integrators/ or
+/// implicit_integrators/, named as the integrator.
 struct Integrator {
     std::string name;        ///< the file stem; set by the table
     std::string summary;     ///< one line
@@ -32,10 +32,12 @@ struct Integrator {
     Integrator (*with_forces_per_step)(int number) = nullptr;
 };
 
-/// Every integrator of integrators/, in alphabetical order.
+/// Every integrator of integrators/, in alphabetical order: the explicit ones. See msm/implicit_integrators.hpp for
+/// all.
 std::span<const Integrator> all_integrators();
 
-/// @throws core::InputError if there is none of that name
-const Integrator &find_integrator(const std::string &name);
+/// @param known  where to look
+/// @throws support::InputError if there is none of that name
+const Integrator &find_integrator(const std::string &name, std::span<const Integrator> known = all_integrators());
 
 } // namespace livermark::msm

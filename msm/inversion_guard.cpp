@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "msm/step_parts.hpp"
+#include "msm/dynamics/step_parts.hpp"
 #include "msm/tetrahedron_volume.hpp"
 #include "msm/volume_penalty.hpp"
 

@@ -1,11 +1,11 @@
 #include "msm/nodal_springs.hpp"
 
+#include "msm/dynamics/step_parts.hpp"
 #include "msm/edge_stretches.hpp"
 #include "msm/inversion_guard.hpp"
 #include "msm/mass_lumping.hpp"
 #include "msm/nodal_parts.hpp"
 #include "msm/springs_with_volume.hpp"
-#include "msm/step_parts.hpp"
 #include "msm/tetrahedron_volume.hpp"
 
 namespace livermark::msm {

@@ -1,6 +1,9 @@
 # What also runs where there are no threads and no CHOLMOD: see cmake/portable.cmake.
-set(livermark_portable_msm_sources bounded_least_squares.cpp chebyshev_stages.cpp elastic_body.cpp free_components.cpp highest_frequency.cpp
-  integrator.cpp inversion_guard.cpp kernels/fans.cpp kernels/fast_steps.cpp kernels/node_order.cpp kernels/shares.cpp
-  kernels/sliced_body.cpp kernels/sliced_fans.cpp kernels/sliced_nodal_springs.cpp kernels/sliced_shapes.cpp
-  kernels/sliced_springs.cpp kernels/spring_lanes.cpp kernels/take_steps.cpp mass_lumping.cpp nodal_parts.cpp spring_network.cpp springs_with_volume.cpp step_parts.cpp
-  tetrahedron_volume.cpp time_step.cpp volume_penalty.cpp)
+set(livermark_portable_msm_sources bounded_least_squares.cpp elastic_body.cpp integrator.cpp inversion_guard.cpp
+  mass_lumping.cpp nodal_parts.cpp spring_network.cpp springs_with_volume.cpp tetrahedron_volume.cpp volume_penalty.cpp
+  dynamics/chebyshev_stages.cpp dynamics/highest_frequency.cpp dynamics/step_parts.cpp dynamics/time_step.cpp
+  statics/free_components.cpp
+  kernels/fast_steps.cpp kernels/layout/fans.cpp kernels/layout/node_order.cpp kernels/layout/sliced_body.cpp
+  kernels/layout/sliced_fans.cpp kernels/layout/sliced_nodal_springs.cpp kernels/layout/sliced_shapes.cpp
+  kernels/layout/sliced_springs.cpp kernels/layout/spring_lanes.cpp kernels/simd/take_steps.cpp
+  kernels/threads/partition.cpp)

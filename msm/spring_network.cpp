@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "msm/dynamics/step_parts.hpp"
 #include "msm/mass_lumping.hpp"
-#include "msm/step_parts.hpp"
 
 namespace livermark::msm {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "msm/step_parts.hpp"
+#include "msm/dynamics/step_parts.hpp"
 #include "msm/tetrahedron_volume.hpp"
 
 namespace livermark::msm {

@@ -2,8 +2,8 @@
 
 #include "report/html.hpp"
 #include "report/sections.hpp"
-#include "results/overview.hpp"
-#include "results/table.hpp"
+#include "results/tables/overview.hpp"
+#include "results/tables/table.hpp"
 
 namespace livermark::report {
 
@@ -40,7 +40,7 @@ std::string appendix(const ReportData &data, const std::string &command_line) {
             fmt::format("<div class=\"small\">\n{}{}</div>\n",
                         figure("table", table_html(results::error_table(data.results)),
                                "Every model under every load case: peak displacement, errors, uncertainty of the "
-                               "reference (+-), nonlinearity, times, and whether it is in the band that is expected of "
+                               "reference (+-), nonlinearity, times, and whether the error is in the band expected for "
                                "it.",
                                {}),
                         figure("table", files_table(data), "The result files.", {}));
@@ -50,9 +50,10 @@ std::string appendix(const ReportData &data, const std::string &command_line) {
         others += fmt::format("<li>{}</li>\n", escaped(other));
     if (!others.empty())
         html += subsection("Files that are not shown",
-                           paragraph("Modes, calibrations and problems for others are not part of this report.") +
+                           paragraph("Modes, calibrations and exported problems are not part of this report.") +
                                "<ul>\n" + others + "</ul>\n");
-    html += subsection("To make this report again", fmt::format("<p><code>{}</code></p>\n", escaped(command_line)));
+    html += subsection("To make this report again",
+                       fmt::format("<p><code>{}</code></p>\n", escaped(shown_command(command_line))));
     return section("numbers", "Every number, and where it comes from", html);
 }
 

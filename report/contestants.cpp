@@ -6,7 +6,7 @@
 #include <limits>
 #include <numeric>
 
-#include "results/overview.hpp"
+#include "results/tables/overview.hpp"
 
 namespace livermark::report {
 
@@ -36,10 +36,6 @@ std::vector<std::string> model_names(std::span<const results::Result> results) {
         for (const auto &model : result.models)
             note(names, model.name);
     return names;
-}
-
-double poisson_ratio(const results::Result &result) {
-    return result.problem.body->materials.front().poisson_ratio;
 }
 
 std::string reference_of(const results::Result &result) {

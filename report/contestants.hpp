@@ -16,8 +16,6 @@ std::vector<std::string> body_labels(std::span<const results::Result> results);
 /// Names of the models of all, each once.
 std::vector<std::string> model_names(std::span<const results::Result> results);
 
-double poisson_ratio(const results::Result &result);
-
 /// The model that the others are compared with; empty if none was compared.
 std::string reference_of(const results::Result &result);
 

@@ -2,17 +2,18 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "core/units.hpp"
 #include "report/contestants.hpp"
 #include "report/html.hpp"
 #include "report/sections.hpp"
-#include "results/accuracy.hpp"
-#include "results/overview.hpp"
+#include "results/tables/accuracy.hpp"
+#include "results/tables/overview.hpp"
 
 namespace livermark::report {
 
 namespace {
 
-constexpr double percent = 100.0;
+using core::percent;
 
 std::string group_of(const results::Standing &standing) {
     return standing.load_case.empty() ? standing.body : fmt::format("{}, {}", standing.body, standing.load_case);
@@ -74,13 +75,13 @@ std::string cost_section(const ReportData &data) {
     const auto commands = commands_of(data.results);
     const auto at_rest = results::standings_at_rest(data.results);
     const auto in_motion = results::standings_in_motion(data.results);
-    auto html = paragraph("Below and to the left is better. The dashed line joins the Pareto front: nothing else is at "
-                          "least as right for the same cost. Costs are of one machine, in one run.");
+    auto html = paragraph("Below and to the left is better. The dashed line joins the Pareto front: no other point has "
+                          "a smaller error at the same cost. Costs are of one machine, in one run.");
     if (at_rest.empty())
-        html += missing("No file here says what a time step of a model takes.", "livermark run");
+        html += missing("No file here contains the time of a step.", "livermark run");
     else
         html += figure("figure", plots_of(at_rest, models, "mean error at rest [%]"),
-                       "Mean error at rest over the load cases of each body, against what a simulated second costs in "
+                       "Mean error at rest over the load cases of each body, against the cost of a simulated second in "
                        "explicit steps of 0.8 of the critical one; for finite elements in the steps of their motion.",
                        commands) +
                 figure("table", table_html(results::static_accuracy(data.results)), "The same in numbers.", {});
@@ -88,7 +89,7 @@ std::string cost_section(const ReportData &data) {
         html += missing("No model was moved, so there is no error in motion.", "livermark run --load-case release");
     else
         html += figure("figure", plots_of(in_motion, models, "error in motion [%]"),
-                       "Error of the motion of the probes, against what a simulated second took.", commands) +
+                       "Error of the motion of the probes, against the cost of a simulated second.", commands) +
                 figure("table", table_html(results::motion_accuracy(data.results)), "The same in numbers.", {});
     return section("cost", "Error against cost", html);
 }

@@ -1,17 +1,20 @@
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
+#include <optional>
 
+#include "core/units.hpp"
 #include "report/contestants.hpp"
 #include "report/html.hpp"
 #include "report/sections.hpp"
-#include "results/overview.hpp"
+#include "results/tables/overview.hpp"
 
 namespace livermark::report {
 
 namespace {
 
-constexpr double percent = 100.0;
+using core::percent;
 
 /// Results of one body, a load case each.
 std::vector<const results::Result *> cases_of(const ReportData &data, const std::string &label) {
@@ -39,14 +42,23 @@ std::string uncertainty_cell(const results::Result &result) {
                                         : "not known";
 }
 
-/// A row for each model, a column for each load case; the smallest error of what is no finite element is strong.
+bool is_contestant_of(const std::vector<const results::Result *> &cases, const std::string &name) {
+    return std::ranges::any_of(cases, [&](const results::Result *result) {
+        const auto *model = find_model(*result, name);
+        return model && is_contestant(*model);
+    });
+}
+
+/// A row for each model, a column for each load case, and the mean of those that came through all; the smallest of
+/// what is no finite element is strong.
 std::string table_of(const ReportData &data, const std::vector<const results::Result *> &cases) {
     results::Layout layout{{{"model"}}, {}};
     for (const auto *result : cases)
         layout.columns.push_back({result->problem.load_case.name, true});
     layout.columns.push_back({"mean", true});
     std::set<Cell> strong;
-    std::vector<std::size_t> best(cases.size(), std::numeric_limits<std::size_t>::max());
+    double smallest_mean = std::numeric_limits<double>::infinity();
+    std::optional<Cell> best_mean;
     for (const auto &name : model_names(data.results)) {
         std::vector<double> errors;
         std::vector<std::string> row{name};
@@ -62,9 +74,16 @@ std::string table_of(const ReportData &data, const std::vector<const results::Re
         }
         if (!is_there)
             continue;
-        row.push_back(errors.size() == cases.size() ? results::fixed(percent * mean(errors), 2) : "-");
+        const bool has_mean = errors.size() == cases.size();
+        if (has_mean && is_contestant_of(cases, name) && mean(errors) < smallest_mean) {
+            smallest_mean = mean(errors);
+            best_mean = {layout.rows.size(), row.size()};
+        }
+        row.push_back(has_mean ? results::fixed(percent * mean(errors), 2) : "-");
         layout.rows.push_back(row);
     }
+    if (best_mean)
+        strong.insert(*best_mean);
     std::vector<std::string> last{"uncertainty of the reference"};
     for (const auto *result : cases)
         last.push_back(uncertainty_cell(*result));
@@ -93,10 +112,11 @@ std::string remarks(const std::vector<const results::Result *> &cases) {
                                             core::to_string(model.solution.status), model.solution.message));
     }
     if (!unsure.empty())
-        html += missing(fmt::format("Nobody knows how good the reference is under {}: it was not solved on the refined "
-                                    "mesh.",
-                                    fmt::join(unsure, ", ")),
-                        "livermark run, without --no-uncertainty");
+        html += missing(
+            fmt::format("The uncertainty of the reference is unknown under {}: it was not solved on the refined "
+                        "mesh.",
+                        fmt::join(unsure, ", ")),
+            "livermark run, without --no-uncertainty");
     return html;
 }
 
@@ -108,8 +128,8 @@ std::string errors_section(const ReportData &data) {
                        missing("There are no result files of runs here.", "livermark run"));
     auto html =
         paragraph("Relative L2 error of the displacement at rest against the reference, weighted by nodal volume. "
-                  "The smallest error among the springs is in bold type. A star marks what is nearer to the "
-                  "reference than the reference is known to be to the exact solution: such models are not to be "
+                  "The smallest error among the springs is in bold type, and so is their smallest mean. A star marks a "
+                  "model that is closer to the reference than the uncertainty of the reference: such models are not "
                   "ranked. A load case with motion shows its static start here.");
     for (const auto &label : body_labels(data.results)) {
         const auto cases = cases_of(data, label);

@@ -4,16 +4,17 @@
 #include <fmt/format.h>
 #include <map>
 
+#include "core/units.hpp"
 #include "report/contestants.hpp"
 #include "report/html.hpp"
 #include "report/sections.hpp"
-#include "results/overview.hpp"
+#include "results/tables/overview.hpp"
 
 namespace livermark::report {
 
 namespace {
 
-constexpr double percent = 100.0;
+using core::percent;
 
 struct Part {
     const char *id;
@@ -76,7 +77,7 @@ results::Layout findings(const ReportData &data, const std::vector<std::string> 
             if (errors.size() == found.num_cases && (best.empty() || mean(errors) < mean(found.springs.at(best))))
                 best = name;
         layout.rows.push_back(
-            {label, fmt::format("{}", found.num_cases), best.empty() ? "none came through every load case" : best,
+            {label, fmt::format("{}", found.num_cases), best.empty() ? "none solved every load case" : best,
              best.empty() ? "-" : mean_of_all(found.springs.at(best), found.num_cases),
              mean_of_all(found.baseline, found.num_cases), mean_of_all(found.uncertainties, found.num_cases)});
     }
@@ -87,11 +88,20 @@ std::string fact(const char *name, const std::string &text) {
     return fmt::format("<dt>{}</dt><dd>{}</dd>\n", name, escaped(text));
 }
 
+/// A sentence in which the files of a folder are named from there.
+std::string below(const std::filesystem::path &folder, std::string sentence) {
+    const auto start = (folder / "").string();
+    for (auto at = sentence.find(start); at != std::string::npos; at = sentence.find(start, at))
+        sentence.erase(at, start.size());
+    return sentence;
+}
+
 } // namespace
 
 std::string head(const ReportData &data) {
-    std::string html = "<header>\n<h1>Livermark report</h1>\n<p class=\"lead\">How far mass-spring models are from a "
-                       "finite element reference, what they cost, and how long a time step they bear.</p>\n";
+    std::string html =
+        "<header>\n<h1>Livermark report</h1>\n<p class=\"lead\">The errors of mass-spring models against a "
+        "finite element reference, their cost, and their longest stable time steps.</p>\n";
     const auto labels = body_labels(data.results);
     if (!labels.empty())
         html += figure("table", table_html(findings(data, labels)), "In short: means over the load cases of each body.",
@@ -101,7 +111,7 @@ std::string head(const ReportData &data) {
         fact("Files", fmt::format("{} of runs, {} of stability, {} of histories, {} of timings", data.results.size(),
                                   data.stability.size(), data.histories.size(), data.timings.size()));
     for (const auto &fault : data.faults)
-        html += fact("Left out", fault);
+        html += fact("Left out", below(data.folder, fault));
     if (!data.results.empty()) {
         const auto newest = std::ranges::max_element(
             data.results, {}, [](const results::Result &result) { return result.provenance.created; });

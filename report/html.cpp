@@ -126,7 +126,7 @@ std::string figure(std::string_view kind, std::string_view content, std::string_
     std::set<std::string> shown;
     for (const auto &command : commands)
         if (shown.insert(command).second)
-            lines += fmt::format("<code>{}</code>", escaped(command));
+            lines += fmt::format("<code>{}</code>", escaped(shown_command(command)));
     return fmt::format("<figure class=\"{}\">\n{}<figcaption>{}{}</figcaption>\n</figure>\n", kind, content,
                        escaped(caption), lines.empty() ? "" : fmt::format("<span class=\"made\">{}</span>", lines));
 }
@@ -142,6 +142,12 @@ std::string subsection(std::string_view title, std::string_view content) {
 std::string image(std::span<const std::uint8_t> png, int width, int height, std::string_view alt) {
     return fmt::format("<img width=\"{}\" height=\"{}\" alt=\"{}\" src=\"data:image/png;base64,{}\"/>", width, height,
                        escaped(alt), base64(png));
+}
+
+std::string shown_command(std::string_view command) {
+    constexpr std::string_view program = "/livermark ";
+    const auto end_of_folders = command.find(program);
+    return std::string(end_of_folders == std::string_view::npos ? command : command.substr(end_of_folders + 1));
 }
 
 std::string page(std::string_view title, std::string_view style, std::string_view content) {

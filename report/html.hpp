@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "results/table_layout.hpp"
+#include "results/tables/table_layout.hpp"
 
 /// The few pieces of HTML that a report is made of. All of it is well-formed XML as well, and texts are escaped here
 /// and nowhere else: functions that take a text take it as it is, and those that take a `content` take HTML.
@@ -54,6 +54,10 @@ std::string subsection(std::string_view title, std::string_view content);
 /// @param png  the bytes of a file
 /// @param alt  what it shows, in words
 std::string image(std::span<const std::uint8_t> png, int width, int height, std::string_view alt);
+
+/// A command line without the folders of the program: where somebody has built it is nobody's business.
+/// @param command  a text
+std::string shown_command(std::string_view command);
 
 /// The whole file.
 /// @param style  CSS without '<' and '&'

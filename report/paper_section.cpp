@@ -6,7 +6,7 @@
 #include "report/html.hpp"
 #include "report/plot.hpp"
 #include "report/sections.hpp"
-#include "results/history_table.hpp"
+#include "results/tables/history_table.hpp"
 
 namespace livermark::report {
 
@@ -27,7 +27,7 @@ std::string table_1(const std::vector<PaperTable> &tables) {
     for (const auto &table : tables) {
         html +=
             figure("table", table_html(table.rows),
-                   fmt::format("Table 1 of the paper beside {}: each printed number as all that it could stand for.",
+                   fmt::format("Table 1 of the paper beside {}: each printed number in every unit that it could have.",
                                table.body),
                    {table.command});
         std::string sentences;

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <map>
 
+#include "core/bounding_box.hpp"
+#include "core/units.hpp"
 #include "report/colour_map.hpp"
 #include "report/contestants.hpp"
 #include "report/html.hpp"
@@ -16,8 +18,8 @@ namespace {
 
 using core::Vector3;
 
-constexpr double millimetres = 1000.0;
-constexpr double percent = 100.0;
+using core::millimetres;
+using core::percent;
 constexpr int picture_width = 460;
 /// Part of the size of the body that its largest displacement is drawn as.
 constexpr double drawn_part = 0.08;
@@ -38,18 +40,9 @@ double largest(const std::vector<Vector3> &vectors) {
     return std::ranges::max(lengths(vectors));
 }
 
-double size_of(const std::vector<Vector3> &points) {
-    Vector3 low = points.front(), high = points.front();
-    for (const auto &point : points) {
-        low = low.cwiseMin(point);
-        high = high.cwiseMax(point);
-    }
-    return (high - low).norm();
-}
-
 /// A round number by which displacements are drawn longer, at least 1.
 double exaggeration(const core::TetraMesh &mesh, double peak) {
-    return std::max(1.0, 1.0 / rounded_up(peak / (drawn_part * size_of(mesh.points))));
+    return std::max(1.0, 1.0 / rounded_up(peak / (drawn_part * core::extent(mesh.points))));
 }
 
 std::vector<Vector3> moved(const core::TetraMesh &mesh, const std::vector<Vector3> &displacement, double factor) {
@@ -61,7 +54,7 @@ std::vector<Vector3> moved(const core::TetraMesh &mesh, const std::vector<Vector
 
 /// Whether it has lengths that can be drawn: a file may hold anything, whatever it says of itself.
 bool can_be_drawn(const std::vector<Vector3> &field, const core::TetraMesh &mesh) {
-    const double longest_drawn = 100.0 * size_of(mesh.points);
+    const double longest_drawn = 100.0 * core::extent(mesh.points);
     return std::ranges::all_of(field, [&](const Vector3 &vector) { return vector.norm() < longest_drawn; });
 }
 
@@ -92,9 +85,11 @@ struct Scene {
 };
 
 std::string picture(const Scene &scene, const std::vector<Vector3> &points, const std::vector<Vector3> &field,
-                    double scale, const std::string &of, const std::string &title, const std::string &detail) {
+                    Quantity quantity, const std::string &of, const std::string &title, const std::string &detail) {
     const auto values = lengths(field);
-    const auto drawn = draw_surface({scene.mesh.boundary_triangles, points, values, scale}, scene.view, scene.at_rest);
+    const double scale = quantity == Quantity::error ? scene.error_scale : scene.displacement_scale;
+    const auto drawn =
+        draw_surface({scene.mesh.boundary_triangles, points, values, scale, quantity}, scene.view, scene.at_rest);
     return fmt::format("<div>{}{}<span>{}</span></div>\n",
                        image(png_bytes(drawn), drawn.width, drawn.height,
                              fmt::format("{}: {} from 0 to {:.3g} mm", scene.what, of, millimetres * scale)),
@@ -126,18 +121,19 @@ std::string pictures_of(const results::Result &result, const results::ModelResul
                       .error_scale = worst > 0.0 ? std::min(worst, peak) : peak,
                       .what = fmt::format("{} under {}", result.problem.body->name, result.problem.load_case.name)};
     std::string html = "<div class=\"pictures\">\n";
-    html += picture(scene, shapes[1], displacement, scene.displacement_scale, "displacement of " + reference.name,
+    html += picture(scene, shapes[1], displacement, Quantity::displacement, "displacement of " + reference.name,
                     reference.name, fmt::format("reference, up to {:.3f} mm", millimetres * peak));
     for (std::size_t m = 0; m < models.size(); ++m)
-        html += picture(scene, shapes[m + 2], models[m]->solution.displacement, scene.displacement_scale,
+        html += picture(scene, shapes[m + 2], models[m]->solution.displacement, Quantity::displacement,
                         "displacement of " + models[m]->name, models[m]->name,
                         fmt::format("up to {:.3f} mm", millimetres * largest(models[m]->solution.displacement)));
     if (models.size() == 1)
         html += "<div></div>\n"; // so that errors stand below displacements
-    html += fmt::format("<div class=\"legend\">{}{}</div>\n", colour_bar(scene.displacement_scale, "displacement [mm]"),
-                        colour_bar(scene.error_scale, "error [mm]"));
+    html += fmt::format("<div class=\"legend\">{}{}</div>\n",
+                        colour_bar(Quantity::displacement, scene.displacement_scale, "displacement [mm]"),
+                        colour_bar(Quantity::error, scene.error_scale, "error [mm]"));
     for (std::size_t m = 0; m < models.size(); ++m)
-        html += picture(scene, shapes[m + 2], models[m]->comparison->error, scene.error_scale,
+        html += picture(scene, shapes[m + 2], models[m]->comparison->error, Quantity::error,
                         "error of " + models[m]->name, "error of " + models[m]->name,
                         fmt::format("{:.2f} %, up to {:.3f} mm", percent * models[m]->comparison->relative_l2,
                                     millimetres * models[m]->comparison->max_error));
@@ -147,7 +143,7 @@ std::string pictures_of(const results::Result &result, const results::ModelResul
         fmt::format("{}: {}{}. Displacements drawn {} the surface; the line is the outline at rest.{}", scene.what,
                     result.problem.load_case.title, result.problem.load_case.release ? " (the static start)" : "",
                     factor > 1.0 ? fmt::format("{:g} times as long on", factor) : "as long as they are on",
-                    std::max(worst, longest) > beyond * peak ? " What is beyond a scale has its last colour." : ""),
+                    std::max(worst, longest) > beyond * peak ? " Values beyond a scale have its last colour." : ""),
         {result.provenance.command});
 }
 
@@ -159,8 +155,8 @@ std::string part_of(const results::Result &result) {
         return subsection(title, missing("No model was compared with a reference here, so there is nothing to show."));
     const auto &mesh = result.problem.body->mesh;
     if (!can_be_drawn(reference->solution.displacement, mesh) ||
-        largest(reference->solution.displacement) < least_drawn * size_of(mesh.points))
-        return subsection(title, missing("The reference does not move, or has left the room."));
+        largest(reference->solution.displacement) < least_drawn * core::extent(mesh.points))
+        return subsection(title, missing("The reference does not move, or has diverged."));
     return "<div class=\"case\">\n" + subsection(title, pictures_of(result, *reference, models)) + "</div>\n";
 }
 
@@ -189,8 +185,8 @@ std::string pictures_section(const ReportData &data) {
         return section("pictures", title, missing("There are no result files of runs here.", "livermark run"));
     auto html =
         paragraph("Each load case: the reference, the nearest of the springs, and Lloyd's springs, which are the "
-                  "simplest; below them how far each is from the reference. All displacements of a load case have "
-                  "one scale of colours, and so have all errors.");
+                  "simplest; below them the distance of each from the reference. All displacements of a load case have "
+                  "one scale of colours, and so have all errors, in other colours.");
     const auto ratios = shown_ratios(data);
     std::vector<std::string> chosen;
     for (const auto &[body, ratio] : ratios)

@@ -4,16 +4,17 @@
 #include <map>
 #include <set>
 
+#include "core/units.hpp"
 #include "report/contestants.hpp"
 #include "report/html.hpp"
 #include "report/sections.hpp"
-#include "results/overview.hpp"
+#include "results/tables/overview.hpp"
 
 namespace livermark::report {
 
 namespace {
 
-constexpr double percent = 100.0;
+using core::percent;
 
 /// Results of one body by Poisson's ratio and load case.
 using Cases = std::map<double, std::map<std::string, const results::Result *>>;
@@ -62,11 +63,11 @@ std::string poisson_section(const ReportData &data) {
     constexpr auto *title = "Error against Poisson's ratio";
     constexpr auto *command = "livermark run --static --poisson 0.25,0.45,0.49";
     if (!results::has_several_poisson_ratios(data.results))
-        return section("poisson", title, missing("No body is here with several Poisson's ratios.", command));
+        return section("poisson", title, missing("There is no body with several Poisson's ratios here.", command));
     const auto models = model_names(data.results);
     std::string html =
         paragraph("Central springs have a Poisson's ratio of 1/4, whatever the material says. A model that "
-                  "did not come to an end under one of the load cases has no point there.");
+                  "failed in one of the load cases has no point there.");
     std::string plots;
     std::vector<std::string> remarks;
     for (const auto &[body, cases] : by_body(data)) {

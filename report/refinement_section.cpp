@@ -4,17 +4,18 @@
 #include <fmt/format.h>
 #include <map>
 
+#include "core/units.hpp"
 #include "report/contestants.hpp"
 #include "report/html.hpp"
 #include "report/sections.hpp"
-#include "results/overview.hpp"
+#include "results/tables/overview.hpp"
 
 namespace livermark::report {
 
 namespace {
 
-constexpr double percent = 100.0;
-constexpr double millimetres = 1000.0;
+using core::millimetres;
+using core::percent;
 
 /// A name without its digits: what bodies have in common that differ in the size of their elements only.
 std::string without_digits(std::string name) {
@@ -76,13 +77,12 @@ std::string reference_table(const ReportData &data) {
                                    known->reference, results::fixed(percent * known->refinement_difference, 2),
                                    results::fixed(percent * known->relative_l2, 2)});
     if (layout.rows.empty())
-        return missing("The reference was solved on one mesh only, so nobody knows what refinement changes in it.",
+        return missing("The reference was solved on one mesh only, so its change by refinement is unknown.",
                        "livermark run, without --no-uncertainty");
-    return figure(
-        "table", table_html(layout),
-        "What cutting each tetrahedron into eight changed in the reference, and the error that is estimated to "
-        "be left in it.",
-        commands_of(data.results));
+    return figure("table", table_html(layout),
+                  "The change of the reference when each tetrahedron is cut into eight, and the estimate of the error "
+                  "that remains.",
+                  commands_of(data.results));
 }
 
 } // namespace
@@ -94,7 +94,8 @@ std::string refinement_section(const ReportData &data) {
         if (const auto plot = plot_of(title, family, models); has_points(plot))
             plots += plot_svg(plot);
     if (plots.empty())
-        html += missing("No body is here in meshes of several sizes: bodies whose names differ in digits only, such as "
+        html += missing("There is no body with meshes of several sizes here, that is, bodies whose names differ in "
+                        "digits only, such as "
                         "beam_kuhn_16mm and beam_kuhn_8mm.",
                         "scripts/mesh_study");
     else

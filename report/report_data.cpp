@@ -6,10 +6,10 @@
 #include <system_error>
 #include <utility>
 
-#include "core/input_error.hpp"
-#include "results/file_kind.hpp"
-#include "results/result_file.hpp"
-#include "results/result_files.hpp"
+#include "results/hdf5/file_kind.hpp"
+#include "results/hdf5/result_file.hpp"
+#include "results/hdf5/result_files.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::report {
 
@@ -59,21 +59,22 @@ void read_file(const std::filesystem::path &file, const std::string &name, Repor
 ReportData read_report_data(const std::filesystem::path &folder) {
     std::error_code error;
     if (!std::filesystem::is_directory(folder, error))
-        throw core::InputError(
+        throw support::InputError(
             fmt::format("{}: there is no such folder; give the one that `livermark run` filled", folder.string()));
     ReportData data;
+    data.folder = folder;
     for (const auto &file : results::hdf5_files_below(folder))
         try {
             read_file(file, file.lexically_relative(folder).string(), data);
-        } catch (const core::InputError &fault) {
+        } catch (const support::InputError &fault) {
             data.faults.emplace_back(fault.what());
         }
     if (data.results.empty() && data.stability.empty() && data.histories.empty() && data.timings.empty())
-        throw core::InputError(data.faults.empty()
-                                   ? fmt::format("{0}: there are no result files here; make some with `livermark run "
-                                                 "--output {0}`",
-                                                 folder.string())
-                                   : data.faults.front());
+        throw support::InputError(
+            data.faults.empty() ? fmt::format("{0}: there are no result files here; make some with `livermark run "
+                                              "--output {0}`",
+                                              folder.string())
+                                : data.faults.front());
     sort_results(data);
     return data;
 }

@@ -4,15 +4,16 @@
 #include <string>
 #include <vector>
 
-#include "results/history_file.hpp"
+#include "results/hdf5/history_file.hpp"
+#include "results/hdf5/stability_file.hpp"
+#include "results/hdf5/timings_file.hpp"
 #include "results/result.hpp"
-#include "results/stability_file.hpp"
-#include "results/timings_file.hpp"
 
 namespace livermark::report {
 
 /// What the files below a folder say.
 struct ReportData {
+    std::filesystem::path folder;         ///< that was read; the report names files from there
     std::vector<results::Result> results; ///< with models
     std::vector<std::string> files;       ///< of each of these, relative to the folder
     std::vector<results::Stability> stability;
@@ -23,7 +24,7 @@ struct ReportData {
 };
 
 /// Reads every .h5 below a folder.
-/// @throws core::InputError if the folder cannot be listed, or none of the files has anything for a report
+/// @throws support::InputError if the folder cannot be listed, or none of the files has anything for a report
 ReportData read_report_data(const std::filesystem::path &folder);
 
 } // namespace livermark::report

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "report/report_data.hpp"
-#include "results/table_layout.hpp"
+#include "results/tables/table_layout.hpp"
 
 /// The parts of a report, a file each. Every one is a section of HTML that says so where something is missing.
 namespace livermark::report {

@@ -2,16 +2,17 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "core/units.hpp"
 #include "report/html.hpp"
 #include "report/plot.hpp"
 #include "report/sections.hpp"
-#include "results/stability_table.hpp"
+#include "results/tables/stability_table.hpp"
 
 namespace livermark::report {
 
 namespace {
 
-constexpr double milliseconds = 1000.0;
+using core::milliseconds;
 
 /// Observed against predicted steps of all files: on the line they agree.
 Plot plot_of(const std::vector<results::Stability> &all) {
@@ -45,11 +46,11 @@ std::string steps_section(const ReportData &data) {
     constexpr auto *title = "Time steps, predicted and observed";
     if (data.stability.empty())
         return section("steps", title, missing("There are no stability files here.", "livermark stability"));
-    auto html =
-        paragraph("The longest step that an integrator bears follows from the largest frequency of the springs; runs "
-                  "of the nonlinear springs show whether it does. None: without damping every step makes "
-                  "oscillations grow. Any: stable at every step. Not observed: just above the limit motions grow "
-                  "too slowly for a run to show it.");
+    auto html = paragraph(
+        "The longest stable step of an integrator is predicted from the largest frequency of the springs, and "
+        "observed in runs of the nonlinear springs. None: without damping, oscillations grow at every "
+        "step. Any: stable at every step. Not observed: just above the limit a motion grows too slowly "
+        "to be seen in a run.");
     std::vector<std::string> commands;
     for (const auto &stability : data.stability) {
         commands.push_back(stability.provenance.command);
@@ -57,8 +58,8 @@ std::string steps_section(const ReportData &data) {
             stability.body,
             figure(
                 "table", table_html(results::stability_table(stability)),
-                fmt::format("{}, springs of {}, held as in {}: angular frequencies from {:.2f} to {:.2f} rad/s (not "
-                            "above {:.2f} rad/s, says Gershgorin's bound); damped with alpha = {:.4f} 1/s and beta = "
+                fmt::format("{}, springs of {}, constrained as in {}: angular frequencies from {:.2f} to {:.2f} rad/s "
+                            "(Gershgorin's bound: {:.2f} rad/s); damped with alpha = {:.4f} 1/s and beta = "
                             "{:.3e} s; the mean edge over the speed of sound is {:.3f} ms.",
                             stability.body, stability.spring_law, stability.load_case, stability.lowest_frequency,
                             stability.largest_frequency, stability.largest_frequency_bound, stability.damping.alpha,
@@ -72,7 +73,7 @@ std::string steps_section(const ReportData &data) {
                                    data.stability.front().body),
                        commands);
     else
-        html += missing("Nobody looked for the steps in runs (--no-observed).");
+        html += missing("The steps were not observed in runs (--no-observed).");
     return section("steps", title, html);
 }
 

@@ -6,7 +6,8 @@ namespace livermark::report {
 
 /// How a report looks, on a screen of any width and on paper. Fonts are those of the reader's machine.
 inline constexpr std::string_view style_sheet = R"(
-:root { --ink: #1d2329; --soft: #56606a; --line: #d5dade; --paper: #ffffff; --tint: #f5f7f8; --accent: #0b5c7d; }
+:root { --ink: #1d2329; --soft: #56606a; --line: #d5dade; --paper: #ffffff; --tint: #f5f7f8; --accent: #0b5c7d;
+  --hair: #e8ebed; --warm: #fbf7ec; --track: #eceff1; color-scheme: light dark; }
 * { box-sizing: border-box; }
 html { background: var(--paper); color: var(--ink); -webkit-text-size-adjust: 100%; }
 body { margin: 0; font: 1.0625rem/1.55 Charter, "Bitstream Charter", "Source Serif Pro", Cambria, Georgia, serif; }
@@ -27,7 +28,7 @@ nav a { display: block; text-decoration: none; padding: 0.15rem 0; }
   max-width: none; }
 .facts dt { color: var(--soft); }
 .facts dd { margin: 0; overflow-wrap: anywhere; }
-.missing { border-left: 3px solid #b98a2f; background: #fbf7ec; padding: 0.6rem 0.9rem; font-size: 0.97rem; }
+.missing { border-left: 3px solid #b98a2f; background: var(--warm); padding: 0.6rem 0.9rem; font-size: 0.97rem; }
 figure { margin: 1.6rem 0 2.2rem; }
 figcaption { font-size: 0.92rem; line-height: 1.45; color: var(--soft); max-width: 50rem; margin-top: 0.6rem; }
 figcaption::before { font-weight: 600; color: var(--ink); }
@@ -41,7 +42,7 @@ code { font-family: "JetBrains Mono", "DejaVu Sans Mono", Menlo, Consolas, monos
 .made code { display: block; padding: 0.3em 0.6em; margin-top: 0.25rem; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; font-size: 0.86rem; line-height: 1.35; font-variant-numeric: tabular-nums lining-nums; }
-th, td { text-align: left; vertical-align: baseline; padding: 0.26rem 0.75rem 0.26rem 0; border-bottom: 1px solid #e8ebed; }
+th, td { text-align: left; vertical-align: baseline; padding: 0.26rem 0.75rem 0.26rem 0; border-bottom: 1px solid var(--hair); }
 th { vertical-align: bottom; font-weight: 600; color: var(--soft); border-bottom: 1.5px solid var(--ink); }
 .number { text-align: right; padding: 0.26rem 0 0.26rem 0.75rem; }
 td.number, td:first-child { white-space: nowrap; }
@@ -59,7 +60,8 @@ svg { display: block; width: 100%; height: auto; }
 .plot text, .bar text { font-size: 11.5px; fill: var(--ink); }
 .plot .title { font-size: 13.5px; font-weight: 600; }
 .plot .tick, .plot .label { fill: var(--soft); }
-.plot .grid { stroke: #e8ebed; }
+.plot .grid { stroke: var(--hair); }
+.track { fill: var(--track); }
 .plot .axis { fill: none; stroke: #8a949d; }
 .plot .leader { stroke: #b5bdc4; stroke-width: 0.8; }
 .plot .front { fill: none; stroke: #8a949d; stroke-width: 1.2; }
@@ -79,6 +81,14 @@ svg { display: block; width: 100%; height: auto; }
   .pictures { gap: 0.6rem; }
   .legend { grid-column: 1 / -1; display: flex; gap: 1rem; }
   .legend + div { grid-column: 2; }
+}
+@media screen and (prefers-color-scheme: dark) {
+  :root { --ink: #e4e8eb; --soft: #a9b4bd; --line: #3a434b; --paper: #15191d; --tint: #222930; --accent: #74bfe0;
+    --hair: #2b333a; --warm: #2d2716; --track: #333c44; }
+  /* What is drawn has the colours that it has on paper, on a card of that. */
+  .plot, .bar, .pictures img { --ink: #1d2329; --soft: #56606a; --hair: #e3e7ea; background: #ffffff;
+    border-radius: 6px; }
+  .plot, .bar { padding: 0.4rem; }
 }
 @page { size: A4; margin: 16mm 14mm; }
 @media print {

@@ -1,5 +1,6 @@
 #include "report/surface_picture.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -160,17 +161,14 @@ Sight sight_of(const View &view, std::span<const Triangle> triangles, std::span<
 }
 
 void fit(View &view, std::span<const std::vector<Vector3>> shapes, int width) {
-    constexpr double infinity = std::numeric_limits<double>::infinity();
-    Eigen::Vector2d low(infinity, infinity), high(-infinity, -infinity);
+    Eigen::AlignedBox2d box;
     for (const auto &shape : shapes)
-        for (const auto &point : shape) {
-            const Eigen::Vector2d at(point.dot(view.right), point.dot(view.up));
-            low = low.cwiseMin(at);
-            high = high.cwiseMax(at);
-        }
+        for (const auto &point : shape)
+            box.extend(Eigen::Vector2d(point.dot(view.right), point.dot(view.up)));
     constexpr int margin = 4;       // [pixel] on either side
     constexpr double tallest = 1.5; // of the width
-    const Eigen::Vector2d size = high - low;
+    const Eigen::Vector2d size = box.sizes();
+    Eigen::Vector2d low = box.min();
     view.pixel = std::max(size.x(), size.y() / tallest) / (width - 2 * margin);
     low.x() -= 0.5 * ((width - 2 * margin) * view.pixel - size.x()); // in the middle
     view.width = width;
@@ -235,7 +233,7 @@ Picture draw_surface(const Surface &surface, const View &view, const Outline &ou
         }
         const double facing = std::abs(normal.normalized().dot(view.toward));
         const double light = least_light + (1.0 - least_light) * facing;
-        colours[s] = viridis(value / surface.largest);
+        colours[s] = colour_at(surface.quantity, value / surface.largest);
         for (auto &channel : colours[s])
             channel = static_cast<std::uint8_t>(std::lround(light * channel));
     }

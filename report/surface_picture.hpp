@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/tetra_mesh.hpp"
+#include "report/colour_map.hpp"
 #include "report/png.hpp"
 
 namespace livermark::report {
@@ -24,6 +25,7 @@ struct Surface {
     std::span<const core::Vector3> points;         ///< (N) where the nodes are drawn [m]
     std::span<const double> values;                ///< (N) of the colours, all finite
     double largest;                                ///< value of the last colour, > 0
+    Quantity quantity = Quantity::displacement;    ///< whose colours
 };
 
 /// One of sixteen directions around the body, from a little above or below: one that shows much of the body and of what
@@ -42,9 +44,9 @@ using Outline = std::vector<std::uint8_t>;
 Outline outline_of(std::span<const std::array<int, 3>> triangles, std::span<const core::Vector3> points,
                    const View &view);
 
-/// Draws a surface with colours of viridis() between its nodes, lit from where one looks, so that a part that faces the
-/// eye has the colours of the legend. White behind it. Edges are smooth: 9 samples per pixel. Channels are multiples of
-/// 4, or 255.
+/// Draws a surface with colours of colour_at() between its nodes, lit from where one looks, so that a part that faces
+/// the eye has the colours of the legend. White behind it. Edges are smooth: 9 samples per pixel. Channels are
+/// multiples of 4, or 255.
 /// @param outline  drawn over it as a line; of the same view, or empty
 Picture draw_surface(const Surface &surface, const View &view, const Outline &outline = {});
 

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "core/units.hpp"
 #include "report/html.hpp"
 #include "report/sections.hpp"
 
@@ -9,7 +10,7 @@ namespace livermark::report {
 
 namespace {
 
-constexpr double percent = 100.0;
+using core::percent;
 constexpr double microseconds = 1e6;
 constexpr double nanoseconds = 1e9;
 
@@ -29,15 +30,16 @@ std::string whole(const results::Timing &timing, const std::string &name) {
     return found == timing.counters.end() ? "-" : fmt::format("{:.0f}", found->second);
 }
 
-/// How much of the machine's limit a step comes to, as a bar; empty where nobody knows.
+/// How much of the machine's limit a step comes to, as a bar; empty where it is unknown.
 std::string bar_of(const results::Timing &timing) {
     const auto found = timing.counters.find("of_limit");
     if (found == timing.counters.end())
         return "";
     constexpr double width = 120.0;
-    return fmt::format("<svg style=\"width:{0}px\" viewBox=\"0 0 {0} 10\"><rect width=\"{0}\" height=\"10\" "
-                       "fill=\"#eceff1\"/><rect width=\"{1:.1f}\" height=\"10\" fill=\"#0072b2\"/></svg>",
-                       width, width * std::clamp(found->second, 0.0, 1.0));
+    return fmt::format(
+        "<svg style=\"width:{0}px\" viewBox=\"0 0 {0} 10\"><rect class=\"track\" width=\"{0}\" height=\"10\"/>"
+        "<rect width=\"{1:.1f}\" height=\"10\" fill=\"#0072b2\"/></svg>",
+        width, width * std::clamp(found->second, 0.0, 1.0));
 }
 
 results::Layout layout_of(const results::Timings &timings) {
@@ -66,7 +68,7 @@ std::string table_of(const results::Timings &timings) {
         bars.contents.push_back(bar_of(timing));
     const bool has_bar = std::ranges::any_of(bars.contents, [](const auto &bar) { return !bar.empty(); });
     return table_html(layout_of(timings), {}, has_bar ? bars : HtmlColumn{}) +
-           (has_bar ? "" : missing("No benchmark in this file is set against the machine's limit."));
+           (has_bar ? "" : missing("No benchmark in this file is compared with the limit of the machine."));
 }
 
 } // namespace
@@ -76,11 +78,11 @@ std::string timings_section(const ReportData &data) {
     constexpr auto *command = "build/release/benchmarks/step_benchmark --hdf5=FILE";
     if (data.timings.empty())
         return section("timings", title, missing("There are no timing files here.", command));
-    auto html =
-        paragraph("The limit is the least time that one evaluation of all spring forces can take on one core of "
-                  "this machine in single precision: fetching both ends of each spring, reading what a step has to "
-                  "read, and its operations, each measured in the same process. 100 % is as fast as this machine "
-                  "can be; more is possible on several threads.");
+    auto html = paragraph(
+        "The limit is the least time that one evaluation of all spring forces can take on one core of "
+        "this machine in single precision: gathering both ends of each spring, reading the data of a step, and its "
+        "operations, each measured in the same process. 100 % is the limit of one core; several threads "
+        "can be faster.");
     for (const auto &timings : data.timings) {
         const auto &made = timings.provenance;
         html += figure(

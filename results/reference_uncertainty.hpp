@@ -20,9 +20,10 @@ struct ReferenceUncertainty {
     bool operator==(const ReferenceUncertainty &) const = default;
 };
 
-/// The order that estimates assume. Where a held part of a smooth boundary meets a free one, displacements go with the
-/// square root of the distance (Grisvard 1985), and finite elements of any degree converge in L2 and in energy with the
-/// first power of the mesh size only. Where nothing is singular the order is higher, and the estimate too large.
+/// The order that estimates assume. Where a constrained part of a smooth boundary meets a free one, displacements go
+/// with the square root of the distance (Grisvard 1985), and finite elements of any degree converge in L2 and in energy
+/// with the first power of the mesh size only. Where nothing is singular the order is higher, and the estimate too
+/// large.
 inline constexpr double order_at_patch_edges = 1.0;
 
 /// Estimates the errors of the elements on the mesh and on the refined mesh from their difference d (Richardson): of

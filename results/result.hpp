@@ -81,4 +81,9 @@ inline bool is_within_uncertainty(const ModelResult &model, const Result &result
            model.comparison->relative_l2 < result.reference_uncertainty->relative_l2;
 }
 
+/// Of the first region; runs over several Poisson's ratios give every region the same.
+inline double poisson_ratio(const Result &result) {
+    return result.problem.body->materials.front().poisson_ratio;
+}
+
 } // namespace livermark::results

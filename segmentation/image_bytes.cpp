@@ -7,7 +7,7 @@
 #include <string>
 #include <zlib.h>
 
-#include "core/input_error.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::segmentation {
 
@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void refuse(const fs::path &file, const std::string &what) {
-    throw core::InputError(
+    throw support::InputError(
         fmt::format("{}: {}; the file is damaged or cut off, so export or copy it again", file.string(), what));
 }
 
@@ -58,7 +58,7 @@ void check_meta_image(const fs::path &file, double data_bytes) {
     while (data_file.empty() && std::getline(stream, line)) {
         const auto equals = line.find('=');
         if (equals == std::string::npos)
-            refuse(file, fmt::format("its header has the line '{}'", core::shown(line)));
+            refuse(file, fmt::format("its header has the line '{}'", support::shown(line)));
         const auto key = trimmed(line.substr(0, equals)), value = trimmed(line.substr(equals + 1));
         if (key == "CompressedData")
             is_compressed = value == "True" || value == "true" || value == "1";
@@ -68,18 +68,18 @@ void check_meta_image(const fs::path &file, double data_bytes) {
             data_file = value;
     }
     std::error_code error;
-    double held = 0.0;
+    double constrained = 0.0;
     if (data_file == "LOCAL")
-        held = static_cast<double>(fs::file_size(file, error)) - static_cast<double>(stream.tellg());
+        constrained = static_cast<double>(fs::file_size(file, error)) - static_cast<double>(stream.tellg());
     else if (data_file != "LIST" && data_file.find('%') == std::string::npos)
-        held = static_cast<double>(fs::file_size(file.parent_path() / data_file, error));
+        constrained = static_cast<double>(fs::file_size(file.parent_path() / data_file, error));
     else
         return; // a file for each slice: ITK misses one that is not whole
     if (error)
-        refuse(file, fmt::format("there is no file '{}' with its voxels", core::shown(data_file)));
+        refuse(file, fmt::format("there is no file '{}' with its voxels", support::shown(data_file)));
     const double wanted = is_compressed ? compressed : data_bytes;
-    if (held < wanted || (is_compressed && wanted == 0.0))
-        refuse(file, fmt::format("it holds {:.0f} bytes of voxels where {:.0f} are said", held, wanted));
+    if (constrained < wanted || (is_compressed && wanted == 0.0))
+        refuse(file, fmt::format("it holds {:.0f} bytes of voxels where {:.0f} are said", constrained, wanted));
 }
 
 } // namespace

@@ -17,17 +17,17 @@
 #include <set>
 #include <unistd.h>
 
-#include "core/input_error.hpp"
-#include "core/whole_file.hpp"
 #include "segmentation/image_bytes.hpp"
+#include "support/input_error.hpp"
+#include "support/whole_file.hpp"
 
 namespace livermark::segmentation {
 
 namespace {
 
 namespace fs = std::filesystem;
-using core::InputError;
 using core::Vector3;
+using support::InputError;
 
 /// Single precision holds every label exactly, and shows what is none.
 using Values = itk::Image<float, 3>;
@@ -39,14 +39,14 @@ constexpr double metres_per_millimetre = 1e-3;
 constexpr double largest_image = 1 << 28;            // voxels; the largest abdominal scans have about this many
 constexpr double best_compression = 1100;            // zlib cannot do better
 constexpr double finest = 0.05e-3, coarsest = 20e-3; // [m]
-constexpr int max_labels = 1000;
+constexpr int max_labels_of_image = 1000;
 
 /// ITK's messages begin with the place in its own source and run over several lines.
 std::string first_sentence(const itk::ExceptionObject &exception) {
     std::string text = exception.GetDescription();
     if (const auto colon = text.find("): "); colon != std::string::npos)
         text.erase(0, colon + 3);
-    return core::shown(text.substr(0, text.find('\n')));
+    return support::shown(text.substr(0, text.find('\n')));
 }
 
 itk::ImageIOBase::Pointer reader_of(const fs::path &file) {
@@ -134,10 +134,10 @@ LabelImage labels_of(const Values &values, const std::string &name) {
         image.label[v] = static_cast<std::uint16_t>(value[v]);
         if (v == 0 || image.label[v] != image.label[v - 1])
             labels.insert(image.label[v]);
-        if (labels.size() > max_labels)
+        if (labels.size() > max_labels_of_image)
             throw InputError(fmt::format("{}: there are more than {} different values, so this is a scan and no label "
                                          "map; segment it first, as with 3D Slicer or TotalSegmentator",
-                                         name, max_labels));
+                                         name, max_labels_of_image));
     }
     return image;
 }
@@ -179,7 +179,7 @@ Values::Pointer read_series(const fs::path &folder) {
 }
 
 template <class Pixel> void write_image(const fs::path &file, const ImageGrid &grid, const std::vector<Pixel> &pixels) {
-    core::check_place(file);
+    support::check_place(file);
     const auto name = file.filename().string();
     itk::ImageIOBase::Pointer io;
     if (name.ends_with(".nii") || name.ends_with(".nii.gz"))

@@ -8,13 +8,14 @@ namespace livermark::segmentation {
 
 /// Reads a label image: NIfTI (.nii, .nii.gz), NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), or a folder with one DICOM
 /// series (ITK, which turns NIfTI's RAS into LPS).
-/// @throws core::InputError with the file, what is wrong and a remedy: no such format, not three-dimensional, several
+/// @throws support::InputError with the file, what is wrong and a remedy: no such format, not three-dimensional,
+/// several
 ///         values per voxel, values that are no labels, sheared axes, absurd spacing, more in the header than in the
 ///         file, damaged data
 LabelImage read_label_image(const std::filesystem::path &file);
 
 /// Writes a label image in the format that the name asks for: .nii, .nii.gz, .nrrd or .mha.
-/// @throws core::InputError if the name asks for another one, or nothing can be put there
+/// @throws support::InputError if the name asks for another one, or nothing can be put there
 void write_label_image(const std::filesystem::path &file, const LabelImage &image);
 
 /// Writes a scan in the same way.

@@ -9,15 +9,16 @@
 #include "segmentation/delaunay_refinement.hpp"
 #include "segmentation/edge_operations.hpp"
 #include "segmentation/mesh_cleaning.hpp"
-#include "segmentation/mesh_gates.hpp"
 #include "segmentation/mesh_links.hpp"
 #include "segmentation/node_moves.hpp"
+#include "segmentation/quality_criteria.hpp"
 
 namespace livermark::segmentation {
 
 namespace {
 
-/// Below this quality a tetrahedron is worked on: well above the gate, because stiffness and time step gain as well.
+/// Below this quality a tetrahedron is worked on: well above the quality criterion, because stiffness and time step
+/// gain as well.
 constexpr double aim = 0.4;
 
 void improve(core::TetraMesh &mesh, const LabelDomain &domain) {
@@ -95,7 +96,7 @@ LabelMesh mesh_labels(const LabelFields &fields, int target_tetrahedra) {
     const LabelDomain domain = match_volumes(fields);
     double edge = first_edge(fields, target_tetrahedra);
     LabelMesh best;
-    for (int i = 0; i < max_attempts && (best.gates.empty() || !all_met(best.gates)); ++i) {
+    for (int i = 0; i < max_attempts && (best.quality_criteria.empty() || !all_met(best.quality_criteria)); ++i) {
         // What a mesh misses is mostly bad luck in one place, which comes out otherwise with other settings.
         const RefinementSizes sizes{edge, i % 2 == 0 ? 0.15 : 0.2, i % 4 < 2};
         const auto pieces = find_pieces(domain, smallest_piece(edge));
@@ -105,12 +106,12 @@ LabelMesh mesh_labels(const LabelFields &fields, int target_tetrahedra) {
             continue;
         }
         edge *= std::cbrt(static_cast<double>(mesh.num_tetrahedra()) / target_tetrahedra);
-        auto gates = measure_gates(mesh, fields.volume, pieces, target_tetrahedra);
-        if (best.gates.empty() || total_miss(gates) < total_miss(best.gates))
-            best = {std::move(mesh), std::move(gates), 0};
+        auto quality_criteria = measure_quality_criteria(mesh, fields.volume, pieces, target_tetrahedra);
+        if (best.quality_criteria.empty() || total_miss(quality_criteria) < total_miss(best.quality_criteria))
+            best = {std::move(mesh), std::move(quality_criteria), 0};
         best.num_attempts = i + 1;
     }
-    if (best.gates.empty())
+    if (best.quality_criteria.empty())
         throw std::runtime_error("no tetrahedra came of the segmentation");
     return best;
 }

@@ -9,7 +9,7 @@
 namespace livermark::segmentation {
 
 /// Something that a mesh has to reach.
-struct Gate {
+struct QualityCriterion {
     std::string name;   ///< with the unit of its numbers
     double value = 0.0; ///< what the mesh has
     double bound = 0.0; ///< what it must have
@@ -20,14 +20,14 @@ struct Gate {
 struct LabelMesh {
     core::TetraMesh
         mesh; ///< in the axes of the image [m]; region r is that of the fields; no names, one patch "surface"
-    std::vector<Gate> gates; ///< of this mesh
-    int num_attempts = 0;    ///< meshes that were made to get here
+    std::vector<QualityCriterion> quality_criteria; ///< of this mesh
+    int num_attempts = 0;                           ///< meshes that were made to get here
 };
 
 /// A conforming tetrahedral mesh of several regions that follows the fields (CGAL's Mesh_3 on their level sets), whose
 /// regions have the volumes that the fields ask for, and which is then improved until its shape is fit for springs and
-/// finite elements. Deterministic. Where a gate is missed other settings are tried; the best mesh comes back with its
-/// gates, met or not:
+/// finite elements. Deterministic. Where a quality criterion is missed other settings are tried; the best mesh comes
+/// back with its quality criteria, met or not:
 ///   smallest quality 6 sqrt(2) V / l_rms^3   at least 0.15
 ///   shortest edge                            at least 0.25 of the mean
 ///   volume of each region                    within 2 % of that wanted
@@ -39,6 +39,6 @@ struct LabelMesh {
 /// @throws std::runtime_error  if no attempt gave a mesh at all
 LabelMesh mesh_labels(const LabelFields &fields, int target_tetrahedra);
 
-bool all_met(const std::vector<Gate> &gates);
+bool all_met(const std::vector<QualityCriterion> &quality_criteria);
 
 } // namespace livermark::segmentation

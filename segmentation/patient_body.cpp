@@ -44,9 +44,10 @@ std::string image_table(const PatientBody &body, const Segmentation &segmentatio
     for (const auto &remark : segmentation.remarks)
         text += fmt::format("  {},\n", quoted(remark));
     text += "]\ngates = [\n";
-    for (const auto &gate : body.gates)
-        text += fmt::format("  {{ name = {}, value = {:.6g}, bound = {:.6g}, met = {} }},\n", quoted(gate.name),
-                            gate.value, gate.bound, gate.is_met);
+    for (const auto &quality_criterion : body.quality_criteria)
+        text += fmt::format("  {{ name = {}, value = {:.6g}, bound = {:.6g}, met = {} }},\n",
+                            quoted(quality_criterion.name), quality_criterion.value, quality_criterion.bound,
+                            quality_criterion.is_met);
     text += "]\n[image.volumes] # of the voxels\n";
     const auto volumes = region_volumes(segmentation);
     for (std::size_t r = 0; r < volumes.size(); ++r)
@@ -71,7 +72,7 @@ PatientBody patient_body(const Segmentation &segmentation, int target_tetrahedra
     constexpr double samples_per_edge = 8.0;
     const double spacing = edge_for(volume, target_tetrahedra) / samples_per_edge;
     auto labelled = mesh_labels(label_fields(segmentation, spacing), target_tetrahedra);
-    PatientBody body{std::move(labelled.mesh), std::move(labelled.gates), labelled.num_attempts};
+    PatientBody body{std::move(labelled.mesh), std::move(labelled.quality_criteria), labelled.num_attempts};
     const bool is_mirrored = segmentation.grid.direction.determinant() < 0.0;
     for (auto &point : body.mesh.points)
         for (auto &coordinate : point = to_world(segmentation.grid, point))

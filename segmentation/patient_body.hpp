@@ -12,8 +12,8 @@ namespace livermark::segmentation {
 double edge_for(double volume, int num_tetrahedra);
 
 struct PatientBody {
-    core::TetraMesh mesh;    ///< in the world (LPS), whole nanometres, regions named as in the segmentation
-    std::vector<Gate> gates; ///< what the mesh has to reach, and whether it does
+    core::TetraMesh mesh; ///< in the world (LPS), whole nanometres, regions named as in the segmentation
+    std::vector<QualityCriterion> quality_criteria; ///< what the mesh has to reach, and whether it does
     int num_attempts = 0;
 };
 

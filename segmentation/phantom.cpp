@@ -25,16 +25,14 @@ Eigen::Matrix3d rotation(const Vector3 &turn) {
 ImageGrid grid_around_liver(const PhantomOptions &options) {
     ImageGrid grid{.spacing = options.spacing, .direction = rotation(options.turn)};
     const auto [low, high] = meshes::liver_bounding_box();
-    Vector3 first = Vector3::Constant(INFINITY), last = -first;
+    const Eigen::AlignedBox3d liver(low, high);
+    Eigen::AlignedBox3d along; // the axes of the grid
     for (int corner = 0; corner < 8; ++corner) {
-        const Vector3 point((corner & 1 ? high : low).x(), (corner & 2 ? high : low).y(),
-                            (corner & 4 ? high : low).z());
-        const Vector3 along = grid.direction.transpose() * point;
-        first = first.cwiseMin(along);
-        last = last.cwiseMax(along);
+        const Vector3 point = liver.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner));
+        along.extend(Vector3(grid.direction.transpose() * point));
     }
-    first.array() -= margin;
-    last.array() += margin;
+    const Vector3 first = along.min().array() - margin;
+    const Vector3 last = along.max().array() + margin;
     grid.origin = grid.direction * first;
     for (int d = 0; d < 3; ++d)
         grid.size[static_cast<std::size_t>(d)] =

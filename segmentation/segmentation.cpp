@@ -9,7 +9,7 @@
 #include <map>
 #include <set>
 
-#include "core/input_error.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::segmentation {
 
@@ -67,24 +67,25 @@ std::set<int> labels_of(const LabelImage &image) {
 LabelChoice completed(LabelChoice choice, const LabelImage &image) {
     const auto there = labels_of(image);
     if (there.empty())
-        throw core::InputError(fmt::format("{}: every voxel is background, so there is no liver in it", image.name));
+        throw support::InputError(fmt::format("{}: every voxel is background, so there is no liver in it", image.name));
     for (const auto *labels : {&choice.liver, &choice.tumours})
         for (const int label : *labels)
             if (!there.contains(label))
-                throw core::InputError(
+                throw support::InputError(
                     fmt::format("{}: no voxel has the label {}; it has {}", image.name, label, fmt::join(there, ", ")));
     for (const int label : choice.tumours)
         if (std::ranges::find(choice.liver, label) != choice.liver.end())
-            throw core::InputError(fmt::format("label {} cannot be both liver and tumour; name it once", label));
+            throw support::InputError(fmt::format("label {} cannot be both liver and tumour; name it once", label));
     if (choice.liver.empty()) {
         if (static_cast<int>(there.size()) > max_labels_to_guess)
-            throw core::InputError(fmt::format("{}: it has {} labels, more than a liver and its lesions; say which are "
-                                               "meant with --liver and --tumours",
-                                               image.name, there.size()));
+            throw support::InputError(
+                fmt::format("{}: it has {} labels, more than a liver and its lesions; say which are "
+                            "meant with --liver and --tumours",
+                            image.name, there.size()));
         const auto first = std::ranges::find_if(
             there, [&](int label) { return std::ranges::find(choice.tumours, label) == choice.tumours.end(); });
         if (first == there.end())
-            throw core::InputError(
+            throw support::InputError(
                 fmt::format("{}: every label is a tumour's; say with --liver which is the liver's", image.name));
         choice.liver = {*first};
         if (choice.tumours.empty())
@@ -173,8 +174,8 @@ Segmentation choose_labels(const LabelImage &image, const LabelChoice &choice, d
         }
         const auto number = result.region_names.size();
         if (number > max_lesions)
-            throw core::InputError(fmt::format("{}: there are more than {} lesions; name fewer labels with --tumours",
-                                               image.name, max_lesions));
+            throw support::InputError(fmt::format(
+                "{}: there are more than {} lesions; name fewer labels with --tumours", image.name, max_lesions));
         result.region_names.push_back(fmt::format("tumour_{}", number));
         result.remarks.push_back(fmt::format("tumour_{}: {} of label {}", number,
                                              millilitres(lesion.voxels.size(), image.grid), lesion.label));
@@ -183,12 +184,12 @@ Segmentation choose_labels(const LabelImage &image, const LabelChoice &choice, d
     }
     if (num_small > 0)
         result.remarks.push_back(fmt::format("{} lesions below {:.2g} mL, {} in all, become parenchyma; more "
-                                             "tetrahedra would hold smaller ones",
+                                             "tetrahedra would resolve smaller ones",
                                              num_small, 1e6 * smallest_lesion, millilitres(small_voxels, image.grid)));
     if (std::ranges::find(result.region, 1) == result.region.end())
-        throw core::InputError(fmt::format("{}: nothing of the liver is left beside its lesions; check --liver and "
-                                           "--tumours",
-                                           image.name));
+        throw support::InputError(fmt::format("{}: nothing of the liver is left beside its lesions; check --liver and "
+                                              "--tumours",
+                                              image.name));
     return result;
 }
 

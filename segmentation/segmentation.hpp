@@ -29,7 +29,7 @@ std::vector<double> region_volumes(const Segmentation &segmentation);
 /// become parenchyma, and each connected piece of a tumour label is a lesion of its own, unless it is smaller than
 /// smallest_lesion, in which case it becomes parenchyma. Nothing of this goes unsaid.
 /// @param smallest_lesion  [m^3]
-/// @throws core::InputError  if a label that was asked for is not in the image, if nothing is left, or if there are
+/// @throws support::InputError  if a label that was asked for is not in the image, if nothing is left, or if there are
 ///                           more lesions than a body can have (254)
 Segmentation choose_labels(const LabelImage &image, const LabelChoice &choice, double smallest_lesion);
 

@@ -18,14 +18,15 @@
 #include <optional>
 #include <unistd.h>
 
-#include "core/input_error.hpp"
+#include "core/bounding_box.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::segmentation {
 
 namespace {
 
-using core::InputError;
 using core::Vector3;
+using support::InputError;
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Point = Kernel::Point_3;
 using Surface = CGAL::Surface_mesh<Point>;
@@ -158,11 +159,8 @@ meshes::SurfaceMesh read_surface(const std::filesystem::path &file) {
 }
 
 Segmentation voxels_within(const std::vector<meshes::SurfaceMesh> &surfaces, double spacing) {
-    Vector3 low = Vector3::Constant(INFINITY), high = -low;
-    for (const auto &point : surfaces.front().points) {
-        low = low.cwiseMin(point);
-        high = high.cwiseMax(point);
-    }
+    const auto box = core::bounding_box(surfaces.front().points);
+    const auto &low = box.min(), &high = box.max();
     constexpr double margin = 3.5; // voxels; a half, so that corners on round numbers are on no voxel's centre
     Segmentation result{
         .grid = {.spacing = Vector3::Constant(spacing)}, .region = {}, .region_names = {"parenchyma"}, .remarks = {}};
@@ -186,7 +184,7 @@ Segmentation voxels_within(const std::vector<meshes::SurfaceMesh> &surfaces, dou
     for (std::size_t r = 0; r < volumes.size(); ++r)
         if (volumes[r] == 0.0)
             throw InputError(
-                fmt::format("surface {} of {} holds nothing of the liver, which is the first; are both in the "
+                fmt::format("surface {} of {} contains no part of the liver, which is the first; are both in the "
                             "same coordinates, and is it larger than {:.2g} mm?",
                             r + 1, volumes.size(), 1e3 * spacing));
     return result;

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <system_error>
 
-#include "core/input_error.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::server {
 
@@ -17,8 +17,8 @@ std::string decoded(std::string_view text) {
     std::ranges::replace(with_spaces, '+', ' ');
     const auto plain = percent_decoded(with_spaces);
     if (!plain)
-        throw core::InputError(
-            fmt::format("'{}' has a % that two hexadecimal digits do not follow; write %25 for it", core::shown(text)));
+        throw support::InputError(fmt::format(
+            "'{}' has a % that two hexadecimal digits do not follow; write %25 for it", support::shown(text)));
     return *plain;
 }
 
@@ -67,7 +67,7 @@ Fields parse_fields(std::string_view text) {
         const auto name = decoded(part.substr(0, equals));
         const auto value = decoded(part.substr(std::min(equals + 1, part.size())));
         if (!fields.emplace(name, value).second)
-            throw core::InputError(fmt::format("'{}' is given twice; give it once", core::shown(name)));
+            throw support::InputError(fmt::format("'{}' is given twice; give it once", support::shown(name)));
     }
     return fields;
 }
@@ -82,7 +82,7 @@ std::string fields_text(const Fields &fields) {
 const std::string &required_text(const Fields &fields, const std::string &name) {
     const auto found = fields.find(name);
     if (found == fields.end() || found->second.empty())
-        throw core::InputError(fmt::format("{0} is missing; add {0}=...", name));
+        throw support::InputError(fmt::format("{0} is missing; add {0}=...", name));
     return found->second;
 }
 
@@ -93,8 +93,8 @@ double required_number(const Fields &fields, const std::string &name, double sma
     const auto [rest, error] = std::from_chars(text.data(), end, value);
     // Written so that a NaN, which from_chars reads, is refused as well.
     if (error != std::errc{} || rest != end || !(value >= smallest && value <= largest))
-        throw core::InputError(fmt::format("{} is '{}', which is no number from {:g} to {:g}; give one that is", name,
-                                           core::shown(text), smallest, largest));
+        throw support::InputError(fmt::format("{} is '{}', which is no number from {:g} to {:g}; give one that is",
+                                              name, support::shown(text), smallest, largest));
     return value;
 }
 

@@ -15,18 +15,18 @@ using Fields = std::map<std::string, std::string>; ///< values by name, decoded
 std::optional<std::string> percent_decoded(std::string_view text);
 
 /// @param text  may be empty; a name without '=' has an empty value
-/// @throws core::InputError if it is not well formed, or has a name twice
+/// @throws support::InputError if it is not well formed, or has a name twice
 Fields parse_fields(std::string_view text);
 
 /// The inverse of parse_fields(), in the order of the names: letters, digits, '*', '-', '.' and '_' as they are, a
 /// space as '+', every other byte as %XX.
 std::string fields_text(const Fields &fields);
 
-/// @throws core::InputError if the name is missing, or its value empty
+/// @throws support::InputError if the name is missing, or its value empty
 const std::string &required_text(const Fields &fields, const std::string &name);
 
 /// @param smallest, largest  both allowed
-/// @throws core::InputError if the name is missing, or its value not a number between the two
+/// @throws support::InputError if the name is missing, or its value not a number between the two
 double required_number(const Fields &fields, const std::string &name, double smallest, double largest);
 
 } // namespace livermark::server

@@ -3,176 +3,125 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/signal_set.hpp>
-#include <boost/beast/core.hpp>
-#include <boost/beast/http.hpp>
-#include <boost/beast/websocket/rfc6455.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core/error.hpp>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <fcntl.h>
 #include <fmt/format.h>
-#include <memory>
-#include <optional>
-#include <string>
+#include <unistd.h>
 #include <utility>
-#include <variant>
 
-#include "core/input_error.hpp"
+#include "server/connection.hpp"
 #include "server/sockets.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::server {
 
 namespace {
 
 namespace asio = boost::asio;
-namespace beast = boost::beast;
-namespace http = boost::beast::http;
+using boost::beast::error_code;
 using tcp = asio::ip::tcp;
 
-constexpr std::chrono::seconds longest_silence{60};
-constexpr std::chrono::minutes longest_transfer{10};
 constexpr std::chrono::seconds longest_farewell{1};
+constexpr std::chrono::milliseconds pause_without_descriptors{100};
 
-/// A header that stands there twice is neither of the two.
-std::optional<std::string> header(const RequestHead &head, http::field name) {
-    const auto [first, last] = head.equal_range(name);
-    if (first == last)
-        return std::nullopt;
-    std::string value;
-    for (auto line = first; line != last; ++line)
-        value.append(line == first ? "" : ", ").append(line->value().data(), line->value().size());
-    return value;
+/// Programs that this one starts have no business with its sockets.
+void keep_from_children(int handle) {
+    ::fcntl(handle, F_SETFD, FD_CLOEXEC);
 }
 
-Request request_of(const RequestHead &head) {
-    return {.method = std::string(head.method_string()),
-            .target = std::string(head.target()),
-            .host = header(head, http::field::host).value_or(""),
-            .origin = header(head, http::field::origin)};
-}
-
-template <class Body> http::response<Body> response_to(const RequestHead &head, const Answer &answer) {
-    http::response<Body> response(static_cast<http::status>(answer.status), head.version());
-    response.set(http::field::content_type, answer.content_type);
-    response.set(http::field::cache_control, "no-store"); // a run may write its files again at any time
-    response.set("X-Content-Type-Options", "nosniff");
-    response.set("Cross-Origin-Resource-Policy", "same-origin");
-    response.set("Content-Security-Policy", "frame-ancestors 'none'");
-    if (answer.status == 405)
-        response.set(http::field::allow, "GET, HEAD");
-    response.keep_alive(head.keep_alive());
-    return response;
-}
-
-Answer fault(int status, const std::string &sentence) {
-    return {.status = status, .content_type = "text/plain; charset=utf-8", .text = sentence + "\n", .file = {}};
-}
-
-/// Answers the requests of one connection, one after the other. It lives as long as something is under way; when the
-/// browser goes away, or sends what is no request, nothing is.
-class Connection : public std::enable_shared_from_this<Connection> {
+/// A descriptor that is there to be given up.
+class Reserve {
   public:
-    Connection(tcp::socket socket, const Site &site, Sockets &sockets)
-        : stream_(std::move(socket)), site_(site), sockets_(sockets) {}
+    Reserve() { take(); }
+    ~Reserve() { give_up(); }
+    Reserve(const Reserve &) = delete;
+    Reserve &operator=(const Reserve &) = delete;
+    void take() {
+        if (handle_ < 0)
+            handle_ = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+    }
+    void give_up() {
+        if (handle_ >= 0)
+            ::close(handle_);
+        handle_ = -1;
+    }
 
-    void read() {
-        head_ = {};
-        stream_.expires_after(longest_silence);
-        http::async_read(stream_, buffer_, head_, [self = shared_from_this()](beast::error_code error, std::size_t) {
-            if (!error)
-                self->reply();
+  private:
+    int handle_ = -1;
+};
+
+tcp::acceptor listener(asio::io_context &context, std::uint16_t port) {
+    try {
+        tcp::acceptor acceptor(context, {asio::ip::address_v4::loopback(), port});
+        keep_from_children(acceptor.native_handle());
+        return acceptor;
+    } catch (const boost::system::system_error &error) {
+        throw support::InputError(fmt::format("port {}: cannot be used ({}); choose another with --port, or 0 for any",
+                                              port, error.code().message()));
+    }
+}
+
+/// Lets connections in.
+class Door {
+  public:
+    Door(asio::io_context &context, tcp::acceptor &acceptor, Connections &connections)
+        : acceptor_(acceptor), connections_(connections), pause_(context) {}
+
+    void open() {
+        acceptor_.async_accept([this](error_code error, tcp::socket socket) {
+            if (error == asio::error::operation_aborted)
+                return;
+            if (error)
+                return turn_away();
+            keep_from_children(socket.native_handle());
+            connections_.add(std::move(socket));
+            open();
         });
     }
 
   private:
-    void reply() {
-        if (beast::websocket::is_upgrade(head_))
-            return upgrade();
-        try {
-            reply(answer(request_of(head_), site_));
-        } catch (const core::InputError &error) {
-            reply(fault(500, error.what())); // the folder went away
+    /// There is no descriptor for whoever is first in the queue. A connection that is silent makes place for it; if
+    /// none is, it is closed rather than left to wait. Either way others get a while to end what they are at: the
+    /// queue would be tried again at once, for as long as there is nothing to be had.
+    void turn_away() {
+        if (!connections_.close_most_silent()) {
+            reserve_.give_up();
+            tcp::socket refused(acceptor_.get_executor());
+            error_code error;
+            acceptor_.non_blocking(true, error);
+            acceptor_.accept(refused, error);
         }
+        reserve_.take();
+        pause_.expires_after(pause_without_descriptors);
+        pause_.async_wait([this](error_code error) {
+            if (!error)
+                open();
+        });
     }
 
-    void upgrade() {
-        auto decision = opening(request_of(head_), site_);
-        if (const auto *refusal = std::get_if<Answer>(&decision))
-            return reply(*refusal);
-        if (!sockets_.has_room())
-            return reply(fault(503, "Too many pages are in conversation already; close one of them."));
-        auto &[begin, query] = std::get<Opening>(decision);
-        sockets_.open(stream_.release_socket(), std::move(head_), std::move(begin), std::move(query));
-    }
-
-    void reply(const Answer &answer) {
-        if (answer.file.empty()) {
-            auto response = response_to<http::string_body>(head_, answer);
-            response.body() = answer.text;
-            return write(std::move(response));
-        }
-        auto response = response_to<http::file_body>(head_, answer);
-        beast::error_code error;
-        response.body().open(answer.file.c_str(), beast::file_mode::scan, error);
-        if (error)
-            return reply(fault(404, "The file cannot be read."));
-        write(std::move(response));
-    }
-
-    template <class Body> void write(http::response<Body> response) {
-        // The serializer points at the response, and both have to stay where they are until all is sent.
-        struct Sent {
-            explicit Sent(http::response<Body> whole) : response(std::move(whole)) {}
-            http::response<Body> response;
-            http::response_serializer<Body> serializer{response};
-        };
-        response.prepare_payload();
-        auto sent = std::make_shared<Sent>(std::move(response));
-        auto then = [self = shared_from_this(), sent](beast::error_code error, std::size_t) {
-            if (!error && self->head_.keep_alive())
-                self->read();
-        };
-        stream_.expires_after(longest_transfer);
-        if (head_.method() == http::verb::head)
-            http::async_write_header(stream_, sent->serializer, std::move(then));
-        else
-            http::async_write(stream_, sent->serializer, std::move(then));
-    }
-
-    beast::tcp_stream stream_;
-    beast::flat_buffer buffer_;
-    RequestHead head_;
-    const Site &site_;
-    Sockets &sockets_;
+    tcp::acceptor &acceptor_;
+    Connections &connections_;
+    asio::steady_timer pause_;
+    Reserve reserve_;
 };
-
-void accept_connections(tcp::acceptor &acceptor, const Site &site, Sockets &sockets) {
-    acceptor.async_accept([&](beast::error_code error, tcp::socket socket) {
-        if (!error)
-            std::make_shared<Connection>(std::move(socket), site, sockets)->read();
-        accept_connections(acceptor, site, sockets);
-    });
-}
-
-tcp::acceptor listener(asio::io_context &context, std::uint16_t port) {
-    try {
-        return {context, {asio::ip::address_v4::loopback(), port}};
-    } catch (const boost::system::system_error &error) {
-        throw core::InputError(fmt::format("port {}: cannot be used ({}); choose another with --port, or 0 for any",
-                                           port, error.code().message()));
-    }
-}
 
 } // namespace
 
-void serve(Site site, const std::function<void(std::uint16_t port)> &is_ready) {
+void serve(Site site, const std::function<void(std::uint16_t port)> &is_ready, const Patience &patience) {
     asio::io_context context(1);
     auto acceptor = listener(context, site.port);
     site.port = acceptor.local_endpoint().port();
     asio::signal_set signals(context, SIGINT, SIGTERM);
-    signals.async_wait([&](beast::error_code, int) { context.stop(); });
-    Sockets sockets;
-    accept_connections(acceptor, site, sockets);
+    signals.async_wait([&](error_code, int) { context.stop(); });
+    Sockets sockets(patience);
+    Connections connections(site, sockets);
+    Door door(context, acceptor, connections);
+    door.open();
     is_ready(site.port);
     context.run();
     if (!sockets.close(longest_farewell)) {

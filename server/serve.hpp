@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 
+#include "server/patience.hpp"
 #include "server/site.hpp"
 
 namespace livermark::server {
@@ -10,9 +11,12 @@ namespace livermark::server {
 /// Answers requests to 127.0.0.1 until SIGINT or SIGTERM comes. Open WebSockets are closed then. Where one of them is
 /// still working a reply out after a second, the whole program ends here, with status 0: a solve cannot be broken off,
 /// and nothing that is worth keeping goes with it.
+///
+/// At most 64 connections and eight WebSockets are open at a time; one that has been silent yields to a new one. Where
+/// the system has no descriptor left, new ones wait. Descriptors do not go to programs that this one starts.
 /// @param site      its port is the one to listen on; 0 takes any that is free
 /// @param is_ready  called once, with the port, when requests are answered
-/// @throws core::InputError if the port cannot be had
-void serve(Site site, const std::function<void(std::uint16_t port)> &is_ready);
+/// @throws support::InputError if the port cannot be had
+void serve(Site site, const std::function<void(std::uint16_t port)> &is_ready, const Patience &patience = {});
 
 } // namespace livermark::server

@@ -6,7 +6,8 @@
 #include <system_error>
 #include <utility>
 
-#include "core/input_error.hpp"
+#include "server/token.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::server {
 
@@ -14,29 +15,67 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Answer refusal(int status, const std::string &sentence) {
+Response refusal(int status, const std::string &sentence) {
     return {.status = status, .content_type = "text/plain; charset=utf-8", .text = sentence + "\n", .file = {}};
 }
 
-Answer not_there() {
+Response not_there() {
     return refusal(404, "There is no such result file here.");
 }
 
 bool is_own_host(std::string_view host, std::uint16_t port) {
+    constexpr std::uint16_t of_http = 80; // which browsers leave out
+    if (port == of_http && (host == "127.0.0.1" || host == "localhost"))
+        return true;
     return host == fmt::format("127.0.0.1:{}", port) || host == fmt::format("localhost:{}", port);
 }
 
-Answer of_strangers() {
+Response of_strangers() {
     return refusal(403, "Only pages of this server may ask it.");
 }
 
-Answer not_well_formed() {
+Response not_well_formed() {
     return refusal(400, "The address is not well formed.");
 }
 
 bool is_own_origin(std::string_view origin, std::uint16_t port) {
     constexpr std::string_view scheme = "http://";
     return origin.starts_with(scheme) && is_own_host(origin.substr(scheme.size()), port);
+}
+
+bool is_page(std::string_view path) {
+    return path == "/" || path == "/index.html";
+}
+
+/// @return empty if there is none
+std::string_view query_of(std::string_view target) {
+    const auto end = target.find('?');
+    return end == std::string_view::npos ? std::string_view() : target.substr(end + 1);
+}
+
+bool address_has_token(const Request &request, const Site &site) {
+    try {
+        const auto fields = parse_fields(query_of(request.target));
+        const auto found = fields.find("token");
+        return found != fields.end() && is_same(found->second, site.token);
+    } catch (const support::InputError &) {
+        return false;
+    }
+}
+
+/// @return nothing for somebody who may ask
+std::optional<Response> refused(const Request &request, const Site &site, bool needs_origin) {
+    if (!is_own_host(request.host, site.port) ||
+        (request.origin ? !is_own_origin(*request.origin, site.port) : needs_origin))
+        return of_strangers();
+    const bool is_in_address = address_has_token(request, site);
+    const bool is_visit = is_in_address && is_page(request.target.substr(0, request.target.find('?')));
+    if (request.fetch_site && *request.fetch_site != "same-origin" && *request.fetch_site != "none" && !is_visit)
+        return of_strangers();
+    if (site.token.empty() || !(is_in_address || cookie_has_token(request.cookies, site.port, site.token)))
+        return refusal(403, "The token is missing or an old one: open the address that `livermark view` printed where "
+                            "it was started.");
+    return std::nullopt;
 }
 
 /// Names of folders and a file, and nothing that leads elsewhere.
@@ -63,6 +102,29 @@ std::optional<fs::path> file_of(const fs::path &path, const fs::path &folder) {
     return file;
 }
 
+/// Well-formed UTF-8 (RFC 3629): no other bytes stand in JSON, or in the address that a page makes of it.
+bool is_utf8(std::string_view text) {
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+    for (std::size_t i = 0; i < text.size();) {
+        const unsigned lead = byte(i);
+        const std::size_t length = lead < 0x80U ? 1 : lead < 0xe0U ? 2 : lead < 0xf0U ? 3 : 4;
+        if ((lead >= 0x80U && lead < 0xc2U) || lead > 0xf4U || i + length > text.size())
+            return false;
+        for (std::size_t k = 1; k < length; ++k)
+            if ((byte(i + k) & 0xc0U) != 0x80U)
+                return false;
+        // Longer than need be, half of a pair, or beyond the last character.
+        if (length > 2) {
+            const unsigned second = byte(i + 1);
+            if ((lead == 0xe0U && second < 0xa0U) || (lead == 0xedU && second > 0x9fU) ||
+                (lead == 0xf0U && second < 0x90U) || (lead == 0xf4U && second > 0x8fU))
+                return false;
+        }
+        i += length;
+    }
+    return true;
+}
+
 std::string json_text(std::string_view text) {
     std::string quoted = "\"";
     for (const char c : text)
@@ -75,9 +137,9 @@ std::string json_text(std::string_view text) {
     return quoted + '"';
 }
 
-Answer list(const Site &site) {
+Response list(const Site &site) {
     std::vector<std::string> entries;
-    for (const auto &path : result_files(site)) {
+    for (const auto &path : result_files(site).paths) {
         std::error_code error;
         const auto bytes = fs::file_size(site.folder / path, error);
         entries.push_back(fmt::format("{{\"path\":{},\"bytes\":{}}}", json_text(path), error ? 0 : bytes));
@@ -90,40 +152,45 @@ Answer list(const Site &site) {
 
 } // namespace
 
-Answer answer(const Request &request, const Site &site) {
-    if (!is_own_host(request.host, site.port) || (request.origin && !is_own_origin(*request.origin, site.port)))
-        return of_strangers();
+Response respond(const Request &request, const Site &site) {
+    if (auto refusal = refused(request, site, false))
+        return std::move(*refusal);
     if (request.method != "GET" && request.method != "HEAD")
         return refusal(405, "This server only shows files.");
     const auto path = percent_decoded(request.target.substr(0, request.target.find('?')));
     if (!path)
         return not_well_formed();
-    if (*path == "/" || *path == "/index.html")
-        return {.status = 200, .content_type = "text/html; charset=utf-8", .text = {}, .file = site.page};
+    if (is_page(*path))
+        return {.status = 200,
+                .content_type = "text/html; charset=utf-8",
+                .text = {},
+                .file = site.page,
+                .set_cookie = address_has_token(request, site) ? cookie_of_token(site.port, site.token) : ""};
     if (*path == "/files.json")
         return list(site);
     constexpr std::string_view files = "/files/";
     if (!path->starts_with(files))
         return not_there();
     auto file = shown_file(path->substr(files.size()), site.folder);
-    if (!file)
+    if (!file || !site.is_result_file(*file))
         return not_there();
     return {.status = 200, .content_type = "application/x-hdf5", .text = {}, .file = std::move(*file)};
 }
 
-std::variant<Opening, Answer> opening(const Request &request, const Site &site) {
-    if (!is_own_host(request.host, site.port) || !request.origin || !is_own_origin(*request.origin, site.port))
-        return of_strangers();
-    const auto end = std::min(request.target.find('?'), request.target.size());
-    const auto path = percent_decoded(std::string_view(request.target).substr(0, end));
+std::variant<Opening, Response> opening(const Request &request, const Site &site) {
+    if (auto refusal = refused(request, site, true))
+        return std::move(*refusal);
+    const auto path = percent_decoded(request.target.substr(0, request.target.find('?')));
     if (!path)
         return not_well_formed();
-    const auto found = site.conversations.find(*path);
-    if (found == site.conversations.end())
-        return refusal(404, "There is no such conversation here.");
+    const auto found = site.sessions.find(*path);
+    if (found == site.sessions.end())
+        return refusal(404, "There is no such session here.");
     try {
-        return Opening{found->second, parse_fields(request.target.substr(std::min(end + 1, request.target.size())))};
-    } catch (const core::InputError &) {
+        auto query = parse_fields(query_of(request.target));
+        query.erase("token");
+        return Opening{found->second, std::move(query)};
+    } catch (const support::InputError &) {
         return not_well_formed();
     }
 }
@@ -132,20 +199,24 @@ std::optional<fs::path> shown_file(const std::string &path, const fs::path &fold
     return is_plain_path(path) ? file_of(path, folder) : std::nullopt;
 }
 
-std::vector<std::string> result_files(const Site &site) {
+ResultFiles result_files(const Site &site) {
     std::error_code error;
-    std::vector<std::string> found;
+    ResultFiles found;
     for (auto entry =
              fs::recursive_directory_iterator(site.folder, fs::directory_options::skip_permission_denied, error);
          !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
         const auto path = entry->path().lexically_relative(site.folder);
-        if (const auto file = file_of(path, site.folder); file && site.is_result_file(*file))
-            found.push_back(path.generic_string());
+        if (const auto file = file_of(path, site.folder); file && site.is_result_file(*file)) {
+            if (auto name = path.generic_string(); is_utf8(name))
+                found.paths.push_back(std::move(name));
+            else
+                ++found.num_not_utf8;
+        }
     }
     if (error)
-        throw core::InputError(
+        throw support::InputError(
             fmt::format("{}: cannot be listed ({}); see who may read it", site.folder.string(), error.message()));
-    std::ranges::sort(found);
+    std::ranges::sort(found.paths);
     return found;
 }
 

@@ -9,59 +9,75 @@
 #include <variant>
 #include <vector>
 
-#include "server/conversation.hpp"
+#include "server/session.hpp"
 
 /// What a browser on this machine may see of a folder of result files: the page, the list of the files, the files, and
-/// the conversations about them.
+/// the sessions about them.
 namespace livermark::server {
 
 struct Site {
     std::filesystem::path folder; ///< with the result files; absolute, without symlinks and dots
     std::filesystem::path page;   ///< index.html
     std::uint16_t port;           ///< that the browser has to name
-    std::function<bool(const std::filesystem::path &)> is_result_file; ///< asked of each .h5 file that is to be listed
-    std::map<std::string, BeginConversation> conversations{};          ///< by the path that WebSockets ask for
+    std::string token;            ///< see new_token(); an empty one lets nobody in
+    /// Asked of each .h5 file that is to be listed or sent, by several threads; see remembered().
+    std::function<bool(const std::filesystem::path &)> is_result_file;
+    std::map<std::string, BeginSession> sessions{}; ///< by the path that WebSockets ask for
 };
 
-/// The lines of an HTTP request that decide on its answer.
+/// The lines of an HTTP request that decide on its solution.
 struct Request {
     std::string method;
-    std::string target;                ///< path as the browser sends it, percent-encoded
-    std::string host;                  ///< empty if it is missing
-    std::optional<std::string> origin; ///< of the page that asks, which browsers leave out where it is the same
+    std::string target;                      ///< path as the browser sends it, percent-encoded
+    std::string host;                        ///< empty if it is missing
+    std::optional<std::string> origin;       ///< of the page that asks, which browsers leave out where it is the same
+    std::optional<std::string> fetch_site{}; ///< Sec-Fetch-Site: what the browser knows of the page that asks
+    std::string cookies{};                   ///< empty if there are none
 };
 
-struct Answer {
+struct Response {
     int status; ///< of HTTP
     std::string content_type;
     std::string text;           ///< what to send, unless there is a file
     std::filesystem::path file; ///< what to send, absolute; empty for text
+    std::string set_cookie{};   ///< of who came with the token in the address; empty for none
 };
 
 /// Decides on a request. `/` is the page, `/files.json` the list of the result files as [{"path":"...","bytes":0}],
-/// and `/files/<path>` one of them, which has to end in .h5 and lie below the folder once symlinks are followed.
+/// and `/files/<path>` one of them, which has to end in .h5, lie below the folder once symlinks are followed, and be a
+/// result file. It reads the folder, and changes nothing.
+///
 /// Any page of the web may send requests to a port of this machine, so Host, and Origin where there is one, have to be
-/// exactly 127.0.0.1:PORT or localhost:PORT. It reads the folder, and changes nothing.
-Answer answer(const Request &request, const Site &site);
+/// exactly 127.0.0.1:PORT or localhost:PORT (at port 80 also without it), and Sec-Fetch-Site, where there is one,
+/// `same-origin` or `none`. Any user of this machine may as well, so each request needs the token: in its address as
+/// `?token=...`, or in the cookie that such a visit to the page sets. A link of another site may lead to the page with
+/// the token.
+Response respond(const Request &request, const Site &site);
 
 /// What to begin on a WebSocket.
 struct Opening {
-    BeginConversation begin;
-    Fields query;
+    BeginSession begin;
+    Fields query; ///< without the token
 };
 
-/// Decides on a request to upgrade to a WebSocket. Host and Origin have to be as for answer(), and here Origin has to
-/// be there: every browser sends it, and what a WebSocket says is not withheld from other pages as a file is.
-/// @return the refusal, if the path is not one of site.conversations or anything else is wrong
-std::variant<Opening, Answer> opening(const Request &request, const Site &site);
+/// Decides on a request to upgrade to a WebSocket. All has to be as for respond(), and here Origin has to be there:
+/// every browser sends it, and what a WebSocket says is not withheld from other pages as a file is.
+/// @return the refusal, if the path is not one of site.sessions or anything else is wrong
+std::variant<Opening, Response> opening(const Request &request, const Site &site);
 
-/// A file as `/files/<path>` gives it.
+/// A file as `/files/<path>` gives it where it is a result file, which is not looked at here.
 /// @param path  relative to the folder, not encoded
 /// @return absolute and without symlinks; nothing if the server does not show it
 std::optional<std::filesystem::path> shown_file(const std::string &path, const std::filesystem::path &folder);
 
-/// Paths of the result files below the folder, relative to it, with '/', by name.
-/// @throws core::InputError if the folder cannot be listed
-std::vector<std::string> result_files(const Site &site);
+struct ResultFiles {
+    /// Relative to the folder, with '/', by name.
+    std::vector<std::string> paths;
+    int num_not_utf8 = 0; ///< how many more there are whose names are no UTF-8: no address can name them
+};
+
+/// The result files below the folder.
+/// @throws support::InputError if the folder cannot be listed
+ResultFiles result_files(const Site &site);
 
 } // namespace livermark::server

@@ -1,11 +1,9 @@
 #include "server/sockets.hpp"
 
 #include <algorithm>
-#include <boost/asio/buffer.hpp>
-#include <boost/beast/core/error.hpp>
-#include <boost/beast/websocket.hpp>
 #include <cstdio>
 #include <exception>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <string>
 #include <sys/socket.h>
@@ -13,103 +11,127 @@
 #include <unistd.h>
 #include <utility>
 
-#include "core/input_error.hpp"
+#include "server/talk.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::server {
 
 namespace {
 
-namespace asio = boost::asio;
-namespace beast = boost::beast;
-namespace websocket = boost::beast::websocket;
-using tcp = asio::ip::tcp;
-using Stream = websocket::stream<tcp::socket>;
+using tcp = boost::asio::ip::tcp;
 
-Conversation begun(const BeginConversation &begin, const Fields &query) {
+Session begun(const BeginSession &begin, const Fields &query, const TellProgress &tell) {
     try {
-        return begin(query);
-    } catch (const core::InputError &error) {
+        return begin(query, tell);
+    } catch (const support::InputError &error) {
         return [error](const Message &) -> Message { throw error; };
     }
 }
 
-Message reply_of(const Conversation &conversation, const Message &message) {
+Message reply_of(const Session &session, const Message &message) {
     try {
-        return conversation(message);
-    } catch (const core::InputError &error) {
+        return session(message);
+    } catch (const support::InputError &error) {
         return {.is_binary = false, .bytes = fields_text({{"fault", error.what()}})};
     }
 }
 
-/// Until the other side closes, goes away or breaks the protocol; Beast then sends the close code that fits.
-void exchange_messages(Stream &stream, const BeginConversation &begin, const Fields &query) {
-    const auto conversation = begun(begin, query);
-    beast::error_code error;
-    while (true) {
-        Message message;
-        auto bytes = asio::dynamic_buffer(message.bytes);
-        stream.read(bytes, error);
-        if (error)
-            return;
-        message.is_binary = stream.got_binary();
-        const auto reply = reply_of(conversation, message);
-        stream.binary(reply.is_binary);
-        stream.write(asio::buffer(reply.bytes), error);
-        if (error)
-            return;
-    }
-}
-
-void converse(tcp::socket socket, const RequestHead &head, const BeginConversation &begin, const Fields &query) {
-    beast::error_code error;
-    socket.set_option(tcp::no_delay(true), error); // a reply of two packets would wait for the acknowledgement of one
-    Stream stream(std::move(socket));
-    stream.read_message_max(Sockets::largest_message);
-    stream.auto_fragment(false);
-    stream.accept(head, error);
-    if (error)
-        return;
-    try {
-        exchange_messages(stream, begin, query);
-        return;
-    } catch (const std::exception &fault) {
-        fmt::print(stderr, "livermark: failed: {}\n", fault.what());
-    } catch (...) {
-        fmt::print(stderr, "livermark: failed for a reason that has no name\n");
-    }
-    stream.close({websocket::close_code::internal_error, "the reply failed; the terminal says why"}, error);
+/// Says on standard error why it failed, and to the other side that it did.
+void fail(Talk &talk, const char *reason) {
+    fmt::print(stderr, "livermark: failed: {}\n", reason);
+    talk.close(boost::beast::websocket::close_code::internal_error, "the reply failed; the terminal says why");
 }
 
 } // namespace
+
+Sockets::Sockets(const Patience &patience) : patience_(patience) {}
 
 Sockets::~Sockets() {
     hang_up();
 }
 
-bool Sockets::has_room() const {
+bool Sockets::make_room() {
     const std::lock_guard lock(mutex_);
-    return std::ranges::count(lines_, false, &Line::has_ended) < static_cast<std::ptrdiff_t>(largest_number);
+    Line *most_silent = nullptr;
+    std::size_t number = 0;
+    for (auto &line : lines_) {
+        if (line.has_ended || line.is_leaving)
+            continue;
+        ++number;
+        if (line.talk && line.silent_since && (!most_silent || *line.silent_since < *most_silent->silent_since))
+            most_silent = &line;
+    }
+    if (number < largest_number)
+        return true;
+    if (!most_silent || Clock::now() - *most_silent->silent_since < patience_.until_replaced)
+        return false;
+    most_silent->talk->end(replaced);
+    most_silent->is_leaving = true;
+    return true;
 }
 
-void Sockets::open(tcp::socket socket, RequestHead head, BeginConversation begin, Fields query) {
+void Sockets::converse(Line &line, int handle, const RequestHead &head, const BeginSession &begin,
+                       const Fields &query) {
+    Talk talk(handle, patience_.silence);
+    if (!talk.accept(head))
+        return;
+    const TellProgress tell = [&talk](const std::string &sentence) {
+        // Whether anybody is there to hear it shows when the reply is written.
+        talk.write({.is_binary = false, .bytes = fields_text({{"progress", sentence}})});
+    };
+    const auto wait = [&](bool is_waiting) {
+        const std::lock_guard lock(mutex_);
+        line.talk = &talk;
+        line.silent_since = is_waiting ? std::optional(Clock::now()) : std::nullopt;
+    };
+    try {
+        const auto session = begun(begin, query, tell);
+        while (true) {
+            wait(true);
+            const auto message = talk.read();
+            wait(false);
+            if (!message || !talk.write(reply_of(session, *message)))
+                break;
+        }
+    } catch (const std::exception &fault) {
+        fail(talk, fault.what());
+    } catch (...) {
+        fail(talk, "a reason that has no name");
+    }
+    const std::lock_guard lock(mutex_);
+    line.talk = nullptr;
+}
+
+void Sockets::open(tcp::socket socket, RequestHead head, BeginSession begin, Fields query) {
     const std::lock_guard lock(mutex_);
     std::erase_if(lines_, [](const Line &line) { return line.has_ended; });
-    const int handle = ::dup(socket.native_handle());
-    if (handle < 0)
+    const int second_handle = ::fcntl(socket.native_handle(), F_DUPFD_CLOEXEC, 0);
+    if (second_handle < 0)
         return;
+    boost::system::error_code error;
+    const int handle = socket.release(error); // another io_context runs it from now on
+    if (error) {
+        ::close(second_handle);
+        return;
+    }
     auto &line = lines_.emplace_back();
-    line.handle = handle;
+    line.handle = second_handle;
     try {
-        line.thread = std::jthread([this, &line, socket = std::move(socket), head = std::move(head),
-                                    begin = std::move(begin), query = std::move(query)]() mutable {
-            converse(std::move(socket), head, begin, query);
-            const std::lock_guard ending(mutex_);
-            ::close(line.handle);
-            line.has_ended = true;
-            one_has_ended_.notify_all();
-        });
+        line.thread = std::jthread(
+            [this, &line, handle, head = std::move(head), begin = std::move(begin), query = std::move(query)] {
+                try {
+                    converse(line, handle, head, begin, query);
+                } catch (const std::exception &fault) { // no descriptors are left
+                    fmt::print(stderr, "livermark: a conversation failed to begin: {}\n", fault.what());
+                }
+                const std::lock_guard ending(mutex_);
+                ::close(line.handle);
+                line.has_ended = true;
+                one_has_ended_.notify_all();
+            });
     } catch (const std::system_error &) {
         ::close(handle);
+        ::close(second_handle);
         lines_.pop_back();
     }
 }

@@ -7,15 +7,26 @@
 #include <condition_variable>
 #include <list>
 #include <mutex>
+#include <optional>
 #include <thread>
 
-#include "server/conversation.hpp"
+#include "server/patience.hpp"
+#include "server/session.hpp"
 
 /// Internal to server/: no other header includes Boost.
 namespace livermark::server {
 
 /// The first part of a request, without what may follow it.
 using RequestHead = boost::beast::http::request<boost::beast::http::empty_body>;
+
+/// Why a session ended that another one has replaced, as the reason of the close frame.
+inline constexpr auto replaced =
+    "Another page took the place of this one, which had been silent; open the file again to go on.";
+
+/// Why a session did not begin. It goes to the page as `fault=<sentence>` and as the reason of the close frame.
+inline constexpr auto no_room = "Eight conversations are under way already; close a page that has one, and try again.";
+
+class Talk;
 
 /// The WebSockets that are open. Each has a thread of its own that reads, replies and writes, one after the other: a
 /// reply may take a second, and nothing else may wait for it. Its functions are for one thread.
@@ -24,31 +35,42 @@ class Sockets {
     static constexpr std::size_t largest_number = 8;
     static constexpr std::size_t largest_message = 16 << 20; ///< [byte]; a longer one closes its socket with code 1009
 
-    Sockets() = default;
+    /// @param patience  with the other sides
+    explicit Sockets(const Patience &patience);
     Sockets(const Sockets &) = delete;
     Sockets &operator=(const Sockets &) = delete;
     ~Sockets(); ///< closes all, and waits as long as it takes
 
-    bool has_room() const;
+    /// Whether one more can be opened: where there are largest_number, the one that has been silent for longest is
+    /// closed for it, if that is long enough.
+    bool make_room();
 
     /// Accepts a WebSocket in a thread of its own; the connection is closed where the machine has none left.
-    /// @param socket  outlived by its io_context
+    /// @param socket  without an operation under way
     /// @param head    the request to upgrade, which has been found good
-    void open(boost::asio::ip::tcp::socket socket, RequestHead head, BeginConversation begin, Fields query);
+    void open(boost::asio::ip::tcp::socket socket, RequestHead head, BeginSession begin, Fields query);
 
     /// Closes all.
     /// @return whether all threads came to their end in time; they do not while they work a reply out
     bool close(std::chrono::milliseconds patience);
 
   private:
+    using Clock = std::chrono::steady_clock;
+    friend class Talk;
+
     struct Line {
         int handle = -1; ///< a second descriptor of its socket, which is good until the thread has ended
         bool has_ended = false;
+        bool is_leaving = false;                         ///< has been told to make room
+        Talk *talk = nullptr;                            ///< what can be told to end, while there is one
+        std::optional<Clock::time_point> silent_since{}; ///< nothing while a reply is worked out
         std::jthread thread{};
     };
 
     void hang_up();
+    void converse(Line &line, int handle, const RequestHead &head, const BeginSession &begin, const Fields &query);
 
+    Patience patience_;
     mutable std::mutex mutex_; ///< of all below
     std::condition_variable one_has_ended_;
     std::list<Line> lines_; ///< destroyed before the mutex that their threads take

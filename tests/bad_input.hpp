@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/input_error.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::tests {
 
@@ -13,7 +13,7 @@ template <typename Action> void expect_input_error(Action &&action, const std::v
     try {
         action();
         ADD_FAILURE() << "the bad input was accepted; expected '" << parts.front() << "'";
-    } catch (const core::InputError &error) {
+    } catch (const support::InputError &error) {
         const std::string message = error.what();
         for (const auto &part : parts)
             EXPECT_NE(message.find(part), std::string::npos) << "'" << part << "' is missing in: " << message;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/material.hpp"
-#include "fem_reference/elastic_system.hpp"
+#include "fem_reference/linear/elastic_system.hpp"
 
 /// Lagrange elements on straight tetrahedra, written a second time: loads that vary from point to point, errors against
 /// exact fields and stresses, without the library that is being tested.

@@ -1,6 +1,6 @@
 // The messages of a live page once more, by the same lines as in the page, compiled for this machine.
 //   stdin: for each message its number of float64 as uint64, and the numbers; the first is the body
-//   stdout: for each of the others the number of bytes of the answer as uint64, and the bytes
+//   stdout: for each of the others the number of bytes of the solution as uint64, and the bytes
 #include <cstdint>
 #include <exception>
 #include <iostream>

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "msm/elastic_motion.hpp"
+#include "msm/dynamics/elastic_motion.hpp"
 #include "msm/integrator.hpp"
 #include "msm/inversion_guard.hpp"
 #include "msm/spring_network.hpp"

@@ -8,7 +8,7 @@
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
 
-/// Bodies that fast kernels move, and the slow steps that they are held against.
+/// Bodies that fast kernels move, and the slow steps that they are compared with.
 namespace livermark::tests {
 
 inline constexpr double sample_step = 1e-4; ///< [s]
@@ -23,7 +23,7 @@ struct Sample {
 double random_value(std::mt19937 &random, double lowest, double highest);
 core::Vector3 random_vector(std::mt19937 &random, double largest);
 
-/// Every fifth node is held, half of these in one direction only; the others bear loads.
+/// Every fifth node is constrained, half of these in one direction only; the others bear loads.
 msm::NodalConditions some_conditions(std::size_t num_nodes, std::mt19937 &random);
 
 /// The first tetrahedra of a box of two materials.
@@ -35,7 +35,7 @@ Sample loose(const core::Body &body);
 /// Tetrahedra with springs, a volume term if one is named, and the guard.
 Sample tetrahedra(int num_tetrahedra, const std::string &volume_term);
 
-/// So far from rest that some tetrahedra are inverted; held components stand still.
+/// So far from rest that some tetrahedra are inverted; constrained components stand still.
 msm::State shaken(const Sample &sample);
 
 /// Steps from there.
@@ -67,7 +67,7 @@ class EveryVectorUnit : public testing::TestWithParam<int64_t> {
     ~EveryVectorUnit() override { choose(0); }
 
   private:
-    /// Nought stands for the best one.
+    /// Zero stands for the best one.
     static void choose(int64_t target) {
         hwy::SetSupportedTargetsForTest(target);
         hwy::GetChosenTarget().Update(hwy::SupportedTargets());

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "results/calibration_file.hpp"
+#include "results/hdf5/calibration_file.hpp"
 
 namespace livermark::tests {
 
@@ -11,7 +11,7 @@ inline results::Calibration sample_calibration(const core::Body &body) {
     calibration.spring_law = "patch";
     calibration.volume_term = "nodal_volume";
     calibration.reference = "fem_p2p1";
-    calibration.held = "x_min";
+    calibration.constrained = "x_min";
     calibration.seed = 7;
     calibration.iterations = 40;
     calibration.penalty = 0.25;

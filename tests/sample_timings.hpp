@@ -1,6 +1,6 @@
 #pragma once
 
-#include "results/timings_file.hpp"
+#include "results/hdf5/timings_file.hpp"
 
 namespace livermark::tests {
 

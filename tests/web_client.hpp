@@ -11,7 +11,7 @@
 #include <optional>
 #include <string>
 
-#include "server/conversation.hpp"
+#include "server/session.hpp"
 
 /// What a browser sends to a server on this machine, and what nobody else should.
 namespace livermark::tests {
@@ -26,11 +26,20 @@ inline std::string own_origin(std::uint16_t port) {
     return "http://" + own_host(port);
 }
 
+/// Of the servers of the tests.
+inline constexpr auto token = "0123456789abcdef";
+
+/// What a browser sends after its first visit.
+inline std::string own_cookie(std::uint16_t port) {
+    return fmt::format("livermark_{}={}", port, token);
+}
+
 /// A request to upgrade as a page sends it.
 inline UpgradeRequest upgrade(std::uint16_t port, const std::string &target) {
     UpgradeRequest request(boost::beast::http::verb::get, target, 11);
     request.set(boost::beast::http::field::host, own_host(port));
     request.set(boost::beast::http::field::origin, own_origin(port));
+    request.set(boost::beast::http::field::cookie, own_cookie(port));
     request.set(boost::beast::http::field::connection, "Upgrade");
     request.set(boost::beast::http::field::upgrade, "websocket");
     request.set(boost::beast::http::field::sec_websocket_version, "13");
@@ -38,16 +47,23 @@ inline UpgradeRequest upgrade(std::uint16_t port, const std::string &target) {
     return request;
 }
 
-/// What HTTP answers, which is 101 where a WebSocket begins.
-inline int status_of(const UpgradeRequest &request, std::uint16_t port) {
+using Response = boost::beast::http::response<boost::beast::http::string_body>;
+
+/// What HTTP answers.
+inline Response response_to(const UpgradeRequest &request, std::uint16_t port) {
     boost::asio::io_context context;
     boost::asio::ip::tcp::socket socket(context);
     socket.connect({boost::asio::ip::address_v4::loopback(), port});
     boost::beast::http::write(socket, request);
     boost::beast::flat_buffer buffer;
-    boost::beast::http::response<boost::beast::http::string_body> response;
+    Response response;
     boost::beast::http::read(socket, buffer, response);
-    return response.result_int();
+    return response;
+}
+
+/// Which is 101 where a WebSocket begins.
+inline int status_of(const UpgradeRequest &request, std::uint16_t port) {
+    return static_cast<int>(response_to(request, port).result_int());
 }
 
 /// A WebSocket of a page.
@@ -61,6 +77,7 @@ class WebSocketClient {
         stream_.set_option(
             boost::beast::websocket::stream_base::decorator([this](boost::beast::websocket::request_type &request) {
                 request.set(boost::beast::http::field::origin, own_origin(port_));
+                request.set(boost::beast::http::field::cookie, own_cookie(port_));
             }));
         boost::beast::error_code error;
         stream_.handshake(own_host(port_), target, error);
@@ -79,6 +96,7 @@ class WebSocketClient {
         stream_.read(bytes, error);
         if (error) {
             close_code = stream_.reason().code;
+            close_reason = stream_.reason().reason.c_str();
             return std::nullopt;
         }
         message.is_binary = stream_.got_binary();
@@ -95,7 +113,11 @@ class WebSocketClient {
         stream_.close(boost::beast::websocket::close_code::normal, error);
     }
 
+    /// The bytes that WebSockets are made of.
+    boost::asio::ip::tcp::socket &connection() { return boost::beast::get_lowest_layer(stream_); }
+
     int close_code = 0;
+    std::string close_reason{};
 
   private:
     std::uint16_t port_;

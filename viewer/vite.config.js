@@ -1,3 +1,4 @@
+import { createHash } from 'node:crypto';
 import { defineConfig } from 'vite';
 
 /** Puts scripts and styles into the page, which then is one file that opens from a disk as well as from a server. */
@@ -17,6 +18,11 @@ function onePage() {
         .replace(/<link rel="stylesheet"[^>]*href="([^"]+)"[^>]*>/g, (_, name) => `<style>${take(name)}</style>`)
         .replace(/<script type="module"[^>]*src="([^"]+)"[^>]*><\/script>/g,
           (_, name) => `<script type="module">${take(name).replaceAll('</script', '<\\/script')}</script>`);
+      // Scripts of the page run by what is in them, and no others: not what a result file might bring into the page.
+      const scripts = [...page.source.matchAll(/<script[^>]*>([^]*?)<\/script>/g)];
+      const hashes = scripts.map(([, script]) => `'sha256-${createHash('sha256').update(script).digest('base64')}'`);
+      page.source = page.source.replace('<head>',
+        () => `<head><meta http-equiv="Content-Security-Policy" content="script-src ${hashes.join(' ')} 'wasm-unsafe-eval'; worker-src blob: data:" />`);
       const left = Object.keys(bundle).filter((name) => name !== 'index.html');
       if (left.length > 0) this.error(`not in the page: ${left.join(', ')}`);
     },

@@ -13,7 +13,7 @@ inline btVector3 to_bullet(const core::Vector3 &x) {
     return {static_cast<btScalar>(x.x()), static_cast<btScalar>(x.y()), static_cast<btScalar>(x.z())};
 }
 
-/// The springs of a scene as links at rest, then stretched. Bullet marks what is held by a mass of zero.
+/// The springs of a scene as links at rest, then stretched. Bullet marks what is constrained by a mass of zero.
 inline std::unique_ptr<btSoftBody> make_bullet_body(const Scene &scene, btSoftBodyWorldInfo &info) {
     info.m_gravity.setZero();
     info.air_density = 0.0F;
@@ -21,7 +21,7 @@ inline std::unique_ptr<btSoftBody> make_bullet_body(const Scene &scene, btSoftBo
     std::vector<btScalar> mass;
     for (std::size_t i = 0; i < scene.start.size(); ++i) {
         rest.push_back(to_bullet(scene.problem.body->mesh.points[i]));
-        mass.push_back(scene.is_held[i] ? 0.0F : static_cast<btScalar>(scene.springs.node_mass[i]));
+        mass.push_back(scene.is_constrained[i] ? 0.0F : static_cast<btScalar>(scene.springs.node_mass[i]));
     }
     auto body = std::make_unique<btSoftBody>(&info, static_cast<int>(rest.size()), rest.data(), mass.data());
     for (const auto &[i, j] : scene.springs.edges)

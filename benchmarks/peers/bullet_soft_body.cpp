@@ -41,7 +41,7 @@ struct World {
 std::vector<core::Vector3> relaxed(const Scene &scene) {
     auto x = scene.start;
     const auto &springs = scene.springs;
-    const auto inverse_mass = [&](int i) { return scene.is_held[i] ? 0.0 : 1.0 / springs.node_mass[i]; };
+    const auto inverse_mass = [&](int i) { return scene.is_constrained[i] ? 0.0 : 1.0 / springs.node_mass[i]; };
     for (std::size_t s = 0; s < springs.edges.size(); ++s) {
         const auto [i, j] = springs.edges[s];
         const double sum = inverse_mass(i) + inverse_mass(j);

@@ -14,7 +14,7 @@ struct Springs {
           v(Eigen::Matrix3Xd::Zero(3, x.cols())), f(3, x.cols()) {
         for (Eigen::Index i = 0; i < x.cols(); ++i) {
             x.col(i) = scene.start[i];
-            inverse_mass[i] = scene.is_held[i] ? 0.0 : 1.0 / scene.springs.node_mass[i];
+            inverse_mass[i] = scene.is_constrained[i] ? 0.0 : 1.0 / scene.springs.node_mass[i];
         }
     }
 

@@ -5,11 +5,11 @@
 #include <memory>
 
 #include "benchmarks/oracle.hpp"
-#include "fem_reference/elastic_system.hpp"
-#include "fem_reference/mass_matrix.hpp"
+#include "fem_reference/dynamics/mass_matrix.hpp"
+#include "fem_reference/linear/elastic_system.hpp"
 #include "msm/biquadratic_springs.hpp"
-#include "msm/highest_frequency.hpp"
-#include "msm/time_step.hpp"
+#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/dynamics/time_step.hpp"
 
 namespace livermark::benchmarks::peers {
 
@@ -43,7 +43,7 @@ class Corotational {
         const auto &body = *scene.problem.body;
         for (Eigen::Index i = 0; i < x_.cols(); ++i) {
             x_.col(i) = scene.start[i];
-            inverse_mass_[i] = scene.is_held[i] ? 0.0 : 1.0 / scene.springs.node_mass[i];
+            inverse_mass_[i] = scene.is_constrained[i] ? 0.0 : 1.0 / scene.springs.node_mass[i];
         }
         for (int t = 0; t < body.mesh.num_tetrahedra(); ++t) {
             const auto &nodes = body.mesh.tetrahedra[t];
@@ -98,7 +98,7 @@ class Corotational {
     };
 
     std::vector<Element> elements_;
-    Eigen::VectorXd inverse_mass_; ///< zero where held
+    Eigen::VectorXd inverse_mass_; ///< zero where constrained
     Eigen::Matrix3Xd x_, v_, f_;
     double h_;
 };

@@ -22,7 +22,7 @@ struct Place {
 Vector3 region_centroid(const std::string &name, const toml::node &place, const core::TetraMesh &mesh) {
     const auto region = std::ranges::find(mesh.region_names, name) - mesh.region_names.begin();
     if (region == std::ssize(mesh.region_names))
-        throw NotOnBody(fmt::format("{}: the body has no region '{}'; it has {}", core::place_of(place), name,
+        throw NotOnBody(fmt::format("{}: the body has no region '{}'; it has {}", support::place_of(place), name,
                                     fmt::join(mesh.region_names, ", ")));
     const auto volumes = tetrahedron_volumes(mesh);
     Vector3 moment = Vector3::Zero();
@@ -37,7 +37,7 @@ Vector3 region_centroid(const std::string &name, const toml::node &place, const 
 }
 
 Place around_patch(const toml::table &disc, const core::TetraMesh &mesh) {
-    const auto name = core::required_string(disc, "patch");
+    const auto name = support::required_string(disc, "patch");
     Place place{"disc on " + name, facets_of_patch(name, *disc.get("patch"), mesh)};
     if (!place.facets.empty())
         place.middle = nearest_facet(place.facets, mesh, middle_of(place.facets, mesh));
@@ -46,9 +46,9 @@ Place around_patch(const toml::table &disc, const core::TetraMesh &mesh) {
 
 Place seen_from(const toml::table &disc, const core::TetraMesh &mesh) {
     const bool from_region = disc.contains("region");
-    const auto region = from_region ? core::required_string(disc, "region") : "";
+    const auto region = from_region ? support::required_string(disc, "region") : "";
     const Vector3 origin =
-        from_region ? region_centroid(region, *disc.get("region"), mesh) : core::required_vector(disc, "point");
+        from_region ? region_centroid(region, *disc.get("region"), mesh) : support::required_vector(disc, "point");
     Place place{from_region ? "disc over " + region
                             : fmt::format("disc at ({:g}, {:g}, {:g}) m", origin.x(), origin.y(), origin.z()),
                 all_facets(mesh)};
@@ -56,10 +56,10 @@ Place seen_from(const toml::table &disc, const core::TetraMesh &mesh) {
         place.middle = nearest_facet(place.facets, mesh, origin);
         return place;
     }
-    const auto direction = core::required_vector(disc, "direction");
+    const auto direction = support::required_vector(disc, "direction");
     if (!(direction.norm() > 0.0))
-        throw core::InputError(fmt::format("{}: the 'direction' is zero; give one that points somewhere",
-                                           core::place_of(*disc.get("direction"))));
+        throw support::InputError(fmt::format("{}: the 'direction' is zero; give one that points somewhere",
+                                              support::place_of(*disc.get("direction"))));
     place.middle = exit_facet(mesh, origin, direction, Exit::last);
     return place;
 }
@@ -67,15 +67,17 @@ Place seen_from(const toml::table &disc, const core::TetraMesh &mesh) {
 Place find_place(const toml::table &disc, const core::TetraMesh &mesh) {
     const int num_origins = int{disc.contains("patch")} + int{disc.contains("point")} + int{disc.contains("region")};
     if (num_origins != 1)
-        throw core::InputError(fmt::format("{}: a disc lies on a 'patch', or at a 'point' or over a 'region'; give one "
-                                           "of them",
-                                           core::place_of(disc)));
+        throw support::InputError(
+            fmt::format("{}: a disc lies on a 'patch', or at a 'point' or over a 'region'; give one "
+                        "of them",
+                        support::place_of(disc)));
     if (!disc.contains("patch"))
         return seen_from(disc, mesh);
     if (disc.contains("direction"))
-        throw core::InputError(fmt::format("{}: a disc on a 'patch' lies in its middle; leave the 'direction' out, or "
-                                           "give a 'point' or a 'region'",
-                                           core::place_of(*disc.get("direction"))));
+        throw support::InputError(
+            fmt::format("{}: a disc on a 'patch' lies in its middle; leave the 'direction' out, or "
+                        "give a 'point' or a 'region'",
+                        support::place_of(*disc.get("direction"))));
     return around_patch(disc, mesh);
 }
 
@@ -87,14 +89,14 @@ Place opposite(const Place &place, const core::TetraMesh &mesh) {
 }
 
 Selection select(const toml::table &condition, const core::TetraMesh &mesh, std::span<const core::FacetCondition>) {
-    const auto &disc = core::required_table(condition, "disc");
-    core::refuse_unknown_keys(disc, {"patch", "point", "region", "direction", "radius", "opposite"});
-    const double radius = core::required_number(disc, "radius");
+    const auto &disc = support::required_table(condition, "disc");
+    support::refuse_unknown_keys(disc, {"patch", "point", "region", "direction", "radius", "opposite"});
+    const double radius = support::required_number(disc, "radius");
     if (!(radius > 0.0))
-        throw core::InputError(
-            fmt::format("{}: the radius is {} m; it has to be positive", core::place_of(disc), radius));
+        throw support::InputError(
+            fmt::format("{}: the radius is {} m; it has to be positive", support::place_of(disc), radius));
     auto place = find_place(disc, mesh);
-    if (place.middle && core::optional_flag(disc, "opposite"))
+    if (place.middle && support::optional_flag(disc, "opposite"))
         place = opposite(place, mesh);
     if (!place.middle)
         return {place.name, {}};

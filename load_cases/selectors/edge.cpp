@@ -27,20 +27,20 @@ double distance_to(const std::vector<Vector3> &points, const Vector3 &point) {
 }
 
 double positive(const toml::table &table, const char *key) {
-    const double value = core::required_number(table, key);
+    const double value = support::required_number(table, key);
     if (!(value > 0.0))
-        throw core::InputError(
-            fmt::format("{}: '{}' is {} m; it has to be positive", core::place_of(table), key, value));
+        throw support::InputError(
+            fmt::format("{}: '{}' is {} m; it has to be positive", support::place_of(table), key, value));
     return value;
 }
 
 Selection select(const toml::table &condition, const core::TetraMesh &mesh, std::span<const core::FacetCondition>) {
-    const auto &edge = core::required_table(condition, "edge");
-    core::refuse_unknown_keys(edge, {"between", "width", "length"});
-    const auto names = core::required_strings(edge, "between");
+    const auto &edge = support::required_table(condition, "edge");
+    support::refuse_unknown_keys(edge, {"between", "width", "length"});
+    const auto names = support::required_strings(edge, "between");
     if (names.size() != 2 || names[0] == names[1])
-        throw core::InputError(
-            fmt::format("{}: an edge is 'between' two patches; name two", core::place_of(*edge.get("between"))));
+        throw support::InputError(
+            fmt::format("{}: an edge is 'between' two patches; name two", support::place_of(*edge.get("between"))));
     const double width = positive(edge, "width");
     const double length = positive(edge, "length");
     auto facets = facets_of_patch(names[0], *edge.get("between"), mesh);

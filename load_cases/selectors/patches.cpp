@@ -10,7 +10,7 @@ namespace {
 
 Selection select(const toml::table &condition, const core::TetraMesh &mesh, std::span<const core::FacetCondition>) {
     Selection selection;
-    const auto names = core::required_strings(condition, "patches");
+    const auto names = support::required_strings(condition, "patches");
     selection.name = fmt::format("{}", fmt::join(names, " and "));
     for (const auto &name : names) {
         const auto facets = facets_of_patch(name, *condition.get("patches"), mesh);

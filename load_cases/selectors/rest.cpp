@@ -9,9 +9,9 @@ namespace {
 
 Selection select(const toml::table &condition, const core::TetraMesh &mesh,
                  std::span<const core::FacetCondition> taken) {
-    if (!core::optional_flag(condition, "rest"))
-        throw core::InputError(
-            fmt::format("{}: 'rest' can only be true; or name another place", core::place_of(*condition.get("rest"))));
+    if (!support::optional_flag(condition, "rest"))
+        throw support::InputError(fmt::format("{}: 'rest' can only be true; or name another place",
+                                              support::place_of(*condition.get("rest"))));
     Selection selection{"the rest of the surface", all_facets(mesh)};
     std::erase_if(selection.facets, [&](int f) { return taken[f] != core::FacetCondition::free; });
     return selection;

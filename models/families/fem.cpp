@@ -1,5 +1,3 @@
-#include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -7,12 +5,12 @@
 #include <vector>
 
 #include "core/refinement.hpp"
-#include "fem_reference/columns.hpp"
-#include "fem_reference/distributed_solver.hpp"
-#include "fem_reference/linear_elasticity.hpp"
-#include "fem_reference/modes.hpp"
-#include "fem_reference/mpi_session.hpp"
+#include "fem_reference/distributed/distributed_solver.hpp"
+#include "fem_reference/dynamics/modes.hpp"
+#include "fem_reference/linear/linear_elasticity.hpp"
+#include "fem_reference/solvers/multivector.hpp"
 #include "models/model_table.hpp"
+#include "support/mpi_session.hpp"
 
 namespace livermark::models::families {
 
@@ -21,122 +19,101 @@ namespace {
 constexpr auto linear_summary = "linear elasticity, linear tetrahedra (the baseline)";
 constexpr auto quadratic_summary = "linear elasticity, quadratic tetrahedra (the reference of motion)";
 
-/// Keeps the solver of the last body, and with it the factor of its stiffness.
-class KeptSolver {
+using fem_reference::Formulation;
+using fem_reference::SolverChoice;
+using fem_reference::StaticSolver;
+
+/// Solves with a solver that others may use as well.
+class PreparedElements : public core::PreparedModel {
   public:
-    KeptSolver(int degree, fem_reference::SolverChoice choice,
-               fem_reference::Formulation formulation = fem_reference::Formulation::displacement)
-        : degree_(degree), choice_(choice), formulation_(formulation) {}
+    explicit PreparedElements(std::shared_ptr<StaticSolver> solver) : solver_(std::move(solver)) {}
 
-    /// See core::Model::begin_with.
-    void begin_with(const core::Problem &problem) { first_[problem.body] = problem.load_case; }
-
-    void forget() {
-        body_.reset();
-        solver_.reset();
-    }
-
-    fem_reference::StaticSolver &on(const std::shared_ptr<const core::Body> &body) {
-        if (body_ != body) {
-            forget(); // the old factor goes before the new one needs the memory
-            solver_.emplace(body, degree_, choice_, formulation_);
-            if (const auto first = first_.find(body); first != first_.end())
-                solver_->begin_with(first->second);
-            body_ = body;
-        }
-        return *solver_;
+    std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases) override {
+        return solver_->solve(load_cases);
     }
 
   private:
-    int degree_;
-    fem_reference::SolverChoice choice_;
-    fem_reference::Formulation formulation_;
-    std::map<std::shared_ptr<const core::Body>, core::LoadCase> first_; ///< of each body, what begin_with() told
-    std::shared_ptr<const core::Body> body_;
-    std::optional<fem_reference::StaticSolver> solver_;
+    std::shared_ptr<StaticSolver> solver_;
 };
 
 /// The discretisation is wrong by a percent, and these iterations then by less than a hundred-thousandth: on both
 /// livers by 8e-7 of the displacement and 1.5e-6 of the reactions at most.
 constexpr double refined_tolerance = 1e-5;
 
-/// The same on the refined mesh, where the solver on the mesh is the second level.
-class KeptRefinedSolver {
+/// The mixed solver of a body, while somebody uses it: fem_p2p1 solves with it, and fem_p2p1_refined takes it for its
+/// second level.
+class MixedSolvers {
   public:
-    KeptRefinedSolver(std::shared_ptr<KeptSolver> coarse, fem_reference::SolverChoice choice)
-        : coarse_(std::move(coarse)), choice_(choice) {}
+    explicit MixedSolvers(SolverChoice choice) : choice_(choice) {}
 
-    /// The solver on the mesh as well.
-    void forget() {
-        body_.reset();
-        solver_.reset();
-        coarse_->forget();
+    SolverChoice choice() const { return choice_; }
+
+    std::shared_ptr<StaticSolver> on(const std::shared_ptr<const core::Body> &body) {
+        if (auto solver = solver_.lock(); solver && body_.lock() == body)
+            return solver;
+        auto solver = std::make_shared<StaticSolver>(body, 2, choice_, Formulation::mixed);
+        body_ = body;
+        solver_ = solver;
+        return solver;
     }
 
-    /// @param problems  of one body
-    std::vector<core::Solution> solve(std::span<const core::Problem> problems) {
-        const auto &body = problems.front().body;
-        if (body_ != body) {
-            body_.reset();
-            solver_.reset();
-            const auto refined = std::make_shared<const core::Body>(core::refine(*body));
-            if (choice_ == fem_reference::SolverChoice::automatic)
-                solver_.emplace(refined, coarse_->on(body), refined_tolerance);
-            else
-                solver_.emplace(refined, 2, choice_, fem_reference::Formulation::mixed);
-            body_ = body;
+  private:
+    SolverChoice choice_;
+    std::weak_ptr<const core::Body> body_; ///< of the solver
+    std::weak_ptr<StaticSolver> solver_;
+};
+
+/// The mixed elements on the refined mesh, where the solver on the mesh is the second level.
+class PreparedRefinedElements : public core::PreparedModel {
+  public:
+    PreparedRefinedElements(const std::shared_ptr<const core::Body> &body, MixedSolvers &coarse)
+        : num_nodes_(body->mesh.points.size()) {
+        auto refined = std::make_shared<const core::Body>(core::refine(*body));
+        if (coarse.choice() == SolverChoice::automatic) {
+            coarse_ = coarse.on(body);
+            solver_.emplace(std::move(refined), *coarse_, refined_tolerance);
+        } else {
+            solver_.emplace(std::move(refined), 2, coarse.choice(), Formulation::mixed);
         }
-        std::vector<core::LoadCase> load_cases;
-        for (const auto &problem : problems) {
-            load_cases.push_back(core::refine(problem.load_case));
-            load_cases.back().release.reset(); // motion on the refined mesh would take hours
+    }
+
+    std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases) override {
+        std::vector<core::LoadCase> refined;
+        for (const auto &load_case : load_cases) {
+            refined.push_back(core::refine(load_case));
+            refined.back().release.reset(); // motion on the refined mesh would take hours
         }
-        auto solutions = solver_->solve(std::span<const core::LoadCase>(load_cases));
+        auto solutions = solver_->solve(std::span<const core::LoadCase>(refined));
         for (auto &solution : solutions)
-            solution.displacement.resize(body->mesh.points.size()); // the nodes of the mesh come first
+            solution.displacement.resize(num_nodes_); // the nodes of the mesh come first
         return solutions;
     }
 
   private:
-    std::shared_ptr<KeptSolver> coarse_;
-    fem_reference::SolverChoice choice_;
-    std::shared_ptr<const core::Body> body_;
-    std::optional<fem_reference::StaticSolver> solver_;
+    std::size_t num_nodes_;                ///< of the mesh
+    std::shared_ptr<StaticSolver> coarse_; ///< outlives the solver that uses it
+    std::optional<StaticSolver> solver_;
 };
 
-core::Model finite_elements(std::string_view name, const char *summary,
-                            std::function<core::Solution(const core::Problem &)> solve,
-                            std::function<core::Modes(const core::Problem &, int)> modes = {}) {
+core::Model finite_elements(std::string_view name, const char *summary, core::PrepareModel prepare) {
     return {.name = std::string(name),
             .summary = summary,
             .source = "Arndt et al. 2022, The deal.II library, version 9.4, J. Numer. Math. 30(3)",
-            .solve = std::move(solve),
-            .modes = std::move(modes),
-            .is_collective = fem_reference::mpi_num_ranks() > 1};
-}
-
-/// Nothing is gained where the user chose a solver.
-core::Model solved_together(core::Model model, fem_reference::SolverChoice choice,
-                            std::function<std::vector<core::Solution>(std::span<const core::Problem>)> solve,
-                            std::function<void()> forget) {
-    model.forget = std::move(forget);
-    if (choice != fem_reference::SolverChoice::automatic)
-        return model;
-    model.solve_together = std::move(solve);
-    model.most_together = fem_reference::most_lanes;
-    return model;
+            .prepare = std::move(prepare),
+            .is_collective = support::mpi_num_ranks() > 1};
 }
 
 /// Several MPI ranks solve together, whatever the size.
 std::vector<core::Model> distributed_models() {
     const auto on_mesh = [](int degree) {
-        return [degree](const core::Problem &problem) { return fem_reference::solve_distributed(problem, degree); };
+        return core::solves_each(
+            [degree](const core::Problem &problem) { return fem_reference::solve_distributed(problem, degree); });
     };
-    const auto refined = [](const core::Problem &problem) {
+    const auto refined = core::solves_each([](const core::Problem &problem) {
         auto solution = fem_reference::solve_distributed(core::refine(problem), 2);
         solution.displacement.resize(problem.body->mesh.points.size()); // the nodes of the mesh come first
         return solution;
-    };
+    });
     return {
         finite_elements("fem_p1", linear_summary, on_mesh(1)),
         finite_elements("fem_p2", quadratic_summary, on_mesh(2)),
@@ -144,51 +121,47 @@ std::vector<core::Model> distributed_models() {
     };
 }
 
-std::vector<core::Model> models(const ModelOptions &options) {
-    if (fem_reference::mpi_num_ranks() > 1)
-        return distributed_models();
-    const auto linear = std::make_shared<KeptSolver>(1, options.fem_solver);
-    const auto quadratic = std::make_shared<KeptSolver>(2, options.fem_solver);
-    const auto mixed = std::make_shared<KeptSolver>(2, options.fem_solver, fem_reference::Formulation::mixed);
-    const auto refined = std::make_shared<KeptRefinedSolver>(mixed, options.fem_solver);
-    const auto on_mesh = [](auto solver) {
-        return [solver](const core::Problem &problem) { return solver->on(problem.body).solve(problem.load_case); };
+/// Elements of displacement alone, which know their modes.
+core::Model displacement_elements(std::string_view name, const char *summary, int degree, SolverChoice choice) {
+    auto model = finite_elements(
+        name, summary, [=](const std::shared_ptr<const core::Body> &body, const core::LoadCase *common) {
+            auto solver = std::make_shared<StaticSolver>(body, degree, choice, Formulation::displacement);
+            if (common)
+                solver->prepare(*common);
+            return std::make_unique<PreparedElements>(std::move(solver));
+        });
+    model.modes = [degree](const core::Problem &problem, int count) {
+        return fem_reference::lowest_modes(problem, degree, count);
     };
-    const auto sharing_factors = [](core::Model model, const std::shared_ptr<KeptSolver> &solver) {
-        model.begin_with = [solver](const core::Problem &problem) { solver->begin_with(problem); };
-        model.forget = [solver] { solver->forget(); };
+    return model;
+}
+
+std::vector<core::Model> models(const ModelOptions &options) {
+    if (support::mpi_num_ranks() > 1)
+        return distributed_models();
+    const auto choice = options.fem_solver;
+    const auto mixed = std::make_shared<MixedSolvers>(choice);
+    // Nothing is gained where the user chose a solver.
+    const auto solved_together = [&](core::Model model) {
+        model.most_together = choice == SolverChoice::automatic ? fem_reference::most_lanes : 1;
         return model;
     };
-    const auto modes = [](int degree) {
-        return [degree](const core::Problem &problem, int count) {
-            return fem_reference::lowest_modes(problem, degree, count);
-        };
-    };
     return {
-        sharing_factors(finite_elements("fem_p1", linear_summary, on_mesh(linear), modes(1)), linear),
-        sharing_factors(finite_elements("fem_p2", quadratic_summary, on_mesh(quadratic), modes(2)), quadratic),
-        solved_together(
-            finite_elements(
-                "fem_p2p1",
-                "linear elasticity, quadratic tetrahedra with a linear pressure (Taylor and Hood; the reference)",
-                on_mesh(mixed)),
-            options.fem_solver,
-            [mixed](std::span<const core::Problem> problems) {
-                std::vector<core::LoadCase> load_cases;
-                for (const auto &problem : problems)
-                    load_cases.push_back(problem.load_case);
-                return mixed->on(problems.front().body).solve(std::span<const core::LoadCase>(load_cases));
-            },
-            [refined] { refined->forget(); }), // what it is refined from is this one's
+        displacement_elements("fem_p1", linear_summary, 1, choice),
+        displacement_elements("fem_p2", quadratic_summary, 2, choice),
+        solved_together(finite_elements(
+            "fem_p2p1",
+            "linear elasticity, quadratic tetrahedra with a linear pressure (Taylor and Hood; the reference)",
+            [mixed](const std::shared_ptr<const core::Body> &body, const core::LoadCase * /*common*/) {
+                return std::make_unique<PreparedElements>(mixed->on(body));
+            })),
         solved_together(
             finite_elements("fem_p2p1_refined",
                             "linear elasticity, Taylor and Hood on the mesh refined once (the reference where fem_p2p1 "
                             "is not good enough)",
-                            [refined](const core::Problem &problem) {
-                                return std::move(refined->solve(std::span(&problem, 1)).front());
-                            }),
-            options.fem_solver, [refined](std::span<const core::Problem> problems) { return refined->solve(problems); },
-            [refined] { refined->forget(); }),
+                            [mixed](const std::shared_ptr<const core::Body> &body, const core::LoadCase * /*common*/) {
+                                return std::make_unique<PreparedRefinedElements>(body, *mixed);
+                            })),
     };
 }
 

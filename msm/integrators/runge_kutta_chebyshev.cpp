@@ -1,4 +1,4 @@
-#include "msm/chebyshev_stages.hpp"
+#include "msm/dynamics/chebyshev_stages.hpp"
 #include "msm/integrator.hpp"
 
 namespace livermark::msm::integrators {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <map>
 
-#include "msm/kernels/shares.hpp"
 #include "msm/kernels/step_workspace.hpp"
-#include "msm/kernels/team.hpp"
+#include "msm/kernels/threads/partition.hpp"
+#include "msm/kernels/threads/team.hpp"
 
 namespace livermark::msm {
 
@@ -94,7 +94,7 @@ template <class T> class Steps : public FastSteps::Implementation {
             at_.mean_change = at_.change;
         }
         at_.corner_force.assign(4 * static_cast<std::size_t>(at_.body.chunk_start.back() + 1), T(0));
-        share_work(at_, team_.size());
+        partition_work(at_, team_.size());
         rest_.resize(at_.body.num_slices);
         for (std::size_t i = 0; i < at_rest.size(); ++i) {
             const auto [slice, lane] = slot(i);

@@ -5,9 +5,9 @@
 #include <string>
 
 #include "core/load_case.hpp"
-#include "msm/chebyshev_stages.hpp"
+#include "msm/dynamics/chebyshev_stages.hpp"
+#include "msm/dynamics/motion.hpp"
 #include "msm/elastic_body.hpp"
-#include "msm/motion.hpp"
 #include "msm/nodal_conditions.hpp"
 
 namespace livermark::msm {
@@ -38,7 +38,7 @@ class FastSteps {
                                             const std::string &integrator, double time_step,
                                             const FastStepOptions &options = {});
 
-    /// Goes on from another state; of held components it takes the displacement alone.
+    /// Goes on from another state; of constrained components it takes the displacement alone.
     void set_state(const State &state);
     State state() const;
 

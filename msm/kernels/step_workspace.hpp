@@ -3,8 +3,8 @@
 #include <array>
 #include <vector>
 
-#include "msm/chebyshev_stages.hpp"
-#include "msm/kernels/sliced_body.hpp"
+#include "msm/dynamics/chebyshev_stages.hpp"
+#include "msm/kernels/layout/sliced_body.hpp"
 
 namespace livermark::msm {
 
@@ -58,7 +58,7 @@ template <> struct FineField<float> {
 template <class T> struct alignas(64) NodeSlice {
     FineField<T> position;       ///< x less the origin [m]
     FineField<T> velocity;       ///< [m/s]
-    SliceField<T> free_per_mass; ///< 1/m [1/kg], 0 where held
+    SliceField<T> free_per_mass; ///< 1/m [1/kg], 0 where constrained
 };
 
 /// What methods of several stages keep between these; see schemes-inl.hpp.
@@ -76,7 +76,7 @@ template <class T> struct alignas(64) ChebyshevSlice {
 };
 
 /// Part of the work that one thread does.
-struct Share {
+struct Partition {
     int first = 0, last = 0;
 };
 
@@ -88,11 +88,11 @@ struct CacheLines {
 
 /// Pairs of slices that one thread moves. Those come last whose springs end at nodes of other threads: until then these
 /// have time to move theirs, and what they have written has time to come.
-struct PairShare {
+struct PairPartition {
     std::vector<int> order;
     std::size_t num_inner = 0;
-    CacheLines foreign; ///< rows of other threads that it reads
-    CacheLines shared;  ///< its own rows that others read
+    CacheLines ghost;  ///< rows of other threads that it reads
+    CacheLines shared; ///< its own rows that others read
 };
 
 /// Everything that the steps of a body read and write.
@@ -123,8 +123,8 @@ template <class T> struct StepWorkspace {
     Aligned<T> change, mean_change;
     Aligned<T> corner_force; ///< (places of all chunks and one that stays zero, 4) [N]
 
-    std::vector<PairShare> pairs;                         ///< of each thread
-    std::vector<Share> fan_slices, volume_slices, chunks; ///< of each thread
+    std::vector<PairPartition> pairs;                         ///< of each thread
+    std::vector<Partition> fan_slices, volume_slices, chunks; ///< of each thread
 };
 
 /// Takes steps, with the widest vectors that the machine has; every thread of a team calls it. The result does not

@@ -6,9 +6,9 @@ namespace livermark::msm::volume_terms {
 namespace {
 
 /// The relative change of volume around a node, averaged over the corners of each tetrahedron, and that over the
-/// tetrahedra around each node. Held nodes have nothing to give to the volumes around them, so at a held patch even one
-/// pressure for each node is more than the nodes there can follow. Mesh-wide patterns of pressure, which the nodes
-/// follow worst, are what the second mean leaves out.
+/// tetrahedra around each node. Held nodes have nothing to give to the volumes around them, so at a constrained patch
+/// even one pressure for each node is more than the nodes there can follow. Mesh-wide patterns of pressure, which the
+/// nodes follow worst, are what the second mean leaves out.
 std::shared_ptr<const ElasticTerm> make(const core::Body &body, const std::vector<double> &modulus) {
     const auto parts = nodal_parts(body);
     auto volumes = volumes_around_nodes(parts, modulus);

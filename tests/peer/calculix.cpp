@@ -9,7 +9,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "exchange/calculix_input.hpp"
+#include "studies/exchange/formats/calculix_input.hpp"
 
 namespace livermark::tests {
 
@@ -52,7 +52,7 @@ std::vector<Vector3> solve_with_calculix(const std::filesystem::path &ccx, const
     std::filesystem::remove(result); // or a failed run would show what an earlier one found
     {
         std::ofstream input(folder / "problem.inp");
-        exchange::write_inp(input, problem, degree);
+        studies::write_inp(input, problem, degree);
         if (!input.flush())
             throw std::runtime_error(fmt::format("{} cannot be written", (folder / "problem.inp").string()));
     }

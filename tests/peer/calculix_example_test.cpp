@@ -5,7 +5,7 @@
 #include <fstream>
 #include <gtest/gtest.h>
 
-#include "results/result_file.hpp"
+#include "results/hdf5/result_file.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/peer/calculix.hpp"
 

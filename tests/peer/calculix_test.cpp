@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "core/error_norms.hpp"
-#include "fem_reference/linear_elasticity.hpp"
+#include "fem_reference/linear/linear_elasticity.hpp"
 #include "load_cases/load_case_reader.hpp"
 #include "meshes/body_reader.hpp"
 

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 #include <numeric>
 
-#include "core/input_error.hpp"
 #include "segmentation/phantom.hpp"
 #include "segmentation/segmentation.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::segmentation {
 namespace {
@@ -89,15 +89,15 @@ TEST(ChooseLabels, LabelsThatAreNotMeantAreBackground) {
 
 TEST(ChooseLabels, WhatCannotBeMeantIsRefused) {
     auto image = block();
-    EXPECT_THROW(choose_labels(image, {.liver = {4}, .tumours = {}}, 0.0), core::InputError);
-    EXPECT_THROW(choose_labels(image, {.liver = {1}, .tumours = {2}}, 0.0), core::InputError);
-    EXPECT_THROW(choose_labels(image, {.liver = {1}, .tumours = {1}}, 0.0), core::InputError);
-    EXPECT_THROW(choose_labels(image, {.liver = {}, .tumours = {1}}, 0.0), core::InputError);
+    EXPECT_THROW(choose_labels(image, {.liver = {4}, .tumours = {}}, 0.0), support::InputError);
+    EXPECT_THROW(choose_labels(image, {.liver = {1}, .tumours = {2}}, 0.0), support::InputError);
+    EXPECT_THROW(choose_labels(image, {.liver = {1}, .tumours = {1}}, 0.0), support::InputError);
+    EXPECT_THROW(choose_labels(image, {.liver = {}, .tumours = {1}}, 0.0), support::InputError);
     for (std::uint16_t label = 2; label < 20; ++label)
         image.label[at(2 + label % 7, 2 + label / 7, 4)] = label;
-    EXPECT_THROW(choose_labels(image, {}, 0.0), core::InputError) << "a segmentation of the whole body";
+    EXPECT_THROW(choose_labels(image, {}, 0.0), support::InputError) << "a segmentation of the whole body";
     image.label.assign(image.label.size(), 0);
-    EXPECT_THROW(choose_labels(image, {}, 0.0), core::InputError) << "empty";
+    EXPECT_THROW(choose_labels(image, {}, 0.0), support::InputError) << "empty";
 }
 
 TEST(Phantom, HasTheVolumesOfTheLiverAndItsSixLesions) {

@@ -7,8 +7,8 @@
 #include <itkImageFileWriter.h>
 #include <itkMetaDataObject.h>
 
-#include "core/input_error.hpp"
 #include "segmentation/phantom.hpp"
+#include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
 
 namespace livermark::segmentation {
@@ -44,7 +44,7 @@ void expect_same(const LabelImage &a, const LabelImage &b) {
 std::string refusal(const fs::path &file) {
     try {
         read_label_image(file);
-    } catch (const core::InputError &error) {
+    } catch (const support::InputError &error) {
         return error.what();
     }
     return "none";
@@ -167,7 +167,7 @@ TEST_F(ImageFile, CutOffIsRefused) {
 }
 
 TEST_F(ImageFile, NamesNoFormatIsRefused) {
-    EXPECT_THROW(write_label_image(directory_ / "a.png", small_image()), core::InputError);
+    EXPECT_THROW(write_label_image(directory_ / "a.png", small_image()), support::InputError);
     EXPECT_TRUE(fs::is_empty(directory_));
 }
 

@@ -177,13 +177,14 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST_P(LabelPhantom, GivesAMeshThatMeetsItsGatesAndFollowsItsBorders) {
     const Phantom &phantom = GetParam();
-    const auto [mesh, gates, num_attempts] = mesh_of(phantom);
-    for (const auto &gate : gates)
-        EXPECT_TRUE(gate.is_met) << gate.name << ": " << gate.value << ", bound " << gate.bound;
-    EXPECT_TRUE(all_met(gates));
+    const auto [mesh, quality_criteria, num_attempts] = mesh_of(phantom);
+    for (const auto &quality_criterion : quality_criteria)
+        EXPECT_TRUE(quality_criterion.is_met)
+            << quality_criterion.name << ": " << quality_criterion.value << ", bound " << quality_criterion.bound;
+    EXPECT_TRUE(all_met(quality_criteria));
     EXPECT_NO_THROW(check(mesh));
 
-    // What the gates say of volumes and regions, told by the voxels and the tetrahedra themselves.
+    // What the quality criteria say of volumes and regions, told by the voxels and the tetrahedra themselves.
     const auto wanted = region_volumes(voxels_of(phantom));
     std::vector<double> volumes(wanted.size(), 0.0);
     const auto volume = core::tetrahedron_volumes(mesh);
@@ -227,10 +228,10 @@ TEST(MeshLabels, NamesTheGateThatAMeshMisses) {
     plate.capsule = [](const Vector3 &place) { return std::max(place.norm() - 0.050, std::abs(place.z()) - 0.002); };
     plate.spacing = {0.001, 0.001, 0.001};
     plate.target_tetrahedra = 200;
-    const auto gates = mesh_of(plate).gates;
-    EXPECT_FALSE(all_met(gates));
-    for (const auto &gate : gates)
-        EXPECT_FALSE(gate.remedy.empty()) << gate.name;
+    const auto quality_criteria = mesh_of(plate).quality_criteria;
+    EXPECT_FALSE(all_met(quality_criteria));
+    for (const auto &quality_criterion : quality_criteria)
+        EXPECT_FALSE(quality_criterion.remedy.empty()) << quality_criterion.name;
 }
 
 } // namespace

@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "core/toml_input.hpp"
 #include "meshes/mesh_figures.hpp"
 #include "segmentation/phantom.hpp"
+#include "support/toml_input.hpp"
 
 namespace livermark::segmentation {
 namespace {
@@ -71,9 +71,9 @@ TEST(PatientBody, IsTheSameEveryTime) {
 TEST(PatientBody, HasABodyFileThatNamesTheImage) {
     const auto voxels = coarse_phantom({.spacing = {3e-3, 3e-3, 3e-3}});
     const auto body = patient_body(voxels, 4000);
-    const auto table = core::parse_toml(body_toml(body, voxels, "a \"b\".nii", "p.msh", "livermark mesh"), "p.toml");
+    const auto table = support::parse_toml(body_toml(body, voxels, "a \"b\".nii", "p.msh", "livermark mesh"), "p.toml");
     EXPECT_EQ(table["image"]["name"].value<std::string>(), "a \"b\".nii");
-    EXPECT_EQ(table["image"]["gates"].as_array()->size(), body.gates.size());
+    EXPECT_EQ(table["image"]["gates"].as_array()->size(), body.quality_criteria.size());
     EXPECT_EQ(table["image"]["mesh"]["tetrahedra"].value<int>(), body.mesh.num_tetrahedra());
     for (const auto &name : body.mesh.region_names)
         EXPECT_TRUE(table["regions"][name].is_table()) << name;

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <gtest/gtest.h>
 
-#include "core/input_error.hpp"
+#include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
 
 namespace livermark::segmentation {
@@ -18,14 +18,14 @@ class SurfaceFile : public tests::ResultFolder {
     std::string refusal(const std::string &name) const {
         try {
             read_surface(directory_ / name);
-        } catch (const core::InputError &error) {
+        } catch (const support::InputError &error) {
             return error.what();
         }
         return "none";
     }
 };
 
-meshes::SurfaceMesh ball(double radius, const core::Vector3 &centre = {0.0, 0.0, 0.0}) {
+meshes::SurfaceMesh ball_surface(double radius, const core::Vector3 &centre = {0.0, 0.0, 0.0}) {
     auto surface = meshes::geodesic_sphere(12);
     for (auto &point : surface.points)
         point = centre + radius * point;
@@ -67,7 +67,7 @@ void write_ply(const fs::path &file, const meshes::SurfaceMesh &surface) {
 }
 
 TEST_F(SurfaceFile, MayBeStlObjOrPly) {
-    const auto surface = ball(50.0);
+    const auto surface = ball_surface(50.0);
     write_stl(directory_ / "a.stl", surface);
     write_obj(directory_ / "a.obj", surface);
     write_ply(directory_ / "a.ply", surface);
@@ -81,13 +81,13 @@ TEST_F(SurfaceFile, MayBeStlObjOrPly) {
 }
 
 TEST_F(SurfaceFile, ThatIsOpenIsRefusedWithThePlace) {
-    write_stl(directory_ / "a.stl", ball(50.0), 1);
+    write_stl(directory_ / "a.stl", ball_surface(50.0), 1);
     EXPECT_NE(refusal("a.stl").find("is open at ("), std::string::npos) << refusal("a.stl");
 }
 
 TEST_F(SurfaceFile, ThatCutsItselfIsRefusedWithThePlace) {
-    auto surface = ball(50.0);
-    const auto other = ball(50.0, {30.0, 0.0, 0.0});
+    auto surface = ball_surface(50.0);
+    const auto other = ball_surface(50.0, {30.0, 0.0, 0.0});
     const int first = static_cast<int>(surface.points.size());
     surface.points.insert(surface.points.end(), other.points.begin(), other.points.end());
     for (auto triangle : other.triangles) {
@@ -108,8 +108,8 @@ TEST_F(SurfaceFile, ThatIsNoneIsRefused) {
 }
 
 TEST(VoxelsWithin, HaveTheVolumesOfTheSurfaces) {
-    const auto liver = ball(0.05);
-    const auto lesion = ball(0.012, {0.04, 0.0, 0.0}); // reaches out of it
+    const auto liver = ball_surface(0.05);
+    const auto lesion = ball_surface(0.012, {0.04, 0.0, 0.0}); // reaches out of it
     const auto voxels = voxels_within({liver, lesion}, 0.8e-3);
     const auto volumes = region_volumes(voxels);
     ASSERT_EQ(voxels.region_names, (std::vector<std::string>{"parenchyma", "tumour_1"}));
@@ -119,7 +119,7 @@ TEST(VoxelsWithin, HaveTheVolumesOfTheSurfaces) {
 }
 
 TEST(VoxelsWithin, RefuseALesionElsewhere) {
-    EXPECT_THROW(voxels_within({ball(0.05), ball(0.01, {0.2, 0.0, 0.0})}, 2e-3), core::InputError);
+    EXPECT_THROW(voxels_within({ball_surface(0.05), ball_surface(0.01, {0.2, 0.0, 0.0})}, 2e-3), support::InputError);
 }
 
 } // namespace

@@ -4,9 +4,10 @@
 #include <gtest/gtest.h>
 #include <regex>
 
-#include "core/toml_input.hpp"
 #include "meshes/mesh_figures.hpp"
-#include "results/result_file.hpp"
+#include "results/hdf5/result_file.hpp"
+#include "support/whole_file.hpp"
+
 #include "tests/child.hpp"
 
 namespace livermark {
@@ -48,7 +49,7 @@ const core::Solution &reference_of(const results::Result &result) {
 }
 
 /// Size of the whole force that holds the body [N].
-double held_force(const results::Result &result) {
+double constrained_force(const results::Result &result) {
     Vector3 sum = Vector3::Zero();
     for (const auto &reaction : reference_of(result).reaction)
         sum += reaction;
@@ -71,9 +72,9 @@ double distance(const results::Result &from, const results::Result &to) {
 /// The liver with tumours as it ships, but for its patches: their names are changed, so that the rules find them anew.
 void write_direct_body(const fs::path &folder) {
     const fs::path meshes = LIVERMARK_SOURCE_DIR "/meshes";
-    std::ofstream(folder / "direct.msh") << std::regex_replace(core::read_text(meshes / "liver_tumours.msh"),
+    std::ofstream(folder / "direct.msh") << std::regex_replace(support::read_text(meshes / "liver_tumours.msh"),
                                                                std::regex("\n2 (\\d+) \""), "\n2 $1 \"drawn_");
-    auto toml = core::read_text(meshes / "liver_tumours.toml");
+    auto toml = support::read_text(meshes / "liver_tumours.toml");
     toml.erase(toml.find("[patches"));
     std::ofstream(folder / "direct.toml")
         << std::regex_replace(toml, std::regex("mesh = .*"), "mesh = \"direct.msh\"\nfind_patches = true");
@@ -102,7 +103,7 @@ TEST(WholeWay, FromAnImageToDisplacementsAgreesWithTheMeshOfTheSameShape) {
         // is pulled ends where a facet ends.
         const double geometric =
             3.0 * std::abs(meshes::mesh_figures(scanned.problem.body->mesh).volume / volume - 1.0) +
-            std::abs(held_force(scanned) / held_force(direct) - 1.0);
+            std::abs(constrained_force(scanned) / constrained_force(direct) - 1.0);
         const double uncertainty =
             scanned.reference_uncertainty->relative_l2 + direct.reference_uncertainty->relative_l2;
         const double apart = distance(direct, scanned);

@@ -5,13 +5,13 @@
 #include <ostream>
 
 #include "core/error_norms.hpp"
-#include "core/toml_input.hpp"
 #include "load_cases/load_case_reader.hpp"
 #include "load_cases/selector.hpp"
 #include "meshes/body_reader.hpp"
 #include "models/model_table.hpp"
 #include "results/error_bands.hpp"
-#include "results/result_file.hpp"
+#include "results/hdf5/result_file.hpp"
+#include "support/toml_input.hpp"
 
 namespace livermark {
 namespace {
@@ -43,9 +43,9 @@ bool fits(const std::string &load_case, const core::TetraMesh &mesh) {
 /// All that ships.
 std::vector<Contest> all_contests() {
     std::vector<Contest> contests;
-    for (const auto &name : core::list_toml(LIVERMARK_SOURCE_DIR "/meshes")) {
+    for (const auto &name : support::list_toml(LIVERMARK_SOURCE_DIR "/meshes")) {
         const auto body = meshes::read_body(LIVERMARK_SOURCE_DIR "/meshes/" + name + ".toml");
-        for (const auto &load_case : core::list_toml(LIVERMARK_SOURCE_DIR "/load_cases"))
+        for (const auto &load_case : support::list_toml(LIVERMARK_SOURCE_DIR "/load_cases"))
             if (fits(load_case, body.mesh))
                 contests.push_back({name, load_case});
     }
@@ -170,7 +170,7 @@ TEST_P(ModelsAgainstFem, ReactionsBalanceTheLoads) {
 }
 
 /// Within a factor of 1.3 of what the load case promises; and the springs, which are geometrically non-linear, are
-/// still close to their own linear answer, so that linear elasticity is a fair reference.
+/// still close to their own linear solution, so that linear elasticity is a fair reference.
 TEST_P(ModelsAgainstFem, LoadIsInTheLinearRange) {
     const auto *measure = find(reference_name());
     ASSERT_NE(measure, nullptr);

@@ -3,18 +3,18 @@
 #include <cmath>
 
 #include "core/error_norms.hpp"
-#include "core/toml_input.hpp"
 #include "load_cases/load_case_reader.hpp"
 #include "load_cases/selector.hpp"
 #include "meshes/body_reader.hpp"
 #include "models/model_table.hpp"
 #include "msm/spring_law.hpp"
+#include "support/toml_input.hpp"
 
 namespace livermark {
 namespace {
 
 std::vector<std::string> all_bodies() {
-    return core::list_toml(LIVERMARK_SOURCE_DIR "/meshes");
+    return support::list_toml(LIVERMARK_SOURCE_DIR "/meshes");
 }
 
 class Relaxation : public testing::TestWithParam<std::string> {};
@@ -33,7 +33,7 @@ TEST_P(Relaxation, ComesToTheEquilibriumThatNewtonFinds) {
         const auto models = models::all_models(options);
         return std::ranges::find(models, model, &core::Model::name)->solve(problem);
     };
-    for (const auto &name : core::list_toml(LIVERMARK_SOURCE_DIR "/load_cases")) {
+    for (const auto &name : support::list_toml(LIVERMARK_SOURCE_DIR "/load_cases")) {
         core::Problem problem{body, {}};
         try {
             problem.load_case = load_cases::read_load_case(

@@ -8,7 +8,7 @@ import { chromium } from 'playwright-core';
 const top = resolve(import.meta.dirname, '../..');
 /** Where CMake has built livermark and write_sample_result. */
 const build = process.env.LIVERMARK_BUILD ?? join(top, 'build/release');
-export const livermark = join(build, 'app/livermark');
+export const livermark = join(build, 'livermark');
 export const builtTests = join(build, 'tests');
 const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
 
@@ -28,7 +28,7 @@ export function shippedFolder(name) {
   return { folder, remove: () => rmSync(folder, { recursive: true }) };
 }
 
-/** Starts `livermark view` on any free port. */
+/** Starts `livermark view` on any free port. @return its address, with the token */
 export async function startServer(folder) {
   const child = spawn(livermark, ['view', folder, '--port', '0']);
   const ended = new Promise((done) => child.once('exit', done));
@@ -36,7 +36,7 @@ export async function startServer(folder) {
   const address = await new Promise((found, failed) => {
     child.stdout.on('data', (text) => {
       said += text;
-      const match = said.match(/http:\/\/127\.0\.0\.1:\d+\//);
+      const match = said.match(/http:\/\/127\.0\.0\.1:\d+\/\?token=[0-9a-f]+/);
       if (match) found(match[0]);
     });
     child.stderr.on('data', (text) => (said += text));

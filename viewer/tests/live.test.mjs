@@ -1,12 +1,12 @@
 // The live page as its readers use it: mouse, finger and keys on a liver with tumours. Machines that run tests are slow and
 // draw in software, so nothing here asks how fast it goes.
 import assert from 'node:assert/strict';
-import { copyFileSync, existsSync, readFileSync } from 'node:fs';
+import { copyFileSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import * as hdf5 from 'h5wasm/node';
 import { builtPage, shippedFolder, startBrowser, startServer } from './browser.mjs';
-import { bodyOf, frameOf, liveReplay, playNatively } from './springs.mjs';
+import { bodyOf, frameOf, noReplay, playNatively } from './springs.mjs';
 
 let shipped, server, browser, page;
 const file = 'liver_tumours/palpation.h5';
@@ -155,7 +155,7 @@ test('what was done is saved step by step, with the numbers of the page', async 
 /** Rows of a saved file as questions to the springs. */
 const asked = (row) => {
   const number = (name) => Number(row[name]);
-  if (row.kind === 'reset') return { kind: 'reset' };
+  if (['reset', 'keep', 'undo'].includes(row.kind)) return { kind: row.kind };
   if (row.kind === 'choose') {
     const settings = {
       springLaw: row.law, keepsVolume: row.keeps_volume === '1', youngModulus: number('young_modulus'), poissonRatio: number('poisson_ratio'),
@@ -168,7 +168,7 @@ const asked = (row) => {
   return { kind: 'move', tool, numSteps: number('num_steps') };
 };
 
-const onlyThere = { skip: existsSync(liveReplay) ? false : 'the native build has other last digits here' };
+const onlyThere = { skip: noReplay };
 test('what was done on the page is done again natively, with the same force and indentation to the last bit', onlyThere, async () => {
   await goLive();
   await poke();

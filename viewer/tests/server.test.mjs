@@ -1,22 +1,25 @@
-// `livermark view` over HTTP; how it decides is tested in tests/unit/site_test.cpp.
+// `livermark view` over HTTP; how it decides is tested in tests/server/unit/site_test.cpp.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { request } from 'node:http';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { builtPage, sampleFolder, startServer } from './browser.mjs';
+import { builtPage, sampleFolder, startBrowser, startServer } from './browser.mjs';
 
-let samples, server;
+let samples, server, cookie;
 before(async () => {
   samples = sampleFolder();
   server = await startServer(samples.folder);
+  const first = await ask(`/${new URL(server.address).search}`);
+  cookie = first.headers['set-cookie'][0].split(';')[0];
 });
 after(() => samples?.remove());
 
-function ask(path, options = {}) {
+/** With the cookie of the first visit, as a browser does. */
+function ask(path, { headers = {}, ...options } = {}) {
   const { hostname, port } = new URL(server.address);
   return new Promise((done, failed) => {
-    const asked = request({ hostname, port, path, ...options }, (response) => {
+    const asked = request({ hostname, port, path, headers: { ...(cookie && { Cookie: cookie }), ...headers }, ...options }, (response) => {
       const parts = [];
       response.on('data', (part) => parts.push(part));
       response.on('end', () => done({ status: response.statusCode, headers: response.headers, body: Buffer.concat(parts) }));
@@ -35,6 +38,48 @@ test('the page and the files arrive byte by byte', async () => {
   assert.equal(head.body.length, 0);
 });
 
+test('without the token nothing is shown', async () => {
+  for (const path of ['/', '/files.json', '/files/sample_result.h5', '/?token=', '/?token=0123']) {
+    const refused = await ask(path, { headers: { Cookie: '' } });
+    assert.equal(refused.status, 403, path);
+    assert.match(String(refused.body), /open the address that `livermark view` printed/);
+    assert.equal(refused.headers['set-cookie'], undefined);
+  }
+  assert.equal((await ask('/files.json', { headers: { Cookie: cookie.replace(/.$/, (c) => (c === '0' ? '1' : '0')) } })).status, 403);
+  assert.equal((await ask('/files.json', { headers: { 'Sec-Fetch-Site': 'cross-site' } })).status, 403);
+  assert.equal((await ask('/files.json')).status, 200);
+});
+
+test('the page breaks none of its own rules', async () => {
+  const { headers } = await ask('/');
+  assert.equal(headers['cross-origin-opener-policy'], 'same-origin');
+  assert.match(headers['content-security-policy'], /^default-src 'none'; /);
+  const browser = await startBrowser();
+  try {
+    const page = await browser.newPage();
+    const said = [];
+    page.on('console', (message) => message.type() === 'error' && said.push(message.text()));
+    page.on('pageerror', (error) => said.push(String(error)));
+    // Noticed by the document, and so also what the console would not call an error.
+    await page.addInitScript(() => {
+      globalThis.violations = [];
+      document.addEventListener('securitypolicyviolation', ({ effectiveDirective, blockedURI }) => violations.push(`${effectiveDirective}: ${blockedURI}`));
+    });
+    await page.goto(`${server.address}#sample_result.h5`);
+    await page.locator('#stage[data-drawn]').waitFor();
+    await page.locator('#mode input[value=live]').check({ force: true });
+    await page.locator('#live[data-state=moving]').waitFor({ timeout: 120_000 });
+    await page.evaluate(() => fetch('http://127.0.0.1:1/').catch(() => {}));
+    assert.deepEqual(await page.evaluate(() => violations), ['connect-src: http://127.0.0.1:1/']);
+    // A script that somebody brings into the page does not run.
+    await page.evaluate(() => document.body.append(Object.assign(document.createElement('script'), { textContent: 'globalThis.hasRun = true' })));
+    assert.equal(await page.evaluate(() => globalThis.hasRun), undefined);
+    assert.deepEqual(said.filter((text) => !text.includes('127.0.0.1:1/') && !/inline script/.test(text)), []);
+  } finally {
+    await browser.close();
+  }
+});
+
 test('other hosts, origins and methods are refused', async () => {
   assert.equal((await ask('/', { headers: { Host: 'example.org' } })).status, 403);
   assert.equal((await ask('/', { headers: { Origin: 'http://localhost.example.org' } })).status, 403);
@@ -43,13 +88,14 @@ test('other hosts, origins and methods are refused', async () => {
 });
 
 /** Asks for a WebSocket. @return the status, and the socket if it is 101 */
-function upgrade(path, origin) {
+function upgrade(path, origin, withCookie = cookie) {
   const { hostname, port } = new URL(server.address);
   const headers = {
     Connection: 'Upgrade',
     Upgrade: 'websocket',
     'Sec-WebSocket-Version': '13',
     'Sec-WebSocket-Key': 'dGhlIHNhbXBsZSBub25jZQ==',
+    Cookie: withCookie,
     ...(origin && { Origin: origin }),
   };
   return new Promise((done, failed) => {
@@ -62,9 +108,10 @@ function upgrade(path, origin) {
 }
 
 test('it converses with its own page about a file', async () => {
-  const origin = server.address.slice(0, -1);
+  const { origin } = new URL(server.address);
   const path = '/live/fem?file=sample_result.h5';
   assert.equal((await upgrade(path)).status, 403);
+  assert.equal((await upgrade(path, origin, '')).status, 403);
   assert.equal((await upgrade(path, 'http://example.org')).status, 403);
   assert.equal((await upgrade('/live/nothing', origin)).status, 404);
   const { status, socket } = await upgrade(path, origin);

@@ -5,7 +5,7 @@ import { wasmEngine } from '../src/live/wasm_engine.ts';
 export type Row =
   | { kind: 'choose'; settings: LiveSettings }
   | { kind: 'move'; tool: Tool; numSteps: number }
-  | { kind: 'reset' };
+  | { kind: 'reset' | 'keep' | 'undo' };
 /** Of arrays of numbers, so that it can be said across processes. */
 type PlainBody = { [K in keyof LiveBody]: LiveBody[K] extends string ? string : number[] };
 
@@ -43,6 +43,8 @@ async function play(rows: Row[], whole: boolean): Promise<unknown[]> {
   for (const row of rows) {
     if (row.kind === 'choose') answers.push(await engine.choose(row.settings));
     else if (row.kind === 'reset') answers.push(await engine.reset());
+    else if (row.kind === 'keep') answers.push(await engine.keep());
+    else if (row.kind === 'undo') answers.push(await engine.restore());
     else {
       const frame = await engine.move(row.tool, row.numSteps);
       const { time, force, indentation, smallestVolume, restarts, displacement } = frame;

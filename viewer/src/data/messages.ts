@@ -1,10 +1,10 @@
-// What the page asks of the worker that reads the file, and what it answers.
+// What the page asks of the worker that reads a file, and what it answers. A worker reads one file only, which it is asked to open first.
 import type { Field, Frame, Largest, NodeValues, ProbeMotion, Result, SoftBody } from './types.ts';
 
 export interface Questions {
   open: { question: { file: File }; answer: Result };
-  field: { question: { model: string; frame: Frame }; answer: Field };
-  largest: { question: { model: string; moving: boolean }; answer: Largest };
+  field: { question: { model: string; frame: Frame; strain: boolean }; answer: Field };
+  largest: { question: { model: string; moving: boolean; strain: boolean }; answer: Largest };
   node: { question: { node: number; frame: Frame }; answer: NodeValues[] };
   motion: { question: { probe: number; reference: string }; answer: ProbeMotion[] };
   body: { question: null; answer: SoftBody };

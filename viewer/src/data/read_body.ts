@@ -32,16 +32,13 @@ function readMaterial(file: File, quantity: string, numRegions: number, isOne: (
 /** @throws Fault with a sentence that names the place in the file */
 export function readBody(file: File): SoftBody {
   const mesh = readMesh(file);
-  const points = Float64Array.from(mesh.points);
-  if (!points.every(Number.isFinite))
-    throw new Fault('/mesh/points has a place that is no number; make the file again with livermark run.');
   const region = Int32Array.from(mesh.region);
   if (region.some((r) => r < 0))
     throw new Fault('/mesh/region has a number below 0; make the file again with livermark run.');
   const numRegions = region.reduce((most, r) => Math.max(most, r), 0) + 1;
   const isAboveZero = (value: number) => value > 0 && value < Infinity;
   return {
-    points,
+    points: Float64Array.from(mesh.points),
     tetrahedra: Int32Array.from(mesh.tetrahedra),
     region,
     density: readMaterial(file, 'density', numRegions, isAboveZero),

@@ -14,7 +14,7 @@ function rowsOf(file: File, path: string, numNodes: number, frame: Frame): Float
   return Float32Array.from(rows(file, path, 3, [first, first + numNodes]));
 }
 
-export function readField(file: File, model: string, frame: Frame, numNodes: number): Field {
+export function readField(file: File, model: string, frame: Frame, numNodes: number): Omit<Field, 'strain'> {
   const error = errorPath(model, frame);
   return {
     displacement: rowsOf(file, displacementPath(model, frame), numNodes, frame),
@@ -34,7 +34,7 @@ function largestLength(file: File, path: string): number {
 }
 
 /** Over the static answer, or over all frames, so that colours mean the same at all times. */
-export function readLargest(file: File, model: string, moving: boolean): Largest {
+export function readLargest(file: File, model: string, moving: boolean): Omit<Largest, 'strain'> {
   const frame = moving ? 0 : null;
   return {
     displacement: largestLength(file, displacementPath(model, frame)),

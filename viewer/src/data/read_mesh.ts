@@ -21,6 +21,9 @@ function readNodes(file: File, path: string, columns: number, numNodes: number):
 /** @throws Fault with a sentence that names the place in the file */
 export function readMesh(file: File): Mesh {
   const points = rows(file, '/mesh/points', 3);
+  for (let i = 0; i < points.length; i++)
+    if (!Number.isFinite(points[i]))
+      throw new Fault(`/mesh/points has a place that is no number, of node ${Math.floor(i / 3)}; make the file again with livermark run.`);
   const tetrahedra = readNodes(file, '/mesh/tetrahedra', 4, points.length / 3);
   return {
     points,

@@ -1,7 +1,9 @@
 // A result file as results/schema.md describes it, checked where it enters the page.
 import type { File } from 'h5wasm';
 import { children, has, number, rows, text, texts } from './hdf5.ts';
+import { readConditions } from './read_conditions.ts';
 import { readMesh } from './read_mesh.ts';
+import { lesionsOf } from './lesions.ts';
 import { compactSurface, innerTriangles } from './surface.ts';
 import { Fault, type Comparison, type Model, type Result } from './types.ts';
 
@@ -72,6 +74,7 @@ export function readResult(file: File, name: string): Result {
     throw new Fault(`It is of schema ${schema}, and this page reads schema ${knownSchema}; use the page of the same version.`);
   const { points, tetrahedra, region, triangles } = readMesh(file);
   const models = children(file, '/solutions').map((model) => readModel(file, model));
+  const regions = texts(file, '/mesh/region', 'names');
   return {
     file: name,
     body: text(file, '/', 'body'),
@@ -86,7 +89,10 @@ export function readResult(file: File, name: string): Result {
       outside: compactSurface(triangles),
       inside: compactSurface(innerTriangles(tetrahedra, region)),
     },
-    tumours: texts(file, '/mesh/region', 'names').slice(1),
+    tetrahedra: Int32Array.from(tetrahedra),
+    lesions: lesionsOf(regions, points, tetrahedra, region),
+    isAnatomical: regions[0] === 'parenchyma',
+    conditions: readConditions(file, triangles.length / 3),
     frameTimes: models.some((m) => m.moves) ? frameTimes(file) : [],
     probes: texts(file, '/load_case/release/probe', 'names'),
   };

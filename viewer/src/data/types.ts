@@ -1,4 +1,5 @@
 // What the page knows of a result file. Fields are read when they are shown.
+import type { Conditions } from '../picture/facet_conditions.ts';
 import type { Surfaces } from './surface.ts';
 
 /** Numbers of /comparisons/<model>; NaN where the file has none. */
@@ -25,6 +26,20 @@ export interface Model {
   comparison: Comparison | null; // null for the reference
 }
 
+/** A region inside the body. */
+export interface Lesion {
+  name: string;
+  volume: number; // m^3
+  node: number; // of it, the nearest to its centre
+}
+
+/** What the load case prescribes on the surface, and what it calls the places. */
+export interface NamedConditions extends Conditions {
+  name: Int32Array; // (T) index into names: of the constraint, or of the patch
+  names: string[];
+  acceleration: number[]; // (3) m/s^2
+}
+
 export interface Result {
   file: string;
   body: string;
@@ -36,7 +51,10 @@ export interface Result {
   models: Model[];
   points: Float32Array; // (N,3) m
   surfaces: Surfaces;
-  tumours: string[];
+  tetrahedra: Int32Array; // (M,4)
+  lesions: Lesion[]; // all regions but the first
+  isAnatomical: boolean; // x to the left, y to the back, z to the head of a patient (LPS)
+  conditions: NamedConditions;
   frameTimes: number[]; // s; empty if nothing moves
   probes: string[];
 }
@@ -47,12 +65,14 @@ export type Frame = number | null;
 export interface Field {
   displacement: Float32Array; // (N,3) m
   error: Float32Array | null; // (N,3) m; null for what it is measured by, and where nobody compared
+  strain: Float32Array | null; // (N) largest principal Green strain; null if nobody asked for it
 }
 
-/** The largest finite lengths over the static answer or all frames [m]; error is 0 where there is none. */
+/** The largest finite values over the static answer or all frames [m, m, 1]; error is 0 where there is none. */
 export interface Largest {
   displacement: number;
   error: number;
+  strain: number; // 0 if nobody asked for it
 }
 
 /** Of one model at one node [m]. */

@@ -1,20 +1,21 @@
-// Reads one file at a time, off the thread that draws. The file stays where it is: only what is asked for is read.
+// Reads one file, off the thread that draws. The file stays where it is: only what is asked for is read.
 import * as hdf5 from 'h5wasm';
 import type { Kind, Message, Questions, Reply } from './messages.ts';
 import { readBody } from './read_body.ts';
 import { readField, readLargest, readMotion, readNode } from './read_fields.ts';
+import { readMesh } from './read_mesh.ts';
 import { readResult } from './read_result.ts';
-import { Fault, type Result } from './types.ts';
+import { nodalStrain, strainMesh, type StrainMesh } from './strain.ts';
+import { Fault, type Field, type Result } from './types.ts';
 
 const signature = [0x89, 0x48, 0x44, 0x46, 0x0d, 0x0a, 0x1a, 0x0a]; // of HDF5
 
 interface Opened {
   file: hdf5.File;
   result: Result;
-  folder: string;
+  strain: StrainMesh | null; // once somebody has asked for it
 }
 let opened: Opened | null = null;
-let numOpened = 0;
 
 async function refuseWhatIsNotHdf5(file: File): Promise<void> {
   const start = new Uint8Array(await file.slice(0, signature.length).arrayBuffer());
@@ -37,25 +38,12 @@ function openMounted(path: string): hdf5.File {
 async function open(file: File): Promise<Result> {
   await refuseWhatIsNotHdf5(file);
   const { FS } = await hdf5.ready;
-  // A folder for each file, because names of files may be anything.
-  const folder = `/file_${numOpened++}`;
+  const folder = '/opened';
   FS.mkdir(folder);
   FS.mount(FS.filesystems['WORKERFS']!, { blobs: [{ name: 'result.h5', data: file }] }, folder);
-  let mounted: hdf5.File | null = null;
-  try {
-    mounted = openMounted(`${folder}/result.h5`);
-    const result = readResult(mounted, file.name);
-    if (opened) {
-      opened.file.close();
-      FS.unmount(opened.folder);
-    }
-    opened = { file: mounted, result, folder };
-    return result;
-  } catch (error) {
-    mounted?.close();
-    FS.unmount(folder);
-    throw error;
-  }
+  const mounted = openMounted(`${folder}/result.h5`);
+  opened = { file: mounted, result: readResult(mounted, file.name), strain: null };
+  return opened.result;
 }
 
 function shown(): Opened {
@@ -63,12 +51,41 @@ function shown(): Opened {
   return opened;
 }
 
-type Answers = { [K in Kind]: (question: Questions[K]['question']) => Questions[K]['answer'] | Promise<Questions[K]['answer']> };
 const numNodes = () => shown().result.points.length / 3;
+
+function strainOf(displacement: Float32Array): Float32Array {
+  const mine = shown();
+  mine.strain ??= strainMesh(readMesh(mine.file).points, mine.result.tetrahedra);
+  return nodalStrain(mine.strain, displacement);
+}
+
+function field({ model, frame, strain }: Questions['field']['question']): Field {
+  const read = readField(shown().file, model, frame, numNodes());
+  return { ...read, strain: strain ? strainOf(read.displacement) : null };
+}
+
+const greatestStrains = new Map<string, number>();
+
+function largestStrain(model: string, moving: boolean): number {
+  const key = `${moving} ${model}`;
+  const frames = moving ? shown().result.frameTimes.keys() : [null];
+  const find = () => {
+    let most = 0;
+    for (const frame of frames)
+      for (const value of strainOf(readField(shown().file, model, frame, numNodes()).displacement))
+        if (value > most && value < Infinity) most = value;
+    return most;
+  };
+  const known = greatestStrains.get(key) ?? find();
+  greatestStrains.set(key, known);
+  return known;
+}
+
+type Answers = { [K in Kind]: (question: Questions[K]['question']) => Questions[K]['answer'] | Promise<Questions[K]['answer']> };
 const answers: Answers = {
   open: ({ file }) => open(file),
-  field: ({ model, frame }) => readField(shown().file, model, frame, numNodes()),
-  largest: ({ model, moving }) => readLargest(shown().file, model, moving),
+  field,
+  largest: ({ model, moving, strain }) => ({ ...readLargest(shown().file, model, moving), strain: strain ? largestStrain(model, moving) : 0 }),
   node: ({ node, frame }) => readNode(shown().file, node, frame, numNodes()),
   motion: ({ probe, reference }) => readMotion(shown().file, probe, shown().result.probes.length, reference),
   body: () => readBody(shown().file),
@@ -83,7 +100,7 @@ async function reply<K extends Kind>({ id, kind, question }: Message<K>): Promis
   }
 }
 
-// One after the other: a file that is being opened must not be asked for fields.
+// One after the other: a file that is still being opened must not be asked for fields.
 let last: Promise<void> = Promise.resolve();
 self.onmessage = (event: MessageEvent<Message>) => {
   last = last.then(async () => self.postMessage(await reply(event.data)));

@@ -8,12 +8,15 @@ import { startAsking, type Asking, type Truth } from './truth.ts';
 import type { LiveBody, LiveFrame, LiveSettings } from './types.ts';
 
 export interface Following {
+  /** What FEM has said to the forces of now, if it has. */
+  truth(): Truth | null;
   open(body: LiveBody, settings: LiveSettings): void;
   choose(settings: LiveSettings): void;
   follow(frame: LiveFrame): void;
 }
 
 const readings = ['live-fem-springs', 'live-fem-indentation', 'live-fem-elements', 'live-fem-off', 'live-fem-error'];
+const tellProgress = (sentence: string) => (byId('live-fem-progress').textContent = sentence);
 const box = () => byId<HTMLInputElement>('live-fem');
 
 function tellTruth({ springs, elements, error, isAtRest }: Truth): void {
@@ -27,47 +30,55 @@ function tellTruth({ springs, elements, error, isAtRest }: Truth): void {
   tell('live-fem-state', Number(isAtRest), isAtRest ? 'at rest' : 'in motion: springs have inertia and damping, FEM has not');
 }
 
-export function startFollowing(scene: Scene, complain: (error: unknown) => void): Following {
+/** @param answered  is called when there is another answer, or none any more */
+export function startFollowing(scene: Scene, answered: () => void, complain: (error: unknown) => void): Following {
   let body: LiveBody | null = null;
   let settings: LiveSettings | null = null;
   let asking: Asking | null = null;
-  let hasAnswer = false;
+  let truth: Truth | null = null;
   let before: LiveFrame | null = null;
 
   /** Nothing is touched: finite elements are at rest. */
   function forget(): void {
-    hasAnswer = false;
+    truth = null;
     for (const id of readings) tell(id, Number.NaN, '–');
     tell('live-fem-state', Number.NaN, 'when the body is touched and FEM has answered');
-    scene.showElements(new Float32Array(body!.points.length));
+    scene.showElements('at rest');
+    answered();
   }
 
   function stop(): void {
     asking?.close();
     asking = null;
+    tellProgress('');
+    truth = null;
     box().checked = false;
     byId('live-fem-readings').hidden = byId('live-names').hidden = true;
-    scene.showElements(null);
+    if (body) scene.showElements(null);
+    answered();
   }
 
   function start(): void {
     if (!body || !settings) return stop();
     byId('live-fem-readings').hidden = byId('live-names').hidden = false;
     forget();
-    const show = (truth: Truth) => {
-      hasAnswer = true;
-      tellTruth(truth);
-      scene.showElements(truth.displacement);
+    const show = (answer: Truth) => {
+      truth = answer;
+      tellProgress('');
+      tellTruth(answer);
+      scene.showElements(answer);
+      answered();
     };
     const fail = (error: unknown) => {
       stop();
       complain(error);
     };
-    asking = startAsking(femEngine(), body, settings, show, fail);
+    asking = startAsking(femEngine(tellProgress), body, settings, show, fail);
   }
 
   box().addEventListener('change', () => (box().checked ? start() : stop()));
   return {
+    truth: () => truth,
     open(next, chosen) {
       const goesOn = next === body && box().checked;
       stop();
@@ -86,7 +97,7 @@ export function startFollowing(scene: Scene, complain: (error: unknown) => void)
       asking?.choose(chosen);
     },
     follow(frame) {
-      if (asking && hasAnswer && frame.loadedFacets.length === 0) forget();
+      if (asking && truth && frame.loadedFacets.length === 0) forget();
       if (before) asking?.ask(frame, before);
       before = frame;
     },

@@ -1,11 +1,13 @@
 // Mouse, finger and keys as motions of the hand.
 import type { Stage } from '../picture/stage.ts';
-import { goalOf, letGo, plus, pushTo, slide, take, type Hand } from './hand.ts';
+import { goalOf, letGo, plus, pushTo, slide, type Grasp, type Hand } from './hand.ts';
 import type { LiveBody, Vector } from './types.ts';
 
 export interface Handling {
   hand(): Hand;
   change(hand: Hand): void;
+  /** Sets the tool down. */
+  take(place: Pick<Grasp, 'point' | 'inwards' | 'node'>): void;
   body(): LiveBody | null;
   /** Whether a tool stays where it is when the button is let go. */
   stays(): boolean;
@@ -74,7 +76,7 @@ export function createPointer(canvas: HTMLCanvasElement, stage: () => Stage, han
       canvas.setPointerCapture(event.pointerId);
       stage().setZooming(false);
       handling.say('');
-      handling.change(take(hand, hit));
+      handling.take(hit);
       return true;
     },
   };
@@ -87,6 +89,7 @@ export interface KeyActions extends Handling {
   touch(): void;
   pause(): void;
   step(): void;
+  undo(): void;
 }
 
 /** Keys on the picture. Arrows turn the body; with Shift they move the tool. */
@@ -118,8 +121,9 @@ export function listenToKeys(canvas: HTMLCanvasElement, stage: () => Stage, acti
     R: () => stage().resetView(),
   };
   canvas.addEventListener('keydown', (event) => {
-    const action = keys[event.key];
-    if (!action || event.ctrlKey || event.metaKey || event.altKey) return;
+    const isCommand = event.ctrlKey || event.metaKey;
+    const action = isCommand && !event.shiftKey && event.key === 'z' ? actions.undo : keys[event.key];
+    if (!action || event.altKey || (isCommand && event.key !== 'z')) return;
     event.preventDefault();
     action(event.shiftKey);
   });

@@ -30,11 +30,21 @@ function median(values: number[]): number {
   return sorted.length % 2 === 1 ? sorted[middle]! : (sorted[middle - 1]! + sorted[middle]!) / 2;
 }
 
+/** Where the force is read: a body that is slower than life also answers the hand later. */
+function showPace(part: number): void {
+  const isSlow = part <= 0.97;
+  const times = Number((1 / part).toPrecision(2));
+  tell('live-pace', part, isSlow ? `Slower than life: 1 s of motion takes ${times} s.` : '');
+  byId('live-pace').hidden = !isSlow;
+}
+
 const span = 1; // that medians are taken over [s]
 
 /** How a frame of the screen is spent, over the last second. */
 export interface Budget {
   spend(timing: Timing): void;
+  /** Nothing moves. */
+  rest(): void;
   draw(seconds: number): void;
 }
 
@@ -53,14 +63,18 @@ export function createBudget(): Budget {
     milliseconds('live-transfer', spent.map((t) => t.transfer));
     milliseconds('live-drawing', drawn.map(({ seconds }) => seconds));
     const sum = (of: (t: Timing) => number) => spent.reduce((total, t) => total + of(t), 0);
-    const part = sum((t) => t.simulated) / sum((t) => t.elapsed);
-    if (Number.isFinite(part)) tell('live-pace', part, part > 0.97 ? 'real time' : `${Number(part.toPrecision(2))} of real time`);
+    // The first steps are few, to see how long they take.
+    if (sum((t) => t.elapsed) > 0.5 * span) showPace(sum((t) => t.simulated) / sum((t) => t.elapsed));
   }
   return {
     spend(timing) {
       const now = performance.now() / 1000;
       if (timing.elapsed > 0) spent.push({ ...timing, at: now });
       show(now);
+    },
+    rest() {
+      spent = [];
+      byId('live-pace').hidden = true;
     },
     draw: (seconds) => drawn.push({ at: performance.now() / 1000, seconds }),
   };

@@ -7,7 +7,7 @@ export interface Move {
   numSteps: number;
   frame: Pick<LiveFrame, 'time' | 'force' | 'indentation' | 'smallestVolume'>;
 }
-export type Entry = Move | { kind: 'choose'; settings: LiveSettings; chosen: Chosen } | { kind: 'reset' };
+export type Entry = Move | { kind: 'choose'; settings: LiveSettings; chosen: Chosen } | { kind: 'reset' | 'keep' | 'undo' };
 
 const columns = [
   'kind', 'num_steps', 'tool', 'target_x', 'target_y', 'target_z', 'radius', 'node',
@@ -30,8 +30,8 @@ function moveRow({ tool, numSteps, frame }: Move): Row {
 }
 
 function rowOf(entry: Entry): Row {
-  if (entry.kind === 'reset') return { kind: 'reset' };
   if (entry.kind === 'move') return moveRow(entry);
+  if (entry.kind !== 'choose') return { kind: entry.kind };
   const { settings, chosen } = entry;
   return {
     kind: 'choose',

@@ -1,44 +1,55 @@
 // The picture of what moves: the springs, beside them finite elements, and the tool.
+import { strainMesh, type StrainMesh } from '../data/strain.ts';
 import type { Result } from '../data/types.ts';
 import { byId } from '../page/elements.ts';
-import { legend } from '../page/legend.ts';
+import { partsOf } from '../page/state.ts';
 import type { Skin } from '../picture/body.ts';
-import { lengths } from '../picture/fields.ts';
+import { defaultSkin } from '../picture/materials.ts';
 import type { Marks } from '../picture/marks.ts';
-import { roundedUp } from '../picture/scale.ts';
+import type { Conditions } from '../picture/facet_conditions.ts';
 import { createStage, type Hooks, type Side, type Stage } from '../picture/stage.ts';
-import { length } from './hand.ts';
-import type { LiveFrame, Tool, Vector } from './types.ts';
+import { closeCut, cutOf, listenToLiveCut } from './cut_panel.ts';
+import { createForceArrow } from './force_arrow.ts';
+import { createLiveLegend } from './live_legend.ts';
+import { differences, shownFields, shownValues } from './shown_field.ts';
+import type { Truth } from './truth.ts';
+import type { LiveBody, LiveFrame, Tool, Vector } from './types.ts';
 
 export interface Scene {
   stage: Stage;
-  setBody(result: Result): void;
+  setBody(result: Result, body: LiveBody): void;
   showSprings(frame: LiveFrame, tool: Tool): void;
-  /** @param displacement  null hides the second picture */
-  showElements(displacement: Float32Array | null): void;
+  /** @param truth  'at rest' while nothing is touched; null hides the second picture */
+  showElements(truth: Truth | 'at rest' | null): void;
   setSkin(skin: Skin): void;
-  /** Colours begin anew. */
-  forget(): void;
+  /** Marks a node. */
+  setNode(node: number | null): void;
 }
 
-const arrowScale = 0.025; // [m/N]
-const longestArrow = 0.15; // [m]
-const firstEnd = 0.005; // of the legend [m]
+/** From the front, from the side and a little above: what presses on the front is seen from the side as well. */
+const viewedFrom: Vector = [-0.6, -1, 0.45];
 
-function marksOf(frame: LiveFrame, tool: Tool): Marks {
-  if (tool.kind === 'none') return { probe: null, grip: null, arrow: null };
-  const force = length(frame.force);
-  const scale = Math.min(arrowScale, longestArrow / (force || 1));
-  const from = frame.tool;
-  return {
-    probe: tool.kind === 'probe' ? { centre: from, radius: tool.radius } : null,
-    grip: tool.kind === 'pull' ? from : null,
-    arrow: { from, along: frame.force.map((f) => f * scale) as Vector },
-  };
+/** What of the load case is there: where nothing moves. */
+function heldConditions({ held }: LiveBody): Conditions {
+  return { kind: held, value: new Float64Array(3 * held.length) };
+}
+
+/** Largest extent [m]. */
+export function sizeOf({ points }: Pick<LiveBody, 'points'>): number {
+  let [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+  for (let i = 0; i < points.length; i++) {
+    low[i % 3] = Math.min(low[i % 3]!, points[i]!);
+    high[i % 3] = Math.max(high[i % 3]!, points[i]!);
+  }
+  return Math.max(...high.map((x, i) => x - low[i]!));
 }
 
 export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
-  const stage = createStage(canvas, hooks, 56);
+  const onDrawn = (seconds: number) => {
+    arrow.showKey(stage, toolAt);
+    hooks.onDrawn?.(seconds);
+  };
+  const stage: Stage = createStage(canvas, { ...hooks, onDrawn }, 56, viewedFrom);
   const setViews = (count: 1 | 2) => {
     byId('live-stage').dataset['views'] = String(count);
     stage.setViews(count);
@@ -46,59 +57,92 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
   new ResizeObserver(() => {
     byId('live-stage').dataset['arrangement'] = canvas.clientWidth >= canvas.clientHeight ? 'beside' : 'below';
   }).observe(canvas);
-  let skin: Skin = 'solid';
-  let end = firstEnd;
-  const shown: [Float32Array | null, Float32Array | null] = [null, null];
+  const legend = createLiveLegend(() => redraw());
+  let opened: Result | null = null;
+  listenToLiveCut(() => {
+    if (!opened) return;
+    const cut = cutOf(opened);
+    stage.setCut(cut);
+    showNames(cut !== null);
+  });
+  /** Lesions are seen in glass, and where the body is cut through them. */
+  const showNames = (isCut: boolean) => stage.showNames(skin === 'translucent' ? 'all' : isCut ? 'cut' : 'none');
+  let arrow = createForceArrow(1);
+  let toolAt: Vector | null = null;
+  let skin: Skin = defaultSkin;
+  let node: number | null = null;
+  let body: LiveBody | null = null;
+  let mesh: StrainMesh | null = null; // made when it is needed
+  const shown: [Float32Array | null, Float32Array | null] = [null, null]; // displacements of both sides
+  const values: [Float32Array | null, Float32Array | null] = [null, null]; // that are coloured
+  let difference: Float32Array | null = null;
 
-  function showLegend(): void {
-    const note = skin === 'flat' ? '' : 'Light and glass shift colours; “Exact colours” shows them as here.';
-    byId('live-legend').replaceChildren(...legend('displacement', end, false, note));
-  }
-
-  function show(side: Side, displacement: Float32Array): void {
-    shown[side] = displacement;
-    const values = lengths(displacement);
-    const largest = values.reduce((most, value) => Math.max(most, value), 0);
-    // The legend grows and does not shrink: a colour goes on to mean the same.
-    if (largest > end && largest < Infinity) {
-      end = roundedUp(1000 * largest) / 1000;
-      showLegend();
-      if (shown[1 - side]) show((1 - side) as Side, shown[1 - side]!);
+  function redraw(sides: readonly Side[] = [0, 1]): void {
+    const field = legend.shown();
+    for (const side of sides) {
+      const displacement = shown[side];
+      values[side] = displacement && shownValues(field, displacement, difference, () => (mesh ??= strainMesh(body!.points, body!.tetrahedra)));
     }
-    stage.show(side, { displacement, values, end, quantity: 'displacement', skin, exaggeration: 1, node: null });
+    // The colours of both sides mean the same.
+    const changed: readonly Side[] = legend.see(values) ? [0, 1] : sides;
+    for (const side of changed) {
+      const [displacement, coloured] = [shown[side], values[side]];
+      if (!displacement || !coloured) continue;
+      stage.show(side, { displacement, values: coloured, end: legend.end(), quantity: shownFields[field].quantity, skin, exaggeration: 1, node });
+    }
   }
 
-  function redraw(): void {
-    showLegend();
-    for (const side of [0, 1] as Side[]) if (shown[side]) show(side, shown[side]!);
+  function marksOf(frame: LiveFrame, tool: Tool): Marks {
+    if (tool.kind === 'none') return { probe: null, grip: null, arrow: null };
+    return {
+      probe: tool.kind === 'probe' ? { centre: frame.tool, radius: tool.radius } : null,
+      grip: tool.kind === 'pull' ? frame.tool : null,
+      arrow: arrow.of(frame),
+    };
   }
 
   return {
     stage,
-    setBody(result) {
-      stage.setBody(result.points, result.surfaces);
-      end = firstEnd;
-      shown[1] = null;
-      show(0, new Float32Array(result.points.length));
+    setBody(result, next) {
+      stage.setBody(result.points, result.surfaces, { ...partsOf(result), conditions: heldConditions(next) });
+      closeCut();
+      showNames(false);
+      opened = result;
+      body = next;
+      mesh = null;
+      node = null;
+      arrow = createForceArrow(sizeOf(next));
+      [shown[1], difference, toolAt] = [null, null, null];
+      shown[0] = new Float32Array(result.points.length);
       setViews(1);
-      showLegend();
+      legend.allowDifference(false);
+      redraw();
     },
     showSprings(frame, tool) {
-      show(0, frame.displacement);
+      toolAt = tool.kind === 'none' ? null : frame.tool;
+      shown[0] = frame.displacement;
       stage.mark(0, marksOf(frame, tool));
+      redraw([0]);
     },
-    showElements(displacement) {
+    showElements(truth) {
       const had = shown[1] !== null;
-      if (displacement) show(1, displacement);
-      else shown[1] = null;
-      if (had !== (displacement !== null)) setViews(displacement ? 2 : 1);
+      const answer = truth === null || truth === 'at rest' ? null : truth;
+      shown[1] = truth === null ? null : (answer?.displacement ?? new Float32Array(shown[0]!.length));
+      difference = answer && differences(answer.asked, answer.displacement);
+      if (had !== (truth !== null)) {
+        setViews(truth === null ? 1 : 2);
+        legend.allowDifference(truth !== null);
+      }
+      redraw(legend.shown() === 'difference' ? [0, 1] : [1]);
     },
     setSkin(chosen) {
       skin = chosen;
+      legend.note(skin === 'flat' ? '' : 'Light and glass shift colours; “Exact colours” shows them as here.');
+      showNames(opened !== null && cutOf(opened) !== null);
       redraw();
     },
-    forget() {
-      end = firstEnd;
+    setNode(chosen) {
+      node = chosen;
       redraw();
     },
   };

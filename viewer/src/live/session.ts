@@ -1,4 +1,7 @@
 // Moves the body in real time: one request under way, and what a frame of the screen leaves over is done in the next.
+// At rest, or while it pauses, it does nothing until it is woken.
+import { createPacing } from './pacing.ts';
+import { createRest } from './rest.ts';
 import type { Chosen, Engine, LiveFrame, LiveSettings, Tool } from './types.ts';
 
 /** What an answer took [s]. */
@@ -15,44 +18,64 @@ export interface Listener {
   moved(tool: Tool, numSteps: number, frame: LiveFrame, timing: Timing): void;
   chosen(settings: LiveSettings, chosen: Chosen): void;
   wasReset(): void;
+  wasKept(): void;
+  /** It is where it was kept last. */
+  wasRestored(): void;
   /** The settings that stay, if the fault is about others. */
   failed(error: unknown, settings: LiveSettings | null): void;
   paused(isPaused: boolean): void;
+  /** Whether it sleeps because nothing moves. */
+  rested(isAtRest: boolean): void;
 }
 
 export interface Session {
   choose(settings: LiveSettings): void;
   reset(): void;
+  /** Keeps the state of now, before anything else is asked of the engine. */
+  keep(): void;
+  restore(): void;
   pause(isPaused: boolean): void;
   /** One step of a body that pauses. */
   step(): void;
+  /** The hand does something else. */
+  wake(): void;
   close(): void;
 }
 
 /** More is not made up for: a page that was hidden goes on from where it was. [s] */
 const longestFrame = 1 / 20;
 const shortestFrame = 1 / 60; // [s]
-const mostSteps = 10000; // that an engine takes at once
 
 const nextFrame = () => new Promise<number>((resolve) => requestAnimationFrame(resolve));
 
-/** @param engine  that has opened a body; the session closes it */
-export function startSession(engine: Engine, settings: LiveSettings, listener: Listener): Session {
+/**
+ * @param engine  that has opened a body; the session closes it
+ * @param size    of the body [m]
+ */
+export function startSession(engine: Engine, size: number, settings: LiveSettings, listener: Listener): Session {
+  const pacing = createPacing();
+  const rest = createRest(size);
+  const tasks: (() => Promise<void>)[] = []; // beside moving, in order
   let wanted = settings;
   let current: LiveSettings | null = null;
   let refused: LiveSettings | null = null;
   let timeStep = 0;
-  let secondsPerStep = 0; // that the engine needs
   let debt = 0; // of the motion behind the clock [s]
   let isPaused = false;
-  let isResetting = false;
   let isClosed = false;
   let numSingle = 0; // steps that were asked for one by one
+  let wakeUp: (() => void) | null = null; // while it sleeps
+
+  function wake(): void {
+    rest.disturb();
+    wakeUp?.();
+  }
 
   function pause(pauses: boolean): void {
     isPaused = pauses;
     debt = 0;
     listener.paused(pauses);
+    wake();
   }
 
   async function choose(): Promise<void> {
@@ -61,6 +84,8 @@ export function startSession(engine: Engine, settings: LiveSettings, listener: L
       const chosen = await engine.choose(asked);
       current = asked;
       timeStep = chosen.timeStep;
+      pacing.forget();
+      rest.disturb();
       if (!isClosed) listener.chosen(asked, chosen);
     } catch (error) {
       if (wanted === asked && current) wanted = current;
@@ -74,24 +99,29 @@ export function startSession(engine: Engine, settings: LiveSettings, listener: L
     const start = performance.now();
     const frame = await engine.move(tool, numSteps);
     const there = (performance.now() - start) / 1000;
-    if (numSteps > 0) secondsPerStep = frame.stepSeconds / numSteps;
+    pacing.measure(numSteps, frame.stepSeconds);
+    rest.see(frame, tool);
     const timing = { simulated: numSteps * timeStep, elapsed, solver: frame.stepSeconds, transfer: Math.max(there - frame.stepSeconds, 0) };
     if (!isClosed) listener.moved(tool, numSteps, frame, timing);
   }
 
-  async function reset(): Promise<void> {
-    isResetting = false;
-    await engine.reset();
-    if (!isClosed) listener.wasReset();
-    // The body at rest, to be drawn.
-    await move(0, 0, 0);
+  /** Does something to the state, and has it drawn. */
+  function change(act: () => Promise<void>, tell: () => void): void {
+    tasks.push(async () => {
+      await act();
+      if (isClosed) return;
+      tell();
+      await move(0, 0, 0);
+    });
+    wake();
   }
 
   /** @param elapsed  since the turn before [s] */
   async function turn(elapsed: number): Promise<void> {
     if (wanted !== current && wanted !== refused) return choose();
     if (!current) return;
-    if (isResetting) return reset();
+    const task = tasks.shift();
+    if (task) return task();
     if (isPaused) {
       if (numSingle > 0) await move(numSingle, numSingle * timeStep, 0);
       numSingle = 0;
@@ -99,21 +129,35 @@ export function startSession(engine: Engine, settings: LiveSettings, listener: L
     }
     debt = Math.min(debt + elapsed, longestFrame);
     // An engine that is slower than the clock gets less at once, so that the hand is answered soon.
-    const bearable = Math.max(1, Math.min(mostSteps, Math.floor(longestFrame / secondsPerStep)));
-    const numSteps = Math.min(Math.floor(debt / timeStep + 1e-9), bearable);
+    const numSteps = Math.min(Math.floor(debt / timeStep + 1e-9), pacing.bearable());
     if (numSteps === 0) return;
     debt -= numSteps * timeStep;
     await move(numSteps, numSteps * timeStep, elapsed);
+  }
+
+  const hasNothingToDo = () =>
+    (wanted === current || wanted === refused) && tasks.length === 0 && numSingle === 0 && (isPaused || !current || rest.isReached());
+
+  /** Until it is woken. @return when that was [ms] */
+  async function sleep(): Promise<number> {
+    const isAtRest = !isPaused && rest.isReached();
+    if (isAtRest) listener.rested(true);
+    await new Promise<void>((resolve) => (wakeUp = resolve));
+    wakeUp = null;
+    debt = 0;
+    if (isAtRest && !isClosed) listener.rested(false);
+    return performance.now();
   }
 
   async function run(): Promise<void> {
     let last = await nextFrame();
     let took = 0; // [s]
     while (!isClosed) {
+      if (hasNothingToDo()) last = await sleep();
       // An engine that needs longer than a frame of the screen does not wait for the next one as well.
       const now = took > shortestFrame && !document.hidden ? performance.now() : await nextFrame();
       try {
-        await turn((now - last) / 1000);
+        if (!isClosed) await turn(Math.max(now - last, 0) / 1000);
       } catch (error) {
         // The same would come again in each frame.
         if (!isClosed) {
@@ -128,13 +172,29 @@ export function startSession(engine: Engine, settings: LiveSettings, listener: L
   void run();
 
   return {
-    choose: (next) => (wanted = next),
-    reset: () => (isResetting = true),
+    choose(next) {
+      wanted = next;
+      wake();
+    },
+    reset: () => change(() => engine.reset(), listener.wasReset),
+    keep() {
+      tasks.push(async () => {
+        await engine.keep();
+        if (!isClosed) listener.wasKept();
+      });
+      wake();
+    },
+    restore: () => change(() => engine.restore(), listener.wasRestored),
     pause,
-    step: () => numSingle++,
+    step() {
+      numSingle++;
+      wake();
+    },
+    wake,
     close() {
       isClosed = true;
       engine.close();
+      wake();
     },
   };
 }

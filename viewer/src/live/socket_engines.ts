@@ -27,12 +27,13 @@ export function nativeEngine(): Engine {
   });
 }
 
-export function femEngine(): TruthEngine {
+/** @param onProgress  told what an answer waits for, in sentences */
+export function femEngine(onProgress: (sentence: string) => void): TruthEngine {
   let socket: Socket | null = null;
   return {
     async open({ file }) {
       socket?.close();
-      socket = openSocket('/live/fem', file);
+      socket = openSocket('/live/fem', file, onProgress);
     },
     async choose({ youngModulus, poissonRatio }) {
       await opened(socket).ask(

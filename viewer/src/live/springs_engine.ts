@@ -1,5 +1,5 @@
 // An engine, of whatever carries its messages.
-import { bodyMessage, chooseMessage, moveMessage, readChosen, readFrame, resetMessage } from './springs_messages.ts';
+import { bodyMessage, chooseMessage, keepMessage, moveMessage, readChosen, readFrame, resetMessage, restoreMessage } from './springs_messages.ts';
 import type { Engine, LiveBody } from './types.ts';
 
 /** Carries messages to springs, and their answers back, in order. Faults are what `ask` throws. */
@@ -22,6 +22,12 @@ export function springsEngine(name: string, carrier: Carrier): Engine {
     move: async (tool, numSteps) => readFrame(await carrier.ask(moveMessage(tool, numSteps))),
     async reset() {
       await carrier.ask(resetMessage());
+    },
+    async keep() {
+      await carrier.ask(keepMessage());
+    },
+    async restore() {
+      await carrier.ask(restoreMessage());
     },
     close: () => carrier.close(),
   };

@@ -31,6 +31,8 @@ export function moveMessage(tool: Tool, numSteps: number): Float64Array {
 }
 
 export const resetMessage = (): Float64Array => Float64Array.of(3);
+export const keepMessage = (): Float64Array => Float64Array.of(4);
+export const restoreMessage = (): Float64Array => Float64Array.of(5);
 
 /** Takes numbers from the front of an answer. */
 class Numbers {
@@ -73,6 +75,7 @@ export function readFrame(bytes: ArrayBuffer): LiveFrame {
     force: numbers.vector(),
     indentation: numbers.number(),
     smallestVolume: numbers.number(),
+    largestSpeed: numbers.number(),
     restarts: numbers.number(),
     stepSeconds: numbers.number(),
   };

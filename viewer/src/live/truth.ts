@@ -4,6 +4,7 @@ import type { LiveBody, LiveFrame, LiveSettings, TruthEngine } from './types.ts'
 
 export interface Truth {
   displacement: Float32Array; // of finite elements, (N,3) [m]
+  asked: Float32Array; // of the springs under these forces, (N,3) [m]
   springs: number; // indentation [m]
   elements: number; // the same forces over the displacements of finite elements [m]
   error: number; // of the displacement, weighted by volume as in the comparison of result files
@@ -71,6 +72,7 @@ export function startAsking(engine: TruthEngine, body: LiveBody, settings: LiveS
   let wanted = settings;
   let chosen: LiveSettings | null = null;
   let isBusy = true;
+  let latest: [LiveFrame, LiveFrame] | null = null; // that came while it was busy
   let isClosed = false;
 
   async function answer(frame: LiveFrame, isAtRest: boolean): Promise<void> {
@@ -79,6 +81,7 @@ export function startAsking(engine: TruthEngine, body: LiveBody, settings: LiveS
     if (isClosed) return;
     onTruth({
       displacement,
+      asked: frame.displacement,
       springs: frame.indentation,
       elements: indentation(frame, displacement),
       error: relativeError(frame.displacement, displacement, volumes),
@@ -89,15 +92,24 @@ export function startAsking(engine: TruthEngine, body: LiveBody, settings: LiveS
   const whenDone = (work: Promise<void>) => {
     isBusy = true;
     // After a fault nothing more is asked.
-    work.then(() => (isBusy = false), fail);
+    work.then(goOn, fail);
   };
+  // A body that has come to rest sends no more frames: the last one has to be asked about.
+  function goOn(): void {
+    isBusy = false;
+    const next = latest;
+    latest = null;
+    if (next && !isClosed) ask(...next);
+  }
+  function ask(frame: LiveFrame, before: LiveFrame): void {
+    if (isBusy) latest = [frame, before];
+    else if (frame.loadedFacets.length > 0) whenDone(answer(frame, isSlow(frame, before)));
+  }
   whenDone(engine.open(body));
 
   return {
     choose: (next) => (wanted = next),
-    ask(frame, before) {
-      if (!isBusy && frame.loadedFacets.length > 0) whenDone(answer(frame, isSlow(frame, before)));
-    },
+    ask,
     close() {
       isClosed = true;
       engine.close();

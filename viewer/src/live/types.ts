@@ -48,6 +48,7 @@ export interface LiveFrame {
   loadedFacets: Int32Array; // (L) index into the triangles
   tractions: Float64Array; // (L,3) the same as the nodal forces, as the load cases say it [Pa]
   smallestVolume: number; // of a tetrahedron, as a part of its volume at rest; below 0 it is inverted
+  largestSpeed: number; // of all nodes, and of the tool [m/s]
   restarts: number; // how often the motion left all bounds and was set back to rest
   stepSeconds: number; // that the engine needed for this frame [s]
 }
@@ -62,6 +63,10 @@ export interface Engine {
   move(tool: Tool, numSteps: number): Promise<LiveFrame>;
   /** Back to rest, where it lies without a tool. */
   reset(): Promise<void>;
+  /** Keeps where the body is, how fast, and what the tool does to it, in place of what was kept before. */
+  keep(): Promise<void>;
+  /** Goes on from what was kept. */
+  restore(): Promise<void>;
   close(): void;
 }
 

@@ -4,16 +4,18 @@ import { byId } from '../page/elements.ts';
 import type { Skin } from '../picture/body.ts';
 import { startFollowing, type Following } from './following.ts';
 import { atRest, goOn, letGo, take, toolOf, type Hand } from './hand.ts';
+import { createNodeReading } from './node_reading.ts';
 import { createPointer, listenToKeys, type Handling } from './pointer.ts';
 import { createBudget, showFrame } from './readings.ts';
 import { csvOf, download, moveOf, type Entry } from './record.ts';
-import { createScene, type Scene } from './scene.ts';
+import { createScene, sizeOf, type Scene } from './scene.ts';
 import { startSession, type Listener, type Session } from './session.ts';
 import { listenToSettings, settingsOf, showChosen, showLaws, showSettings } from './settings_panel.ts';
 import { nativeEngine } from './socket_engines.ts';
 import { furthest, surfaceAt } from './surface.ts';
 import { listenToTools, nodeField, showHand, stays } from './tools_panel.ts';
 import { drawTrace } from './trace.ts';
+import { createUndo } from './undo.ts';
 import type { LiveBody, LiveFrame, LiveSettings } from './types.ts';
 import { wasmEngine } from './wasm_engine.ts';
 
@@ -38,6 +40,8 @@ export function createLiveView(say: (sentence: string) => void): LiveView {
   let numStarted = 0;
   let tracedAt = 0;
   const budget = createBudget();
+  const undoing = createUndo();
+  const reading = createNodeReading();
   const canvas = document.querySelector<HTMLCanvasElement>('#live-stage canvas')!;
   const calm = matchMedia('(prefers-reduced-motion: reduce)');
   const note = (sentence: string) => (byId('live-note').textContent = sentence);
@@ -47,19 +51,43 @@ export function createLiveView(say: (sentence: string) => void): LiveView {
     if (isPaused && next.grasp && !hand.grasp) note('It pauses; “Go on”, or Space on the picture.');
     hand = next;
     showHand(hand);
+    session?.wake();
   }
-  const handling: Handling = { hand: () => hand, change, body: () => body, stays, say: note };
+  function takeAt(place: Parameters<Handling['take']>[0]): void {
+    undoing.keep(hand);
+    session?.keep();
+    change(take(hand, place));
+  }
+  const handling: Handling = { hand: () => hand, change, take: takeAt, body: () => body, stays, say: note };
   const pointer = createPointer(canvas, () => scene.stage, handling);
-  const scene: Scene = createScene(canvas, { takesPress: pointer.takesPress, onDrawn: budget.draw });
-  const following: Following = startFollowing(scene, complain);
+  const scene: Scene = createScene(canvas, { takesPress: pointer.takesPress, onDrawn: budget.draw, onPick: read });
+  const following: Following = startFollowing(scene, tellNode, complain);
 
   function touch(): void {
     const node = nodeField().valueAsNumber;
     if (!body || hand.kind === 'none') return;
     const isNode = Number.isInteger(node) && node >= 0 && node < body.points.length / 3;
     const place = isNode ? surfaceAt(body, frame?.displacement ?? new Float32Array(body.points.length), node) : null;
-    if (place) change(take(hand, place));
+    if (place) takeAt(place);
     note(place ? '' : isNode ? `Node ${node} is inside or held; take one of the free surface, such as ${furthest(body, [0, -1, 0])}.` : 'There is no such node.');
+  }
+  /** Says from now on what is there at a node. */
+  function read(node: number | null): void {
+    if (!body) return;
+    if (node !== null) nodeField().value = String(node);
+    reading.read(body, node);
+    scene.setNode(node);
+    tellNode();
+  }
+  function tellNode(): void {
+    if (frame) reading.show(frame.displacement, following.truth());
+  }
+  function undo(): void {
+    const before = undoing.take();
+    if (!before) return;
+    session?.restore();
+    // The next frame is already that of the hand as it was.
+    change(before);
   }
   const letHandGo = () => change(letGo(hand));
   const pause = () => session?.pause(!isPaused);
@@ -83,6 +111,7 @@ export function createLiveView(say: (sentence: string) => void): LiveView {
       following.follow(next);
       frame = next;
       scene.showSprings(next, tool);
+      tellNode();
       showFrame(next, numSteps);
       budget.spend(timing);
       trace();
@@ -99,7 +128,18 @@ export function createLiveView(say: (sentence: string) => void): LiveView {
     wasReset() {
       entries.push({ kind: 'reset' });
       letHandGo();
-      scene.forget();
+      undoing.forget();
+    },
+    wasKept() {
+      entries.push({ kind: 'keep' });
+    },
+    wasRestored() {
+      entries.push({ kind: 'undo' });
+    },
+    rested(isAtRest) {
+      byId('live').dataset['atRest'] = String(isAtRest);
+      byId('live-rest').hidden = !isAtRest;
+      if (isAtRest) budget.rest();
     },
     failed(error, kept) {
       complain(error);
@@ -120,6 +160,7 @@ export function createLiveView(say: (sentence: string) => void): LiveView {
     session = null;
     entries = [];
     frame = null;
+    undoing.forget();
     letHandGo();
     say('');
     note(fitting);
@@ -130,7 +171,7 @@ export function createLiveView(say: (sentence: string) => void): LiveView {
       if (mine !== numStarted) return engine.close();
       settings = showLaws(springLaws, settings ?? settingsOf(of));
       following.open(of, settings);
-      session = startSession(engine, settings, listener);
+      session = startSession(engine, sizeOf(of), settings, listener);
       listener.paused(false);
     } catch (error) {
       engine.close();
@@ -139,12 +180,13 @@ export function createLiveView(say: (sentence: string) => void): LiveView {
   }
 
   listenToTools({ hand: () => hand, change, touch, letGo: letHandGo });
-  listenToKeys(canvas, () => scene.stage, { ...handling, touch, pause, step });
+  listenToKeys(canvas, () => scene.stage, { ...handling, touch, pause, step, undo });
   listenToSettings(() => settings, (asked) => (say(''), note(fitting), session?.choose(asked)), say);
   byId('live-engine').addEventListener('change', () => body && void start(body));
   byId('live-pause').addEventListener('click', pause);
   byId('live-step-once').addEventListener('click', step);
   byId('live-reset').addEventListener('click', () => session?.reset());
+  byId('live-undo').addEventListener('click', undo);
   byId('live-view').addEventListener('click', () => scene.stage.resetView());
   byId('live-save').addEventListener('click', () => download('livermark_live.csv', csvOf(entries)));
   byId('live-skin').addEventListener('change', (event) => scene.setSkin((event.target as HTMLInputElement).value as Skin));
@@ -155,10 +197,8 @@ export function createLiveView(say: (sentence: string) => void): LiveView {
       if (next === body) return session?.pause(wasPaused);
       body = next;
       settings = null;
-      const skin: Skin = result.tumours.length > 0 ? 'translucent' : 'solid';
-      byId<HTMLInputElement>(`live-${skin}`).checked = true;
-      scene.setBody(result);
-      scene.setSkin(skin);
+      scene.setBody(result, next);
+      read(null);
       nodeField().max = String(next.points.length / 3 - 1);
       nodeField().value = String(furthest(next, [0, -1, 0]));
       const isServed = next.file !== '';

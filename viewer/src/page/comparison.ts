@@ -20,7 +20,7 @@ function axisOf([low, high]: [number, number]): Axis {
 function gridLines([low, high]: [number, number]): SVGElement[] {
   return Array.from({ length: high - low + 1 }, (_, i) => {
     const x = `${(100 * i) / (high - low)}%`;
-    return svg('line', { x1: x, x2: x, y1: -5, y2: 33, stroke: '#e2ded7' });
+    return svg('line', { x1: x, x2: x, y1: -5, y2: 33, class: 'grid' });
   });
 }
 
@@ -34,11 +34,11 @@ function dot(range: [number, number], error: number, uncertainty: number, isShow
   const parts = gridLines(range);
   const axis = axisOf(range);
   if (uncertainty > 0)
-    parts.push(svg('rect', { x: 0, y: -5, width: `${axis(uncertainty)}%`, height: 38, fill: '#17605c', opacity: 0.07 }));
+    parts.push(svg('rect', { x: 0, y: -5, width: `${axis(uncertainty)}%`, height: 38, class: 'uncertain' }));
   if (error > 0 && Number.isFinite(error)) {
     const x = `${axis(error)}%`;
-    parts.push(svg('line', { x1: 0, x2: x, y1: 14, y2: 14, stroke: '#b9cfcc', 'stroke-width': 2 }));
-    parts.push(svg('circle', { cx: x, cy: 14, r: 5, fill: isShown ? '#17605c' : '#6d9a96' }));
+    parts.push(svg('line', { x1: 0, x2: x, y1: 14, y2: 14, class: 'stem' }));
+    parts.push(svg('circle', { cx: x, cy: 14, r: 5, class: isShown ? 'dot shown' : 'dot' }));
   }
   return svg('svg', { 'aria-hidden': 'true' }, ...parts);
 }
@@ -66,22 +66,38 @@ function modelRow(model: Model, result: Result, range: [number, number], shown: 
     ...(result.motionReference ? [value((c) => percent(c.motionError)), value((c) => short(1000 * c.motionLag))] : []),
     short(model.solveSeconds), stateOf(model, result));
   line.cells[1]!.className = 'plot';
+  // Where a row does not fit into one line, each number carries the name of its column.
+  heads(result).forEach((head, i) => line.cells[i]!.setAttribute('data-label', head));
   line.dataset['model'] = model.name;
   line.classList.toggle('shown', shown.includes(model.name));
   return line;
 }
 
+/** A table that is laid out as blocks stays a table for who hears it. */
+function sayRoles(table: HTMLTableElement): void {
+  table.setAttribute('role', 'table');
+  for (const part of [table.tHead!, ...table.tBodies]) part.setAttribute('role', 'rowgroup');
+  for (const line of table.rows) {
+    line.setAttribute('role', 'row');
+    for (const cell of line.cells) cell.setAttribute('role', cell.tagName === 'TH' ? 'columnheader' : 'cell');
+  }
+}
+
+const heads = (result: Result) => ['', '', 'Error [%]', 'Largest [mm]', 'Energy [%]', 'Reaction [%]',
+  ...(result.motionReference ? ['Motion [%]', 'Lag [ms]'] : []), 'Solved in [s]', 'State'];
+
 /** @param onChoose  called with the model whose name was clicked */
 export function comparison(result: Result, shown: string[], onChoose: (model: string) => void): Node[] {
   const compared = result.models.filter((model) => model.comparison);
   const range = decades(compared.map((model) => model.comparison!.relativeL2));
-  const head = row('th', 'Model', axisLabels(range), 'Error [%]', 'Largest [mm]', 'Energy [%]', 'Reaction [%]',
-    ...(result.motionReference ? ['Motion [%]', 'Lag [ms]'] : []), 'Solved in [s]', 'State');
+  const head = row('th', 'Model', axisLabels(range), ...heads(result).slice(2));
   head.cells[1]!.className = 'plot';
   head.cells[1]!.setAttribute('aria-label', 'Error, on a logarithmic scale');
   const rank = (model: Model) => (model.name === result.reference ? -1 : (model.comparison?.relativeL2 ?? Number.NaN));
   const ranked = [...result.models].sort((a, b) => (Number.isNaN(rank(a)) ? 1 : Number.isNaN(rank(b)) ? -1 : rank(a) - rank(b)));
   const rows = ranked.map((model) => modelRow(model, result, range, shown, onChoose));
+  const table = element('table', {}, element('thead', {}, head), element('tbody', {}, ...rows));
+  sayRoles(table);
   const uncertainty = result.referenceUncertainty > 0
     ? ` The shaded part is within what the reference itself is uncertain by, ${percent(result.referenceUncertainty)} %.` : '';
   const motion = result.motionReference
@@ -89,7 +105,7 @@ export function comparison(result: Result, shown: string[], onChoose: (model: st
   return [
     element('h2', {}, `How far the models are from ${result.reference}`),
     element('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of errors' },
-      element('table', {}, element('thead', {}, head), element('tbody', {}, ...rows))),
+      table),
     element('p', { class: 'hint' },
       `Error is that of the displacement in the whole body, weighted by volume, over the displacement; the plot is logarithmic.${uncertainty}${motion} A click on a name shows that model.`),
   ];

@@ -4,6 +4,7 @@ import type { Skin } from '../picture/body.ts';
 import type { Quantity } from '../picture/colour_maps.ts';
 import { exaggerations } from '../picture/fields.ts';
 import type { Stage } from '../picture/stage.ts';
+import { listenToCut, showCut } from './cut_controls.ts';
 import { byId, element } from './elements.ts';
 import { exaggerationOf, shownModels, type Choice } from './state.ts';
 
@@ -16,13 +17,15 @@ export interface Changes {
 const form = () => byId<HTMLFormElement>('controls');
 const radio = (name: string) => form().elements.namedItem(name) as RadioNodeList;
 
-export function listen({ change, setMoving }: Changes, stage: Stage, choice: () => Choice | null): void {
+export function listen({ change, setMoving }: Changes, stage: Stage, result: () => Result | null, choice: () => Choice | null): void {
   form().addEventListener('submit', (event) => event.preventDefault());
   form().addEventListener('change', (event) => {
-    const { name, value } = event.target as HTMLInputElement;
+    const { name, value, checked } = event.target as HTMLInputElement;
     if (name === 'quantity') change({ quantity: value as Quantity });
     if (name === 'skin') change({ skin: value as Skin });
     if (name === 'moment') setMoving(value === 'motion');
+    if (name === 'conditions') change({ showsConditions: checked });
+    if (name === 'names') change({ showsNames: checked });
   });
   byId('exaggeration').addEventListener('input', (event) =>
     change({ exaggeration: (event.target as HTMLInputElement).valueAsNumber }));
@@ -34,6 +37,7 @@ export function listen({ change, setMoving }: Changes, stage: Stage, choice: () 
       models[side] = (event.target as HTMLSelectElement).value;
       change({ models });
     });
+  listenToCut(result, choice, change);
   const step = Math.PI / 18;
   const keys: Record<string, () => void> = {
     ArrowLeft: () => stage.turn(-step, 0),
@@ -61,6 +65,10 @@ export function showChoice(result: Result, choice: Choice): void {
   radio('quantity').value = choice.quantity;
   radio('skin').value = choice.skin;
   radio('moment').value = isMoving ? 'motion' : 'static';
+  for (const [name, isOn] of [['conditions', choice.showsConditions], ['names', choice.showsNames]] as const)
+    (form().elements.namedItem(name) as HTMLInputElement).checked = isOn;
+  byId('names_row').hidden = result.lesions.length === 0;
+  showCut(result, choice);
   byId('moment').hidden = result.frameTimes.length === 0;
   const names = shownModels(result, isMoving);
   for (const [side, id] of ['left', 'right'].entries()) {

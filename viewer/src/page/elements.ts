@@ -41,3 +41,10 @@ export function refill(parent: HTMLElement, content: Node[]): void {
   parent.replaceChildren(...content);
   if (key) parent.querySelector<HTMLElement>(`[data-key="${CSS.escape(key)}"]`)?.focus({ preventScroll: true });
 }
+
+/** Scrolls what is around a part of the page, and not the page, until the part is seen. */
+export function showInside(part: HTMLElement): void {
+  const around = part.parentElement!;
+  const hidden = part.offsetTop + Math.min(part.offsetHeight, around.clientHeight) - around.scrollTop - around.clientHeight;
+  if (hidden > 0) around.scrollTop += hidden;
+}

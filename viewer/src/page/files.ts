@@ -18,13 +18,30 @@ export async function listedFiles(): Promise<Listed[]> {
   }
 }
 
-/** @throws Fault if the server does not have it */
-export async function fetchFile(path: string): Promise<File> {
+/**
+ * @param signal      breaks it off
+ * @param onProgress  the part that has arrived, 0 to 1
+ * @throws Fault if the server does not have it
+ */
+export async function fetchFile(path: string, signal: AbortSignal, onProgress: (part: number) => void): Promise<File> {
   const address = `files/${path.split('/').map(encodeURIComponent).join('/')}`;
-  const response = await fetch(address).catch(() => null);
+  const response = await fetch(address, { signal }).catch(() => null);
   if (!response) throw new Fault('The server does not answer; start livermark view again.');
   if (!response.ok) throw new Fault('The server does not have it any more; load the page again for a new list.');
-  return new File([await response.blob()], path);
+  const numBytes = Number(response.headers.get('content-length'));
+  const parts: Uint8Array<ArrayBuffer>[] = [];
+  let numArrived = 0;
+  const reader = response.body!.getReader();
+  try {
+    for (let next = await reader.read(); !next.done; next = await reader.read()) {
+      parts.push(next.value);
+      numArrived += next.value.length;
+      if (numBytes > 0) onProgress(Math.min(numArrived / numBytes, 1));
+    }
+  } catch {
+    throw new Fault('The server stopped in the middle of it; start livermark view again.');
+  }
+  return new File(parts, path);
 }
 
 export function fillList(files: Listed[], onChoose: (path: string) => void): void {
@@ -32,6 +49,13 @@ export function fillList(files: Listed[], onChoose: (path: string) => void): voi
   list.replaceChildren(...files.map(({ path }) => element('option', { value: path }, path.replace(/\.h5$/, '').replaceAll('/', ' / '))));
   list.closest('label')!.hidden = files.length === 0;
   list.addEventListener('change', () => onChoose(list.value));
+}
+
+/** @param path  of the file that is shown; empty for one that is not in the list */
+export function showListed(path: string): void {
+  const list = byId<HTMLSelectElement>('files');
+  list.value = path;
+  if (list.value !== path || path === '') list.selectedIndex = -1;
 }
 
 export function acceptFiles(onFile: (file: File) => void): void {

@@ -1,9 +1,10 @@
 // What the reader has chosen, and what follows from it.
 import type { Field, Frame, Largest, Result } from '../data/types.ts';
-import type { Skin } from '../picture/body.ts';
+import type { BodyParts, Skin } from '../picture/body.ts';
 import type { Quantity } from '../picture/colour_maps.ts';
 import { exaggerations, lengths } from '../picture/fields.ts';
 import { roundedUp } from '../picture/scale.ts';
+import type { Cut } from '../picture/section.ts';
 
 export interface Choice {
   models: [left: string, right: string];
@@ -12,6 +13,26 @@ export interface Choice {
   exaggeration: number; // index into exaggerations
   frame: Frame;
   node: number | null;
+  cut: Cut | null;
+  showsConditions: boolean;
+  showsNames: boolean; // of lesions
+}
+
+/** What a stage draws of a file besides the surface. */
+export function partsOf(result: Result): BodyParts {
+  const labels = result.lesions.map(({ name, node, volume }) =>
+    ({ name: name.replaceAll('_', ' '), node, radius: Math.cbrt((3 * volume) / (4 * Math.PI)) }));
+  return { conditions: result.conditions, tetrahedra: result.tetrahedra, labels, isAnatomical: result.isAnatomical };
+}
+
+/** Between these a body lies along an axis, at rest. [m] */
+export function extentOf(result: Result, axis: number): [low: number, high: number] {
+  let [low, high] = [Infinity, -Infinity];
+  for (let i = axis; i < result.points.length; i += 3) {
+    low = Math.min(low, result.points[i]!);
+    high = Math.max(high, result.points[i]!);
+  }
+  return [low, high];
 }
 
 /** Names of the models that can be shown: in motion those that move. */
@@ -35,14 +56,15 @@ export function validModels(result: Result, isMoving: boolean, wanted: [string, 
   return [left, right];
 }
 
-/** Lengths to be coloured [m]. The reference is off itself by nothing; a model that nobody compared has no error. */
+/** What is coloured [m, or 1 for the strain]. The reference is off itself by nothing; a model that nobody compared has no error. */
 export function colouredValues(field: Field, quantity: Quantity, isReference: boolean): Float32Array {
+  if (quantity === 'strain') return field.strain ?? new Float32Array(field.displacement.length / 3).fill(Number.NaN);
   if (quantity === 'displacement') return lengths(field.displacement);
   if (field.error) return lengths(field.error);
   return new Float32Array(field.displacement.length / 3).fill(isReference ? 0 : Number.NaN);
 }
 
-/** The end of the legend [m]: the same for both sides. A model that diverged does not decide, if there is another. */
+/** The end of the legend [m, or 1 for the strain]: the same for both sides. A model that diverged does not decide, if there is another. */
 export function legendEnd(result: Result, models: string[], largest: Largest[], quantity: Quantity): number {
   const all = largest.map((l) => l[quantity]);
   const sound = all.filter((value, i) => value > 0 && result.models.find((m) => m.name === models[i])?.status === 'ok');

@@ -1,11 +1,15 @@
-// One side of the picture: a body, what is inside, and the marked node.
+// One side of the picture: a body, what is inside, what is prescribed on it, a cut through it, and the marked node.
 import * as three from 'three';
 import type { Surface, Surfaces } from '../data/surface.ts';
-import { colourAt, notANumber, type Quantity } from './colour_maps.ts';
+import type { Quantity } from './colour_maps.ts';
+import { createConditions, restCentres, type Conditions, type ConditionsInScene, type ConditionsShown } from './conditions.ts';
+import { createCutFace } from './cut_face.ts';
 import { displaced, textureCoordinates } from './fields.ts';
 import { createMarks, type Marks } from './marks.ts';
+import { createMaterials, mapWidth, type Skin } from './materials.ts';
+import type { Cut } from './section.ts';
 
-export type Skin = 'translucent' | 'solid' | 'flat';
+export type { Skin } from './materials.ts';
 
 /** What a side shows. */
 export interface Look {
@@ -18,26 +22,27 @@ export interface Look {
   node: number | null; // marked
 }
 
+/** What a body may have besides its surface. */
+export interface BodyParts {
+  conditions?: Conditions; // of the facets of the surface
+  tetrahedra?: Int32Array; // (M,4), which close what is cut open
+  labels?: { name: string; node: number; radius: number }[]; // what has a name, where, and about how large it is [m]
+  isAnatomical?: boolean; // its axes are those of a patient (LPS)
+}
+
 export interface Body {
   scene: three.Scene;
   outside: three.Mesh; // for picking
   show(look: Look): void;
+  showConditions(shown: ConditionsShown): void;
+  cut(cut: Cut | null): void;
+  /** The first node that a ray meets; null beside the body. */
+  nodeAt(ray: three.Raycaster): number | null;
+  /** Where a node is drawn. */
+  placeOf(node: number): three.Vector3;
   mark(marks: Marks): void;
   faceLight(camera: three.Camera): void;
   free(): void;
-}
-
-const mapWidth = 256;
-
-function mapTexture(quantity: Quantity): three.DataTexture {
-  const map = Array.from({ length: mapWidth }, (_, i) => [...colourAt(quantity, i / (mapWidth - 1)), 255]);
-  const unknown = Array.from({ length: mapWidth }, () => [...notANumber, 255]);
-  const texture = new three.DataTexture(new Uint8Array([...map, ...unknown].flat()), mapWidth, 2);
-  texture.colorSpace = three.SRGBColorSpace;
-  texture.magFilter = three.LinearFilter;
-  texture.minFilter = three.LinearFilter;
-  texture.needsUpdate = true;
-  return texture;
 }
 
 function geometryOf(surface: Surface): three.BufferGeometry {
@@ -51,83 +56,98 @@ function geometryOf(surface: Surface): three.BufferGeometry {
 function update(geometry: three.BufferGeometry, surface: Surface, points: Float32Array, look: Look): void {
   const places = displaced(surface, points, look.displacement, look.exaggeration);
   geometry.getAttribute('position').array.set(places);
-  geometry.getAttribute('uv').array.set(textureCoordinates(surface, look.values, look.end, mapWidth));
+  geometry.getAttribute('uv').array.set(textureCoordinates(surface.nodes, look.values, look.end, mapWidth));
   geometry.getAttribute('position').needsUpdate = true;
   geometry.getAttribute('uv').needsUpdate = true;
   geometry.computeVertexNormals();
   geometry.computeBoundingSphere();
 }
 
-/** Glass that is thicker where it is seen from the side, so that the shape of the body can be read. */
-function glassMaterial(): three.MeshStandardMaterial {
-  const glass = new three.MeshStandardMaterial({ roughness: 0.6, transparent: true, depthWrite: false });
-  glass.onBeforeCompile = (shader) => {
-    shader.fragmentShader = shader.fragmentShader.replace('#include <opaque_fragment>', `
-      float facing = abs(dot(normal, normalize(vViewPosition)));
-      diffuseColor.a = mix(0.9, 0.5, smoothstep(0.0, 0.75, facing));
-      #include <opaque_fragment>`);
-  };
-  return glass;
+/** The corner of a triangle that is next to where it was hit. */
+export function nearestVertex(mesh: three.Mesh, hit: three.Intersection): number {
+  const places = mesh.geometry.getAttribute('position') as three.BufferAttribute;
+  const distance = (vertex: number) => new three.Vector3().fromBufferAttribute(places, vertex).distanceTo(hit.point);
+  return [hit.face!.a, hit.face!.b, hit.face!.c].reduce((best, vertex) => (distance(vertex) < distance(best) ? vertex : best));
+}
+
+function createMarker(size: number): three.Mesh {
+  const marker = new three.Mesh(new three.SphereGeometry(0.011 * size, 24, 16), new three.MeshBasicMaterial({ color: 0x1c1c1c }));
+  marker.add(new three.Mesh(new three.SphereGeometry(0.016 * size, 24, 16), new three.MeshBasicMaterial({ color: 0xffffff, side: three.BackSide })));
+  return marker;
 }
 
 /** @param size  of the body [m] */
-export function createBody(points: Float32Array, surfaces: Surfaces, size: number): Body {
-  const textures = { displacement: mapTexture('displacement'), error: mapTexture('error') };
-  const lit = new three.MeshStandardMaterial({ roughness: 0.75, side: three.DoubleSide });
-  const glass = glassMaterial();
-  // Without light, so that the colour on the screen is the colour of the legend.
-  const flat = new three.MeshBasicMaterial({ side: three.DoubleSide, toneMapped: false });
-  // Glass shows its front only: this writes how far that is, so that the far side does not shine through.
-  const depth = new three.MeshBasicMaterial({ colorWrite: false });
-
-  // A map from the start: to get one later, a material would have to be compiled again.
-  for (const material of [lit, glass, flat]) material.map = textures.displacement;
-
-  const outside: three.Mesh = new three.Mesh(geometryOf(surfaces.outside), lit);
-  const front = new three.Mesh(outside.geometry, depth);
-  const inside = new three.Mesh(geometryOf(surfaces.inside), lit);
-  const marker = new three.Mesh(new three.SphereGeometry(0.011 * size, 24, 16), new three.MeshBasicMaterial({ color: 0x1c1c1c }));
-  const halo = new three.Mesh(new three.SphereGeometry(0.016 * size, 24, 16),
-    new three.MeshBasicMaterial({ color: 0xffffff, side: three.BackSide }));
-  marker.add(halo);
+export function createBody(points: Float32Array, surfaces: Surfaces, size: number, parts: BodyParts = {}): Body {
+  const materials = createMaterials();
+  const outside: three.Mesh = new three.Mesh(geometryOf(surfaces.outside), materials.skins.solid);
+  const front = new three.Mesh(outside.geometry, materials.depth);
+  const inside = new three.Mesh(geometryOf(surfaces.inside), materials.skins.solid);
+  const face = createCutFace(materials.section, materials.outline, surfaces.inside, parts.tetrahedra ?? new Int32Array());
+  const marker = createMarker(size);
   inside.renderOrder = 0;
   front.renderOrder = 1;
   outside.renderOrder = 2;
   marker.renderOrder = 3;
-
+  const conditions: ConditionsInScene | null = parts.conditions
+    ? createConditions(outside.geometry, parts.conditions, restCentres(surfaces.outside, points), size) : null;
   const marks = createMarks(size);
   marks.show({ probe: null, grip: null, arrow: null });
 
   const light = new three.DirectionalLight(0xffffff, 2.2);
   const scene = new three.Scene();
-  scene.add(new three.HemisphereLight(0xffffff, 0xb8b2aa, 1.7), light, light.target, inside, front, outside, marker, marks.object);
+  scene.add(new three.HemisphereLight(0xffffff, 0xb8b2aa, 1.7), light, light.target, inside, front, outside, face.object, marker, marks.object);
+  if (conditions) scene.add(conditions.object);
+
+  const hasInside = surfaces.inside.nodes.length > 0;
+  let look: Look | null = null;
+  let places = points; // of all nodes, as they are drawn
+  let cut: Cut | null = null;
+  const planes: three.Plane[] = []; // of the cut
 
   return {
     scene,
     outside,
-    show(look) {
-      for (const material of [lit, glass, flat]) material.map = textures[look.quantity];
-      const hasInside = surfaces.inside.nodes.length > 0;
-      outside.material = { translucent: glass, solid: lit, flat }[look.skin];
+    show(next) {
+      look = next;
+      places = displaced({ nodes: Int32Array.from({ length: points.length / 3 }, (_, i) => i) }, points, look.displacement, look.exaggeration);
+      materials.use(look.quantity);
+      outside.material = materials.skins[look.skin];
       front.visible = look.skin === 'translucent';
       inside.visible = hasInside && look.skin === 'translucent';
       update(outside.geometry, surfaces.outside, points, look);
       if (hasInside) update(inside.geometry, surfaces.inside, points, look);
+      face.show(cut, places, look);
+      conditions?.follow();
       marker.visible = look.node !== null;
-      if (look.node !== null) {
-        const one = { nodes: Int32Array.of(look.node), triangles: new Uint32Array() };
-        marker.position.fromArray(displaced(one, points, look.displacement, look.exaggeration));
-      }
+      if (look.node !== null) marker.position.fromArray(places, 3 * look.node);
     },
+    showConditions: (shown) => conditions?.show(shown),
+    cut(next) {
+      cut = next;
+      const sign = cut?.keepsAbove ? 1 : -1;
+      planes.splice(0, planes.length, ...(cut ? [new three.Plane(new three.Vector3().setComponent(cut.axis, sign), -sign * cut.place)] : []));
+      materials.clip([...planes]);
+      conditions?.clip([...planes]);
+      if (look) face.show(cut, places, look);
+    },
+    nodeAt(ray) {
+      const isThere = (hit: three.Intersection) => hit.object === face.mesh || planes.every((plane) => plane.distanceToPoint(hit.point) >= 0);
+      const hit = ray.intersectObjects([outside, face.mesh], false).find(isThere);
+      if (!hit) return null;
+      return hit.object === outside ? surfaces.outside.nodes[nearestVertex(outside, hit)]! : face.nodeOf(nearestVertex(face.mesh, hit));
+    },
+    placeOf: (node) => new three.Vector3().fromArray(places, 3 * node),
     mark: marks.show,
     faceLight(camera) {
       light.position.copy(camera.position).addScaledVector(camera.up, 0.5 * size);
     },
     free() {
       marks.free();
-      for (const part of [outside, inside, marker, halo]) part.geometry.dispose();
-      for (const material of [lit, glass, flat, depth]) material.dispose();
-      for (const texture of Object.values(textures)) texture.dispose();
+      conditions?.free();
+      face.free();
+      for (const part of [outside, inside, marker, ...marker.children] as three.Mesh[]) part.geometry.dispose();
+      for (const part of [marker, ...marker.children] as three.Mesh[]) (part.material as three.Material).dispose();
+      materials.free();
     },
   };
 }

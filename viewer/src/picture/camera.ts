@@ -46,6 +46,12 @@ export function turnCamera(camera: three.Camera, target: three.Vector3, right: n
   camera.position.copy(target).add(offset);
 }
 
+/** Where a reader has put it. [m] */
+export interface CameraPlace {
+  position: [number, number, number];
+  target: [number, number, number];
+}
+
 /** The screen as a plane through a point of the scene. */
 export interface Screen {
   right: [number, number, number];

@@ -1,5 +1,6 @@
 // Equal steps of a quantity look like equal steps of colour. The maps are viridis and magma of matplotlib (CC0), 33 colours
-// each; magma runs from pale to dark and leaves out its ends, so that no error looks like nothing on the page.
+// each; magma runs from pale to dark and leaves out its ends, so that no error looks like nothing on the page. That of the strain has
+// equal steps of lightness in OKLCH, from pale green (0.96, hue 130) to dark violet (0.28, hue 280).
 
 const displacement = `
   440154 470d60 48186a 482374 472d7b 453781 424086 3e4989 3b528b 375b8d 33638d
@@ -11,8 +12,14 @@ const error = `
   f4675c ee5b5e e75263 df4a68 d5446d ca3e72 c03a76 b5367a aa337d 9e2f7f 942c80
   892881 7e2482 752181 6a1c81 5f187f 54137d 4a1079 3f0f72 331067 29115a 1e1149`;
 
+const strain = `
+  deffbe cffab8 c0f5b3 b0f0af 9febac 8de6aa 7ae1a9 66dca9 4fd6a9 33d0aa 06c9ab
+  02c1ac 00b8ac 09b0ab 00a8a9 02a0a7 0198a4 0090a2 00889f 00819b 017998 007195
+  006a91 00628f 005a8c 065388 164b80 1e4477 223d6d 243664 25305a 252a50 232546`;
+
 export type Colour = readonly [red: number, green: number, blue: number]; // 0 to 255
-export type Quantity = 'displacement' | 'error';
+export type Quantity = 'displacement' | 'error' | 'strain';
+export const quantities: readonly Quantity[] = ['displacement', 'error', 'strain'];
 
 /** What is no number, as in a model that diverged. */
 export const notANumber: Colour = [150, 150, 150];
@@ -24,7 +31,7 @@ function colours(list: string): Colour[] {
   });
 }
 
-const maps: Record<Quantity, Colour[]> = { displacement: colours(displacement), error: colours(error) };
+const maps: Record<Quantity, Colour[]> = { displacement: colours(displacement), error: colours(error), strain: colours(strain) };
 
 /** @param t  0 to 1; what is outside gets the colour of the nearer end */
 export function colourAt(quantity: Quantity, t: number): Colour {
@@ -38,7 +45,10 @@ export function colourAt(quantity: Quantity, t: number): Colour {
   return [mix(0), mix(1), mix(2)];
 }
 
+/** Of a strip of colours, the same distances apart. @return for CSS */
+export const mapColours = (quantity: Quantity): string[] => maps[quantity].map((c) => `rgb(${c.join(' ')})`);
+
 /** Of a strip of colours for CSS, from 0 to 1. */
 export function gradient(quantity: Quantity): string {
-  return `linear-gradient(to right, ${maps[quantity].map((c) => `rgb(${c.join(' ')})`).join(', ')})`;
+  return `linear-gradient(to right, ${mapColours(quantity).join(', ')})`;
 }

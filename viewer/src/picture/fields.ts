@@ -8,7 +8,7 @@ export function lengths(vectors: Float32Array): Float32Array {
 }
 
 /** Places of the vertices of a surface. A node whose displacement is no number stays at rest. */
-export function displaced(surface: Surface, points: Float32Array, displacement: Float32Array, exaggeration: number): Float32Array {
+export function displaced(surface: Pick<Surface, 'nodes'>, points: Float32Array, displacement: Float32Array, exaggeration: number): Float32Array {
   const places = new Float32Array(3 * surface.nodes.length);
   surface.nodes.forEach((node, vertex) => {
     for (let i = 0; i < 3; i++) {
@@ -21,11 +21,13 @@ export function displaced(surface: Surface, points: Float32Array, displacement: 
 
 /**
  * Where each vertex finds its colour in a texture of two rows: the map, and the colour of what is no number.
- * @param end  the value at the end of the map
+ * @param nodes   (V) of the vertices
+ * @param values  of the nodes
+ * @param end     the value at the end of the map
  */
-export function textureCoordinates(surface: Surface, values: Float32Array, end: number, width: number): Float32Array {
-  const coordinates = new Float32Array(2 * surface.nodes.length);
-  surface.nodes.forEach((node, vertex) => {
+export function textureCoordinates(nodes: Int32Array, values: Float32Array, end: number, width: number): Float32Array {
+  const coordinates = new Float32Array(2 * nodes.length);
+  nodes.forEach((node, vertex) => {
     const part = values[node]! / end;
     const known = !Number.isNaN(part);
     coordinates[2 * vertex] = (0.5 + (known ? Math.min(Math.max(part, 0), 1) : 0) * (width - 1)) / width;

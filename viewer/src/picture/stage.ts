@@ -2,15 +2,27 @@
 import * as three from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Surfaces } from '../data/surface.ts';
-import { createBody, type Body, type Look } from './body.ts';
-import { distanceToSee, screenAt, turnCamera, viewsOf, type Screen } from './camera.ts';
+import { createBody, nearestVertex, type Body, type BodyParts, type Look } from './body.ts';
+import { distanceToSee, screenAt, turnCamera, viewsOf, type CameraPlace, type Screen } from './camera.ts';
+import { endsOfArrows, type ConditionsShown } from './conditions.ts';
+import { sayWhenLost } from './lost.ts';
 import type { Marks } from './marks.ts';
+import { createOverlay, write } from './overlay.ts';
+import { pageColours, watchPageColours } from './page_colours.ts';
+import { beyond, type Cut } from './section.ts';
 
 export type Side = 0 | 1;
+export type Names = 'none' | 'cut' | 'all';
 
 export interface Stage {
-  setBody(points: Float32Array, surfaces: Surfaces): void;
+  setBody(points: Float32Array, surfaces: Surfaces, parts?: BodyParts): void;
   show(side: Side, look: Look): void;
+  /** All that is prescribed is shown at first, if the body came with it. */
+  showConditions(shown: ConditionsShown): void;
+  /** Takes a part of the bodies away; null shows all of them. */
+  setCut(cut: Cut | null): void;
+  /** Of what is inside: all, or those that a cut goes through. */
+  showNames(which: Names): void;
   mark(side: Side, marks: Marks): void;
   setViews(count: 1 | 2): void;
   /** What is under the pointer. */
@@ -21,6 +33,11 @@ export interface Stage {
   resetView(): void;
   turn(right: number, up: number): void; // rad
   zoom(factor: number): void;
+  /** Null as long as nobody has turned the view. */
+  cameraPlace(): CameraPlace | null;
+  setCameraPlace(place: CameraPlace): void;
+  /** The picture with so many times the pixels of the screen, and what is written over it as SVG in CSS pixels. */
+  picture(times: number): { image: HTMLCanvasElement; overlay: string };
 }
 
 /** A place on the outside of a body, as it is drawn. */
@@ -38,16 +55,21 @@ export interface Hooks {
   takesPress?(event: PointerEvent): boolean;
   /** @param seconds  that drawing took */
   onDrawn?(seconds: number): void;
+  /** The camera was moved by the reader. */
+  onTurned?(): void;
 }
 
-const background = 0xf3f1ed;
 const asWideAsHigh = 1.5; // a body from the front
 
-/** @param nameHeight  of what stands above each view: the model and a line about it [CSS pixels] */
-export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight = 68): Stage {
+/**
+ * @param nameHeight  of what stands above each view: the model and a line about it [CSS pixels]
+ * @param viewedFrom  direction in which the camera is at first: from the front and a little above
+ */
+export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight = 68, viewedFrom: readonly [number, number, number] = [0, -1, 0.25]): Stage {
   const renderer = new three.WebGLRenderer({ canvas, antialias: true });
-  renderer.setClearColor(background);
   renderer.autoClear = false;
+  renderer.localClippingEnabled = true;
+  const overlay = createOverlay(canvas);
   const camera = new three.PerspectiveCamera(32, 1, 0.001, 100);
   camera.up.set(0, 0, 1);
   const controls = new OrbitControls(camera, canvas);
@@ -59,20 +81,33 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
   const sphere = new three.Sphere(new three.Vector3(), 1);
   let bodies: [Body, Body] | null = null;
   let nodes = new Int32Array();
-  let places = new Float32Array(); // at rest
+  let places = new Float32Array(); // at rest, of all that is to be seen
   let wasMoved = false;
   let isAsked = false;
   let numViews: 1 | 2 = 2;
+  let labels: NonNullable<BodyParts['labels']> = [];
+  let names: Names = 'none';
+  let isAnatomical = false;
+  let cut: Cut | null = null;
 
   const layout = () => viewsOf(canvas.clientWidth, canvas.clientHeight, numViews, nameHeight);
 
+  function isNamed({ place, radius }: { place: three.Vector3; radius: number }): boolean {
+    const away = cut ? beyond(cut, place.getComponent(cut.axis)) : -Infinity;
+    return names === 'all' ? away <= 0 : names === 'cut' && Math.abs(away) < radius;
+  }
+
   function draw(): void {
     isAsked = false;
+    if (renderer.getContext().isContextLost()) return;
     const start = performance.now();
+    const colours = pageColours(canvas.parentElement!);
+    renderer.setClearColor(colours.stage);
     renderer.setScissorTest(false);
     renderer.clear();
     renderer.setScissorTest(true);
-    for (const [side, view] of layout().entries()) {
+    const views = layout();
+    for (const [side, view] of views.entries()) {
       const bottom = canvas.clientHeight - view.y - view.height;
       renderer.setViewport(view.x, bottom, view.width, view.height);
       renderer.setScissor(view.x, bottom, view.width, view.height);
@@ -81,6 +116,11 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
       body.faceLight(camera);
       renderer.render(body.scene, camera);
     }
+    if (bodies) {
+      const named = bodies.map((body) => labels.map((label) => ({ ...label, place: body.placeOf(label.node) })).filter(isNamed));
+      const { metresPerPixel } = screenAt(camera, views[0]!.height, controls.target.toArray());
+      write(overlay, { views, camera, metresPerPixel, isAnatomical, labels: named, colours });
+    }
     hooks.onDrawn?.((performance.now() - start) / 1000);
   }
   function askForDrawing(): void {
@@ -88,10 +128,10 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
     isAsked = true;
   }
 
-  /** From the front and a little above, as far as the whole body needs. */
+  /** As far as the whole body needs. */
   function resetView(): void {
     wasMoved = false;
-    const direction = new three.Vector3(0, -1, 0.25).normalize();
+    const direction = new three.Vector3(...viewedFrom).normalize();
     const distance = distanceToSee(places, sphere.center, direction, camera);
     camera.near = 0.02 * sphere.radius;
     camera.far = 100 * sphere.radius;
@@ -115,13 +155,19 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
     draw(); // at once: a canvas that was resized is empty
   }
 
-  function zoom(factor: number): void {
+  function moved(): void {
     wasMoved = true;
+    hooks.onTurned?.();
+  }
+
+  function zoom(factor: number): void {
+    moved();
     camera.position.sub(controls.target).multiplyScalar(factor).add(controls.target);
     controls.update();
   }
 
-  function hitAt(event: PointerEvent): (Hit & { side: Side }) | null {
+  /** The side under the pointer, and the line of sight there. */
+  function sightAt(event: PointerEvent): { side: Side; body: Body; ray: three.Raycaster } | null {
     const box = canvas.getBoundingClientRect();
     const [x, y] = [event.clientX - box.left, event.clientY - box.top];
     const side = layout().findIndex((v) => x >= v.x && x < v.x + v.width && y >= v.y && y < v.y + v.height) as Side;
@@ -130,15 +176,22 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
     if (!view || !body) return null;
     const ray = new three.Raycaster();
     ray.setFromCamera(new three.Vector2((2 * (x - view.x)) / view.width - 1, 1 - (2 * (y - view.y)) / view.height), camera);
-    const hit = ray.intersectObject(body.outside)[0];
-    if (!hit?.face) return null;
-    const vertices = body.outside.geometry.getAttribute('position');
-    const corners = [hit.face.a, hit.face.b, hit.face.c].map((vertex) => ({
-      vertex,
-      distance: new three.Vector3().fromBufferAttribute(vertices as three.BufferAttribute, vertex).distanceTo(hit.point),
-    }));
-    const node = nodes[corners.sort((a, b) => a.distance - b.distance)[0]!.vertex]!;
-    return { side, point: hit.point.toArray(), inwards: hit.face.normal.clone().negate().toArray(), triangle: hit.faceIndex!, node };
+    return { side, body, ray };
+  }
+
+  function hitAt(event: PointerEvent): (Hit & { side: Side }) | null {
+    const sight = sightAt(event);
+    const hit = sight?.ray.intersectObject(sight.body.outside, false)
+      .find(({ point }) => !cut || beyond(cut, point.getComponent(cut.axis)) <= 0);
+    if (!sight || !hit?.face) return null;
+    const node = nodes[nearestVertex(sight.body.outside, hit)]!;
+    const inwards = hit.face.normal.clone().negate().toArray();
+    return { side: sight.side, point: hit.point.toArray(), inwards, triangle: hit.faceIndex!, node };
+  }
+
+  function nodeAt(event: PointerEvent): number | null {
+    const sight = sightAt(event);
+    return sight && sight.body.nodeAt(sight.ray);
   }
 
   let pressed: PointerEvent | null = null;
@@ -151,28 +204,49 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
   }, { capture: true });
   canvas.addEventListener('pointerup', (event) => {
     const isClick = pressed && Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY) < 4;
-    if (isClick && event.button === 0) hooks.onPick?.(hitAt(event)?.node ?? null);
+    if (isClick && event.button === 0) hooks.onPick?.(nodeAt(event));
     pressed = null;
   });
   controls.addEventListener('start', () => (wasMoved = true));
+  controls.addEventListener('end', moved);
   controls.addEventListener('change', askForDrawing);
   new ResizeObserver(resize).observe(canvas);
   // A window that goes to another screen may find other pixels there.
   const watchDensity = () =>
     matchMedia(`(resolution: ${window.devicePixelRatio}dppx)`).addEventListener('change', () => (resize(), watchDensity()), { once: true });
   watchDensity();
+  watchPageColours(askForDrawing);
+  sayWhenLost(canvas, askForDrawing);
 
   return {
-    setBody(points, surfaces) {
+    setBody(points, surfaces, parts = {}) {
       bodies?.forEach((body) => body.free());
       new three.Box3().setFromArray(points).getBoundingSphere(sphere);
-      bodies = [createBody(points, surfaces, 2 * sphere.radius), createBody(points, surfaces, 2 * sphere.radius)];
+      const make = () => createBody(points, surfaces, 2 * sphere.radius, parts);
+      bodies = [make(), make()];
+      cut = null;
+      labels = parts.labels ?? [];
+      isAnatomical = parts.isAnatomical ?? false;
       nodes = Int32Array.from(surfaces.outside.nodes);
-      places = Float32Array.from(points);
+      const arrows = parts.conditions ? endsOfArrows(surfaces.outside, points, parts.conditions, 2 * sphere.radius) : [];
+      places = Float32Array.from([...points, ...arrows]);
       resetView();
     },
     show(side, look) {
       bodies?.[side].show(look);
+      askForDrawing();
+    },
+    showConditions(shown) {
+      bodies?.forEach((body) => body.showConditions(shown));
+      askForDrawing();
+    },
+    setCut(next) {
+      cut = next;
+      bodies?.forEach((body) => body.cut(next));
+      askForDrawing();
+    },
+    showNames(which) {
+      names = which;
       askForDrawing();
     },
     mark(side, marks) {
@@ -189,12 +263,36 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
     hitAt,
     screenAt: (point) => screenAt(camera, layout()[0]!.height, point),
     setZooming: (isZooming) => (controls.enableZoom = isZooming),
-    resetView,
+    resetView() {
+      resetView();
+      hooks.onTurned?.();
+    },
     turn(right, up) {
-      wasMoved = true;
+      moved();
       turnCamera(camera, controls.target, right, up);
       controls.update();
     },
     zoom,
+    cameraPlace: () => (wasMoved ? { position: camera.position.toArray(), target: controls.target.toArray() } : null),
+    setCameraPlace({ position, target }) {
+      wasMoved = true;
+      camera.position.set(...position);
+      controls.target.set(...target);
+      controls.update();
+      askForDrawing();
+    },
+    picture(times) {
+      const before = renderer.getPixelRatio();
+      const image = document.createElement('canvas');
+      const drawWith = (ratio: number) => {
+        renderer.setPixelRatio(ratio); // and the size with it
+        draw();
+      };
+      drawWith(times * before);
+      [image.width, image.height] = [canvas.width, canvas.height];
+      image.getContext('2d')!.drawImage(canvas, 0, 0); // at once: the canvas keeps nothing
+      drawWith(before);
+      return { image, overlay: overlay.innerHTML };
+    },
   };
 }

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+
+namespace livermark::cli {
+
+/// A subcommand adds itself, with its options, to the command line and returns what to do when it was asked for.
+/// That returns the exit status: 0 all done, 1 a run failed or missed its band. Bad input is a support::InputError.
+using Command = std::function<int()>;
+
+Command add_bands(CLI::App &parent);
+Command add_list(CLI::App &parent);
+Command add_parameters(CLI::App &parent);
+Command add_table(CLI::App &parent);
+Command add_view(CLI::App &parent);
+/// @param command_line  kept in the result files
+Command add_mesh(CLI::App &parent, const std::string &command_line);
+Command add_calibrate(CLI::App &parent, const std::string &command_line);
+Command add_modes(CLI::App &parent, const std::string &command_line);
+Command add_export(CLI::App &parent, const std::string &command_line);
+Command add_score(CLI::App &parent, const std::string &command_line);
+Command add_run(CLI::App &parent, const std::string &command_line);
+Command add_histories(CLI::App &parent, const std::string &command_line);
+Command add_report(CLI::App &parent, const std::string &command_line);
+Command add_stability(CLI::App &parent, const std::string &command_line);
+
+} // namespace livermark::cli

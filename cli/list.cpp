@@ -1,0 +1,69 @@
+#include <fmt/format.h>
+#include <memory>
+
+#include "cli/commands.hpp"
+#include "cli/usage.hpp"
+#include "load_cases/load_case_reader.hpp"
+#include "meshes/body_reader.hpp"
+#include "models/model_table.hpp"
+#include "msm/implicit_integrators.hpp"
+#include "msm/spring_law.hpp"
+#include "studies/catalogue.hpp"
+
+namespace livermark::cli {
+
+namespace {
+
+void print_entry(const std::string &name, const std::string &text) {
+    fmt::print("{:<24} {}\n", name, text);
+}
+
+void list_bodies() {
+    for (const auto &file : studies::find_toml_files({}, studies::bodies_folder, "body"))
+        print_entry(file.stem().string(), meshes::body_title(file));
+}
+
+void list_load_cases() {
+    for (const auto &file : studies::find_toml_files({}, studies::load_cases_folder, "load case"))
+        print_entry(file.stem().string(), load_cases::load_case_title(file));
+}
+
+void list_models() {
+    for (const auto &model : models::all_models())
+        print_entry(model.name, fmt::format("{} [{}]", model.summary, model.source));
+}
+
+void list_spring_laws() {
+    for (const auto &law : msm::all_spring_laws())
+        print_entry(law.name, fmt::format("{} [{}]", law.summary, law.source));
+}
+
+void list_integrators() {
+    for (const auto &integrator : msm::known_integrators())
+        print_entry(integrator.name, fmt::format("{} [{}]", integrator.summary, integrator.source));
+}
+
+} // namespace
+
+Command add_list(CLI::App &parent) {
+    auto *command = parent.add_subcommand("list", "List the bodies, load cases, models, spring laws or integrators");
+    auto what = std::make_shared<std::string>();
+    command->add_option("what", *what, "bodies, load-cases, models, spring-laws or integrators")
+        ->required()
+        ->check(one_of({"bodies", "load-cases", "models", "spring-laws", "integrators"}));
+    return [what] {
+        if (*what == "bodies")
+            list_bodies();
+        else if (*what == "load-cases")
+            list_load_cases();
+        else if (*what == "models")
+            list_models();
+        else if (*what == "spring-laws")
+            list_spring_laws();
+        else
+            list_integrators();
+        return 0;
+    };
+}
+
+} // namespace livermark::cli

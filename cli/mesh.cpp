@@ -1,0 +1,177 @@
+#include <fmt/format.h>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/commands.hpp"
+#include "cli/segment.hpp"
+#include "cli/usage.hpp"
+#include "meshes/box_generator.hpp"
+#include "meshes/liver_generator.hpp"
+#include "meshes/mesh_figures.hpp"
+#include "meshes/msh_reader.hpp"
+#include "meshes/msh_writer.hpp"
+#include "support/input_error.hpp"
+#include "support/whole_file.hpp"
+
+namespace livermark::cli {
+
+namespace {
+
+struct LiverCommand {
+    meshes::LiverOptions options;
+    std::string output;
+};
+
+struct BoxCommand {
+    std::vector<double> size; // [m]
+    double edge = 0.0;        // [m]
+    meshes::BoxTopology topology = meshes::BoxTopology::delaunay;
+    std::string output;
+};
+
+int write_mesh(const std::string &output, const core::TetraMesh &mesh) {
+    meshes::write_msh(output, mesh);
+    fmt::print("{}", meshes::to_text(meshes::mesh_figures(mesh)));
+    return 0;
+}
+
+int make_box(const BoxCommand &command) {
+    support::check_place(command.output);
+    const core::Vector3 size(command.size.at(0), command.size.at(1), command.size.at(2));
+    return write_mesh(command.output, meshes::generate_box(size, command.edge, command.topology));
+}
+
+int make_liver(const LiverCommand &command) {
+    support::check_place(command.output);
+    return write_mesh(command.output, meshes::generate_liver(command.options));
+}
+
+/// What `livermark mesh` was asked for without a subcommand.
+struct SegmentationOptions {
+    SegmentCommand body;
+    PhantomCommand phantom;
+    bool is_phantom = false;
+    std::string ct;
+    std::vector<double> thresholds;
+    std::string output;
+};
+
+int make_of_segmentation(SegmentationOptions options) {
+    if (!options.ct.empty())
+        throw support::InputError(fmt::format(
+            "{}: a scan is no segmentation, and a threshold does not find a liver; segment it with 3D Slicer, "
+            "TotalSegmentator, MONAI Label or ITK-SNAP, and give the label image to --labels",
+            options.ct));
+    const int num_sources =
+        (options.body.labels.empty() ? 0 : 1) + (options.body.surfaces.empty() ? 0 : 1) + (options.is_phantom ? 1 : 0);
+    if (num_sources != 1)
+        throw support::InputError(
+            "say what to make: one of --labels, --surfaces and --phantom, or one of the subcommands "
+            "liver, box and check; see `livermark mesh --help`");
+    if (options.output.empty())
+        throw support::InputError("say with -o which file to write");
+    options.body.output = options.phantom.output = options.output;
+    if (options.is_phantom)
+        return make_phantom(options.phantom);
+    return options.body.labels.empty() ? make_body_of_surfaces(options.body) : make_body_of_labels(options.body);
+}
+
+std::shared_ptr<SegmentationOptions> add_segmentation(CLI::App &command, const std::string &command_line) {
+    auto options = std::make_shared<SegmentationOptions>();
+    options->body.command_line = command_line;
+    const char *group = "Bodies of segmentations";
+    command
+        .add_option("--labels", options->body.labels,
+                    "A label image: NIfTI, NRRD, MetaImage, or the folder of a DICOM series")
+        ->group(group);
+    command.add_option("--liver", options->body.liver, "Labels of the liver's tissue; by default the lowest one")
+        ->delimiter(',')
+        ->check(CLI::Range(1, 65535))
+        ->group(group);
+    command.add_option("--tumours", options->body.tumours, "Labels of lesions; by default all others")
+        ->delimiter(',')
+        ->check(CLI::Range(1, 65535))
+        ->group(group);
+    command
+        .add_option("--surfaces", options->body.surfaces,
+                    "Closed surfaces (STL, OBJ, PLY): the liver, then each lesion")
+        ->group(group);
+    command.add_option("--unit", options->body.unit, "Of the surfaces: m, cm or mm; by default guessed from the size")
+        ->group(group);
+    command.add_option("--tetrahedra", options->body.tetrahedra, "How many, about")
+        ->check(CLI::Range(2000, 2000000))
+        ->capture_default_str()
+        ->group(group);
+    command.add_flag("--phantom", options->is_phantom, "Write a label image of the liver that ships, with its lesions")
+        ->group(group);
+    command.add_option("--spacing", options->phantom.spacing, "Of the phantom's voxels [m]")
+        ->expected(3)
+        ->capture_default_str()
+        ->group(group);
+    command.add_option("--turn", options->phantom.turn, "Rotation vector of the phantom's axes [rad]")
+        ->expected(3)
+        ->capture_default_str()
+        ->group(group);
+    command
+        .add_flag("--touching", options->phantom.touching,
+                  "A lesion of the phantom touches the capsule, and another one its neighbour")
+        ->group(group);
+    command.add_option("--scan", options->phantom.scan, "A scan of the phantom, to be written beside its labels")
+        ->group(group);
+    command.add_option("--ct", options->ct, "Always refused: a scan has to be segmented first")->group(group);
+    command.add_option("--threshold", options->thresholds, "")->group("");
+    command
+        .add_option("-o,--output", options->output,
+                    "The .msh file to write, with a .toml beside it; for --phantom "
+                    "a .nii.gz, .nii, .nrrd or .mha")
+        ->group(group);
+    return options;
+}
+
+} // namespace
+
+Command add_mesh(CLI::App &parent, const std::string &command_line) {
+    auto *command = parent.add_subcommand("mesh", "Make a body, or look at the mesh of one");
+    command->require_subcommand(0, 1);
+    const auto segmentation = add_segmentation(*command, command_line);
+
+    auto liver = std::make_shared<LiverCommand>();
+    auto *make = command->add_subcommand("liver", "Make the mesh of the liver with gmsh");
+    make->add_flag("--tumours", liver->options.tumours, "With its six lesions");
+    make->add_option("--tetrahedra", liver->options.target_tetrahedra, "How many, about")
+        ->check(CLI::Range(2000, 2000000));
+    make->add_option("-o,--output", liver->output, "The .msh file to write")->required();
+
+    auto box = std::make_shared<BoxCommand>();
+    auto *make_a_box = command->add_subcommand("box", "Make the mesh of a box, with a patch for each side");
+    make_a_box->add_option("--size", box->size, "In x, y and z [m]")->expected(3)->required();
+    make_a_box->add_option("--edge", box->edge, "Length of the edges, about [m]")->required();
+    using enum meshes::BoxTopology;
+    make_a_box
+        ->add_option("--topology", box->topology,
+                     "delaunay (unstructured, gmsh), body_centred (the regular lattice of the best shapes) or kuhn "
+                     "(six to a cube)")
+        ->transform(one_of(std::map<std::string, meshes::BoxTopology>{
+            {"delaunay", delaunay}, {"body_centred", body_centred}, {"kuhn", kuhn}}))
+        ->default_str("delaunay");
+    make_a_box->add_option("-o,--output", box->output, "The .msh file to write")->required();
+
+    auto file = std::make_shared<std::string>();
+    auto *check = command->add_subcommand("check", "Check a .msh file and print its size and quality");
+    check->add_option("file", *file, "A .msh file")->required();
+
+    return [=] {
+        if (make->parsed())
+            return make_liver(*liver);
+        if (make_a_box->parsed())
+            return make_box(*box);
+        if (!check->parsed())
+            return make_of_segmentation(*segmentation);
+        fmt::print("{}", meshes::to_text(meshes::mesh_figures(meshes::read_msh(*file))));
+        return 0;
+    };
+}
+
+} // namespace livermark::cli

@@ -1,0 +1,52 @@
+#include <fmt/format.h>
+#include <memory>
+
+#include "cli/commands.hpp"
+#include "cli/progress.hpp"
+#include "models/model_table.hpp"
+#include "results/tables/modes_table.hpp"
+#include "results/tables/table_layout.hpp"
+#include "studies/modes/modes.hpp"
+#include "support/root_folder.hpp"
+
+namespace livermark::cli {
+
+namespace {
+
+int print_modes(const studies::ModesOptions &options, bool markdown, const std::string &command_line) {
+    const auto found = studies::find_modes(options, command_line, print_progress());
+    print_notes(found.notes);
+    for (const auto &result : found.of_body) {
+        const auto table = results::modes_table(result, models::moving_reference_model);
+        fmt::print("{}, constrained as in {}\n{}\n", result.problem.body->name, result.problem.load_case.name,
+                   markdown ? results::to_markdown(table) : results::to_text(table));
+    }
+    fmt::print(stderr, "Result files are in {}\n", options.output);
+    return 0;
+}
+
+} // namespace
+
+Command add_modes(CLI::App &parent, const std::string &command_line) {
+    auto *command = parent.add_subcommand("modes", "Find the lowest frequencies and modes of constrained bodies");
+    auto options = std::make_shared<studies::ModesOptions>();
+    auto markdown = std::make_shared<bool>(false);
+    options->output = (support::root_folder() / "results" / "runs").string();
+    command->add_option("body", options->bodies,
+                        "Names as in 'livermark list bodies', or paths of body .toml files; all that ship if none is "
+                        "named");
+    command->add_option("--load-case", options->load_case, "The load case that gives the constraints")
+        ->capture_default_str();
+    command->add_option("--model", options->models, "Models that can compute their modes")->capture_default_str();
+    command->add_option("--count", options->count, "How many modes")
+        ->check(CLI::Range(1, studies::most_modes))
+        ->capture_default_str();
+    command->add_option("--young", options->material.young_modulus,
+                        "Young's modulus of the first region [Pa]; the others keep their ratio to it");
+    command->add_option("--poisson", options->material.poisson_ratio, "Poisson's ratio of every region");
+    command->add_option("--output", options->output, "Folder for <body>/modes.<load case>.h5")->capture_default_str();
+    command->add_flag("--markdown", *markdown, "Print the tables in Markdown");
+    return [=] { return print_modes(*options, *markdown, command_line); };
+}
+
+} // namespace livermark::cli

@@ -1,0 +1,176 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <fmt/format.h>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cli/commands.hpp"
+#include "cli/image_bodies.hpp"
+#include "cli/progress.hpp"
+#include "cli/run_tables.hpp"
+#include "cli/usage.hpp"
+#include "results/tables/table_layout.hpp"
+#include "studies/run/amplitudes.hpp"
+#include "studies/run/run_cases.hpp"
+#include "studies/run/run_options.hpp"
+#include "studies/run/run_task.hpp"
+#include "studies/run/time_spent.hpp"
+#include "support/mpi_session.hpp"
+#include "support/root_folder.hpp"
+
+namespace livermark::cli {
+
+namespace {
+
+bool all_is_well(const results::Result &result) {
+    return std::ranges::all_of(result.models, [](const results::ModelResult &model) {
+        return model.solution.status == core::SolutionStatus::ok && results::meets_band(model).value_or(true);
+    });
+}
+
+void print_all(const std::vector<results::Result> &done, const std::vector<double> &amplitudes, bool markdown) {
+    print_tables(done, TableKind::all, markdown);
+    if (!amplitudes.empty()) {
+        const auto layout = studies::nonlinearity_by_amplitude(done, amplitudes);
+        fmt::print("\nDistance of the models from their own linearised solution, at multiples of the load:\n\n{}",
+                   markdown ? results::to_markdown(layout) : results::to_text(layout));
+    }
+}
+
+int run(const studies::RunOptions &options, bool markdown, const std::string &command_line) {
+    studies::TimeSpent spent;
+    spent.begin("bodies and load cases");
+    const auto task = studies::prepare(options);
+    if (support::mpi_rank() != 0) {
+        studies::help_first_rank(task, options, command_line);
+        return 0;
+    }
+    spent.stop();
+    print_notes(task.notes);
+    auto outcomes = studies::run_cases(task, options, command_line, print_progress());
+    for (const auto &[stage, seconds] : outcomes.spent.stages())
+        spent.add(stage, seconds);
+    std::vector<results::Result> done;
+    std::vector<std::string> failures;
+    for (auto &outcome : outcomes.of_problem) {
+        std::ranges::move(outcome.done, std::back_inserter(done));
+        std::ranges::move(outcome.failures, std::back_inserter(failures));
+    }
+    print_all(done, options.amplitudes, markdown);
+    fmt::print(stderr, "\n{}\n", spent.text());
+    for (const auto &failure : failures)
+        fmt::print(stderr, "livermark: failed: {}\n", failure);
+    fmt::print(stderr, "Result files are in {}\n", options.output);
+    return failures.empty() && std::ranges::all_of(done, all_is_well) ? 0 : 1;
+}
+
+/// What the result files say: a run that was resumed comes to the same as one that was not broken off.
+std::string without_resume(std::string command_line) {
+    constexpr std::string_view word = " --resume";
+    for (auto at = command_line.find(word); at != std::string::npos; at = command_line.find(word, at)) {
+        const auto end = at + word.size();
+        if (end == command_line.size() || command_line[end] == ' ')
+            command_line.erase(at, word.size());
+        else
+            at = end;
+    }
+    return command_line;
+}
+
+} // namespace
+
+Command add_run(CLI::App &parent, const std::string &command_line) {
+    auto *command = parent.add_subcommand(
+        "run", "Run models on load cases and compare them with the finite element reference; everything that ships "
+               "unless told otherwise");
+    auto options = std::make_shared<studies::RunOptions>();
+    auto markdown = std::make_shared<bool>(false);
+    options->output = (support::root_folder() / "results" / "runs").string();
+    command->add_option(
+        "--body", options->bodies,
+        "Names as in 'livermark list bodies', or paths of body .toml files, of meshes, or of label images "
+        "(NIfTI, NRRD, MetaImage, the folder of a DICOM series), which are meshed first");
+    command->add_option("--load-case", options->load_cases,
+                        "Names as in 'livermark list load-cases', or paths of load case .toml files");
+    command->add_option("--model", options->models,
+                        "Names as in 'livermark list models'; the reference and the baseline always run beside them");
+    command
+        ->add_option("--amplitude", options->amplitudes,
+                     "Multiples of the loads, such as 0.1,1,10, to see where linear elasticity stops being a fair "
+                     "reference; result files are then <load case>@<amplitude>.h5")
+        ->delimiter(',')
+        ->check(positive_number());
+    command->add_option("--young", options->young_modulus,
+                        "Young's modulus of the first region [Pa]; the others keep their ratio to it");
+    command
+        ->add_option("--poisson", options->poisson_ratios,
+                     "Poisson's ratios of every region, such as 0.25,0.45,0.49; result files are then in a folder "
+                     "poisson_<ratio> for each")
+        ->delimiter(',');
+    command->add_option("--calibration", options->calibration,
+                        "A file of 'livermark calibrate' for the body: its springs join as calibrated_nodal_volume");
+    command->add_option("--output", options->output, "Folder for <body>/<load case>.h5")->capture_default_str();
+    command->add_flag(
+        "--no-uncertainty", options->no_uncertainty,
+        "Do not solve the reference on the refined mesh: quicker, but the uncertainty of the reference stays unknown");
+    command->add_flag("--static", options->only_static, "Leave out load cases that depend on time: quicker");
+    command->add_flag(
+        "--resume", options->resume,
+        "Keep the result files that the same command has left in the output folder, and go on from there");
+    command
+        ->add_option(
+            "--jobs", options->jobs,
+            "Number of parallel workers, each on one core; by default one for each core, if memory allows. With "
+            "several, the file of a load case is written when the last model has solved it; with --jobs 1 it is "
+            "written as soon as the load case is done, and no other worker disturbs the times of the models")
+        ->check(CLI::Range(1, 1024));
+    using enum fem_reference::SolverChoice;
+    command
+        ->add_option("--fem-solver", options->model_options.fem_solver,
+                     "How the finite elements are solved: auto (by size), direct (sparse Cholesky) or iterative "
+                     "(conjugate gradients with algebraic multigrid)")
+        ->transform(one_of(std::map<std::string, fem_reference::SolverChoice>{
+            {"auto", automatic}, {"direct", direct}, {"iterative", iterative}}))
+        ->default_str("auto");
+    command
+        ->add_option("--equilibrium", options->model_options.equilibrium,
+                     "How mass-spring models find their equilibrium: newton, or relaxation by time stepping")
+        ->transform(one_of(std::map<std::string, models::EquilibriumMethod>{
+            {"newton", models::EquilibriumMethod::newton}, {"relaxation", models::EquilibriumMethod::relaxation}}))
+        ->default_str("newton");
+    auto &stepping = options->model_options.time_stepping;
+    command->add_option(
+        "--integrator", stepping.integrator,
+        "How mass-spring models move in time: a name as in 'livermark list integrators'; by default "
+        "runge_kutta_4 or runge_kutta_chebyshev, whichever needs fewer force evaluations, and runge_kutta_4 with "
+        "--equilibrium relaxation");
+    command
+        ->add_option("--time-step", stepping.time_step,
+                     "Longest step of mass-spring models [s]; by default 0.8 of the longest that is stable")
+        ->check(positive_number());
+    using enum msm::StepKernel;
+    command
+        ->add_option("--kernel", stepping.kernel,
+                     "What evaluates the forces of mass-spring models in motion: simd_float (vector units, single "
+                     "precision), simd_double, or scalar (slow and obvious)")
+        ->transform(one_of(std::map<std::string, msm::StepKernel>{
+            {"simd_float", simd_float}, {"simd_double", simd_double}, {"scalar", scalar}}))
+        ->default_str("simd_float");
+    command->add_flag("--force-time-step", stepping.force, "Take the step even if it is too long to be stable");
+    command->add_flag("--markdown", *markdown, "Print the table in Markdown");
+    return [options, markdown, command_line] {
+        for (auto *values : {&options->amplitudes, &options->poisson_ratios}) {
+            std::ranges::sort(*values);
+            values->erase(std::unique(values->begin(), values->end()), values->end());
+        }
+        const auto kept_command_line = without_resume(command_line);
+        options->bodies = with_images_meshed(options->bodies, options->output, kept_command_line);
+        return run(*options, *markdown, kept_command_line);
+    };
+}
+
+} // namespace livermark::cli

@@ -1,0 +1,60 @@
+#include <fmt/format.h>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "cli/commands.hpp"
+#include "cli/progress.hpp"
+#include "cli/run_tables.hpp"
+#include "studies/exchange/score.hpp"
+#include "support/root_folder.hpp"
+
+namespace livermark::cli {
+
+namespace {
+
+int print_score(const studies::ScoreOptions &options, bool markdown, const std::string &command_line) {
+    const auto scored = studies::score(options, command_line, print_progress());
+    print_notes(scored.notes);
+    print_tables(std::span(&scored.result, 1), TableKind::models, markdown);
+    fmt::print(stderr, "The result file is {}\n", scored.file.string());
+    return 0;
+}
+
+/// Names stand in paths of the result file.
+std::string check_name(const std::string &name) {
+    const bool is_good = !name.empty() && name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                                                 "0123456789_-") == std::string::npos;
+    return is_good ? "" : "a name has letters, digits, _ and - only";
+}
+
+} // namespace
+
+Command add_score(CLI::App &parent, const std::string &command_line) {
+    auto *command = parent.add_subcommand("score", "Compare the displacements that a model outside of this suite finds "
+                                                   "for a problem of 'livermark export' with the reference");
+    auto options = std::make_shared<studies::ScoreOptions>();
+    auto markdown = std::make_shared<bool>(false);
+    options->output = (support::root_folder() / "results" / "scores").string();
+    command->add_option("body", options->body, "As for 'livermark export'")->required();
+    command->add_option("load-case", options->load_case, "As for 'livermark export'")->required();
+    command
+        ->add_option("answer", options->solution,
+                     "Node displacements [m]: CSV with the header x,y,z,ux,uy,uz, HDF5 with the datasets points and "
+                     "displacement, or VTU with the point data displacement; in any order")
+        ->required();
+    command->add_option("--name", options->name, "Of the model, in table and result file")
+        ->check(CLI::Validator(check_name, "NAME"))
+        ->capture_default_str();
+    command->add_option("--model", options->models, "Models to compare it with, as in 'livermark list models'")
+        ->capture_default_str();
+    command->add_option("--output", options->output, "Folder for <body>/<load case>.<name>.h5")->capture_default_str();
+    command->add_flag(
+        "--no-uncertainty", options->no_uncertainty,
+        "Do not solve the reference on the refined mesh: quicker, but the uncertainty of the reference stays unknown");
+    command->add_flag("--markdown", *markdown, "Print the table in Markdown");
+    return [=] { return print_score(*options, *markdown, command_line); };
+}
+
+} // namespace livermark::cli

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/tetra_mesh.hpp"
+
+/// Bodies of segmentations, for `livermark mesh`. Without ITK and CGAL each says what to install.
+namespace livermark::cli {
+
+inline constexpr int default_tetrahedra = 16000;
+
+/// What `livermark mesh --labels` and `--surfaces` were asked for.
+struct SegmentCommand {
+    std::string labels;                  ///< file, or folder of a DICOM series
+    std::vector<int> liver{}, tumours{}; ///< labels
+    std::vector<std::string> surfaces{}; ///< files, the liver first
+    std::optional<std::string> unit{};   ///< of the surfaces
+    int tetrahedra = default_tetrahedra;
+    std::string output;        ///< the .msh file; the .toml file goes beside it
+    std::string command_line;  ///< kept in the body file
+    std::FILE *table = stdout; ///< where the figures of the mesh go
+};
+
+/// Writes <output>.msh and <output>.toml.
+/// @return the exit status: 1 if a quality criterion was missed; the mesh is written then as well
+/// @throws support::InputError
+int make_body_of_labels(const SegmentCommand &command);
+int make_body_of_surfaces(const SegmentCommand &command);
+
+/// What `livermark mesh --phantom` was asked for.
+struct PhantomCommand {
+    std::vector<double> spacing{0.8e-3, 0.8e-3, 3e-3}; ///< [m]
+    std::vector<double> turn{0.0, 0.0, 0.0};           ///< rotation vector [rad]
+    bool touching = false;
+    std::string output; ///< label image
+    std::string scan;   ///< scan beside it, if there is to be one
+};
+
+/// Writes the label image of the liver that ships, and a scan of it.
+/// @throws support::InputError
+int make_phantom(const PhantomCommand &command);
+
+} // namespace livermark::cli

@@ -1,0 +1,99 @@
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <memory>
+
+#include "cli/commands.hpp"
+#include "cli/progress.hpp"
+#include "cli/usage.hpp"
+#include "core/units.hpp"
+#include "results/tables/stability_table.hpp"
+#include "results/tables/table_layout.hpp"
+#include "studies/stability/stability.hpp"
+#include "support/root_folder.hpp"
+
+namespace livermark::cli {
+
+namespace {
+
+using core::milliseconds;
+using core::percent;
+
+void print(const results::Stability &stability, bool markdown) {
+    const char *end = markdown ? "\n\n" : "\n";
+    fmt::print("{}, springs of {}, constrained as in {}{}", stability.body, stability.spring_law, stability.load_case,
+               end);
+    fmt::print("angular frequencies {:.2f} to {:.2f} rad/s (Gershgorin's bound: {:.2f} rad/s){}",
+               stability.lowest_frequency, stability.largest_frequency, stability.largest_frequency_bound, end);
+    fmt::print("mean edge over speed of sound, of the first region: {:.3f} ms{}",
+               milliseconds * stability.element_time_step, end);
+    fmt::print("damping: alpha = {:.4f} 1/s, beta = {:.4e} s, which is {:.3f} of critical at the largest frequency{}\n",
+               stability.damping.alpha, stability.damping.beta, stability.damping.ratio(stability.largest_frequency),
+               markdown ? "\n" : "");
+    const auto layout = results::stability_table(stability);
+    fmt::print("{}\n", markdown ? results::to_markdown(layout) : results::to_text(layout));
+}
+
+/// What the words in the tables mean.
+void print_legend(const std::vector<results::Stability> &all, bool looked) {
+    const auto any_limit = [&](auto &&is_so) {
+        return std::ranges::any_of(all, [&](const auto &stability) {
+            return std::ranges::any_of(
+                stability.limits, [&](const auto &limits) { return is_so(limits.undamped) || is_so(limits.damped); });
+        });
+    };
+    if (any_limit([](const auto &limit) { return limit.predicted == 0.0; }))
+        fmt::print("none: no stable step; oscillations grow at every step, more slowly at smaller steps\n");
+    if (any_limit([](const auto &limit) { return !limit.has_number() && limit.predicted > 0.0; }))
+        fmt::print("any: stable at every step\n");
+    if (looked && any_limit([](const auto &limit) { return limit.has_number() && std::isnan(limit.observed); }))
+        fmt::print("not observed: just above the limit a motion grows too slowly to be seen in a run\n");
+}
+
+int print_stability(const studies::StabilityOptions &options, bool markdown, const std::string &command_line) {
+    const auto found = studies::find_stability(options, command_line, print_progress());
+    print_notes(found.notes);
+    for (const auto &stability : found.of_body)
+        print(stability, markdown);
+    print_legend(found.of_body, !options.no_observed);
+    fmt::print(stderr, "Result files are in {}\n", options.output);
+    if (std::ranges::all_of(found.of_body, studies::is_as_predicted))
+        return 0;
+    fmt::print(stderr, "livermark: failed: an observed step differs from the predicted one by more than {:g} %\n",
+               percent * studies::largest_difference);
+    return 1;
+}
+
+} // namespace
+
+Command add_stability(CLI::App &parent, const std::string &command_line) {
+    auto *command = parent.add_subcommand(
+        "stability", "Find the longest stable time step of the springs of a body: predicted from their largest "
+                     "frequency, and observed in runs");
+    auto options = std::make_shared<studies::StabilityOptions>();
+    auto markdown = std::make_shared<bool>(false);
+    options->output = (support::root_folder() / "results" / "runs").string();
+    command->add_option("body", options->bodies,
+                        "Names as in 'livermark list bodies', or paths of body .toml files; all that ship if none is "
+                        "named");
+    command->add_option("--law", options->law, "A name as in 'livermark list spring-laws'")->capture_default_str();
+    command->add_option("--load-case", options->load_case, "The load case that gives the constraints")
+        ->capture_default_str();
+    command->add_option("--integrator", options->integrators,
+                        "Names as in 'livermark list integrators'; all if none is named");
+    command->add_option("--damping-ratio", options->damping_ratio, "Of critical, at two frequencies")
+        ->check(number_not_below_zero())
+        ->capture_default_str();
+    command->add_option("--damping-frequencies", options->damping_frequencies, "These two [Hz]")
+        ->check(positive_number())
+        ->capture_default_str();
+    command->add_option("--young", options->material.young_modulus,
+                        "Young's modulus of the first region [Pa]; the others keep their ratio to it");
+    command->add_option("--poisson", options->material.poisson_ratio, "Poisson's ratio of every region");
+    command->add_option("--output", options->output, "Folder for <body>/stability.<law>.h5")->capture_default_str();
+    command->add_flag("--markdown", *markdown, "Print the tables in Markdown");
+    command->add_flag("--no-observed", options->no_observed, "Only predict, without runs: quicker");
+    return [=] { return print_stability(*options, *markdown, command_line); };
+}
+
+} // namespace livermark::cli

@@ -1,0 +1,49 @@
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/commands.hpp"
+#include "cli/run_tables.hpp"
+#include "cli/usage.hpp"
+#include "results/hdf5/result_files.hpp"
+#include "support/root_folder.hpp"
+
+namespace livermark::cli {
+
+namespace {
+
+struct TableOptions {
+    std::vector<std::string> paths;
+    TableKind kind = TableKind::all;
+    bool markdown = false;
+};
+
+int print(const TableOptions &options) {
+    const std::vector<std::filesystem::path> paths(options.paths.begin(), options.paths.end());
+    const auto results = results::read_results(paths);
+    print_tables(results, options.kind, options.markdown);
+    return 0;
+}
+
+} // namespace
+
+Command add_table(CLI::App &parent) {
+    auto *command = parent.add_subcommand("table", "Print the tables of result files that are there");
+    auto options = std::make_shared<TableOptions>();
+    options->paths = {(support::root_folder() / "results" / "runs").string()};
+    command->add_option("paths", options->paths, "Result files of 'livermark run', or folders of them")
+        ->capture_default_str();
+    command
+        ->add_option(
+            "--kind", options->kind,
+            "all, models (a row for each model and load case), summary (a column for each load case), "
+            "overview (columns for each Poisson's ratio), means (a column for each body), or medians (over load "
+            "cases, for each Poisson's ratio, with the load cases of pressure apart)")
+        ->transform(one_of(table_kinds))
+        ->default_str("all");
+    command->add_flag("--markdown", options->markdown, "In Markdown");
+    return [options] { return print(*options); };
+}
+
+} // namespace livermark::cli

@@ -1,0 +1,93 @@
+# Installs what other programs link, in three components that each need those before them:
+#   core            mesh, material, load case, solution; needs Eigen and fmt
+#   msm             spring laws, volume terms, kernels, critical steps, damping; needs Highway as well
+#   fem_reference   finite elements, and what of mass-spring models needs sparse factors; deal.II, CHOLMOD and so the GPL
+# An outsider writes find_package(Livermark COMPONENTS msm), target_link_libraries(theirs livermark::msm) and
+# #include <livermark/msm/spring_law.hpp>. Headers of this tree include each other without the livermark/ in front, which is
+# put there on the way.
+include(CMakePackageConfigHelpers)
+
+# Headers of a folder and those below it, without what is internal.
+function(livermark_install_headers component folder)
+  cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "ONLY;EXCEPT")
+  file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${livermark_SOURCE_DIR}/${folder}
+    ${livermark_SOURCE_DIR}/${folder}/*.hpp)
+  foreach(header IN LISTS headers)
+    set(is_wanted ON)
+    if(arg_ONLY)
+      set(is_wanted OFF)
+    endif()
+    foreach(pattern IN LISTS arg_ONLY)
+      if(header MATCHES "${pattern}")
+        set(is_wanted ON)
+      endif()
+    endforeach()
+    foreach(pattern IN LISTS arg_EXCEPT)
+      if(header MATCHES "${pattern}")
+        set(is_wanted OFF)
+      endif()
+    endforeach()
+    if(NOT is_wanted)
+      continue()
+    endif()
+    # For programs that add this tree as a subdirectory.
+    file(CONFIGURE OUTPUT ${livermark_BINARY_DIR}/include/livermark/${folder}/${header}
+      CONTENT "#include \"${livermark_SOURCE_DIR}/${folder}/${header}\"\n")
+    cmake_path(GET header PARENT_PATH below)
+    install(CODE "
+      file(READ \"${livermark_SOURCE_DIR}/${folder}/${header}\" text)
+      string(REGEX REPLACE \"#include \\\"([a-z_]+/)\" \"#include \\\"livermark/\\\\1\" text \"\${text}\")
+      file(WRITE \"${livermark_BINARY_DIR}/installed/${folder}/${header}\" \"\${text}\")" COMPONENT ${component})
+    install(FILES ${livermark_BINARY_DIR}/installed/${folder}/${header}
+      DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/livermark/${folder}/${below} COMPONENT ${component})
+  endforeach()
+endfunction()
+
+livermark_install_headers(core support ONLY "^input_error")
+livermark_install_headers(core core)
+livermark_install_headers(msm msm
+  EXCEPT "-inl" "^kernels/(layout|simd|threads)/" "step_workspace" "^calibration" "^implicit" "dynamics/(release|spectrum)"
+    "statics/(dynamic|equilibrium|rest)")
+livermark_install_headers(fem_reference msm
+  ONLY "^calibration" "^implicit" "dynamics/(release|spectrum)" "statics/(dynamic|equilibrium|rest)")
+livermark_install_headers(fem_reference support ONLY "^(sparse_cholesky|supernodes|mpi_session|openmp)")
+livermark_install_headers(fem_reference fem_reference)
+
+set(package ${CMAKE_INSTALL_LIBDIR}/cmake/Livermark)
+foreach(component core msm fem_reference)
+  install(EXPORT livermark_${component} NAMESPACE livermark:: FILE Livermark-${component}.cmake DESTINATION ${package}
+    COMPONENT ${component})
+endforeach()
+configure_package_config_file(${livermark_SOURCE_DIR}/cmake/LivermarkConfig.cmake.in LivermarkConfig.cmake
+  INSTALL_DESTINATION ${package})
+write_basic_package_version_file(LivermarkConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${livermark_BINARY_DIR}/LivermarkConfig.cmake ${livermark_BINARY_DIR}/LivermarkConfigVersion.cmake
+  DESTINATION ${package} COMPONENT core)
+install(FILES ${livermark_SOURCE_DIR}/cmake/finite_elements.cmake DESTINATION ${package} COMPONENT fem_reference)
+foreach(component core msm)
+  install(FILES ${livermark_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR}-${component} COMPONENT ${component})
+endforeach()
+install(FILES ${livermark_SOURCE_DIR}/LICENSE ${livermark_SOURCE_DIR}/NOTICE
+  DESTINATION ${CMAKE_INSTALL_DOCDIR}-fem-reference COMPONENT fem_reference)
+
+# Debian packages, one for each component: cpack -G DEB in the build folder.
+set(CPACK_PACKAGE_CONTACT "The Livermark authors <livermark@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(CPACK_RESOURCE_FILE_LICENSE ${livermark_SOURCE_DIR}/LICENSE)
+set(CPACK_GENERATOR DEB)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_COMPONENTS_ALL core msm fem_reference)
+set(CPACK_COMPONENT_CORE_DESCRIPTION "Mesh, material, load case and solution of Livermark. Licence: Apache-2.0 alone.")
+set(CPACK_COMPONENT_MSM_DESCRIPTION
+  "Mass-spring models of Livermark: spring laws, volume terms, vector kernels, critical time steps. Licence: Apache-2.0 alone.")
+set(CPACK_COMPONENT_FEM_REFERENCE_DESCRIPTION
+  "Finite elements of Livermark and what needs sparse factors. Linked with CHOLMOD a program is under the GPL, see NOTICE.")
+set(CPACK_DEBIAN_CORE_PACKAGE_NAME livermark-core-dev)
+set(CPACK_DEBIAN_MSM_PACKAGE_NAME livermark-msm-dev)
+set(CPACK_DEBIAN_FEM_REFERENCE_PACKAGE_NAME livermark-fem-reference-dev)
+set(CPACK_DEBIAN_CORE_PACKAGE_DEPENDS "libeigen3-dev, libfmt-dev")
+set(CPACK_DEBIAN_MSM_PACKAGE_DEPENDS "livermark-core-dev, libhwy-dev")
+set(CPACK_DEBIAN_FEM_REFERENCE_PACKAGE_DEPENDS
+  "livermark-msm-dev, libdeal.ii-dev, libsuitesparse-dev, libblas-dev, libspectra-dev, libnlopt-dev")
+include(CPack)

@@ -1,0 +1,223 @@
+#include "fem_reference/hyperelastic/elements.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+namespace livermark::hyperelastic {
+
+namespace {
+
+using core::Vector3;
+using fem_reference::Block;
+using fem_reference::Formulation;
+
+constexpr int most_nodes = 10;
+using Gradients = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, most_nodes>;
+
+/// The matrices at rest serve for their numbering only, so that of the mixed formulation may be of another material.
+fem_reference::PressureSystem pressure_of(const core::Body &body, const fem_reference::ElasticSystem &system,
+                                          Formulation formulation) {
+    if (formulation == Formulation::displacement || !fem_reference::has_pressure(body))
+        return {};
+    if (system.nodes_per_cell == 4)
+        throw std::invalid_argument("the mixed formulation needs quadratic displacements: linear ones with a linear "
+                                    "pressure are not stable");
+    return fem_reference::assemble_pressure(body, system);
+}
+
+/// Where the entry of a row and a column stands, which has to be there.
+int place(const std::vector<int> &row_start, const std::vector<int> &column, int row, int wanted) {
+    const auto first = column.begin() + row_start[row], last = column.begin() + row_start[row + 1];
+    return static_cast<int>(std::lower_bound(first, last, wanted) - column.begin());
+}
+
+} // namespace
+
+/// A tetrahedron with what does not depend on the point of integration.
+struct Elements::Cell {
+    int number;
+    std::span<const int> nodes;
+    const std::array<int, 4> *pressures; ///< nullptr where there are none
+    const core::Material *material;
+    Matrix3 inverse_edges; ///< of the matrix whose columns are the edges from the first corner [1/m]
+    double volume;         ///< [m^3]
+
+    Gradients gradients(const Eigen::Matrix3Xd &on_reference) const { return inverse_edges.transpose() * on_reference; }
+    Matrix3 deformation(const Gradients &gradients, const std::vector<double> &displacement) const {
+        Matrix3 f = Matrix3::Identity();
+        for (std::size_t a = 0; a < nodes.size(); ++a)
+            f += Vector3::Map(&displacement[3 * nodes[a]]) * gradients.col(a).transpose();
+        return f;
+    }
+    double pressure(const Eigen::Vector4d &shape, const std::vector<double> &values) const {
+        double sum = 0.0;
+        for (int k = 0; k < 4; ++k)
+            sum += shape[k] * values[(*pressures)[k]];
+        return sum;
+    }
+};
+
+template <class Action> void Elements::for_each_cell(const Action &action) const {
+    const auto num_local = static_cast<std::size_t>(system_.nodes_per_cell);
+    for (std::size_t t = 0; t < body_->mesh.tetrahedra.size(); ++t) {
+        Cell cell{static_cast<int>(t),
+                  std::span(system_.cell_nodes).subspan(t * num_local, num_local),
+                  pressure_.num_pressures() > 0 && pressure_.of_cell[t][0] >= 0 ? &pressure_.of_cell[t] : nullptr,
+                  &body_->materials[body_->mesh.region[t]],
+                  {},
+                  0.0};
+        Matrix3 edges;
+        for (int k = 0; k < 3; ++k)
+            edges.col(k) = system_.points[cell.nodes[k + 1]] - system_.points[cell.nodes[0]];
+        cell.volume = edges.determinant() / 6.0;
+        cell.inverse_edges = edges.inverse();
+        if (!action(cell))
+            return;
+    }
+}
+
+Elements::Elements(std::shared_ptr<const core::Body> body, int degree, Formulation formulation, const MaterialLaw &law,
+                   TetrahedronRule rule)
+    : body_(std::move(body)), law_(&law), system_(fem_reference::assemble(*body_, degree)),
+      pressure_(pressure_of(*body_, system_, formulation)), reference_(reference_tetrahedron(degree, rule)) {
+    if (pressure_.num_pressures() > 0) {
+        compliance_ = pressure_.compliance;
+        std::ranges::fill(compliance_.value, 0.0);
+    }
+    for_each_cell([&](const Cell &cell) {
+        for (std::size_t a = 0; a < cell.nodes.size(); ++a)
+            for (std::size_t b = 0; b < a; ++b) {
+                const auto [low, high] = std::minmax(cell.nodes[a], cell.nodes[b]);
+                block_.push_back(place(system_.stiffness.rows.row_start, system_.stiffness.rows.column, high, low));
+            }
+        if (cell.pressures)
+            for (int k = 0; k < 4; ++k)
+                for (int l = 0; l < 4; ++l) { // the integral of psi_k psi_l over a tetrahedron is V (1 + delta_kl) / 20
+                    const int at =
+                        place(compliance_.row_start, compliance_.column, (*cell.pressures)[k], (*cell.pressures)[l]);
+                    compliance_.value[at] += cell.volume * (k == l ? 0.1 : 0.05) / law_->volume_modulus(*cell.material);
+                }
+        return true;
+    });
+}
+
+State Elements::rest() const {
+    return {std::vector<double>(num_displacements(), 0.0), std::vector<double>(num_pressures(), 0.0)};
+}
+
+InternalForces Elements::internal_forces(const State &state) const {
+    InternalForces result{.smallest_jacobian = std::numeric_limits<double>::infinity(),
+                          .energy = 0.0,
+                          .force = std::vector<double>(num_displacements(), 0.0),
+                          .imbalance = std::vector<double>(num_pressures(), 0.0)};
+    for_each_cell([&](const Cell &cell) {
+        const double modulus = law_->volume_modulus(*cell.material);
+        for (std::size_t q = 0; q < reference_.weight.size(); ++q) {
+            const Gradients gradients = cell.gradients(reference_.gradient[q]);
+            const Matrix3 f = cell.deformation(gradients, state.displacement);
+            const double jacobian = f.determinant();
+            result.smallest_jacobian = std::min(result.smallest_jacobian, jacobian);
+            if (!(jacobian > 0.0)) { // nor NaN
+                result.smallest_jacobian = std::min(jacobian, 0.0);
+                return false;
+            }
+            const double weight = reference_.weight[q] * cell.volume;
+            const auto volume = law_->volume(jacobian);
+            const double pressure =
+                cell.pressures ? cell.pressure(reference_.linear_shape[q], state.pressure) : modulus * volume.value;
+            const Matrix3 stress =
+                law_->stress(*cell.material, f) + pressure * volume.slope * jacobian * Matrix3(f.inverse().transpose());
+            for (std::size_t a = 0; a < cell.nodes.size(); ++a)
+                Vector3::Map(&result.force[3 * cell.nodes[a]]) += weight * (stress * gradients.col(a));
+            result.energy += weight * law_->energy(*cell.material, f);
+            if (cell.pressures) {
+                const double imbalance = volume.value - pressure / modulus;
+                for (int k = 0; k < 4; ++k)
+                    result.imbalance[(*cell.pressures)[k]] += weight * reference_.linear_shape[q][k] * imbalance;
+                result.energy += weight * pressure * (volume.value - 0.5 * pressure / modulus);
+            } else {
+                result.energy += weight * 0.5 * modulus * volume.value * volume.value;
+            }
+        }
+        return true;
+    });
+    return result;
+}
+
+TangentMatrices Elements::zero_tangent() const {
+    TangentMatrices tangent{system_.stiffness, pressure_.divergence};
+    return tangent;
+}
+
+void Elements::assemble_tangent(const State &state, TangentMatrices &tangent) const {
+    std::ranges::fill(tangent.stiffness.below, Block<double>{});
+    std::ranges::fill(tangent.stiffness.diagonal, Block<double>{});
+    std::ranges::fill(tangent.divergence.value, std::array<double, 3>{});
+    const int *block = block_.data();
+    for_each_cell([&](const Cell &cell) {
+        const double modulus = law_->volume_modulus(*cell.material);
+        const auto num_local = cell.nodes.size();
+        // Summed over the points before they go where they belong: the block of nodes a >= b at a (a + 1) / 2 + b.
+        std::array<Matrix3, most_nodes *(most_nodes + 1) / 2> local;
+        std::ranges::fill(local, Matrix3(Matrix3::Zero()));
+        std::array<Eigen::Matrix<double, 3, most_nodes>, 4> divergence; // a column for each node
+        for (auto &row : divergence)
+            row.setZero();
+        for (std::size_t q = 0; q < reference_.weight.size(); ++q) {
+            const Gradients gradients = cell.gradients(reference_.gradient[q]);
+            const Matrix3 f = cell.deformation(gradients, state.displacement);
+            const Matrix3 inverse = f.inverse();
+            const double jacobian = f.determinant();
+            const double weight = reference_.weight[q] * cell.volume;
+            const auto volume = law_->volume(jacobian);
+            Tangent of_point = law_->tangent(*cell.material, f);
+            if (cell.pressures) {
+                const double pressure = cell.pressure(reference_.linear_shape[q], state.pressure);
+                add_volume_tangent(pressure * volume.slope, pressure * volume.curvature, jacobian, inverse, of_point);
+            } else {
+                add_volume_tangent(modulus * volume.value * volume.slope,
+                                   modulus * (volume.slope * volume.slope + volume.value * volume.curvature), jacobian,
+                                   inverse, of_point);
+            }
+            of_point *= weight;
+            std::size_t at = 0;
+            for (std::size_t a = 0; a < num_local; ++a) {
+                Eigen::Matrix<double, 3, 9> row; // g_aJ A_(iJ)(jL)
+                for (int i = 0; i < 3; ++i)
+                    row.row(i) = gradients.col(a).transpose() * of_point.middleRows<3>(3 * i);
+                for (std::size_t b = 0; b <= a; ++b, ++at)
+                    for (int j = 0; j < 3; ++j)
+                        local[at].col(j) += row.middleCols<3>(3 * j) * gradients.col(b);
+                if (cell.pressures) {
+                    const Vector3 slope =
+                        weight * volume.slope * jacobian * (inverse.transpose() * gradients.col(a)).eval();
+                    for (int k = 0; k < 4; ++k)
+                        divergence[k].col(a) += reference_.linear_shape[q][k] * slope;
+                }
+            }
+        }
+        std::size_t at = 0;
+        for (std::size_t a = 0; a < num_local; ++a)
+            for (std::size_t b = 0; b <= a; ++b, ++at) {
+                auto &to = a == b ? tangent.stiffness.diagonal[cell.nodes[a]] : tangent.stiffness.below[*block++];
+                const bool is_transposed = cell.nodes[a] < cell.nodes[b]; // rows are those of the node behind
+                for (int i = 0; i < 3; ++i)
+                    for (int j = 0; j < 3; ++j)
+                        to[3 * i + j] += is_transposed ? local[at](j, i) : local[at](i, j);
+            }
+        if (cell.pressures)
+            for (int k = 0; k < 4; ++k)
+                for (std::size_t a = 0; a < num_local; ++a) {
+                    auto &rows = tangent.divergence;
+                    auto &to = rows.value[place(rows.row_start, rows.column, (*cell.pressures)[k], cell.nodes[a])];
+                    for (int i = 0; i < 3; ++i)
+                        to[i] += divergence[k](i, a);
+                }
+        return true;
+    });
+}
+
+} // namespace livermark::hyperelastic

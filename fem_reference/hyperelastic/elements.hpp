@@ -1,0 +1,95 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/problem.hpp"
+#include "fem_reference/hyperelastic/material_law.hpp"
+#include "fem_reference/hyperelastic/reference_element.hpp"
+#include "fem_reference/linear/elastic_system.hpp"
+#include "fem_reference/linear/formulation.hpp"
+#include "fem_reference/linear/pressure_system.hpp"
+
+namespace livermark::hyperelastic {
+
+/// What is to be found; n is the number of nodes, m that of pressures.
+struct State {
+    std::vector<double> displacement; ///< (3 n) u [m]
+    std::vector<double> pressure;     ///< (m) p [Pa], positive where the body is dilated
+};
+
+/// What a state stores and resists with.
+struct InternalForces {
+    double smallest_jacobian = 0.0; ///< of all points of integration; if it is not positive, nothing else is set
+    double energy = 0.0;            ///< [J]
+    std::vector<double> force;      ///< (3 n) derivative of the energy by the displacements [N]
+    std::vector<double> imbalance;  ///< (m) derivative of the energy by the pressures [m^3]
+};
+
+/// Derivatives of InternalForces: [K D^T; D -C] with the constant C of Elements.
+struct TangentMatrices {
+    fem_reference::SymmetricBlocks<double> stiffness; ///< (3 n, 3 n) K [N/m]
+    fem_reference::DivergenceRows<double> divergence; ///< (m, 3 n) D [m^2]
+};
+
+/// Total Lagrangian finite elements of a hyperelastic body, on straight tetrahedra of its shape at rest.
+///
+/// In displacements alone their energy is
+///     Pi(u) = integral of W_s(F) + k / 2 g(J)^2,   F = I + grad u,   J = det F.
+/// The mixed formulation has a pressure in regions that are nearly incompressible (fem_reference::PressureSystem), with
+/// quadratic displacements the elements of Taylor and Hood, and looks for the saddle point of
+///     Pi(u, p) = integral of W_s(F) + p g(J) - p^2 / (2 k),
+/// the perturbed Lagrangian. Its p = k g(J) at every point would be the same energy; p is the linear interpolation of
+/// that, and so the elements do not lock.
+/// (T. Sussman, K.-J. Bathe 1987, A finite element formulation for nonlinear incompressible elastic and inelastic
+/// analysis, Comput. Struct. 26)
+class Elements {
+  public:
+    /// @param body    tetrahedra of positive volume, every node used
+    /// @param degree  1 or 2
+    /// @param law     kept alive by the caller
+    /// @param rule    where the energy is evaluated; linear elements in displacements alone need one point
+    /// @throws std::invalid_argument for another degree, for the mixed formulation of linear elements, or if a
+    ///   boundary triangle is not an outer face
+    Elements(std::shared_ptr<const core::Body> body, int degree, fem_reference::Formulation formulation,
+             const MaterialLaw &law, TetrahedronRule rule);
+
+    const core::Body &body() const { return *body_; }
+    const MaterialLaw &law() const { return *law_; }
+    int degree() const { return system_.nodes_per_cell == 4 ? 1 : 2; }
+    /// Numbering, facets, masses, and the stiffness of linear elasticity (in the mixed formulation without lambda).
+    const fem_reference::ElasticSystem &system() const { return system_; }
+    const fem_reference::PressureSystem &pressure() const { return pressure_; }
+    /// (m, m) C_qr = integral of psi_q psi_r / k [m^3/Pa]
+    const fem_reference::SymmetricMatrix &compliance() const { return compliance_; }
+
+    int num_displacements() const { return 3 * system_.num_nodes(); }
+    int num_pressures() const { return pressure_.num_pressures(); }
+
+    /// At rest.
+    State rest() const;
+
+    InternalForces internal_forces(const State &state) const;
+
+    /// A matrix of zeros with entries in the right places, to be assembled into.
+    TangentMatrices zero_tangent() const;
+
+    /// @param state    of positive smallest_jacobian
+    /// @param tangent  of zero_tangent(); overwritten
+    void assemble_tangent(const State &state, TangentMatrices &tangent) const;
+
+  private:
+    struct Cell;
+    template <class Action> void for_each_cell(const Action &action) const;
+
+    std::shared_ptr<const core::Body> body_;
+    const MaterialLaw *law_;
+    fem_reference::ElasticSystem system_;
+    fem_reference::PressureSystem pressure_;
+    fem_reference::SymmetricMatrix compliance_;
+    ReferenceTetrahedron reference_;
+    std::vector<int> block_; ///< (M, nodes (nodes - 1) / 2) where the block of two nodes of a cell stands
+};
+
+} // namespace livermark::hyperelastic

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "core/tetra_mesh.hpp"
+#include "fem_reference/hyperelastic/reference_element.hpp"
+#include "fem_reference/linear/elastic_system.hpp"
+
+namespace livermark::hyperelastic {
+
+/// A pressure that stays perpendicular to the surface as it moves, and acts on its deformed area:
+///     f_a = - integral over the triangle of p N_a x_r cross x_s dr ds,   x = X + u,
+/// with r and s the coordinates on the unit triangle. The integrals are exact.
+/// (K. Schweizerhof, E. Ramm 1984, Displacement dependent pressure loads in nonlinear finite element analyses, Comput.
+/// Struct. 18(6))
+class FollowerPressure {
+  public:
+    /// @param system    kept alive and unchanged by the caller
+    /// @param mesh      that it was assembled on
+    /// @param pressure  shape (T) [Pa], positive inwards, 0 where there is none; or empty
+    /// @throws std::invalid_argument if it has another size
+    FollowerPressure(const fem_reference::ElasticSystem &system, const core::TetraMesh &mesh,
+                     std::span<const double> pressure);
+
+    bool is_empty() const { return facets_.empty(); }
+
+    /// @param factor        that pressures are multiplied by
+    /// @param displacement  shape (3 n) [m]
+    /// @param force         shape (3 n) [N], added to
+    void add_forces(double factor, const std::vector<double> &displacement, std::vector<double> &force) const;
+
+    /// The derivatives of minus the forces, one small matrix for each facet. Unlike the stiffness they are not
+    /// symmetric: a surface whose edge is free or sees the pressure end there has no potential.
+    struct LoadStiffness {
+        std::vector<Eigen::MatrixXd> of_facet; ///< (facets) shape (3 k, 3 k) [N/m], unknown 3 a + i of its k nodes
+    };
+    LoadStiffness load_stiffness(double factor, const std::vector<double> &displacement) const;
+
+    /// Adds the symmetric part of each.
+    void add_symmetric_part(const LoadStiffness &loads, fem_reference::SymmetricBlocks<double> &stiffness) const;
+    /// out += the antisymmetric parts times x
+    /// @param x, out  shape (3 n)
+    void add_antisymmetric_product(const LoadStiffness &loads, std::span<const double> x, std::span<double> out) const;
+
+  private:
+    struct Facet {
+        std::vector<int> nodes; ///< corners as in the mesh, then the middles of 01 12 20
+        double pressure;        ///< [Pa]
+    };
+    const fem_reference::ElasticSystem *system_;
+    std::vector<Facet> facets_;
+    ReferenceTriangle reference_;
+};
+
+} // namespace livermark::hyperelastic

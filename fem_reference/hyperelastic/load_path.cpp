@@ -1,0 +1,286 @@
+#include "fem_reference/hyperelastic/load_path.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fmt/format.h>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "fem_reference/hyperelastic/follower_pressure.hpp"
+#include "fem_reference/hyperelastic/tangent_solver.hpp"
+
+namespace livermark::hyperelastic {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+/// After so many linear iterations a new factor is worth its time.
+constexpr int refactor_after = 20;
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::vector<bool> free_of(const std::vector<double> &prescribed) {
+    std::vector<bool> is_free;
+    for (const double value : prescribed)
+        is_free.push_back(std::isnan(value));
+    return is_free;
+}
+
+double dot(const std::vector<double> &a, const std::vector<double> &b) {
+    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+}
+
+/// What is out of balance at a state.
+struct Balance {
+    double smallest_jacobian; ///< if not positive, nothing else is set
+    double energy = 0.0;
+    State residual{};  ///< internal minus external forces [N], at what is not free the reactions; and volumes [m^3]
+    double size = 0.0; ///< of what is free, over the reactions and loads
+};
+
+class Follower {
+  public:
+    Follower(const Elements &elements, const fem_reference::DofConditions &conditions, int num_constraints,
+             std::span<const double> pressure, const LoadPath &path)
+        : elements_(elements), conditions_(conditions), path_(path), num_constraints_(num_constraints),
+          follower_(elements.system(), elements.body().mesh, pressure), is_free_(free_of(conditions.prescribed)),
+          solver_(elements, follower_, is_free_), tangent_(elements.zero_tangent()) {}
+
+    FollowedPath run();
+
+  private:
+    Balance balance(const State &state, double fraction) const;
+    void assemble(const State &state, double fraction);
+    bool factorise();
+    std::optional<TangentSolver::Correction> solve(const State &right, LoadStep &step);
+    bool advance(State &state, double from, double to, LoadStep &step);
+    bool correct(State &state, Balance &now, double fraction, LoadStep &step);
+    PathPoint point(const State &state, double fraction) const;
+
+    const Elements &elements_;
+    const fem_reference::DofConditions &conditions_;
+    const LoadPath &path_;
+    int num_constraints_;
+    FollowerPressure follower_;
+    std::vector<bool> is_free_;
+    TangentSolver solver_;
+    TangentMatrices tangent_;
+    FollowerPressure::LoadStiffness load_stiffness_;
+    bool needs_factor_ = true;
+    FollowedPath result_;
+};
+
+Balance Follower::balance(const State &state, double fraction) const {
+    auto internal = elements_.internal_forces(state);
+    Balance now{.smallest_jacobian = internal.smallest_jacobian};
+    if (!(now.smallest_jacobian > 0.0))
+        return now;
+    now.energy = internal.energy;
+    std::vector<double> load = conditions_.load;
+    for (double &value : load)
+        value *= fraction;
+    follower_.add_forces(fraction, state.displacement, load);
+    now.residual = {std::move(internal.force), std::move(internal.imbalance)};
+    double out_of_balance = 0.0, scale = 0.0;
+    for (std::size_t dof = 0; dof < load.size(); ++dof) {
+        double &residual = now.residual.displacement[dof];
+        residual -= load[dof];
+        (is_free_[dof] ? out_of_balance : scale) += residual * residual;
+        scale += load[dof] * load[dof];
+    }
+    const double pressure_scale = solver_.pressure_scale();
+    out_of_balance += pressure_scale * pressure_scale * dot(now.residual.pressure, now.residual.pressure);
+    now.size = out_of_balance > 0.0 ? std::sqrt(out_of_balance / scale) : 0.0;
+    return now;
+}
+
+void Follower::assemble(const State &state, double fraction) {
+    elements_.assemble_tangent(state, tangent_);
+    load_stiffness_ = follower_.load_stiffness(fraction, state.displacement);
+    follower_.add_symmetric_part(load_stiffness_, tangent_.stiffness);
+}
+
+/// A tangent that is not positive definite cannot be factored: then the one at rest is, and iterations are with it.
+bool Follower::factorise() {
+    ++result_.factorisations;
+    needs_factor_ = false;
+    if (solver_.factorise(tangent_.stiffness))
+        return true;
+    auto at_rest = elements_.zero_tangent();
+    elements_.assemble_tangent(elements_.rest(), at_rest);
+    return solver_.factorise(at_rest.stiffness);
+}
+
+std::optional<TangentSolver::Correction> Follower::solve(const State &right, LoadStep &step) {
+    const bool has_old_factor = !needs_factor_;
+    if (needs_factor_ && !factorise())
+        return std::nullopt;
+    auto correction = solver_.solve(tangent_, load_stiffness_, right);
+    if (!correction.converged && has_old_factor) {
+        if (!factorise())
+            return std::nullopt;
+        correction = solver_.solve(tangent_, load_stiffness_, right);
+    }
+    step.linear_iterations.push_back(correction.iterations);
+    needs_factor_ = correction.iterations > refactor_after && elements_.num_pressures() == 0;
+    if (elements_.num_pressures() > 0)
+        needs_factor_ = correction.iterations > 2 * refactor_after;
+    if (!correction.converged)
+        return std::nullopt;
+    return correction;
+}
+
+/// Goes along the correction of Newton's method.
+/// @return false if there is none, or no way along it
+bool Follower::correct(State &state, Balance &now, double fraction, LoadStep &step) {
+    assemble(state, fraction);
+    State right = now.residual;
+    for (auto *const part : {&right.displacement, &right.pressure})
+        for (double &value : *part)
+            value = -value;
+    const auto correction = solve(right, step);
+    if (!correction)
+        return false;
+    const auto &change = correction->change;
+    // At what is not free the change is zero, so that reactions do no work.
+    const auto along = [&](const Balance &there) {
+        return std::abs(dot(there.residual.displacement, change.displacement) +
+                        dot(there.residual.pressure, change.pressure));
+    };
+    const double first_along = along(now);
+    constexpr double shortest = 1.0 / 32.0;
+    for (double part = 1.0; part >= shortest; part *= 0.5) {
+        State there = state;
+        for (std::size_t dof = 0; dof < change.displacement.size(); ++dof)
+            there.displacement[dof] += part * change.displacement[dof];
+        for (std::size_t k = 0; k < change.pressure.size(); ++k)
+            there.pressure[k] += part * change.pressure[k];
+        auto then = balance(there, fraction);
+        const bool is_better =
+            then.smallest_jacobian > 0.0 && (then.size < now.size || along(then) < 0.5 * first_along);
+        if (is_better) {
+            state = std::move(there);
+            now = std::move(then);
+            return true;
+        }
+    }
+    return false;
+}
+
+/// One load step.
+/// @param state  where loads are from; changed if it converges
+bool Follower::advance(State &state, double from, double to, LoadStep &step) {
+    assemble(state, to);
+    State increment{std::vector<double>(is_free_.size(), 0.0), {}};
+    for (std::size_t dof = 0; dof < is_free_.size(); ++dof)
+        if (!is_free_[dof])
+            increment.displacement[dof] = to * conditions_.prescribed[dof] - state.displacement[dof];
+    auto now = balance(state, to);
+    auto right = solver_.product(tangent_, load_stiffness_, increment.displacement);
+    for (std::size_t dof = 0; dof < is_free_.size(); ++dof)
+        right.displacement[dof] = -right.displacement[dof] - now.residual.displacement[dof];
+    for (std::size_t k = 0; k < right.pressure.size(); ++k)
+        right.pressure[k] = -right.pressure[k] - now.residual.pressure[k];
+    const auto predictor = solve(right, step);
+    if (!predictor)
+        return false;
+    State there = state;
+    for (std::size_t dof = 0; dof < is_free_.size(); ++dof)
+        there.displacement[dof] = is_free_[dof] ? there.displacement[dof] + predictor->change.displacement[dof]
+                                                : to * conditions_.prescribed[dof];
+    for (std::size_t k = 0; k < there.pressure.size(); ++k)
+        there.pressure[k] += predictor->change.pressure[k];
+    if (result_.linearised.empty()) {
+        result_.linearised = there.displacement; // from rest
+        for (double &value : result_.linearised)
+            value /= to - from;
+    }
+    now = balance(there, to);
+    if (!(now.smallest_jacobian > 0.0))
+        return false;
+    step.residuals.push_back(now.size);
+    while (now.size > path_.tolerance) {
+        if (static_cast<int>(step.residuals.size()) > path_.max_iterations || !correct(there, now, to, step))
+            return false;
+        step.residuals.push_back(now.size);
+    }
+    step.converged = true;
+    state = std::move(there);
+    return true;
+}
+
+PathPoint Follower::point(const State &state, double fraction) const {
+    const auto now = balance(state, fraction);
+    PathPoint point{.fraction = fraction,
+                    .state = state,
+                    .reaction = std::vector<core::Vector3>(num_constraints_, core::Vector3::Zero()),
+                    .strain_energy = now.energy,
+                    .smallest_jacobian = now.smallest_jacobian};
+    for (std::size_t dof = 0; dof < is_free_.size(); ++dof)
+        if (const int owner = conditions_.constraint[dof]; owner >= 0)
+            point.reaction[owner][static_cast<int>(dof % 3)] += now.residual.displacement[dof];
+    return point;
+}
+
+FollowedPath Follower::run() {
+    auto start = Clock::now();
+    auto state = elements_.rest();
+    assemble(state, 0.0);
+    const bool is_constrained = factorise();
+    result_.setup_seconds = seconds_since(start);
+    start = Clock::now();
+    double reached = 0.0;
+    if (!is_constrained) {
+        result_.status = core::SolutionStatus::not_converged;
+        result_.message = "the tangent stiffness at rest is singular: the prescribed displacements leave the body, or "
+                          "a part of it, free to move as a rigid body; hold it in all six ways";
+        return std::move(result_);
+    }
+    for (const double fraction : path_.fractions) {
+        const double way = fraction - reached;
+        double length = way;
+        while (reached < fraction) {
+            // Not a step that leaves next to nothing for another.
+            const double to = reached + 1.001 * length >= fraction ? fraction : reached + length;
+            LoadStep step{.fraction = to, .converged = false, .residuals = {}, .linear_iterations = {}};
+            const bool done = advance(state, reached, to, step);
+            result_.steps.push_back(std::move(step));
+            if (done) {
+                reached = to;
+                constexpr std::size_t few = 6;
+                if (result_.steps.back().residuals.size() <= few)
+                    length *= 2.0;
+            } else {
+                length = 0.5 * (to - reached);
+                needs_factor_ = true;
+            }
+            if (length < path_.smallest_step * way) {
+                result_.status = core::SolutionStatus::not_converged;
+                result_.message = fmt::format(
+                    "Newton's method finds no equilibrium beyond {:.1f} % of the load, in steps of {:.2f} % either: "
+                    "the "
+                    "body may buckle or fold there; take a smaller load, a finer mesh or hold more of the body",
+                    100.0 * reached, 100.0 * length);
+                result_.points.push_back(point(state, reached));
+                result_.solve_seconds = seconds_since(start);
+                return std::move(result_);
+            }
+        }
+        result_.points.push_back(point(state, fraction));
+    }
+    result_.solve_seconds = seconds_since(start);
+    return std::move(result_);
+}
+
+} // namespace
+
+FollowedPath follow(const Elements &elements, const fem_reference::DofConditions &conditions, int num_constraints,
+                    std::span<const double> follower_pressure, const LoadPath &path) {
+    return Follower(elements, conditions, num_constraints, follower_pressure, path).run();
+}
+
+} // namespace livermark::hyperelastic

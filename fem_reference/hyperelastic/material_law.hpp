@@ -1,0 +1,55 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <string>
+
+#include "core/material.hpp"
+
+namespace livermark::hyperelastic {
+
+using Matrix3 = Eigen::Matrix3d;
+/// Second derivative of an energy by the deformation gradient: entry (3 i + J, 3 j + L) is d2 W / d F_iJ d F_jL.
+using Tangent = Eigen::Matrix<double, 9, 9>;
+
+/// A measure g of the change of volume J = det F: g = 0 and g' = 1 at J = 1.
+struct VolumeMeasure {
+    double value;     ///< g
+    double slope;     ///< g'
+    double curvature; ///< g''
+};
+
+/// A hyperelastic material: the energy per volume at rest is
+///     W(F) = W_s(F) + k / 2 g(J)^2,   J = det F,
+/// with F the deformation gradient, and its first Piola-Kirchhoff stress is P = dW / dF. The second term stands apart
+/// because a mixed formulation replaces it by a pressure. Small strains give the linear elasticity of the Material.
+/// One file each in materials/, named as the law.
+struct MaterialLaw {
+    std::string name;    ///< the file stem; set by the table
+    std::string summary; ///< half a line
+    std::string source;  ///< literature reference
+    /// W_s [Pa]
+    /// @param f  det F > 0, here and below
+    double (*energy)(const core::Material &material, const Matrix3 &f);
+    /// d W_s / dF [Pa]
+    Matrix3 (*stress)(const core::Material &material, const Matrix3 &f);
+    /// d2 W_s / dF2 [Pa]
+    Tangent (*tangent)(const core::Material &material, const Matrix3 &f);
+    /// @param jacobian  J > 0
+    VolumeMeasure (*volume)(double jacobian);
+    /// k [Pa]
+    double (*volume_modulus)(const core::Material &material);
+};
+
+/// Every law of materials/, in alphabetical order.
+std::span<const MaterialLaw> all_materials();
+
+/// @throws std::invalid_argument if there is no law of this name
+const MaterialLaw &material_law(const std::string &name);
+
+/// Adds factor * d2 J / dF2 and outer * (dJ/dF)(dJ/dF)^T to a tangent, in the indices of Tangent:
+/// d2 J / d F_iJ d F_jL = J (G_Ji G_Lj - G_Li G_Jj) with G the inverse of F.
+/// @param inverse  G
+void add_volume_tangent(double factor, double outer, double jacobian, const Matrix3 &inverse, Tangent &tangent);
+
+} // namespace livermark::hyperelastic

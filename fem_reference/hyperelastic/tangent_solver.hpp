@@ -1,0 +1,61 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "fem_reference/hyperelastic/elements.hpp"
+#include "fem_reference/hyperelastic/follower_pressure.hpp"
+
+namespace livermark::hyperelastic {
+
+/// The linear systems of Newton's method,
+///     [K + L, D^T; D, -C] [du; dp] = [f; g]
+/// on free displacements and all pressures, with L the load stiffness of follower pressures, which need not be
+/// symmetric. Generalised minimal residuals (deal.II) solve them with the true matrix, preconditioned by the lower
+/// block triangle of a sparse Cholesky factor (CHOLMOD) of a K with the symmetric part of L, and of the norm of the
+/// pressure (fem_reference::PressureSystem) for the Schur complement. The factor may be that of an earlier state: then
+/// there are more iterations, and the solution is the same within the tolerance.
+class TangentSolver {
+  public:
+    /// What is left of the first residual, as the preconditioner sees it, in the norm of displacements and scaled
+    /// pressures: little enough that Newton's method converges as with exact solves.
+    static constexpr double tolerance = 1e-9;
+    static constexpr int max_iterations = 200;
+
+    /// @param elements  kept alive by the caller
+    /// @param is_free   shape (3 n)
+    TangentSolver(const Elements &elements, const FollowerPressure &follower, std::vector<bool> is_free);
+    ~TangentSolver();
+
+    /// A pressure in the units of displacement is a pressure over this [Pa/m]: the mean shear modulus over the cube
+    /// root of the volume.
+    double pressure_scale() const;
+
+    /// Factors K for the solves to come.
+    /// @return false if it is not positive definite; there is no factor then
+    /// @throws std::runtime_error if CHOLMOD runs out of memory
+    bool factorise(const fem_reference::SymmetricBlocks<double> &stiffness);
+
+    /// What a solve gives.
+    struct Correction {
+        bool converged = false;
+        int iterations = 0;
+        State change; ///< zero where displacements are not free
+    };
+    /// Only after a factorise() that returned true.
+    /// @param tangent  K with the symmetric part of L, and D
+    /// @param loads    L
+    /// @param right    f [N], shape (3 n), and g [m^3], shape (m); what is not free does not count
+    Correction solve(const TangentMatrices &tangent, const FollowerPressure::LoadStiffness &loads,
+                     const State &right) const;
+
+    /// (K + L) u and D u of displacements alone, whether free or not.
+    State product(const TangentMatrices &tangent, const FollowerPressure::LoadStiffness &loads,
+                  const std::vector<double> &u) const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace livermark::hyperelastic

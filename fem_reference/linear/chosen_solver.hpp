@@ -1,0 +1,60 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "fem_reference/linear/elastic_system.hpp"
+#include "fem_reference/linear/solver_choice.hpp"
+#include "fem_reference/solvers/constrained_solver.hpp"
+#include "fem_reference/solvers/iterative_solver.hpp"
+
+namespace livermark::fem_reference {
+
+/// K u = f with some unknowns prescribed, by the solver that was chosen.
+class ChosenSolver {
+  public:
+    /// @param system  kept alive and unchanged by the caller
+    ChosenSolver(const ElasticSystem &system, SolverChoice choice);
+
+    /// Conjugate gradients on two levels, see two_level().
+    /// @param fine, coarse, coarse_solver  kept alive by the caller, the systems unchanged
+    ChosenSolver(const ElasticSystem &fine, const ElasticSystem &coarse, ChosenSolver &coarse_solver);
+
+    /// Factors or prepares, unless the same unknowns were prescribed last time.
+    /// @param prescribed  shape (n), NaN where an unknown is free
+    void set_up(std::span<const double> prescribed);
+
+    /// Sets up if need be, and solves.
+    ConstrainedSolution solve(std::span<const double> prescribed, std::span<const double> load);
+
+    /// Seconds that the set-up in use took, also when it was made for an earlier solve.
+    double setup_seconds() const;
+
+    /// out_c = K x_c, whatever is prescribed
+    /// @param x, out  shape (n, lanes), not the same
+    void multiply(std::span<const double> x, std::span<double> out) const;
+    /// The same in single precision.
+    void multiply(std::span<const float> x, std::span<float> out) const;
+
+    /// An approximate inverse of the matrix: the factor, or the preconditioner of the iterative solver.
+    Preconditioner &inverse();
+
+    /// How many right-hand sides take less time together than one by one.
+    std::size_t max_columns() const;
+
+    /// The sparse Cholesky factor, nullptr where there are iterations.
+    ConstrainedSolver *direct() { return direct_ ? &*direct_ : nullptr; }
+
+    /// For the result file.
+    std::string description(const ConstrainedSolution &solution) const;
+
+  private:
+    const SymmetricBlocks<double> *stiffness_;
+    mutable std::unique_ptr<SymmetricBlocks<float>> single_precision_; ///< of two levels, or when it is first asked for
+    std::optional<ConstrainedSolver> direct_;
+    std::unique_ptr<Preconditioner> factor_; ///< a view of direct_
+    std::optional<IterativeSolver> iterative_;
+};
+
+} // namespace livermark::fem_reference

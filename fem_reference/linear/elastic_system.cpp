@@ -1,0 +1,224 @@
+#include "fem_reference/linear/elastic_system.hpp"
+
+#include <deal.II/base/quadrature_lib.h>
+#include <deal.II/dofs/dof_handler.h>
+#include <deal.II/fe/fe_simplex_p.h>
+#include <deal.II/fe/fe_values.h>
+#include <deal.II/fe/mapping_fe.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <numeric>
+#include <span>
+#include <stdexcept>
+#include <string>
+
+#include "fem_reference/deal_ii_mesh.hpp"
+
+namespace livermark::fem_reference {
+
+namespace {
+
+using Tensor2 = std::array<std::array<double, 3>, 3>;
+
+/// For each unknown of the scalar space its node: mesh nodes first and in the order of the mesh, then the others.
+std::vector<int> number_nodes(const dealii::DoFHandler<3> &dof_handler, int num_mesh_nodes) {
+    std::vector<int> node(dof_handler.n_dofs(), -1);
+    for (const auto &cell : dof_handler.active_cell_iterators())
+        for (const unsigned int v : cell->vertex_indices())
+            node[cell->vertex_dof_index(v, 0)] = static_cast<int>(cell->vertex_index(v));
+    int next = num_mesh_nodes;
+    for (int &number : node)
+        if (number < 0)
+            number = next++;
+    return node;
+}
+
+/// Numbers nodes so that neighbours are near each other.
+/// @param system  with nodes and cells, and nothing that depends on their numbers yet
+/// @param node    of each unknown of the scalar space
+void number_by_distance(ElasticSystem &system, std::vector<int> &node) {
+    const auto order = order_by_distance(system.cell_nodes, system.nodes_per_cell, system.num_nodes());
+    std::vector<int> place(order.size());
+    std::vector<core::Vector3> points;
+    for (std::size_t at = 0; at < order.size(); ++at) {
+        place[order[at]] = static_cast<int>(at);
+        points.push_back(system.points[order[at]]);
+    }
+    system.points = std::move(points);
+    for (auto *const numbers : {&system.mesh_node, &system.cell_nodes, &node})
+        for (int &number : *numbers)
+            number = place[number];
+}
+
+/// The zero matrix with a 3 x 3 block for every two nodes that share a cell.
+SymmetricBlocks<double> zero_blocks(const ElasticSystem &system) {
+    SymmetricBlocks<double> matrix{lower_rows(system.cell_nodes, system.nodes_per_cell, system.num_nodes()), {}, {}};
+    matrix.below.assign(matrix.rows.column.size(), {});
+    matrix.diagonal.assign(system.points.size(), {});
+    return matrix;
+}
+
+/// Adds the block of node a and one that is not behind it, given the integral of g_a g_b^T over a cell.
+void add_block(SymmetricBlocks<double> &matrix, int a, int b, const core::Material &material,
+               const Tensor2 &gradients) {
+    const double lambda = material.lame_lambda();
+    const double mu = material.shear_modulus();
+    const double trace = gradients[0][0] + gradients[1][1] + gradients[2][2];
+    const auto row = matrix.rows.column.begin() + matrix.rows.row_start[a],
+               row_end = matrix.rows.column.begin() + matrix.rows.row_start[a + 1];
+    Block<double> &block =
+        a == b ? matrix.diagonal[a] : matrix.below[std::lower_bound(row, row_end, b) - matrix.rows.column.begin()];
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            block[3 * i + j] += lambda * gradients[i][j] + mu * gradients[j][i] + (i == j ? mu * trace : 0.0);
+}
+
+std::vector<double> integrate_reference_mass(const dealii::FE_SimplexP<3> &fe) {
+    // Products of quadratic shape functions have degree 4, and this rule is exact to degree 5.
+    const dealii::QGaussSimplex<3> quadrature(3);
+    constexpr double reference_volume = 1.0 / 6.0;
+    const auto num_local = fe.n_dofs_per_cell();
+    std::vector<double> share(num_local * num_local, 0.0);
+    for (unsigned int q = 0; q < quadrature.size(); ++q)
+        for (unsigned int a = 0; a < num_local; ++a)
+            for (unsigned int b = 0; b < num_local; ++b)
+                share[a * num_local + b] += quadrature.weight(q) / reference_volume *
+                                            fe.shape_value(a, quadrature.point(q)) *
+                                            fe.shape_value(b, quadrature.point(q));
+    return share;
+}
+
+void integrate_cells(ElasticSystem &system, const core::Body &body, const dealii::DoFHandler<3> &dof_handler,
+                     const dealii::Mapping<3> &mapping, int degree) {
+    // Products of gradients and the shape functions themselves have degree 2 for quadratic and at most 1 for linear
+    // elements; the rule of this many points per direction is exact for both.
+    const dealii::QGaussSimplex<3> quadrature(degree);
+    dealii::FEValues<3> values(mapping, dof_handler.get_fe(), quadrature,
+                               dealii::update_values | dealii::update_gradients | dealii::update_JxW_values);
+    const int num_local = system.nodes_per_cell;
+    std::vector<std::array<double, 3>> gradient(num_local * quadrature.size());
+    for (const auto &cell : dof_handler.active_cell_iterators()) {
+        values.reinit(cell);
+        const auto t = cell->active_cell_index();
+        const auto &material = body.materials[body.mesh.region[t]];
+        const int *const nodes = system.cell_nodes.data() + t * num_local;
+        // deal.II's accessors check their arguments in debug mode, so each is asked once.
+        for (unsigned int q = 0; q < quadrature.size(); ++q)
+            for (int a = 0; a < num_local; ++a) {
+                const auto &g = values.shape_grad(a, q);
+                gradient[q * num_local + a] = {g[0], g[1], g[2]};
+                system.mass_integral[nodes[a]] += material.density * values.shape_value(a, q) * values.JxW(q);
+            }
+        const auto &weights = values.get_JxW_values();
+        for (int a = 0; a < num_local; ++a)
+            for (int b = 0; b <= a; ++b) {
+                const bool is_behind = nodes[a] >= nodes[b]; // of the two the row
+                const int row = is_behind ? a : b, column = is_behind ? b : a;
+                Tensor2 integral{};
+                for (unsigned int q = 0; q < quadrature.size(); ++q)
+                    for (int i = 0; i < 3; ++i)
+                        for (int j = 0; j < 3; ++j)
+                            integral[i][j] +=
+                                weights[q] * gradient[q * num_local + row][i] * gradient[q * num_local + column][j];
+                add_block(system.stiffness, nodes[row], nodes[column], material, integral);
+            }
+    }
+}
+
+void integrate_facets(ElasticSystem &system, const core::TetraMesh &mesh, const dealii::DoFHandler<3> &dof_handler,
+                      const std::vector<int> &node_of_dof, const dealii::Mapping<3> &mapping, int degree) {
+    std::map<std::array<int, 3>, int> facet_of_corners;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+        auto corners = mesh.boundary_triangles[f];
+        std::ranges::sort(corners);
+        facet_of_corners[corners] = f;
+    }
+    const dealii::QGaussSimplex<2> quadrature(degree);
+    dealii::FEFaceValues<3> values(mapping, dof_handler.get_fe(), quadrature,
+                                   dealii::update_values | dealii::update_JxW_values);
+    std::vector<dealii::types::global_dof_index> face_dofs(system.nodes_per_facet);
+    system.facet_nodes.assign(system.nodes_per_facet * mesh.boundary_triangles.size(), -1);
+    system.facet_integral.assign(system.facet_nodes.size(), 0.0);
+    for (const auto &cell : dof_handler.active_cell_iterators()) {
+        for (const unsigned int face : cell->face_indices()) {
+            if (!cell->face(face)->at_boundary())
+                continue;
+            std::array<int, 3> corners{};
+            for (unsigned int v = 0; v < 3; ++v)
+                corners[v] = static_cast<int>(cell->face(face)->vertex_index(v));
+            std::ranges::sort(corners);
+            const auto found = facet_of_corners.find(corners);
+            if (found == facet_of_corners.end())
+                continue;
+            values.reinit(cell, face);
+            cell->face(face)->get_dof_indices(face_dofs);
+            const auto nodes = std::span(system.cell_nodes)
+                                   .subspan(cell->active_cell_index() * system.nodes_per_cell, system.nodes_per_cell);
+            for (int k = 0; k < system.nodes_per_facet; ++k) {
+                const int slot = found->second * system.nodes_per_facet + k;
+                system.facet_nodes[slot] = node_of_dof[face_dofs[k]];
+                const auto local = std::ranges::find(nodes, system.facet_nodes[slot]) - nodes.begin();
+                for (unsigned int q = 0; q < quadrature.size(); ++q)
+                    system.facet_integral[slot] += values.shape_value(local, q) * values.JxW(q);
+            }
+            facet_of_corners.erase(found);
+        }
+    }
+    if (!facet_of_corners.empty())
+        throw std::invalid_argument("boundary triangle " + std::to_string(facet_of_corners.begin()->second) +
+                                    " is not an outer face of the tetrahedra or is given twice");
+}
+
+} // namespace
+
+ElasticSystem assemble(const core::Body &body, int degree, NodeOrder order) {
+    return assemble(body, DealIiMesh(body.mesh), degree, order);
+}
+
+ElasticSystem assemble(const core::Body &body, const DealIiMesh &mesh, int degree, NodeOrder order) {
+    if (degree != 1 && degree != 2)
+        throw std::invalid_argument("finite elements of degree " + std::to_string(degree) +
+                                    " are not there; use 1 or 2");
+    // The three components of displacement live on the same scalar space, so that deal.II has to tabulate a third of
+    // the shape functions and there is one number per node.
+    const dealii::FE_SimplexP<3> fe(degree);
+    const dealii::MappingFE<3> mapping(dealii::FE_SimplexP<3>(1));
+    dealii::DoFHandler<3> dof_handler(mesh.triangulation);
+    dof_handler.distribute_dofs(fe);
+
+    ElasticSystem system;
+    system.nodes_per_cell = static_cast<int>(fe.n_dofs_per_cell());
+    system.nodes_per_facet = degree == 1 ? 3 : 6;
+    auto node = number_nodes(dof_handler, body.mesh.num_nodes());
+    system.points = body.mesh.points;
+    system.points.resize(node.size());
+    system.mesh_node.resize(body.mesh.points.size());
+    std::iota(system.mesh_node.begin(), system.mesh_node.end(), 0);
+    std::vector<dealii::types::global_dof_index> dofs(fe.n_dofs_per_cell());
+    system.cell_nodes.reserve(body.mesh.tetrahedra.size() * dofs.size());
+    for (const auto &cell : dof_handler.active_cell_iterators()) {
+        cell->get_dof_indices(dofs);
+        for (const auto dof : dofs)
+            system.cell_nodes.push_back(node[dof]);
+        const int *const nodes = system.cell_nodes.data() + system.cell_nodes.size() - dofs.size();
+        for (std::size_t a = 4; a < dofs.size(); ++a) {
+            const auto &reference = fe.get_unit_support_points()[a];
+            core::Vector3 point = system.points[nodes[0]];
+            for (int d = 0; d < 3; ++d)
+                point += reference[d] * (system.points[nodes[d + 1]] - system.points[nodes[0]]);
+            system.points[nodes[a]] = point;
+        }
+    }
+    if (order == NodeOrder::by_distance)
+        number_by_distance(system, node);
+    system.reference_mass = integrate_reference_mass(fe);
+    system.mass_integral.assign(system.points.size(), 0.0);
+    system.stiffness = zero_blocks(system);
+    integrate_cells(system, body, dof_handler, mapping, degree);
+    integrate_facets(system, body.mesh, dof_handler, node, mapping, degree);
+    return system;
+}
+
+} // namespace livermark::fem_reference

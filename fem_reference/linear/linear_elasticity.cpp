@@ -1,0 +1,193 @@
+#include "fem_reference/linear/linear_elasticity.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fmt/format.h>
+#include <iterator>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "core/stopwatch.hpp"
+#include "fem_reference/discretisation.hpp"
+#include "fem_reference/dof_conditions.hpp"
+#include "fem_reference/dynamics/release.hpp"
+#include "fem_reference/facet_conditions.hpp"
+#include "fem_reference/linear/chosen_solver.hpp"
+#include "fem_reference/linear/mixed_solver.hpp"
+
+namespace livermark::fem_reference {
+
+namespace {
+
+using core::Clock;
+using core::seconds_since;
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+} // namespace
+
+struct StaticSolver::Impl {
+    Impl(std::shared_ptr<const core::Body> of, int degree, SolverChoice choice, Formulation form)
+        : body(std::move(of)), formulation(form), start(Clock::now()), matrices(*body, degree, form),
+          corners(*body, choice, matrices), solver(make_solver(choice)) {
+        if (matrices.pressure.num_pressures() > 0)
+            mixed.emplace(matrices.system, solver, matrices.pressure);
+        assembly_seconds = seconds_since(start);
+    }
+    Impl(std::shared_ptr<const core::Body> refined, Impl &coarse, double tolerance)
+        : body(std::move(refined)), formulation(coarse.formulation), start(Clock::now()),
+          matrices(*body, 2, formulation), solver(matrices.system, coarse.matrices.system, coarse.solver) {
+        if (matrices.pressure.num_pressures() > 0)
+            mixed.emplace(
+                matrices.system, solver, matrices.pressure, tolerance, *coarse.mixed,
+                nested_iteration(coarse.matrices.system, coarse.matrices.pressure, matrices.system, matrices.pressure));
+        assembly_seconds = seconds_since(start);
+    }
+
+    ChosenSolver make_solver(SolverChoice choice) {
+        return corners.solver ? ChosenSolver(matrices.system, *corners.system, *corners.solver)
+                              : ChosenSolver(matrices.system, choice);
+    }
+
+    ConstrainedSolution solve(const DofConditions &conditions) {
+        return mixed ? mixed->solve(conditions.prescribed, conditions.load)
+                     : solver.solve(conditions.prescribed, conditions.load);
+    }
+
+    core::Solution solution(const core::LoadCase &load_case, const DofConditions &conditions,
+                            const ConstrainedSolution &found) const;
+    std::vector<core::Solution> solve_together(std::span<const core::LoadCase> load_cases);
+    core::History motion(const core::LoadCase &load_case, const std::vector<double> &displacement);
+
+    std::shared_ptr<const core::Body> body;
+    Formulation formulation;
+    Clock::time_point start;
+    Discretisation matrices;
+    Corners corners;
+    ChosenSolver solver;
+    std::optional<MixedSolver> mixed;
+    double assembly_seconds = 0.0;
+};
+
+StaticSolver::StaticSolver(std::shared_ptr<const core::Body> body, int degree, SolverChoice choice,
+                           Formulation formulation)
+    : impl_(std::make_unique<Impl>(std::move(body), degree, choice, formulation)) {}
+StaticSolver::StaticSolver(std::shared_ptr<const core::Body> refined_body, StaticSolver &coarse, double tolerance)
+    : impl_(std::make_unique<Impl>(std::move(refined_body), *coarse.impl_, tolerance)) {}
+StaticSolver::~StaticSolver() = default;
+StaticSolver::StaticSolver(StaticSolver &&) noexcept = default;
+StaticSolver &StaticSolver::operator=(StaticSolver &&) noexcept = default;
+
+/// @return without the seconds of the solve
+core::Solution StaticSolver::Impl::solution(const core::LoadCase &load_case, const DofConditions &conditions,
+                                            const ConstrainedSolution &found) const {
+    const auto &mesh = body->mesh;
+    core::Solution solution;
+    solution.degrees_of_freedom = static_cast<std::int64_t>(conditions.load.size()) + matrices.pressure.num_pressures();
+    solution.displacement.assign(mesh.points.size(), core::Vector3::Constant(nan));
+    if (found.unique) {
+        for (int node = 0; node < mesh.num_nodes(); ++node)
+            for (int i = 0; i < 3; ++i)
+                solution.displacement[node][i] = found.displacement[3 * matrices.system.mesh_node[node] + i];
+        solution.reaction.assign(load_case.constraint_names.size(), core::Vector3::Zero());
+        for (std::size_t dof = 0; dof < conditions.constraint.size(); ++dof)
+            if (const int owner = conditions.constraint[dof]; owner >= 0)
+                solution.reaction[owner][dof % 3] += found.residual[dof];
+        solution.strain_energy = found.energy;
+        if (!found.converged) {
+            solution.status = core::SolutionStatus::not_converged;
+            solution.message = fmt::format("{} stopped after {} iterations at a relative residual of "
+                                           "{:.1e}; use the direct solver",
+                                           mixed ? "generalised minimal residuals" : "conjugate gradients",
+                                           found.iterations, found.relative_residual);
+        }
+    } else {
+        solution.status = core::SolutionStatus::not_converged;
+        solution.message = "the stiffness matrix is singular: the prescribed displacements leave the body, or a part "
+                           "of it, free to move as a rigid body; constrain all six rigid body motions";
+        solution.reaction.assign(load_case.constraint_names.size(), core::Vector3::Constant(nan));
+        solution.strain_energy = nan;
+    }
+    solution.solver = mixed ? mixed->description(found) : solver.description(found);
+    solution.setup_seconds = assembly_seconds + solver.setup_seconds();
+    return solution;
+}
+
+core::History StaticSolver::Impl::motion(const core::LoadCase &load_case, const std::vector<double> &displacement) {
+    if (auto *const kept = solver.direct())
+        return release(*body, matrices.system, load_case, displacement, *kept);
+    ConstrainedSolver own(compressed_rows(matrices.system.stiffness));
+    return release(*body, matrices.system, load_case, displacement, own);
+}
+
+void StaticSolver::prepare(const core::LoadCase &load_case) {
+    if (auto *const direct = impl_->solver.direct())
+        direct->prepare(dof_conditions(load_case, impl_->matrices.system).prescribed);
+}
+
+core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
+    check_facets(load_case, impl_->body->mesh);
+    const auto conditions_start = Clock::now();
+    const auto conditions = dof_conditions(load_case, impl_->matrices.system);
+    const double conditions_seconds = seconds_since(conditions_start);
+    impl_->solver.set_up(conditions.prescribed);
+    const auto solve_start = Clock::now();
+    const auto found = impl_->solve(conditions);
+    auto solution = impl_->solution(load_case, conditions, found);
+    solution.solve_seconds = conditions_seconds + seconds_since(solve_start);
+    if (load_case.release && found.unique && impl_->formulation == Formulation::displacement)
+        solution.history = impl_->motion(load_case, found.displacement);
+    return solution;
+}
+
+/// @param load_cases  more than one, not more than max_columns()
+std::vector<core::Solution> StaticSolver::Impl::solve_together(std::span<const core::LoadCase> load_cases) {
+    const auto solve_start = Clock::now();
+    std::vector<DofConditions> all;
+    for (const auto &load_case : load_cases) {
+        check_facets(load_case, body->mesh);
+        all.push_back(dof_conditions(load_case, matrices.system));
+    }
+    std::vector<Conditions> conditions;
+    for (const auto &of_one : all)
+        conditions.push_back({of_one.prescribed, of_one.load});
+    const auto found = mixed->solve(conditions);
+    std::vector<core::Solution> solutions;
+    for (std::size_t c = 0; c < found.size(); ++c) {
+        auto &solution = solutions.emplace_back(this->solution(load_cases[c], all[c], found[c]));
+        solution.solver += fmt::format(", {} load cases together", found.size());
+    }
+    for (auto &solution : solutions)
+        solution.solve_seconds = seconds_since(solve_start) / static_cast<double>(solutions.size());
+    return solutions;
+}
+
+std::vector<core::Solution> StaticSolver::solve(std::span<const core::LoadCase> load_cases) {
+    std::vector<core::Solution> solutions;
+    while (!load_cases.empty()) {
+        const auto some = load_cases.first(std::min(load_cases.size(), max_columns()));
+        load_cases = load_cases.subspan(some.size());
+        auto found = some.size() > 1 ? impl_->solve_together(some) : std::vector<core::Solution>{};
+        // One that leaves the body free to move keeps the others from their solutions.
+        const auto is_answered = [](const core::Solution &solution) { return !std::isnan(solution.strain_energy); };
+        if (found.empty() || !std::ranges::all_of(found, is_answered)) {
+            found.clear();
+            for (const auto &load_case : some)
+                found.push_back(solve(load_case));
+        }
+        std::ranges::move(found, std::back_inserter(solutions));
+    }
+    return solutions;
+}
+
+std::size_t StaticSolver::max_columns() const {
+    return impl_->mixed ? impl_->mixed->max_columns() : 1;
+}
+
+core::Solution solve_static(const core::Problem &problem, int degree, SolverChoice choice, Formulation formulation) {
+    return StaticSolver(problem.body, degree, choice, formulation).solve(problem.load_case);
+}
+
+} // namespace livermark::fem_reference

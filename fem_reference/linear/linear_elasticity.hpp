@@ -1,0 +1,77 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/problem.hpp"
+#include "core/solution.hpp"
+#include "fem_reference/linear/formulation.hpp"
+#include "fem_reference/linear/solver_choice.hpp"
+
+namespace livermark::fem_reference {
+
+/// Static linear elasticity of one body on its own tetrahedra, with linear or quadratic Lagrange elements:
+/// div sigma + rho a = 0, sigma = lambda tr(eps) I + 2 mu eps, eps = (grad u + grad u^T) / 2.
+///
+/// A facet's prescribed displacement holds at all its nodes, edge midpoints included; its traction and the body's
+/// acceleration are integrated with the shape functions. Where several constraints meet at a node, each component
+/// takes value and reaction from the constraint of lowest index that prescribes it (and of the first such facet).
+///
+/// The body is assembled once. The factor is kept and used again for the next load case that prescribes the same
+/// components at the same nodes; the values may differ.
+class StaticSolver {
+  public:
+    /// @param body    tetrahedra of positive volume, every node used
+    /// @param degree  1 or 2
+    /// @param choice  how the linear systems are solved
+    /// @param formulation  mixed for degree 2 only
+    /// @throws std::invalid_argument for another degree, or if a boundary triangle is not an outer face
+    StaticSolver(std::shared_ptr<const core::Body> body, int degree, SolverChoice choice = SolverChoice::automatic,
+                 Formulation formulation = Formulation::displacement);
+
+    /// Quadratic elements on a refined body in the formulation of the coarse solver, by iterations that correct
+    /// themselves with the solver of the body before refinement.
+    /// @param refined_body  core::refine(body of the coarse solver)
+    /// @param coarse        of degree 2; kept alive by the caller, and used by this solver
+    /// @param tolerance     of the iterations of the mixed formulation, see MixedSolver; the reactions balance the
+    /// loads
+    ///   whatever it is
+    /// @throws std::invalid_argument if the body is not that, or if a boundary triangle is not an outer face
+    StaticSolver(std::shared_ptr<const core::Body> refined_body, StaticSolver &coarse, double tolerance = 1e-7);
+    ~StaticSolver();
+    StaticSolver(StaticSolver &&) noexcept;
+    StaticSolver &operator=(StaticSolver &&) noexcept;
+
+    /// Tells a load case that holds what many of those to come hold too, maybe among more: see
+    /// ConstrainedSolver::prepare(). Does nothing where there is no direct solver.
+    void prepare(const core::LoadCase &load_case);
+
+    /// @return displacement of the mesh nodes; reaction of each constraint, K u - f summed over its unknowns;
+    ///   strain_energy 1/2 u^T K u (and 1/2 p^T C p); degrees_of_freedom 3 per node, edge midpoints and constrained
+    ///   ones included; setup_seconds for assembly and factorisation, as measured when they were done even if this call
+    ///   reused them; of a time-dependent load case the history too, see release(), but not in the mixed formulation.
+    ///   If the load case leaves the body free to move, the status is not_converged and all fields are NaN. If an
+    ///   iterative solver does not come to its tolerance, the status is not_converged and the fields are where it was.
+    /// @throws std::invalid_argument if the load case does not have the sizes of the body's mesh
+    /// @throws std::runtime_error if the memory does not hold the factor
+    core::Solution solve(const core::LoadCase &load_case);
+
+    /// Several load cases, as many at once as take less time together, see max_columns(). Where they are solved
+    /// together the solutions differ from those of one by one within the tolerance, and solve_seconds is a part of the
+    /// time of all.
+    std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases);
+
+    /// How many load cases take less time together than one by one.
+    std::size_t max_columns() const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+/// Solves one problem from scratch, see StaticSolver.
+core::Solution solve_static(const core::Problem &problem, int degree, SolverChoice choice = SolverChoice::automatic,
+                            Formulation formulation = Formulation::displacement);
+
+} // namespace livermark::fem_reference

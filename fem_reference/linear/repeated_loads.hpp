@@ -1,0 +1,55 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/problem.hpp"
+
+namespace livermark::fem_reference {
+
+/// Static linear elasticity of one body with quadratic elements, as StaticSolver has it, for many load cases that hold
+/// the same facets and follow each other as somebody leads a tool: displacements only, the same factor for all, and
+/// where iterations are cheaper than a factor, iterations that begin with the last answer.
+class RepeatedLoads {
+  public:
+    /// Beyond so many unknowns, edge midpoints included, there is no factor of the quadratic elements but one of the
+    /// linear ones on the same body, the coarse level of conjugate gradients. On the liver that ships (70,000 unknowns)
+    /// a factor takes 685 MB and 6.8 s of a core, then 0.12 s for each answer; two levels take 92 MB and 0.9 s, then
+    /// 0.25 s near the last answer (0.46 s at a Poisson's ratio of 0.49).
+    static constexpr int largest_factor = 30'000;
+
+    /// Norm of the residual over that of the loads at which iterations stop.
+    static constexpr double tolerance = 1e-6;
+
+    /// Assembles and factorises.
+    /// @param body  as for StaticSolver
+    /// @param constrained  what every load case to come holds
+    /// @param tell  is told, in a sentence, each stage as it begins
+    /// @throws std::invalid_argument if a boundary triangle is not an outer face, or the load case is not for the mesh
+    /// @throws std::runtime_error if the memory does not hold the factor
+    RepeatedLoads(std::shared_ptr<const core::Body> body, const core::LoadCase &constrained,
+                  const std::function<void(const std::string &sentence)> &tell, int largest = largest_factor);
+    ~RepeatedLoads();
+    RepeatedLoads(const RepeatedLoads &) = delete;
+    RepeatedLoads &operator=(const RepeatedLoads &) = delete;
+
+    struct Answer {
+        bool is_unique = false; ///< whether what is constrained keeps the body from moving as a rigid one
+        bool has_converged = false;
+        int iterations = 0;                      ///< 0 with a factor
+        std::vector<core::Vector3> displacement; ///< (N) of the mesh nodes [m]; empty unless unique
+    };
+
+    /// @param load_case  holds what the first one did, at zero
+    /// @param last       (n) all unknowns of the solution before, from which iterations begin; empty before the first
+    ///   one. It becomes those of this one.
+    Answer solve(const core::LoadCase &load_case, std::vector<double> &last);
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace livermark::fem_reference

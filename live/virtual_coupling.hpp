@@ -1,0 +1,46 @@
+#pragma once
+
+#include "live/contact.hpp"
+#include "live/tool.hpp"
+
+namespace livermark::live {
+
+/// Between the target, which jumps as a hand and a mouse do, and the body there is a small mass on a damped spring
+/// (virtual coupling, Colgate, Stanley, Brown 1995, IROS): however rough the hand, what reaches the body is slow and
+/// not stronger than the limit.
+struct Proxy {
+    core::Vector3 position = core::Vector3::Zero(); ///< [m]
+    core::Vector3 velocity = core::Vector3::Zero(); ///< [m/s]
+    core::Vector3 target = core::Vector3::Zero();   ///< where it is drawn to now [m]
+};
+
+/// Of the virtual coupling. A metal probe that lies loosely in the hand.
+inline constexpr double coupling_mass = 0.05;       ///< [kg]
+inline constexpr double coupling_stiffness = 400.0; ///< [N/m]
+inline constexpr double strongest_coupling = 12.0;  ///< [N]
+inline constexpr double fastest_target = 0.5;       ///< [m/s]
+
+/// Moves the target on, no faster than it may go.
+void follow(Proxy &hand, const core::Vector3 &target, double time_step);
+
+/// One step of symplectic Euler.
+/// @param force  of the body on the hand [N]
+void advance(Proxy &hand, const core::Vector3 &force, double time_step);
+
+/// What a pull holds: its share of the force on each triangle, largest at the node and zero at the radius.
+struct Grip {
+    std::vector<int> triangles;                 ///< of the surface; empty if the node is not on it
+    std::vector<double> share;                  ///< of each; they add up to one
+    core::Vector3 rest = core::Vector3::Zero(); ///< mean place of what is held, at rest [m]
+};
+
+/// @param points  shape (N), at rest [m]
+Grip grip_around(const Surface &surface, const std::vector<core::Vector3> &points, int node, double radius);
+
+/// Mean of a nodal field over what is held.
+core::Vector3 mean_over(const Grip &grip, const Surface &surface, const PositionOf &field);
+
+/// Puts a force on what is held.
+void add_pull(const Grip &grip, const Surface &surface, const core::Vector3 &force, Load &load);
+
+} // namespace livermark::live

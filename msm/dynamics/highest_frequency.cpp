@@ -1,0 +1,139 @@
+#include "msm/dynamics/highest_frequency.hpp"
+
+#include <Spectra/SymEigsSolver.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <stdexcept>
+#include <utility>
+
+#include "msm/statics/free_components.hpp"
+
+namespace livermark::msm {
+
+namespace {
+
+using Field = std::vector<core::Vector3>;
+/// omega, and M^1/2 phi of the free components, of length 1.
+using Pair = std::pair<double, Eigen::VectorXd>;
+
+/// Of the largest omega^2: its residual bounds the error of an eigenvalue.
+constexpr double largest_tolerance = 1e-9;
+constexpr int most_restarts = 1000;
+constexpr Eigen::Index num_vectors_for_largest = 40;
+
+/// y = M^-1/2 K M^-1/2 x, term by term, as Spectra asks for it. At rest the dashpots of a term act as K would.
+class ScaledStiffness {
+  public:
+    using Scalar = double;
+    ScaledStiffness(const ElasticBody &body, const Field &positions, const FreeComponents &free)
+        : body_(body), free_(free), inverse_root_mass_(inverse_root_mass(body.node_mass, free)),
+          rest_(to_unknowns(positions)), at_rest_(product(Eigen::VectorXd::Zero(rest_.size()))) {}
+
+    Eigen::Index rows() const { return free_.size(); }
+    Eigen::Index cols() const { return free_.size(); }
+    void perform_op(const double *x, double *y) const {
+        displacement_.assign(body_.node_mass.size(), core::Vector3::Zero());
+        free_.add(displacement_, Eigen::VectorXd::Map(x, rows()).cwiseProduct(inverse_root_mass_), 1.0);
+        const Eigen::VectorXd force = product(to_unknowns(displacement_)) - at_rest_;
+        Eigen::VectorXd::Map(y, rows()) = free_.gather(to_field(force)).cwiseProduct(inverse_root_mass_);
+    }
+
+  private:
+    /// K v, and the forces that rounding leaves at rest.
+    Eigen::VectorXd product(const Eigen::VectorXd &v) const {
+        Eigen::VectorXd force = Eigen::VectorXd::Zero(v.size());
+        for (const auto &term : body_.terms)
+            term->add_force(rest_, v, 1.0, force);
+        return -force;
+    }
+
+    const ElasticBody &body_;
+    const FreeComponents &free_;
+    Eigen::VectorXd inverse_root_mass_;
+    Eigen::VectorXd rest_, at_rest_;
+    mutable Field displacement_;
+};
+
+/// Lanczos's method has no room in fewer unknowns than it keeps vectors, but there the matrix can be written down.
+Pair highest_of_few(const ScaledStiffness &stiffness) {
+    Eigen::MatrixXd matrix(stiffness.rows(), stiffness.cols());
+    const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols());
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c)
+        stiffness.perform_op(unit.col(c).data(), matrix.col(c).data());
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(matrix); // ascending
+    return {std::sqrt(std::max(0.0, solver.eigenvalues()[matrix.rows() - 1])),
+            solver.eigenvectors().col(matrix.rows() - 1)};
+}
+
+Pair highest_pair(const ElasticBody &body, const Field &positions, const FreeComponents &free) {
+    if (free.size() == 0)
+        return {};
+    ScaledStiffness stiffness(body, positions, free);
+    if (free.size() <= num_vectors_for_largest)
+        return highest_of_few(stiffness);
+    // Three are asked for, so that a near copy of the largest is told from it and does not slow it down.
+    Spectra::SymEigsSolver<ScaledStiffness> lanczos(stiffness, 3, num_vectors_for_largest);
+    lanczos.init(); // from a random vector of fixed seed
+    lanczos.compute(Spectra::SortRule::LargestAlge, most_restarts, largest_tolerance, Spectra::SortRule::LargestAlge);
+    if (lanczos.info() != Spectra::CompInfo::Successful)
+        throw std::runtime_error(
+            fmt::format("the largest frequency did not converge in {} restarts of Lanczos's method", most_restarts));
+    return {std::sqrt(lanczos.eigenvalues()[0]), lanczos.eigenvectors(1)};
+}
+
+} // namespace
+
+HighestMode highest_mode(const ElasticBody &body, const Field &positions, const NodalConditions &conditions) {
+    HighestMode mode;
+    mode.free = FreeComponents(conditions.displacement);
+    const auto [frequency, shape] = highest_pair(body, positions, mode.free);
+    mode.angular_frequency = frequency;
+    Field field(positions.size(), core::Vector3::Zero());
+    mode.free.add(field, shape, 1.0);
+    mode.shape = to_unknowns(field);
+    return mode;
+}
+
+double largest_angular_frequency(const ElasticBody &body, const Field &positions, const NodalConditions &conditions) {
+    return highest_pair(body, positions, FreeComponents(conditions.displacement)).first;
+}
+
+double largest_angular_frequency(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
+                                 const HighestMode &of_less) {
+    const FreeComponents free(conditions.displacement);
+    const auto is_free = free.are_free(), was_free = of_less.free.are_free();
+    const bool constrains_more = std::ranges::equal(is_free, was_free, [](bool is, bool was) { return was || !is; });
+    const Eigen::VectorXd trial = free.gather(to_field(of_less.shape));
+    Eigen::VectorXd image(free.size());
+    if (constrains_more && trial.squaredNorm() > 0.0) {
+        ScaledStiffness(body, positions, free).perform_op(trial.data(), image.data());
+        const double above = of_less.angular_frequency * of_less.angular_frequency;
+        const double below = trial.dot(image) / trial.squaredNorm();
+        if (above - below <= largest_tolerance * above)
+            return of_less.angular_frequency;
+    }
+    return largest_angular_frequency(body, positions, conditions);
+}
+
+double gershgorin_angular_frequency(const ElasticBody &body, const Field &positions,
+                                    const NodalConditions &conditions) {
+    std::vector<Eigen::Matrix3d> block(body.node_mass.size(), Eigen::Matrix3d::Zero());
+    for (const auto &term : body.terms)
+        term->add_block_bound(to_unknowns(positions), block);
+    double largest = 0.0;
+    for (std::size_t i = 0; i < block.size(); ++i) {
+        for (int c = 0; c < 3; ++c)
+            if (!std::isnan(conditions.displacement[i][c])) {
+                block[i].row(c).setZero();
+                block[i].col(c).setZero();
+            }
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(block[i], Eigen::EigenvaluesOnly);
+        largest = std::max(largest, eigen.eigenvalues()[2] / body.node_mass[i]);
+    }
+    return std::sqrt(largest);
+}
+
+} // namespace livermark::msm

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/problem.hpp"
+#include "core/solution.hpp"
+#include "msm/dynamics/stepper.hpp"
+#include "msm/elastic_body.hpp"
+#include "msm/integrator.hpp"
+#include "msm/nodal_conditions.hpp"
+
+namespace livermark::msm {
+
+/// What a user may choose about steps in time.
+struct TimeStepping {
+    /// A name of all_integrators(); by default runge_kutta_4 or runge_kutta_chebyshev, whichever needs fewer forces.
+    std::optional<std::string> integrator{};
+    /// Longest step [s], > 0; by default a safe part of the critical one. Where it is asked for, a step has the usual
+    /// number of forces.
+    std::optional<double> time_step{};
+    bool force = false; ///< take it even if it is too long
+    StepKernel kernel = StepKernel::simd_float;
+};
+
+/// The steps of a release.
+struct StepPlan {
+    Integrator integrator;
+    double critical_time_step = 0.0; ///< see critical_time_step() [s]
+    int steps_per_record = 1;
+    double time_step = 0.0; ///< output_interval / steps_per_record [s]
+    StepKernel kernel = StepKernel::simd_float;
+};
+
+/// Divides the interval between two records into steps that are stable for the body at rest, by its largest
+/// frequency and the damping of the load case. A stabilised method that is left to choose takes at least three, so that
+/// its error is below a thousandth of the motion, and as many forces in each as make the fewest in all.
+/// @param problem  with a release
+/// @param highest  largest_angular_frequency() with what the problem holds [rad/s]
+/// @throws support::InputError if the integrator is not there, if it has no stable step, or if the step asked for is
+///   longer than the critical one and not forced
+StepPlan plan_steps(const core::Problem &problem, double highest, const TimeStepping &choice);
+
+/// The motion of the probes after all tractions of a load case are let go at t = 0.
+/// @param problem       with a release
+/// @param conditions    of the same load case without its tractions
+/// @param displacement  where it starts, shape (N) [m]
+/// @return if the motion leaves all bounds, diverged_at says when, and the records from then on are NaN
+core::History release(const core::Problem &problem, const ElasticBody &body, const NodalConditions &conditions,
+                      const std::vector<core::Vector3> &displacement, const StepPlan &plan);
+
+} // namespace livermark::msm

@@ -1,0 +1,114 @@
+#pragma once
+
+#include <boost/align/aligned_allocator.hpp>
+#include <cstdint>
+#include <vector>
+
+#include "core/tetra_mesh.hpp"
+#include "msm/dynamics/step_parts.hpp"
+#include "msm/kernels/layout/spring_lanes.hpp"
+
+namespace livermark::msm {
+
+/// Nodes, or fans of tetrahedra, in a slice: as many as the widest vectors have lanes. Narrower ones take a slice in
+/// several goes, so that one layout serves every machine.
+inline constexpr int slice_size = 16;
+
+/// Fans whose forces are summed together: few enough that their nodes stay in the fastest cache, enough to find sixteen
+/// of the same length.
+inline constexpr int chunk_size = 512;
+
+/// Starts at a cache line.
+template <class T> using Aligned = std::vector<T, boost::alignment::aligned_allocator<T, 64>>;
+
+/// Slices come in pairs: that of the first nodes of 16 lanes, and that of the second ones.
+inline constexpr int pair_size = 2 * slice_size;
+
+/// Springs at the nodes of a pair of slices: where their lines begin, in units of 16, and how many there are. The lines
+/// of neighbours are those that both nodes of a lane share, then those of the first nodes alone and of the second ones;
+/// the lines of springs are those between the nodes of a lane, then two for each of the shared, and one for each other.
+struct SpringLines {
+    int first_neighbour = 0, first_spring = 0;
+    LineCounts count;
+};
+
+/// A sparse matrix whose rows and columns are control volumes of a SlicedBody, 16 of which are a slice.
+template <class T> struct SlicedMatrix {
+    std::vector<int> start; ///< (slices + 1) entries of the longest row of each, in units of 16
+    Aligned<std::int32_t> column;
+    Aligned<T> value; ///< 0 where a row is filled up
+};
+
+/// The parts of a body for vector units: sliced ELLPACK (SELL-C-sigma of Kreutzer et al. 2014, SIAM J. Sci. Comput.
+/// 36(5)). A slice is 16 nodes of about the same degree; the d-th neighbours of all of them are next to each other, and
+/// slices with fewer are filled up with springs of no stiffness. Every spring is kept at both of its ends, so that each
+/// node collects its own force and no two write to one place. To fetch a neighbour takes longer than the force of a
+/// spring: so a lane moves two nodes that share as many neighbours as they can, and fetches these once. The spring
+/// between the two is kept once.
+///
+/// Where nodes are is kept in rows of four numbers, x y z and the pressure around the node, which one load brings. A
+/// node on a boundary between regions has a control volume in each: the first is in its own row, the others have copies
+/// of the row behind those of all nodes.
+///
+/// Tetrahedra come in fans around edges, so that one node has to be fetched for most of them, and not four. Every chunk
+/// of fans adds up forces in places of its own, which the nodes then collect. Springs that are coupled are found in
+/// the same fans, and around nodes in the same control volumes.
+/// @tparam T  of everything that forces are made from
+template <class T> struct SlicedBody {
+    int num_slices = 0; ///< of nodes, an even number
+    int num_rows = 0;   ///< a multiple of 16, copies included; one more is the far one
+    std::vector<int> row_of_node;
+    std::vector<int> copy_start; ///< (slices + 1) first of its copies
+    std::vector<int> copied_row; ///< what to copy, for each copy
+    int first_copy = 0;          ///< the row of the first
+
+    std::vector<SpringLines> spring_lines; ///< (slices / 2); empty if there are no springs
+    Aligned<std::int32_t> neighbour;       ///< (lines, 16) place of the other end: four times its row
+    Aligned<T> spring;                     ///< (lines, 2, 16) k [N/m] and k l0 / 2 [N]
+
+    /// (fan slices + 1) tetrahedra of 16 fans, one of each on a line, in units of 16; short fans are filled up with
+    /// tetrahedra without volume
+    std::vector<int> fan_start;
+    /// (lines + 3 for each fan slice, 16) places of the nodes: both ends of the axis, and the rim
+    Aligned<std::int32_t> corner;
+    Aligned<std::int32_t> force_slot; ///< of the same shape: where the force on each is added
+    Aligned<T> rest_volume;           ///< (lines, 16) [m^3]
+    Aligned<T> volume_share;          ///< (lines, 16) 1, and 0 where there is no tetrahedron
+    Aligned<T> tetrahedron_stiffness; ///< (lines, 16) [Pa/m^3]; empty if there is none, as are the following
+    Aligned<T> least_volume;          ///< (lines, 16) [m^3]
+    Aligned<T> guard_stiffness;       ///< (lines, 16) [Pa/m^3]
+    std::vector<int> chunk_fans;      ///< (chunks + 1) first fan slice of each
+    std::vector<int> chunk_start;     ///< (chunks + 1) first place of each: one for every node that it touches
+    std::vector<int> sum_start;       ///< (slices + 1) places to sum for the nodes of a slice, in units of 16
+    Aligned<std::int32_t> sum;        ///< one of these places; one behind the last, where nothing is added, as filling
+
+    /// (lines, 9, 16) of each tetrahedron at rest, the gradients of the barycentric coordinates of three corners, which
+    /// are the end of the axis and both nodes of the rim [1/m]. Empty if no springs are coupled.
+    Aligned<T> rest_gradient;
+    /// (lines, 16) of springs coupled inside tetrahedra alone, times the volume at rest: half of lambda, and mu [J];
+    /// empty if there are none
+    Aligned<T> half_lambda, shear_modulus;
+    /// (lines, 6, 16) lengths of the edges of each tetrahedron: from the start of the axis to these three corners, and
+    /// from the first of them to the second and so on around [m]. Empty if no springs are coupled around nodes, as are
+    /// the following.
+    Aligned<T> rest_length;
+    Aligned<T> inner_modulus;   ///< (lines, 16) of springs inside a tetrahedron [Pa]
+    Aligned<T> coupled_modulus; ///< (volumes) 1/16 of the shear modulus of springs around a node, by volume [Pa/m^3]
+
+    /// (volumes) the row of each control volume, near each other in order, and of about as many tetrahedra; filled up
+    /// with the far row
+    std::vector<int> volume_row;
+    std::vector<int> volume_start; ///< (volumes / 16 + 1) corners of fans in the volumes, in units of 16
+    Aligned<std::int32_t> member;  ///< the corner; one behind the last where there is none. Where springs are coupled,
+                                   ///< eight times a tetrahedron around the node
+    Aligned<T> volume_stiffness;   ///< (volumes) a quarter of the pressure for each m^3 gained [Pa/m^3]
+    /// From the sums of what the tetrahedra around nodes have gained to means of relative changes [1/m^3]; empty if no
+    /// means are resisted.
+    SlicedMatrix<T> mean_change;
+    SlicedMatrix<T> mean_pressure; ///< from these means to a quarter of the pressure around each node [Pa]
+};
+
+/// @param positions  shape (N) [m], at rest
+template <class T> SlicedBody<T> sliced_body(const StepParts &parts, const std::vector<core::Vector3> &positions);
+
+} // namespace livermark::msm

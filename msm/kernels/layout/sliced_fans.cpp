@@ -1,0 +1,223 @@
+#include <array>
+#include <numeric>
+#include <utility>
+
+#include "msm/elastic_body.hpp"
+#include "msm/kernels/layout/fans.hpp"
+#include "msm/kernels/layout/node_order.hpp"
+#include "msm/kernels/layout/slicing.hpp"
+#include "msm/tetrahedron_volume.hpp"
+
+namespace livermark::msm {
+
+namespace {
+
+/// Control volumes: large enough to find some of as many corners, small enough to stay near.
+constexpr std::size_t volume_window = 256;
+
+/// Gives each control volume a row. @return shape (C)
+template <class T> std::vector<int> volume_rows(const StepParts &parts, SlicedBody<T> &body) {
+    std::vector<int> row(parts.centre.size());
+    std::vector<char> is_taken(body.first_copy, 0);
+    std::vector<std::pair<int, std::size_t>> others; // by the row of the node, so that a slice has its copies together
+    for (std::size_t c = 0; c < row.size(); ++c) {
+        row[c] = body.row_of_node[parts.centre[c]];
+        if (is_taken[row[c]])
+            others.emplace_back(row[c], c);
+        is_taken[row[c]] = 1;
+    }
+    std::ranges::sort(others);
+    body.copy_start.assign(body.num_slices + 1, 0);
+    for (const auto &[node_row, c] : others) {
+        row[c] = body.first_copy + static_cast<int>(body.copied_row.size());
+        body.copied_row.push_back(node_row);
+        ++body.copy_start[node_row / slice_size + 1];
+    }
+    std::partial_sum(body.copy_start.begin(), body.copy_start.end(), body.copy_start.begin());
+    body.num_rows = padded(body.first_copy + static_cast<int>(others.size()));
+    return row;
+}
+
+/// The fans near each other, cut into chunks, and by falling length in each, so that those of a slice are alike.
+/// @return whole slices, filled up with fans of nothing at the end of each chunk
+template <class T> std::vector<Fan> fan_order(std::vector<Fan> fans, SlicedBody<T> &body) {
+    const auto rows = [&](const Fan &fan) -> std::pair<int, int> {
+        return std::minmax({body.row_of_node[fan.axis[0]], body.row_of_node[fan.axis[1]]});
+    };
+    std::ranges::stable_sort(fans, {}, rows);
+    std::vector<Fan> ordered;
+    body.chunk_fans.assign(1, 0);
+    for (std::size_t first = 0; first < fans.size(); first += chunk_size) {
+        const auto begin = fans.begin() + static_cast<std::ptrdiff_t>(first);
+        const auto end = fans.begin() + static_cast<std::ptrdiff_t>(std::min(first + chunk_size, fans.size()));
+        std::stable_sort(begin, end,
+                         [](const Fan &a, const Fan &b) { return a.tetrahedra.size() > b.tetrahedra.size(); });
+        std::move(begin, end, std::back_inserter(ordered));
+        ordered.resize(padded(static_cast<int>(ordered.size())));
+        body.chunk_fans.push_back(static_cast<int>(ordered.size()) / slice_size);
+    }
+    return ordered;
+}
+
+template <class T> Lines lines_of(const std::vector<Fan> &fans, SlicedBody<T> &body) {
+    Lines lines;
+    body.fan_start.assign(1, 0);
+    for (std::size_t first = 0; first < fans.size(); first += slice_size) {
+        const std::size_t length = fans[first].tetrahedra.size(); // the longest of the slice comes first
+        const std::size_t first_tetrahedron = lines.tetrahedron.size(), first_node = lines.node.size();
+        lines.tetrahedron.resize(first_tetrahedron + length * slice_size, none);
+        lines.node.resize(first_node + (length + 3) * slice_size, none);
+        lines.owner.resize(lines.node.size(), none);
+        body.fan_start.push_back(body.fan_start.back() + static_cast<int>(length));
+        for (std::size_t lane = 0; lane < slice_size; ++lane) {
+            const auto &[axis, rim, tetrahedra] = fans[first + lane];
+            if (tetrahedra.empty())
+                continue;
+            for (std::size_t k = 0; k < tetrahedra.size(); ++k)
+                lines.tetrahedron[first_tetrahedron + k * slice_size + lane] = tetrahedra[k];
+            for (std::size_t k = 0; k < length + 3; ++k) {
+                const std::size_t at = first_node + k * slice_size + lane;
+                lines.node[at] = k < 2 ? axis[k] : rim[std::min(k - 2, rim.size() - 1)];
+                lines.owner[at] = k < 3 ? tetrahedra.front() : tetrahedra[std::min(k - 3, tetrahedra.size() - 1)];
+            }
+        }
+    }
+    return lines;
+}
+
+/// Where the corners of a slice of fans begin.
+template <class T> std::size_t first_corner(const SlicedBody<T> &body, std::size_t fan_slice) {
+    return (static_cast<std::size_t>(body.fan_start[fan_slice]) + 3 * fan_slice) * slice_size;
+}
+
+/// Tetrahedra in the control volume of each row.
+std::vector<std::vector<int>> tetrahedra_of_rows(const StepParts &parts, const std::vector<int> &row_of_volume,
+                                                 const Lines &lines, int num_rows) {
+    std::vector<std::vector<int>> of_rows(num_rows);
+    for (std::size_t at = 0; at < lines.tetrahedron.size(); ++at)
+        if (lines.tetrahedron[at] != none)
+            for (const int c : parts.corner_volume[lines.tetrahedron[at]])
+                of_rows[row_of_volume[c]].push_back(static_cast<int>(at));
+    return of_rows;
+}
+
+/// Corners of fans at each row, which have the sums over the tetrahedra there: less than half as many.
+template <class T> std::vector<std::vector<int>> corners_of_rows(const Lines &lines, const SlicedBody<T> &body) {
+    std::vector<std::vector<int>> of_rows(body.num_rows);
+    for (std::size_t slice = 0; slice + 1 < body.fan_start.size(); ++slice) {
+        const std::size_t first = first_corner(body, slice);
+        for (auto at = first; at < first_corner(body, slice + 1); ++at) {
+            const bool is_filled_up = at >= first + 3 * slice_size && lines.node[at] == lines.node[at - slice_size];
+            if (lines.node[at] != none && !is_filled_up)
+                of_rows[body.corner[at] / 4].push_back(static_cast<int>(at));
+        }
+    }
+    return of_rows;
+}
+
+/// @return shape (C) which control volume of the sliced body it is
+template <class T>
+std::vector<int> slice_volumes(const StepParts &parts, const std::vector<int> &row_of_volume, const Lines &lines,
+                               SlicedBody<T> &body) {
+    const bool is_coupled = !parts.coupled_modulus.empty();
+    const auto of_rows =
+        is_coupled ? tetrahedra_of_rows(parts, row_of_volume, lines, body.num_rows) : corners_of_rows(lines, body);
+    std::vector<int> volumes(row_of_volume.size());
+    std::iota(volumes.begin(), volumes.end(), 0);
+    std::ranges::sort(volumes, {}, [&](int c) { return row_of_volume[c]; });
+    const auto length = [&](int c) { return of_rows[row_of_volume[c]].size(); };
+    sort_in_windows(volumes, volume_window, [&](int a, int b) { return length(a) > length(b); });
+    std::vector<int> number(volumes.size());
+    std::vector<std::vector<int>> members;
+    for (const int c : volumes) {
+        number[c] = static_cast<int>(members.size());
+        members.push_back(of_rows[row_of_volume[c]]);
+        body.volume_row.push_back(row_of_volume[c]);
+    }
+    body.volume_row.resize(padded(static_cast<int>(volumes.size())), body.num_rows);
+    body.volume_start.assign(1, 0);
+    append_lists(members, static_cast<int>(is_coupled ? lines.tetrahedron.size() : lines.node.size()),
+                 body.volume_start, body.member);
+    if (!parts.volume_stiffness.empty())
+        body.volume_stiffness.assign(body.volume_row.size(), T(0));
+    for (std::size_t c = 0; c < parts.volume_stiffness.size(); ++c)
+        body.volume_stiffness[number[c]] = static_cast<T>(0.25 * parts.volume_stiffness[c]);
+    return number;
+}
+
+/// factor a b of each tetrahedron, empty if there is no b.
+std::vector<double> products(double factor, const std::vector<double> &a, const std::vector<double> &b) {
+    std::vector<double> result;
+    for (std::size_t i = 0; i < b.size(); ++i)
+        result.push_back(factor * a[i] * b[i]);
+    return result;
+}
+
+/// Gives each node that a chunk touches a place to add forces to, and each node the list of its places.
+template <class T> void slice_sums(const Lines &lines, SlicedBody<T> &body) {
+    std::vector<std::vector<int>> places(body.first_copy);
+    body.force_slot.assign(lines.node.size(), 0);
+    body.chunk_start.assign(1, 0);
+    int num_places = 0;
+    for (std::size_t chunk = 0; chunk + 1 < body.chunk_fans.size(); ++chunk) {
+        const std::size_t end = first_corner(body, body.chunk_fans[chunk + 1]);
+        for (auto at = first_corner(body, body.chunk_fans[chunk]); at < end; ++at) {
+            auto &slot = body.force_slot[at];
+            slot = 4 * body.chunk_start.back(); // a fan of nothing adds nothing
+            if (lines.node[at] == none)
+                continue;
+            auto &of_node = places[body.row_of_node[lines.node[at]]];
+            if (of_node.empty() || of_node.back() < 4 * body.chunk_start.back())
+                of_node.push_back(4 * num_places++);
+            slot = of_node.back();
+        }
+        body.chunk_start.push_back(num_places);
+    }
+    body.sum_start.assign(1, 0);
+    append_lists(std::move(places), 4 * num_places, body.sum_start, body.sum);
+}
+
+} // namespace
+
+template <class T>
+void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &positions, SlicedBody<T> &body) {
+    const auto row_of_volume = volume_rows(parts, body);
+    const auto lines = lines_of(fan_order(cut_into_fans(parts.tetrahedra, parts.corner_volume), body), body);
+
+    const auto x = to_unknowns(positions);
+    std::vector<double> rest_volume;
+    for (const auto &corners : parts.tetrahedra)
+        rest_volume.push_back(volume_gradient(x, corners).volume);
+    body.rest_volume = on_lines<T>(rest_volume, lines);
+    body.volume_share = on_lines<T>(std::vector<double>(rest_volume.size(), 1.0), lines);
+    body.half_lambda = on_lines<T>(products(0.5, rest_volume, parts.lame_lambda), lines);
+    body.shear_modulus = on_lines<T>(products(1.0, rest_volume, parts.shear_modulus), lines);
+    body.tetrahedron_stiffness = on_lines<T>(parts.tetrahedron_stiffness, lines);
+    body.least_volume = on_lines<T>(parts.least_volume, lines);
+    body.guard_stiffness = on_lines<T>(parts.guard_stiffness, lines);
+
+    body.corner.assign(lines.node.size(), 0);
+    for (std::size_t at = 0; at < lines.node.size(); ++at) {
+        if (lines.node[at] == none)
+            continue;
+        int row = body.row_of_node[lines.node[at]];
+        if (!parts.centre.empty()) {
+            const auto &corners = parts.tetrahedra[lines.owner[at]];
+            const auto corner = std::ranges::find(corners, lines.node[at]) - corners.begin();
+            row = row_of_volume[parts.corner_volume[lines.owner[at]][corner]];
+        }
+        body.corner[at] = 4 * row;
+    }
+    slice_sums(lines, body);
+    slice_shapes(parts, positions, lines, body);
+    if (parts.centre.empty())
+        return;
+    const auto number_of_volume = slice_volumes(parts, row_of_volume, lines, body);
+    slice_nodal_springs(parts, positions, number_of_volume, lines, body);
+    slice_means(parts, positions, number_of_volume, body);
+}
+
+template void slice_tetrahedra(const StepParts &, const std::vector<core::Vector3> &, SlicedBody<float> &);
+template void slice_tetrahedra(const StepParts &, const std::vector<core::Vector3> &, SlicedBody<double> &);
+
+} // namespace livermark::msm

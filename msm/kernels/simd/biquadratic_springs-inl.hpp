@@ -1,0 +1,114 @@
+// Forces of springs that are coupled inside each tetrahedron, for slices of fans of tetrahedra. Written once for each
+// vector unit: see take_steps.cpp.
+#if defined(LIVERMARK_BIQUADRATIC_SPRINGS_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIVERMARK_BIQUADRATIC_SPRINGS_INL_HPP
+#undef LIVERMARK_BIQUADRATIC_SPRINGS_INL_HPP
+#else
+#define LIVERMARK_BIQUADRATIC_SPRINGS_INL_HPP
+#endif
+
+#include "msm/kernels/simd/stressed_fans-inl.hpp"
+#include "msm/kernels/step_workspace.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace livermark::msm::HWY_NAMESPACE {
+
+/// The gradient of a field that is linear in a tetrahedron, or a stress of Piola's: what it makes of three directions.
+template <class D> struct Columns { Vec3<D> x, y, z; };
+
+/// @param field  less its value at the start of the axis
+template <class D> HWY_INLINE Columns<D> gradient(const OfCorners<D> &field, const OfCorners<D> &rest) {
+    return {combined<D>(rest.a.x, field.a, rest.b.x, field.b, rest.c.x, field.c),
+            combined<D>(rest.a.y, field.a, rest.b.y, field.b, rest.c.y, field.c),
+            combined<D>(rest.a.z, field.a, rest.b.z, field.b, rest.c.z, field.c)};
+}
+
+/// F^T F - 1, twice Green's strain. All six stretches of edges are in it (biquadratic_springs.hpp), and with the
+/// gradient F it takes neither lengths nor as many digits from tetrahedra that are thin.
+template <class D> HWY_INLINE Symmetric<D> twice_strain(D d, const Columns<D> &f) {
+    const auto one = hn::Set(d, hn::TFromD<D>(1));
+    return {hn::Sub(dot(f.x, f.x), one),
+            hn::Sub(dot(f.y, f.y), one),
+            hn::Sub(dot(f.z, f.z), one),
+            dot(f.x, f.y),
+            dot(f.y, f.z),
+            dot(f.z, f.x)};
+}
+
+/// F^T R + R^T F, how fast that grows where F grows by R.
+template <class D> HWY_INLINE Symmetric<D> twice_strain_rate(const Columns<D> &f, const Columns<D> &rate) {
+    const auto both = [](const Vec3<D> &a, const Vec3<D> &b, const Vec3<D> &rate_of_a, const Vec3<D> &rate_of_b)
+                          HWY_ATTR { return hn::Add(dot(a, rate_of_b), dot(b, rate_of_a)); };
+    return {both(f.x, f.x, rate.x, rate.x), both(f.y, f.y, rate.y, rate.y), both(f.z, f.z, rate.z, rate.z),
+            both(f.x, f.y, rate.x, rate.y), both(f.y, f.z, rate.y, rate.z), both(f.z, f.x, rate.z, rate.x)};
+}
+
+/// lambda (tr E) 1 + 2 mu E
+/// @param twice_strain  2 E
+template <class D>
+HWY_INLINE Symmetric<D> stress(hn::Vec<D> half_lambda, hn::Vec<D> shear_modulus, const Symmetric<D> &twice_strain) {
+    const auto &[xx, yy, zz, xy, yz, zx] = twice_strain;
+    const auto mean = hn::Mul(half_lambda, hn::Add(xx, hn::Add(yy, zz)));
+    return {hn::MulAdd(shear_modulus, xx, mean), hn::MulAdd(shear_modulus, yy, mean),
+            hn::MulAdd(shear_modulus, zz, mean), hn::Mul(shear_modulus, xy),
+            hn::Mul(shear_modulus, yz),          hn::Mul(shear_modulus, zx)};
+}
+
+/// What a stress pulls the corners inwards with, F S g of each.
+/// @param stress  times the volume
+template <class D>
+HWY_INLINE OfCorners<D> pulls(const Columns<D> &f, const Symmetric<D> &stress, const OfCorners<D> &rest) {
+    const auto x = combined<D>(stress.xx, f.x, stress.xy, f.y, stress.zx, f.z);
+    const auto y = combined<D>(stress.xy, f.x, stress.yy, f.y, stress.yz, f.z);
+    const auto z = combined<D>(stress.zx, f.x, stress.yz, f.y, stress.zz, f.z);
+    const auto along = [&](const Vec3<D> &g) HWY_ATTR { return combined<D>(g.x, x, g.y, y, g.z, z); };
+    return {along(rest.a), along(rest.b), along(rest.c)};
+}
+
+/// The forces of these springs, pressures and the guard on the nodes of the fans of a slice; see fan_forces(). Where a
+/// fan is filled up, gradients and moduli are zero, and so are the forces.
+template <bool is_damped, class T>
+HWY_NOINLINE void biquadratic_spring_forces(StepWorkspace<T> &at, int now, int slice) {
+    using D = Lanes<T>;
+    constexpr D d;
+    const auto &body = at.body;
+    const T *rows = at.rows[now].data();
+    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+        const FanLines lines(body, slice, lane);
+        const auto *corner = body.corner.data() + lines.corner;
+        const auto *slot = body.force_slot.data() + lines.corner;
+        const auto *rim_slot = slot + 2 * slice_size;
+        const auto axis = fetch_axis(D(), rows, corner);
+        FanRates<is_damped, D> rates;
+        rates.begin(d, at, now, corner);
+        corner += 2 * slice_size;
+        auto from = fetch_rim(D(), axis, rows, corner);
+        FanPulls<D> sums{D()};
+        for (std::size_t t = lines.first; t < lines.end; t += slice_size, rim_slot += slice_size) {
+            corner += slice_size;
+            const auto to = fetch_rim(D(), axis, rows, corner);
+            const auto rest = rest_gradients(D(), body, t, lane);
+            const auto f = gradient<D>({axis.direction, from.arm, to.arm}, rest);
+            auto strain = twice_strain(D(), f);
+            [[maybe_unused]] const auto before = rates;
+            const auto volume = volume_between<is_damped>(D(), at, now, from, to, corner, rates);
+            const auto plain = is_damped ? dot(from.lever, to.arm) : volume;
+            if constexpr (is_damped)
+                strain =
+                    plus_scaled<D>(strain, hn::Set(d, static_cast<T>(at.beta)),
+                                   twice_strain_rate<D>(f, gradient<D>({rates.axis, before.arm, rates.arm}, rest)));
+            const auto inside =
+                stress<D>(hn::Load(d, body.half_lambda.data() + t), hn::Load(d, body.shear_modulus.data() + t), strain);
+            const auto pressure = hn::Add(axis.pressure, hn::Add(from.pressure, to.pressure));
+            const auto push = push_on(D(), body, pressure, volume, plain, t);
+            sums.add(D(), pulls<D>(f, inside, rest), push, from, to, at.corner_force, rim_slot);
+            from = to;
+        }
+        sums.finish(D(), at.corner_force, slot, rim_slot);
+    }
+}
+
+} // namespace livermark::msm::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif // LIVERMARK_BIQUADRATIC_SPRINGS_INL_HPP

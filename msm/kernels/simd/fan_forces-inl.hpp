@@ -1,0 +1,224 @@
+// Forces of volumes, for slices of fans of tetrahedra. Written once for each vector unit: see
+// take_steps.cpp.
+#if defined(LIVERMARK_FAN_FORCES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIVERMARK_FAN_FORCES_INL_HPP
+#undef LIVERMARK_FAN_FORCES_INL_HPP
+#else
+#define LIVERMARK_FAN_FORCES_INL_HPP
+#endif
+
+#include "msm/kernels/simd/mean_pressures-inl.hpp"
+#include "msm/kernels/simd/vectors-inl.hpp"
+#include "msm/kernels/step_workspace.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace livermark::msm::HWY_NAMESPACE {
+
+/// What a fan of tetrahedra turns around.
+template <class D> struct Axis {
+    Rows<D> start;
+    Vec3<D> direction;
+    hn::Vec<D> pressure; ///< sum over both ends
+};
+
+/// A node of its rim.
+template <class D> struct RimNode {
+    Vec3<D> arm;   ///< from the start of the axis
+    Vec3<D> lever; ///< axis x arm: six times the gradient of the volume at the next node
+    hn::Vec<D> pressure;
+};
+
+template <class D, class T> HWY_INLINE Axis<D> fetch_axis(D d, const T *rows, const std::int32_t *corner) {
+    const auto start = fetch(d, rows, corner), end = fetch(d, rows, corner + slice_size);
+    return {start, difference(end, start), hn::Add(start.w, end.w)};
+}
+
+template <class D, class T>
+HWY_INLINE RimNode<D> fetch_rim(D d, const Axis<D> &axis, const T *rows, const std::int32_t *corner) {
+    const auto node = fetch(d, rows, corner);
+    const auto arm = difference(node, axis.start);
+    return {arm, cross(axis.direction, arm), node.w};
+}
+
+/// The velocities of a fan, where they matter.
+template <bool is_damped, class D> struct FanRates {
+    template <class T>
+    HWY_INLINE void begin(D /*d*/, const StepWorkspace<T> & /*at*/, int /*now*/, const std::int32_t * /*corner*/) {}
+};
+template <class D> struct FanRates<true, D> {
+    Rows<D> start;
+    Vec3<D> axis, arm;
+
+    template <class T> HWY_INLINE void begin(D d, const StepWorkspace<T> &at, int now, const std::int32_t *corner) {
+        const T *velocities = at.velocity_rows[now].data();
+        start = fetch(d, velocities, corner);
+        axis = difference(fetch(d, velocities, corner + slice_size), start);
+        arm = difference(fetch(d, velocities, corner + 2 * slice_size), start);
+    }
+};
+
+/// Six times the volume between two nodes of the rim, and beta times how fast it grows.
+template <bool is_damped, class D, class T>
+HWY_INLINE hn::Vec<D> volume_between(D d, const StepWorkspace<T> &at, [[maybe_unused]] int now, const RimNode<D> &from,
+                                     const RimNode<D> &to, const std::int32_t *corner_of_to,
+                                     FanRates<is_damped, D> &rates) {
+    auto volume = dot(from.lever, to.arm);
+    if constexpr (is_damped) {
+        const auto next = difference(fetch(d, at.velocity_rows[now].data(), corner_of_to), rates.start);
+        const auto growth =
+            hn::Add(hn::Sub(dot(from.lever, next), dot(to.lever, rates.arm)), dot(cross(from.arm, to.arm), rates.axis));
+        volume = hn::MulAdd(hn::Set(d, static_cast<T>(at.beta)), growth, volume);
+        rates.arm = next;
+    }
+    return volume;
+}
+
+/// Where the fans of a slice have their numbers.
+struct FanLines {
+    std::size_t corner, first, end; ///< of the start of the axis, of the first tetrahedron, and behind the last
+
+    template <class T>
+    FanLines(const SlicedBody<T> &body, int slice, std::size_t lane)
+        : corner(static_cast<std::size_t>(body.fan_start[slice] + 3 * slice) * slice_size + lane),
+          first(static_cast<std::size_t>(body.fan_start[slice]) * slice_size + lane),
+          end(static_cast<std::size_t>(body.fan_start[slice + 1]) * slice_size) {}
+};
+
+/// Volume that the tetrahedra at each corner of the fans of a slice have gained, and beta times how fast they do.
+template <bool is_damped, class T> HWY_INLINE void volume_gains(StepWorkspace<T> &at, int now, int slice) {
+    using D = Lanes<T>;
+    constexpr D d;
+    const auto &body = at.body;
+    const T *rows = at.rows[now].data();
+    const auto sixth = hn::Set(d, T(1.0 / 6.0));
+    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+        const FanLines lines(body, slice, lane);
+        const auto *corner = body.corner.data() + lines.corner;
+        const auto axis = fetch_axis(D(), rows, corner);
+        FanRates<is_damped, D> rates;
+        rates.begin(d, at, now, corner);
+        corner += 2 * slice_size;
+        auto from = fetch_rim(D(), axis, rows, corner);
+        T *on_axis = at.gain.data() + lines.corner, *on_rim = on_axis + 2 * slice_size;
+        auto before = hn::Zero(d), sum = before;
+        for (std::size_t t = lines.first; t < lines.end; t += slice_size, on_rim += slice_size) {
+            corner += slice_size;
+            const auto to = fetch_rim(D(), axis, rows, corner);
+            const auto volume = volume_between<is_damped>(D(), at, now, from, to, corner, rates);
+            const auto gain = hn::MulSub(volume, sixth, hn::Load(d, body.rest_volume.data() + t));
+            hn::Store(hn::Add(before, gain), d, on_rim);
+            sum = hn::Add(sum, gain);
+            before = gain;
+            from = to;
+        }
+        hn::Store(before, d, on_rim);
+        hn::Store(sum, d, on_axis);
+        hn::Store(sum, d, on_axis + slice_size);
+    }
+}
+
+/// A quarter of the pressure in 16 control volumes, into their rows, or what it is made of.
+template <class T> HWY_INLINE void pressures(StepWorkspace<T> &at, int now, int volume_slice) {
+    using D = Lanes<T>;
+    constexpr D d;
+    const auto &body = at.body;
+    HWY_ALIGN T gain[slice_size];
+    const std::size_t end = static_cast<std::size_t>(body.volume_start[volume_slice + 1]) * slice_size;
+    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+        auto sum = hn::Zero(d);
+        for (std::size_t m = static_cast<std::size_t>(body.volume_start[volume_slice]) * slice_size + lane; m < end;
+             m += slice_size)
+            sum = hn::Add(sum, gather(D(), at.gain.data(), body.member.data() + m));
+        hn::Store(sum, d, gain + lane);
+    }
+    set_gains(at, now, volume_slice, gain);
+}
+
+/// What pushes the corners of tetrahedra outwards: the pressures around the nodes, their own, and the guard against
+/// inversion.
+/// @param pressure  sum over the corners
+/// @param volume    six times the volume, with what damps it
+/// @param plain     six times the volume
+/// @param t         place on the lines
+/// @return a sixth of the push
+template <class D, class T>
+HWY_INLINE hn::Vec<D> push_on(D d, const SlicedBody<T> &body, hn::Vec<D> pressure, hn::Vec<D> volume, hn::Vec<D> plain,
+                              std::size_t t) {
+    const auto sixth = hn::Set(d, T(1.0 / 6.0));
+    auto push = hn::Zero(d);
+    if (!body.volume_stiffness.empty())
+        push = hn::NegMulAdd(pressure, hn::Load(d, body.volume_share.data() + t), push);
+    if (!body.tetrahedron_stiffness.empty()) {
+        const auto gain = hn::MulSub(volume, sixth, hn::Load(d, body.rest_volume.data() + t));
+        push = hn::NegMulAdd(hn::Load(d, body.tetrahedron_stiffness.data() + t), gain, push);
+    }
+    if (!body.guard_stiffness.empty()) {
+        const auto least = hn::Load(d, body.least_volume.data() + t);
+        const auto lack = hn::Max(hn::NegMulAdd(plain, sixth, least), hn::Zero(d));
+        push = hn::MulAdd(hn::Load(d, body.guard_stiffness.data() + t), lack, push);
+    }
+    return hn::Mul(push, sixth);
+}
+
+template <class D, class T>
+HWY_INLINE void add_force(D d, const Vec3<D> &force, Aligned<T> &forces, const std::int32_t *slot) {
+    scatter_add(d, force.x, force.y, force.z, forces.data(), slot);
+}
+
+/// What they do to the nodes of the fans of a slice. Each node of a rim gets one force from the tetrahedra before and
+/// after it; the forces of a tetrahedron have no resultant, so the start of the axis gets what is left.
+template <bool is_damped, class T> HWY_INLINE void fan_forces(StepWorkspace<T> &at, int now, int slice) {
+    using D = Lanes<T>;
+    constexpr D d;
+    const auto &body = at.body;
+    const T *rows = at.rows[now].data();
+    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+        const FanLines lines(body, slice, lane);
+        const auto *corner = body.corner.data() + lines.corner;
+        const auto *slot = body.force_slot.data() + lines.corner;
+        const auto axis = fetch_axis(D(), rows, corner);
+        FanRates<is_damped, D> rates;
+        rates.begin(d, at, now, corner);
+        corner += 2 * slice_size;
+        auto from = fetch_rim(D(), axis, rows, corner);
+        const auto zero = hn::Zero(d);
+        Vec3<D> before{zero, zero, zero}, on_rim = before, on_end = before;
+        const auto *rim_slot = slot + 2 * slice_size;
+        for (std::size_t t = lines.first; t < lines.end; t += slice_size, rim_slot += slice_size) {
+            corner += slice_size;
+            const auto to = fetch_rim(D(), axis, rows, corner);
+            const auto volume = volume_between<is_damped>(D(), at, now, from, to, corner, rates);
+            const auto plain = is_damped ? dot(from.lever, to.arm) : volume;
+            const auto pressure = hn::Add(axis.pressure, hn::Add(from.pressure, to.pressure));
+            const auto push = push_on(D(), body, pressure, volume, plain, t);
+            const auto force = minus(before, scaled<D>(push, to.lever));
+            add_force(D(), force, at.corner_force, rim_slot);
+            on_rim = plus(on_rim, force);
+            on_end = plus(on_end, scaled<D>(push, cross(from.arm, to.arm)));
+            before = scaled<D>(push, from.lever);
+            from = to;
+        }
+        add_force(D(), before, at.corner_force, rim_slot);
+        add_force(D(), on_end, at.corner_force, slot + slice_size);
+        const Vec3<D> nothing{zero, zero, zero};
+        add_force(D(), minus(nothing, plus(plus(on_rim, before), on_end)), at.corner_force, slot);
+    }
+}
+
+/// The same with what the tetrahedra have given to nodes of a slice, those from `lane` on.
+template <class D, class T>
+HWY_INLINE Vec3<D> plus_corner_forces(D d, const StepWorkspace<T> &at, int slice, std::size_t lane, Vec3<D> force) {
+    const auto &body = at.body;
+    const std::size_t end = static_cast<std::size_t>(body.sum_start[slice + 1]) * slice_size;
+    for (std::size_t s = static_cast<std::size_t>(body.sum_start[slice]) * slice_size + lane; s < end;
+         s += slice_size) {
+        const auto sum = fetch(d, at.corner_force.data(), body.sum.data() + s);
+        force = plus(force, Vec3<D>{sum.x, sum.y, sum.z});
+    }
+    return force;
+}
+
+} // namespace livermark::msm::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif // LIVERMARK_FAN_FORCES_INL_HPP

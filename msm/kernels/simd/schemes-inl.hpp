@@ -1,0 +1,229 @@
+// What integrators make of the forces on a slice of nodes. Written once for each vector unit: see take_steps.cpp.
+#if defined(LIVERMARK_SCHEMES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIVERMARK_SCHEMES_INL_HPP
+#undef LIVERMARK_SCHEMES_INL_HPP
+#else
+#define LIVERMARK_SCHEMES_INL_HPP
+#endif
+
+#include <algorithm>
+
+#include "msm/kernels/simd/vectors-inl.hpp"
+#include "msm/kernels/step_workspace.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace livermark::msm::HWY_NAMESPACE {
+
+/// A component of some nodes to more digits than a vector has: see FineField. There is no low part in double precision.
+template <class T> struct Fine { T *high, *low; };
+
+HWY_INLINE Fine<float> at_lane(FineField<float> &field, std::size_t component, std::size_t lane) {
+    return {field.high[component].data() + lane, field.low[component].data() + lane};
+}
+HWY_INLINE Fine<double> at_lane(FineField<double> &field, std::size_t component, std::size_t lane) {
+    return {field.high[component].data() + lane, nullptr};
+}
+
+/// value + factor * change, to the digits of a vector.
+template <class D> HWY_INLINE hn::Vec<D> moved_by(D d, Fine<float> value, hn::Vec<D> factor, hn::Vec<D> change) {
+    return hn::Add(hn::Load(d, value.high), hn::MulAdd(factor, change, hn::Load(d, value.low)));
+}
+template <class D> HWY_INLINE hn::Vec<D> moved_by(D d, Fine<double> value, hn::Vec<D> factor, hn::Vec<D> change) {
+    return hn::MulAdd(factor, change, hn::Load(d, value.high));
+}
+
+/// Adds factor * change, and keeps what rounding takes away. @return the sum, to the digits of a vector
+template <class D> HWY_INLINE hn::Vec<D> move_by(D d, Fine<float> value, hn::Vec<D> factor, hn::Vec<D> change) {
+    const auto high = hn::Load(d, value.high);
+    const auto by = hn::MulAdd(factor, change, hn::Load(d, value.low));
+    const auto sum = hn::Add(high, by);
+    hn::Store(hn::Sub(by, hn::Sub(sum, high)), d, value.low);
+    hn::Store(sum, d, value.high);
+    return sum;
+}
+template <class D> HWY_INLINE hn::Vec<D> move_by(D d, Fine<double> value, hn::Vec<D> factor, hn::Vec<D> change) {
+    const auto sum = moved_by(d, value, factor, change);
+    hn::Store(sum, d, value.high);
+    return sum;
+}
+
+/// A component of some nodes where the next stage is to be evaluated.
+template <class D> struct Motion { hn::Vec<D> position, velocity; };
+
+/// Where the numbers of one component of some nodes are.
+template <class T> struct Component {
+    Fine<T> position, velocity;
+    T *acceleration, *for_position, *for_velocity; ///< not looked at by methods of one stage
+};
+
+template <class T>
+HWY_INLINE Component<T> component_without_stages(StepWorkspace<T> &at, int slice, std::size_t c, std::size_t lane) {
+    NodeSlice<T> &node = at.nodes[slice];
+    return {at_lane(node.position, c, lane), at_lane(node.velocity, c, lane), nullptr, nullptr, nullptr};
+}
+
+template <class T>
+HWY_INLINE Component<T> component_with_stages(StepWorkspace<T> &at, int slice, std::size_t c, std::size_t lane) {
+    auto of_node = component_without_stages(at, slice, c, lane);
+    auto &stages = at.stages[slice];
+    of_node.acceleration = stages.acceleration[c].data() + lane;
+    of_node.for_position = stages.for_position[c].data() + lane;
+    of_node.for_velocity = stages.for_velocity[c].data() + lane;
+    return of_node;
+}
+
+/// Adds factor * change, or begins with it.
+template <class D, class T> HWY_INLINE hn::Vec<D> add_to(D d, T *sum, bool is_first, T factor, hn::Vec<D> change) {
+    const auto by = hn::Set(d, factor);
+    const auto total = is_first ? hn::Mul(by, change) : hn::MulAdd(by, change, hn::Load(d, sum));
+    hn::Store(total, d, sum);
+    return total;
+}
+
+// What a method does at a stage, with the numbers that it needs there: they are made once for all slices.
+
+template <class T> class SymplecticEuler {
+  public:
+    SymplecticEuler(const StepScheme & /*scheme*/, int /*stage*/, double step) : step_(static_cast<T>(step)) {}
+
+    HWY_INLINE Component<T> component(StepWorkspace<T> &at, int slice, std::size_t c, std::size_t lane) const {
+        return component_without_stages(at, slice, c, lane);
+    }
+
+    template <class D> HWY_INLINE hn::Vec<D> velocity_now(D d, const Component<T> &at) const {
+        return hn::Load(d, at.velocity.high);
+    }
+
+    template <class D> HWY_INLINE Motion<D> advance(D d, hn::Vec<D> a, const Component<T> &at) const {
+        const auto h = hn::Set(d, step_);
+        const auto velocity = move_by(d, at.velocity, h, a);
+        return {move_by(d, at.position, h, velocity), velocity};
+    }
+
+  private:
+    T step_;
+};
+
+template <class T> class VelocityVerlet {
+  public:
+    VelocityVerlet(const StepScheme & /*scheme*/, int stage, double step)
+        : step_(static_cast<T>(step)), is_first_(stage == 0) {}
+
+    HWY_INLINE Component<T> component(StepWorkspace<T> &at, int slice, std::size_t c, std::size_t lane) const {
+        return component_with_stages(at, slice, c, lane);
+    }
+
+    /// The second evaluation is at a guess, v + h a.
+    template <class D> HWY_INLINE hn::Vec<D> velocity_now(D d, const Component<T> &at) const {
+        return is_first_ ? hn::Load(d, at.velocity.high)
+                         : moved_by(d, at.velocity, hn::Set(d, step_), hn::Load(d, at.acceleration));
+    }
+
+    template <class D> HWY_INLINE Motion<D> advance(D d, hn::Vec<D> a, const Component<T> &at) const {
+        const auto h = hn::Set(d, step_), half = hn::Set(d, step_ / 2);
+        if (is_first_) {
+            hn::Store(a, d, at.acceleration);
+            const auto along = hn::MulAdd(half, a, hn::Load(d, at.velocity.high));
+            return {move_by(d, at.position, h, along), moved_by(d, at.velocity, h, a)};
+        }
+        const auto later = move_by(d, at.velocity, half, hn::Add(hn::Load(d, at.acceleration), a));
+        return {hn::Load(d, at.position.high), later};
+    }
+
+  private:
+    T step_;
+    bool is_first_;
+};
+
+/// Stage s is evaluated at v_s = v + h c_(s-1) a_(s-1) and x_s = x + h c_(s-1) v_(s-1). With the weights w_s, which add
+/// up to one, the step is v + h sum w_s a_s and x + h v + h^2 sum w_(s+1) c_s a_s: sums of accelerations, which need no
+/// more digits than the forces have.
+template <class T> class RungeKutta {
+  public:
+    RungeKutta(const StepScheme &scheme, int stage, double step)
+        : step_(static_cast<T>(step)), weight_(static_cast<T>(scheme.weight[stage])), is_first_(stage == 0),
+          is_last_(stage + 1 == scheme.num_stages()) {
+        if (!is_first_)
+            before_ = static_cast<T>(step * scheme.next[stage - 1]);
+        if (!is_last_) {
+            next_ = static_cast<T>(step * scheme.next[stage]);
+            weight_in_position_ = static_cast<T>(scheme.weight[stage + 1] * scheme.next[stage]);
+        }
+    }
+
+    HWY_INLINE Component<T> component(StepWorkspace<T> &at, int slice, std::size_t c, std::size_t lane) const {
+        return component_with_stages(at, slice, c, lane);
+    }
+
+    template <class D> HWY_INLINE hn::Vec<D> velocity_now(D d, const Component<T> &at) const {
+        const auto velocity = hn::Load(d, at.velocity.high);
+        return is_first_ ? velocity : hn::MulAdd(hn::Set(d, before_), hn::Load(d, at.acceleration), velocity);
+    }
+
+    template <class D> HWY_INLINE Motion<D> advance(D d, hn::Vec<D> a, const Component<T> &at) const {
+        const auto velocity = velocity_now(d, at);
+        const auto for_velocity = add_to(d, at.for_velocity, is_first_, weight_, a);
+        if (is_last_) {
+            const auto h = hn::Set(d, step_);
+            const auto sum = is_first_ ? hn::Zero(d) : hn::Load(d, at.for_position);
+            const auto along = hn::MulAdd(h, sum, hn::Load(d, at.velocity.high));
+            return {move_by(d, at.position, h, along), move_by(d, at.velocity, h, for_velocity)};
+        }
+        add_to(d, at.for_position, is_first_, weight_in_position_, a);
+        hn::Store(a, d, at.acceleration);
+        const auto next = hn::Set(d, next_);
+        return {moved_by(d, at.position, next, velocity), moved_by(d, at.velocity, next, a)};
+    }
+
+  private:
+    T step_, weight_, before_ = T(0), next_ = T(0), weight_in_position_ = T(0);
+    bool is_first_, is_last_;
+};
+
+/// Where a node of a slice has copies of its row, these follow it.
+template <bool is_damped, class T> HWY_INLINE void write_copies(StepWorkspace<T> &at, int next, int slice) {
+    const auto &body = at.body;
+    for (int c = body.copy_start[slice]; c < body.copy_start[slice + 1]; ++c) {
+        const std::size_t from = 4 * static_cast<std::size_t>(body.copied_row[c]);
+        const std::size_t to = 4 * static_cast<std::size_t>(body.first_copy + c);
+        std::copy_n(at.rows[next].data() + from, 4, at.rows[next].data() + to);
+        if constexpr (is_damped)
+            std::copy_n(at.velocity_rows[next].data() + from, 4, at.velocity_rows[next].data() + to);
+    }
+}
+
+/// From the forces on nodes of a slice, those from `lane` on, to their rows of the next stage. Everything is looked up
+/// before anything is stored, because the compiler cannot know that vectors are not stored over what it looks up.
+template <bool is_damped, class Scheme, class D, class T>
+HWY_INLINE void advance(D d, const Scheme &scheme, StepWorkspace<T> &at, int now, int slice, std::size_t lane,
+                        Vec3<D> force) {
+    const auto of_x = scheme.component(at, slice, 0, lane), of_y = scheme.component(at, slice, 1, lane),
+               of_z = scheme.component(at, slice, 2, lane);
+    const std::size_t row = (static_cast<std::size_t>(slice) * slice_size + lane) * 4;
+    T *to = at.rows[1 - now].data() + row;
+    [[maybe_unused]] T *velocity_to = nullptr;
+    if constexpr (is_damped)
+        velocity_to = at.velocity_rows[1 - now].data() + row;
+    const auto load = [&](const SliceField<T> &field, std::size_t c)
+                          HWY_ATTR { return hn::Load(d, field[c].data() + lane); };
+    if (!at.loads.empty()) {
+        const auto &loads = at.loads[slice];
+        force = plus(force, Vec3<D>{load(loads, 0), load(loads, 1), load(loads, 2)});
+    }
+    const auto &per_mass = at.nodes[slice].free_per_mass;
+    const auto alpha = hn::Set(d, static_cast<T>(at.alpha));
+    const auto acceleration = [&](const hn::Vec<D> &total, std::size_t c, const auto &of_node) HWY_ATTR {
+        return hn::NegMulAdd(alpha, scheme.velocity_now(d, of_node), hn::Mul(total, load(per_mass, c)));
+    };
+    const Vec3<D> a{acceleration(force.x, 0, of_x), acceleration(force.y, 1, of_y), acceleration(force.z, 2, of_z)};
+    const Motion<D> x = scheme.advance(d, a.x, of_x), y = scheme.advance(d, a.y, of_y),
+                    z = scheme.advance(d, a.z, of_z);
+    hn::StoreInterleaved4(x.position, y.position, z.position, hn::Zero(d), d, to);
+    if constexpr (is_damped)
+        hn::StoreInterleaved4(x.velocity, y.velocity, z.velocity, hn::Zero(d), d, velocity_to);
+}
+
+} // namespace livermark::msm::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif // LIVERMARK_SCHEMES_INL_HPP

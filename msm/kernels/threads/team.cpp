@@ -1,0 +1,71 @@
+#include "msm/kernels/threads/team.hpp"
+
+#include <thread>
+#include <vector>
+
+namespace livermark::msm {
+
+namespace {
+
+/// How often a thread looks whether the last one has come before it lets others have the core.
+constexpr int patience = 2000;
+/// How often a thread looks for new work, and how often it then lets others have the core, before it goes to sleep.
+constexpr int num_looks = 4000, num_yields = 100;
+
+} // namespace
+
+Barrier::Round Barrier::tell_others() {
+    const Round round = round_.load(std::memory_order_relaxed);
+    if (num_here_.fetch_add(1, std::memory_order_acq_rel) == num_threads_ - 1) {
+        num_here_.store(0, std::memory_order_relaxed);
+        round_.store(round + 1, std::memory_order_release);
+    }
+    return round;
+}
+
+void Barrier::wait_for_others(Round round) {
+    for (int spins = 0; round_.load(std::memory_order_acquire) == round; ++spins)
+        if (spins > patience)
+            std::this_thread::yield();
+}
+
+struct Team::Others {
+    const std::function<void(int, Barrier &)> *work = nullptr; ///< nothing ends the threads
+    std::atomic<int> call = 0;
+    std::vector<std::jthread> threads;
+
+    void call_all(const std::function<void(int, Barrier &)> *next) {
+        work = next;
+        ++call;
+        call.notify_all();
+    }
+};
+
+Team::Team(int num_threads) : num_threads_(num_threads), barrier_(num_threads), others_(std::make_unique<Others>()) {
+    for (int thread = 1; thread < num_threads; ++thread)
+        others_->threads.emplace_back([&others = *others_, &barrier = barrier_, thread] {
+            for (int seen = 0;; ++seen) {
+                for (int look = 0; look < num_looks + num_yields && others.call.load(std::memory_order_acquire) == seen;
+                     ++look)
+                    if (look > num_looks)
+                        std::this_thread::yield();
+                others.call.wait(seen);
+                if (others.work == nullptr)
+                    return;
+                (*others.work)(thread, barrier);
+                barrier.wait();
+            }
+        });
+}
+
+Team::~Team() {
+    others_->call_all(nullptr);
+}
+
+void Team::run(const std::function<void(int, Barrier &)> &work) {
+    others_->call_all(&work);
+    work(0, barrier_);
+    barrier_.wait();
+}
+
+} // namespace livermark::msm

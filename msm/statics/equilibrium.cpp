@@ -1,0 +1,240 @@
+#include "msm/statics/equilibrium.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <functional>
+
+namespace livermark::msm {
+
+namespace {
+
+using Field = std::vector<core::Vector3>;
+
+/// Steps after which one factor has to have brought the residual down tenfold, or another is made. A hundred steps cost
+/// about as much as a factor.
+constexpr int steps_between_looks = 10;
+constexpr double least_reduction = 0.1;
+
+/// Part of what compression makes negative in the second derivative that is left out first where all of it is too much.
+constexpr double smallest_part_left_out = 1.0 / 16.0;
+
+Field sum(const Field &a, const Field &b) {
+    Field result(a.size());
+    std::ranges::transform(a, b, result.begin(), [](const auto &x, const auto &y) -> core::Vector3 { return x + y; });
+    return result;
+}
+
+using Inverse = std::function<Eigen::VectorXd(const Eigen::VectorXd &)>;
+
+/// What the last steps say of the second derivative: the inverse by a factor with their corrections of rank two (the
+/// two loops of Nocedal 1980, Updating quasi-Newton matrices with limited storage, Math. Comput. 35).
+class CorrectedInverse {
+  public:
+    explicit CorrectedInverse(const Inverse &first) : first_(first) {}
+
+    Eigen::VectorXd times(Eigen::VectorXd vector) const {
+        std::vector<double> part(pairs_.size());
+        for (std::size_t p = pairs_.size(); p-- > 0;) {
+            part[p] = pairs_[p].step.dot(vector) / pairs_[p].curvature;
+            vector -= part[p] * pairs_[p].change;
+        }
+        vector = first_(vector);
+        for (std::size_t p = 0; p < pairs_.size(); ++p)
+            vector += (part[p] - pairs_[p].change.dot(vector) / pairs_[p].curvature) * pairs_[p].step;
+        return vector;
+    }
+
+    /// Learns from a step and the change of the gradient on it. Where the energy bends downwards there is nothing to be
+    /// learnt for an inverse that is to stay positive definite.
+    void learn(Eigen::VectorXd step, Eigen::VectorXd change) {
+        const double curvature = step.dot(change);
+        if (curvature > 0.0)
+            pairs_.push_back({std::move(step), std::move(change), curvature});
+    }
+
+  private:
+    struct Pair {
+        Eigen::VectorXd step, change;
+        double curvature;
+    };
+    const Inverse &first_;
+    std::vector<Pair> pairs_;
+};
+
+/// The way down in the potential U(x) - f . u of one body, loads and constraints.
+class Descent {
+  public:
+    Descent(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
+            const RestStiffness &rest, const EquilibriumOptions &options, Equilibrium &state)
+        : body_(body), positions_(positions), conditions_(conditions), rest_(rest), free_(rest.free()),
+          options_(options), state_(state), unbalanced_(unbalanced_force()) {}
+
+    /// What holds each node where it is, beyond the loads: zero on free components in equilibrium.
+    const Field &unbalanced() const { return unbalanced_; }
+
+    /// Norm of the free part of the unbalanced force, relative to all forces at work.
+    double relative_residual() const {
+        double all = 0.0;
+        for (std::size_t i = 0; i < unbalanced_.size(); ++i)
+            all += unbalanced_[i].squaredNorm() + conditions_.force[i].squaredNorm();
+        return all > 0.0 ? free_.gather(unbalanced_).norm() / std::sqrt(all) : 0.0;
+    }
+
+    /// Whether the free part of the unbalanced force is within the tolerance, or within what rounding leaves of it.
+    bool is_balanced() const {
+        return relative_residual() <= options_.tolerance || free_.gather(unbalanced_).norm() <= rest_.rounding_force();
+    }
+
+    /// Goes down as long as the inverse by a factor is good for it.
+    /// @return number of steps, 0 where there was none downhill
+    int follow(const Inverse &by_factor) {
+        CorrectedInverse inverse(by_factor);
+        double last_look = relative_residual();
+        Eigen::VectorXd gradient = free_.gather(unbalanced_);
+        int steps = 0;
+        while (!is_balanced() && state_.num_iterations < options_.max_iterations) {
+            const Eigen::VectorXd direction = -inverse.times(gradient);
+            const double scale = search_line(direction, gradient.dot(direction));
+            if (scale == 0.0)
+                break;
+            ++steps, ++state_.num_iterations;
+            unbalanced_ = unbalanced_force();
+            const Eigen::VectorXd there = free_.gather(unbalanced_);
+            inverse.learn(scale * direction, there - gradient);
+            gradient = there;
+            if (steps % steps_between_looks == 0) {
+                const double residual = relative_residual();
+                if (residual > least_reduction * last_look)
+                    break;
+                last_look = residual;
+            }
+        }
+        return steps;
+    }
+
+    /// The same with a factor of the second derivative where it is now. Where that is not positive definite, a part
+    /// of what compression makes negative is left out of it, more and more until it is. All of it is safe, but then the
+    /// way out along a direction that bends downwards is taken in steps that grow by a few percent each.
+    /// @return whether there was a step downhill
+    bool follow_tangent() {
+        const Field x = sum(positions_, state_.displacement);
+        const auto exact = free_.restrict(elastic_hessian(body_, x, Tangent::exact));
+        Eigen::SparseMatrix<double> compression;
+        while (true) {
+            if (part_left_out_ > 0.0 && compression.size() == 0)
+                compression = free_.restrict(elastic_hessian(body_, x, Tangent::semi_definite)) - exact;
+            const bool is_definite = factorise(
+                part_left_out_ > 0.0 ? Eigen::SparseMatrix<double>(exact + part_left_out_ * compression) : exact);
+            ++state_.num_factors;
+            if (is_definite && follow([&](const auto &vector) { return factor_.solve(vector); }) > 0) {
+                part_left_out_ = part_left_out_ > smallest_part_left_out ? 0.5 * part_left_out_ : 0.0;
+                return true;
+            }
+            if (part_left_out_ == 1.0)
+                return false;
+            part_left_out_ = std::min(1.0, std::max(smallest_part_left_out, 2.0 * part_left_out_));
+        }
+    }
+
+  private:
+    bool factorise(const Eigen::SparseMatrix<double> &tangent) {
+        if (!is_ordered_)
+            factor_.order(tangent);
+        is_ordered_ = true; // its entries are in the same places every time
+        return factor_.factorise(tangent);
+    }
+
+    Field unbalanced_force() const {
+        Field force = elastic_gradient(body_, sum(positions_, state_.displacement));
+        for (std::size_t i = 0; i < force.size(); ++i)
+            force[i] -= conditions_.force[i];
+        return force;
+    }
+
+    double potential(const Field &displacement) const {
+        double energy = elastic_energy(body_, sum(positions_, displacement));
+        for (std::size_t i = 0; i < displacement.size(); ++i)
+            energy -= conditions_.force[i].dot(displacement[i]);
+        return energy;
+    }
+
+    /// @return part of the direction that was gone, 0 where nothing of it leads downhill
+    double search_line(const Eigen::VectorXd &direction, double slope) {
+        const double start = potential(state_.displacement);
+        // Close to the minimum the decrease is lost in rounding; a full step is then judged by the residual instead.
+        const double rounding = 1e-13 * (std::abs(start) + std::abs(slope));
+        for (double scale = 1.0; scale > 1e-6; scale *= 0.5) {
+            Field trial = state_.displacement;
+            free_.add(trial, direction, scale);
+            if (potential(trial) <= start + 1e-4 * scale * slope + rounding) {
+                state_.displacement = std::move(trial);
+                return scale;
+            }
+        }
+        return 0.0;
+    }
+
+    const ElasticBody &body_;
+    const Field &positions_;
+    const NodalConditions &conditions_;
+    const RestStiffness &rest_;
+    const FreeComponents &free_;
+    const EquilibriumOptions &options_;
+    Equilibrium &state_; // displacement and numbers of steps
+    Field unbalanced_;
+    support::SparseCholesky factor_;
+    bool is_ordered_ = false;
+    double part_left_out_ = 0.0;
+};
+
+/// Only constrained nodes carry a constraint force; what is left on the free ones is the residual.
+Field constraint_part(Field unbalanced, const NodalConditions &conditions) {
+    for (std::size_t i = 0; i < unbalanced.size(); ++i)
+        for (int c = 0; c < 3; ++c)
+            if (std::isnan(conditions.displacement[i][c]))
+                unbalanced[i][c] = 0.0;
+    return unbalanced;
+}
+
+} // namespace
+
+Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
+                             const EquilibriumOptions &options) {
+    return find_equilibrium(body, positions, conditions, RestStiffness(body, positions, conditions.displacement),
+                            options);
+}
+
+Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
+                             const RestStiffness &rest, const EquilibriumOptions &options) {
+    Equilibrium result;
+    const auto give_up = [&result](std::string why) {
+        result.status = core::SolutionStatus::not_converged;
+        result.message = std::move(why);
+    };
+    result.linear_displacement = rest.solve(conditions.displacement, conditions.force);
+    result.displacement = result.linear_displacement;
+    if (!rest.is_definite()) {
+        give_up("the body at rest is not stiff in every direction; constrain more facets");
+        result.constraint_force.assign(positions.size(), core::Vector3::Zero());
+        return result;
+    }
+    Descent descent(body, positions, conditions, rest, options, result);
+    descent.follow([&](const auto &vector) { return rest.inverse_times(vector); });
+    while (!descent.is_balanced()) {
+        if (result.num_iterations == options.max_iterations) {
+            give_up(fmt::format("a relative residual of {1:.1e} is left after {0} steps; lower the load",
+                                result.num_iterations, descent.relative_residual()));
+            break;
+        }
+        if (!descent.follow_tangent()) {
+            give_up(fmt::format("no step downhill from a relative residual of {:.1e}; lower the load",
+                                descent.relative_residual()));
+            break;
+        }
+    }
+    result.constraint_force = constraint_part(descent.unbalanced(), conditions);
+    return result;
+}
+
+} // namespace livermark::msm

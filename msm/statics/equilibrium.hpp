@@ -1,0 +1,50 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/solution.hpp"
+#include "msm/elastic_body.hpp"
+#include "msm/nodal_conditions.hpp"
+#include "msm/statics/rest_stiffness.hpp"
+
+namespace livermark::msm {
+
+struct EquilibriumOptions {
+    /// Largest accepted norm of the forces out of balance, relative to the norm of the loads and constraint forces.
+    /// Where the loads are small beside the stiffness, what the rounding of the positions does to the forces is enough.
+    double tolerance = 1e-11;
+    int max_iterations = 300;
+};
+
+struct Equilibrium {
+    core::SolutionStatus status = core::SolutionStatus::ok;
+    std::string message;                            ///< why the status is not ok
+    std::vector<core::Vector3> displacement;        ///< (N) [m]
+    std::vector<core::Vector3> linear_displacement; ///< (N) answer linearised at rest [m]
+    std::vector<core::Vector3> constraint_force;    ///< (N) [N], of the constraints on the nodes; zero on free ones
+    int num_iterations = 0;                         ///< steps downhill
+    int num_factors = 0;                            ///< factorisations beside that of the body at rest
+};
+
+/// Where an elastic body comes to rest under dead loads: a minimum of U(x) - f . u over the free components, from the
+/// answer linearised at rest downhill. The steps are those of Newton's method with one sparse Cholesky factor for many
+/// of them, which the steps themselves correct (limited-memory BFGS), and a backtracking line search. The first factor
+/// is that of the body at rest; where it does not lead on quickly, one of the second derivative where the body is now
+/// follows. The body is geometrically non-linear. Where the exact second derivative is not positive definite, a part of
+/// what compression makes negative is left out of the step (not out of the solution).
+/// Of a body that gives way under its load (buckles) this finds where it comes to rest after that.
+/// @param body        at rest at the positions
+/// @param positions   shape (N) [m]
+/// @param conditions  loads and prescribed displacements of the nodes
+/// @return status not_converged, with what went wrong, where no equilibrium was found
+Equilibrium find_equilibrium(const ElasticBody &body, const std::vector<core::Vector3> &positions,
+                             const NodalConditions &conditions, const EquilibriumOptions &options = {});
+
+/// The same with a stiffness at rest that is there already.
+/// @param rest  of the body and positions; holds the components that the conditions prescribe
+Equilibrium find_equilibrium(const ElasticBody &body, const std::vector<core::Vector3> &positions,
+                             const NodalConditions &conditions, const RestStiffness &rest,
+                             const EquilibriumOptions &options = {});
+
+} // namespace livermark::msm

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <optional>
+#include <vector>
+
+#include "msm/elastic_body.hpp"
+#include "msm/statics/free_components.hpp"
+#include "support/sparse_cholesky.hpp"
+
+namespace livermark::msm {
+
+/// The stiffness of a body at rest, and its factor on the components that are free. Load cases that hold the same
+/// components share one, and those that hold few more than a common part one of that.
+class RestStiffness {
+  public:
+    /// Holds nothing yet.
+    /// @param stiffness   (3N, 3N) elastic_hessian() at rest, exact [N/m]
+    /// @param positions   shape (N) of rest [m]
+    /// @param common      shape (N) as for hold(), what more than one of the load cases to come hold, maybe among more;
+    ///                    empty if there is no such thing
+    RestStiffness(Eigen::SparseMatrix<double> stiffness, const std::vector<core::Vector3> &positions,
+                  std::vector<core::Vector3> common);
+    /// Of a single set of constrained components.
+    /// @param positions   shape (N) of rest [m]
+    /// @param prescribed  see hold()
+    RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions,
+                  const std::vector<core::Vector3> &prescribed);
+
+    /// Factors, unless the same components are constrained.
+    /// @param prescribed  shape (N) displacement [m], NaN where a component is free; the values do not matter
+    void hold(const std::vector<core::Vector3> &prescribed);
+    /// Whether the same components are constrained.
+    bool holds(const std::vector<core::Vector3> &prescribed) const;
+    const FreeComponents &free() const { return free_; }
+    /// If not, the body is not stiff in every direction and there is no factor.
+    bool is_definite() const { return is_definite_; }
+    /// K_ff^-1 f_f in single precision, see support::SparseCholesky::solve_single_precision(), only if it is definite.
+    /// @param force  shape (free().size())
+    Eigen::VectorXd inverse_times(const Eigen::VectorXd &force) const;
+    /// Seconds that what is in use took, also when it was made for an earlier load case.
+    double factor_seconds() const { return factor_seconds_ + constrain_seconds_; }
+    /// The forces that the last digit of the positions makes [N].
+    double rounding_force() const { return rounding_force_; }
+    /// Answer of the linear body: K_ff u_f = f_f - K_fc u_c.
+    /// @param force  shape (N) [N]
+    /// @return shape (N) [m]; where it is not definite, the prescribed displacements alone
+    std::vector<core::Vector3> solve(const std::vector<core::Vector3> &prescribed,
+                                     const std::vector<core::Vector3> &force) const;
+
+  private:
+    bool factorise(const FreeComponents &rows);
+    Eigen::VectorXd inverse_times(const Eigen::VectorXd &force, support::SparseCholesky::Solve solve) const;
+
+    Eigen::SparseMatrix<double> stiffness_; // (3N, 3N)
+    double extent_ = 0.0;                   // [m]
+    std::vector<core::Vector3> common_;     // (N), or empty
+    FreeComponents free_{{}};               // of what is constrained now
+    std::optional<FreeComponents> rows_;    // of the factor: the same, or more; none if there is no factor
+    support::SparseCholesky factor_;
+    bool rows_are_definite_ = false;
+    bool is_definite_ = false;
+    double rounding_force_ = 0.0;
+    double factor_seconds_ = 0.0;
+    double constrain_seconds_ = 0.0;
+};
+
+} // namespace livermark::msm

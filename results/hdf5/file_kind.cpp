@@ -1,0 +1,22 @@
+#include "results/hdf5/file_kind.hpp"
+
+#include "results/hdf5/hdf5_io.hpp"
+
+namespace livermark::results {
+
+FileKind kind_of_file(const std::filesystem::path &path) {
+    const hdf5::InputFile file(path);
+    if (file.has("/critical_time_step"))
+        return FileKind::stability;
+    if (file.has("/histories"))
+        return FileKind::histories;
+    if (file.has("/timings"))
+        return FileKind::timings;
+    if (file.has("/loads") && file.has("/springs"))
+        return FileKind::calibration;
+    if (file.has("/solutions") && !file.children("/solutions").empty())
+        return FileKind::result;
+    return file.has("/modes") ? FileKind::modes : FileKind::other;
+}
+
+} // namespace livermark::results

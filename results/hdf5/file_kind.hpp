@@ -1,0 +1,14 @@
+#pragma once
+
+#include <filesystem>
+
+namespace livermark::results {
+
+/// The kinds of files that results/schema.md describes.
+enum class FileKind { result, modes, stability, histories, timings, calibration, other };
+
+/// What a file is, from the groups in it; `other` for HDF5 that holds none of these, such as an exported problem.
+/// @throws support::InputError if the file cannot be read, is damaged or no HDF5
+FileKind kind_of_file(const std::filesystem::path &path);
+
+} // namespace livermark::results

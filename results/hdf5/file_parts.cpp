@@ -1,0 +1,80 @@
+#include "results/hdf5/file_parts.hpp"
+
+#include <fmt/format.h>
+#include <limits>
+
+#include "results/hdf5/schema.hpp"
+
+namespace livermark::results::hdf5 {
+
+void write_provenance(OutputFile &file, const Provenance &provenance) {
+    file.integer("/", "schema_version", schema_version);
+    file.text("/", "software_version", provenance.software_version);
+    file.text("/", "git_commit", provenance.git_commit);
+    file.text("/", "created", provenance.created);
+    file.text("/", "command", provenance.command);
+    file.text("/", "cpu", provenance.cpu);
+    file.text("/", "compiler", provenance.compiler);
+    file.text("/", "build_type", provenance.build_type);
+    file.integer("/", "threads", provenance.threads);
+}
+
+Provenance read_provenance(const InputFile &file) {
+    Provenance provenance;
+    provenance.software_version = file.text("/", "software_version");
+    provenance.git_commit = file.text("/", "git_commit");
+    provenance.created = file.text("/", "created");
+    provenance.command = file.text("/", "command");
+    provenance.cpu = file.text("/", "cpu");
+    provenance.compiler = file.text("/", "compiler");
+    provenance.build_type = file.text("/", "build_type");
+    const auto threads = file.integer("/", "threads");
+    if (threads < 1 || threads > std::numeric_limits<int>::max())
+        file.refuse("/", fmt::format("attribute threads is {}", threads));
+    provenance.threads = static_cast<int>(threads);
+    return provenance;
+}
+
+void check_schema(const InputFile &file) {
+    if (!file.has_attribute("/", "schema_version"))
+        file.refuse("/", "has no attribute schema_version, so this is no result file");
+    const auto found = file.integer("/", "schema_version");
+    if (found != schema_version)
+        file.refuse("/", fmt::format("attribute schema_version is {}, and this program reads version {}", found,
+                                     schema_version));
+}
+
+void write_materials(OutputFile &file, std::span<const core::Material> materials) {
+    std::vector<double> density;
+    std::vector<double> young_modulus;
+    std::vector<double> poisson_ratio;
+    for (const core::Material &material : materials) {
+        density.push_back(material.density);
+        young_modulus.push_back(material.young_modulus);
+        poisson_ratio.push_back(material.poisson_ratio);
+    }
+    file.group("/materials");
+    file.dataset("/materials/density", density, "kg/m^3");
+    file.dataset("/materials/young_modulus", young_modulus, "Pa");
+    file.dataset("/materials/poisson_ratio", poisson_ratio, "");
+}
+
+std::vector<core::Material> read_materials(const InputFile &file, std::size_t num_regions) {
+    const auto values = [&](const std::string &path, double above, double below) {
+        auto rows = file.dataset<double>(path, num_regions);
+        for (std::size_t r = 0; r < rows.size(); ++r)
+            if (!(rows[r] > above && rows[r] < below))
+                file.refuse(path, fmt::format("row {} is {}, which is not in ({}, {})", r, rows[r], above, below));
+        return rows;
+    };
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    const auto density = values("/materials/density", 0.0, infinity);
+    const auto young_modulus = values("/materials/young_modulus", 0.0, infinity);
+    const auto poisson_ratio = values("/materials/poisson_ratio", -1.0, 0.5);
+    std::vector<core::Material> materials;
+    for (std::size_t r = 0; r < num_regions; ++r)
+        materials.push_back({density[r], young_modulus[r], poisson_ratio[r]});
+    return materials;
+}
+
+} // namespace livermark::results::hdf5

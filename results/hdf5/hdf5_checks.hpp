@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "results/hdf5/hdf5_io.hpp"
+
+/// What a file from outside has to pass before HDF5 is asked for its content: HDF5 1.10.8 believes too much of what a
+/// damaged file says of itself. Internal to results/.
+namespace livermark::results::hdf5 {
+
+/// Whether the file begins as OutputFile begins it. Older formats of HDF5 have no checksums, and damage of theirs is
+/// only found when HDF5 has run into it.
+bool has_checksums(const std::filesystem::path &path);
+
+/// Why a dataset is none that OutputFile writes: kept somewhere else, filtered in another way, in chunks or of a size
+/// that what is in the file cannot come to; empty if it may be read.
+std::string fault_of_storage(hid_t dataset);
+
+} // namespace livermark::results::hdf5

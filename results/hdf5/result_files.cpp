@@ -1,0 +1,68 @@
+#include "results/hdf5/result_files.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <string>
+#include <system_error>
+
+#include "results/hdf5/file_kind.hpp"
+#include "results/hdf5/result_file.hpp"
+#include "support/input_error.hpp"
+
+namespace livermark::results {
+
+namespace {
+
+/// The result files below a folder, by name. Other commands leave other files there.
+void add_results_below(const std::filesystem::path &path, std::vector<Result> &results) {
+    for (const auto &file : hdf5_files_below(path))
+        try {
+            if (auto result = read_result(file); !result.models.empty()) // modes have files of the same kind
+                results.push_back(std::move(result));
+        } catch (const support::InputError &fault) {
+            fmt::print(stderr, "livermark: passed over: {}\n", support::shown(fault.what()));
+        }
+}
+
+} // namespace
+
+std::vector<std::filesystem::path> hdf5_files_below(const std::filesystem::path &folder) {
+    std::error_code error;
+    std::vector<std::filesystem::path> found;
+    for (auto entry = std::filesystem::recursive_directory_iterator(folder, error);
+         !error && entry != std::filesystem::recursive_directory_iterator(); entry.increment(error))
+        if (entry->path().extension() == ".h5")
+            found.push_back(entry->path());
+    if (error)
+        throw support::InputError(
+            fmt::format("{}: cannot be listed ({}); see who may read it", folder.string(), error.message()));
+    std::ranges::sort(found);
+    return found;
+}
+
+std::vector<Result> read_results(std::span<const std::filesystem::path> paths) {
+    std::vector<Result> results;
+    for (const auto &path : paths)
+        if (std::error_code ignored; std::filesystem::is_directory(path, ignored))
+            add_results_below(path, results);
+        else
+            results.push_back(read_result(path));
+    if (results.empty()) {
+        std::vector<std::string> names;
+        for (const auto &path : paths)
+            names.push_back(path.string());
+        throw support::InputError(
+            fmt::format("{}: there are no result files here; make some with `livermark run`", fmt::join(names, ", ")));
+    }
+    return results;
+}
+
+bool is_result_file(const std::filesystem::path &path) {
+    try {
+        return kind_of_file(path) == FileKind::result;
+    } catch (const support::InputError &) {
+        return false;
+    }
+}
+
+} // namespace livermark::results

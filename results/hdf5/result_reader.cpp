@@ -1,0 +1,313 @@
+#include <algorithm>
+#include <fmt/format.h>
+#include <limits>
+#include <memory>
+#include <new>
+#include <span>
+#include <stdexcept>
+
+#include "results/hdf5/file_parts.hpp"
+#include "results/hdf5/hdf5_io.hpp"
+#include "results/hdf5/result_file.hpp"
+#include "results/hdf5/schema.hpp"
+
+namespace livermark::results {
+
+namespace {
+
+using hdf5::InputFile;
+
+/// Every index of every row in [first, end).
+void check_indices(const InputFile &file, const std::string &path, std::span<const int> indices, int columns, int first,
+                   std::size_t end) {
+    const auto bad = std::ranges::find_if(
+        indices, [&](int index) { return index < first || index >= static_cast<std::int64_t>(end); });
+    if (bad != indices.end())
+        file.refuse(path, fmt::format("row {} holds {}, which is not in [{}, {})", (bad - indices.begin()) / columns,
+                                      *bad, first, end));
+}
+
+template <std::size_t columns>
+std::vector<std::array<int, columns>> node_numbers(const InputFile &file, const std::string &path,
+                                                   std::size_t num_nodes) {
+    auto rows = file.dataset<std::array<int, columns>>(path);
+    // std::array lies in memory like its entries, one row behind the other.
+    check_indices(file, path, {rows.empty() ? nullptr : rows.front().data(), columns * rows.size()},
+                  static_cast<int>(columns), 0, num_nodes);
+    return rows;
+}
+
+std::vector<int> indices(const InputFile &file, const std::string &path, std::size_t num_rows, int first,
+                         std::size_t end) {
+    auto values = file.dataset<int>(path, num_rows);
+    check_indices(file, path, values, 1, first, end);
+    return values;
+}
+
+void check_finite(const InputFile &file, const std::string &path, std::span<const core::Vector3> vectors) {
+    const auto bad = std::ranges::find_if(vectors, [](const core::Vector3 &vector) { return !vector.allFinite(); });
+    if (bad != vectors.end())
+        file.refuse(path, fmt::format("row {} is not finite", bad - vectors.begin()));
+}
+
+core::TetraMesh read_mesh(const InputFile &file) {
+    core::TetraMesh mesh;
+    mesh.points = file.dataset<core::Vector3>("/mesh/points");
+    check_finite(file, "/mesh/points", mesh.points);
+    mesh.tetrahedra = node_numbers<4>(file, "/mesh/tetrahedra", mesh.points.size());
+    const auto volumes = core::tetrahedron_volumes(mesh);
+    const auto bad = std::ranges::find_if(volumes, [](double volume) { return !(volume > 0.0); });
+    if (bad != volumes.end())
+        file.refuse("/mesh/tetrahedra", fmt::format("row {} has no positive volume", bad - volumes.begin()));
+    mesh.region_names = file.texts("/mesh/region", "names");
+    mesh.region = indices(file, "/mesh/region", mesh.tetrahedra.size(), 0, mesh.region_names.size());
+    mesh.boundary_triangles = node_numbers<3>(file, "/mesh/boundary_triangles", mesh.points.size());
+    mesh.patch_names = file.texts("/mesh/boundary_patch", "names");
+    mesh.boundary_patch =
+        indices(file, "/mesh/boundary_patch", mesh.boundary_triangles.size(), 0, mesh.patch_names.size());
+    return mesh;
+}
+
+core::Release read_release(const InputFile &file, std::size_t num_nodes) {
+    const std::string group = "/load_case/release";
+    core::Release release;
+    const auto num_steps = file.integer(group, "num_steps");
+    if (num_steps < 1 || num_steps >= std::numeric_limits<int>::max())
+        file.refuse(group, fmt::format("attribute num_steps is {}", num_steps));
+    release.num_steps = static_cast<int>(num_steps);
+    if (const auto found = file.integer(group, "records_per_frame"); found != release.records_per_frame())
+        file.refuse(group,
+                    fmt::format("attribute records_per_frame is {} instead of {}", found, release.records_per_frame()));
+    release.output_interval = file.number(group, "output_interval");
+    release.damping = {file.number(group, "alpha"), file.number(group, "beta")};
+    if (!(release.output_interval > 0.0 && release.damping.alpha >= 0.0 && release.damping.beta >= 0.0))
+        file.refuse(group, "attributes output_interval, alpha and beta have to be positive, or the last two zero");
+    const auto names = file.texts(group + "/probe", "names");
+    const auto nodes = node_numbers<1>(file, group + "/probe", num_nodes);
+    if (names.empty() || nodes.size() != names.size())
+        file.refuse(group + "/probe", fmt::format("has {} nodes and {} names", nodes.size(), names.size()));
+    for (std::size_t q = 0; q < names.size(); ++q)
+        release.probes.push_back({names[q], nodes[q][0]});
+    return release;
+}
+
+core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles, std::size_t num_nodes) {
+    core::LoadCase load_case;
+    load_case.name = file.text("/load_case", "name");
+    load_case.title = file.text("/load_case", "title");
+    load_case.definition = file.text("/load_case", "definition");
+    load_case.target_peak_displacement = file.number("/load_case", "target_peak_displacement");
+    if (file.has_attribute("/load_case", "load_scale")) // files of before there was scaling have none
+        load_case.load_scale = file.number("/load_case", "load_scale");
+    for (const std::uint8_t code : file.dataset<std::uint8_t>("/load_case/condition", num_triangles)) {
+        if (code > static_cast<std::uint8_t>(core::FacetCondition::traction))
+            file.refuse("/load_case/condition",
+                        fmt::format("row {} holds {}, which is no condition", load_case.condition.size(), code));
+        load_case.condition.push_back(static_cast<core::FacetCondition>(code));
+    }
+    load_case.value = file.dataset<core::Vector3>("/load_case/value", num_triangles);
+    const auto acceleration = file.dataset<double>("/load_case/acceleration", 3);
+    load_case.acceleration = core::Vector3(acceleration[0], acceleration[1], acceleration[2]);
+    check_finite(file, "/load_case/acceleration", {&load_case.acceleration, 1});
+    load_case.constraint_names = file.texts("/load_case/constraint", "names");
+    load_case.constraint = indices(file, "/load_case/constraint", num_triangles, -1, load_case.constraint_names.size());
+    for (std::size_t f = 0; f < num_triangles; ++f)
+        if ((load_case.condition[f] == core::FacetCondition::prescribed_displacement) != (load_case.constraint[f] >= 0))
+            file.refuse("/load_case/constraint", fmt::format("row {} contradicts /load_case/condition", f));
+    if (file.has("/load_case/release"))
+        load_case.release = read_release(file, num_nodes);
+    return load_case;
+}
+
+core::SolutionStatus read_status(const InputFile &file, const std::string &group) {
+    const std::string word = file.text(group, "status");
+    using enum core::SolutionStatus;
+    for (const auto status : {ok, diverged, not_converged})
+        if (word == core::to_string(status))
+            return status;
+    file.refuse(group, fmt::format("attribute status is '{}', which is none of ok, diverged, not_converged", word));
+}
+
+std::size_t num_frame_rows(const core::Problem &problem) {
+    return static_cast<std::size_t>(problem.load_case.release->num_frames()) * problem.body->mesh.points.size();
+}
+
+core::History read_history(const InputFile &file, const std::string &model, const core::Problem &problem) {
+    const std::string group = history_group(model);
+    const auto &load_case = problem.load_case;
+    if (!load_case.release)
+        file.refuse(group, "is there, and /load_case/release is not");
+    core::History history;
+    const std::size_t num_records = static_cast<std::size_t>(load_case.release->num_steps) + 1;
+    history.setup_seconds = file.number(group, "setup_seconds");
+    history.solve_seconds = file.number(group, "solve_seconds");
+    history.integrator = file.text(group, "integrator");
+    history.kernel = file.text(group, "kernel");
+    if (file.has_attribute(group, "forces_per_step")) { // files of earlier versions have none
+        const auto forces = file.integer(group, "forces_per_step");
+        if (forces < 0 || forces > std::numeric_limits<int>::max())
+            file.refuse(group, fmt::format("attribute forces_per_step is {}", forces));
+        history.forces_per_step = static_cast<int>(forces);
+    }
+    history.time_step = file.number(group, "time_step");
+    history.critical_time_step = file.number(group, "critical_time_step");
+    history.diverged_at = file.number(group, "diverged_at");
+    history.time = file.dataset<double>(group + "/time", num_records);
+    history.displacement =
+        file.blocks<core::Vector3>(group + "/displacement", num_records, load_case.release->probes.size());
+    history.kinetic_energy = file.dataset<double>(group + "/kinetic_energy", num_records);
+    history.strain_energy = file.dataset<double>(group + "/strain_energy", num_records);
+    history.frames = file.dataset<Eigen::Vector3f>(frames_of(model), num_frame_rows(problem));
+    return history;
+}
+
+core::Modes read_modes(const InputFile &file, const std::string &group, std::size_t num_nodes) {
+    core::Modes modes;
+    modes.degrees_of_freedom = file.integer(group, "degrees_of_freedom");
+    modes.seconds = file.number(group, "seconds");
+    modes.angular_frequency = file.dataset<double>(group + "/angular_frequency");
+    modes.shape = file.blocks<core::Vector3>(group + "/shape", modes.angular_frequency.size(), num_nodes);
+    return modes;
+}
+
+core::Solution read_solution(const InputFile &file, const std::string &model, const core::Problem &problem) {
+    const std::string group = solution_group(model);
+    const std::size_t num_nodes = problem.body->mesh.points.size();
+    core::Solution solution;
+    solution.status = read_status(file, group);
+    solution.message = file.text(group, "message");
+    if (file.has_attribute(group, "solver")) // files of earlier versions have none
+        solution.solver = file.text(group, "solver");
+    solution.degrees_of_freedom = file.integer(group, "degrees_of_freedom");
+    solution.setup_seconds = file.number(group, "setup_seconds");
+    solution.solve_seconds = file.number(group, "solve_seconds");
+    solution.strain_energy = file.number(group, "strain_energy");
+    solution.nonlinearity = file.number(group, "nonlinearity");
+    if (file.has_attribute(group, "critical_time_step"))
+        solution.explicit_steps = {file.number(group, "critical_time_step"), file.number(group, "seconds_per_step"),
+                                   file.text(group, "kernel")};
+    solution.displacement = file.dataset<core::Vector3>(group + "/displacement", num_nodes);
+    solution.reaction = file.dataset<core::Vector3>(group + "/reaction", problem.load_case.constraint_names.size());
+    if (file.texts(group + "/reaction", "patches") != problem.load_case.constraint_names)
+        file.refuse(group + "/reaction", "attribute patches differs from the names of /load_case/constraint");
+    if (file.has(group + "/edges")) {
+        core::SpringNetwork &springs = solution.springs.emplace();
+        springs.node_mass = file.dataset<double>(group + "/node_mass", num_nodes);
+        springs.edges = node_numbers<2>(file, group + "/edges", num_nodes);
+        springs.stiffness = file.dataset<double>(group + "/stiffness", springs.edges.size());
+        springs.rest_length = file.dataset<double>(group + "/rest_length", springs.edges.size());
+    }
+    if (file.has(group + "/history"))
+        solution.history = read_history(file, model, problem);
+    return solution;
+}
+
+core::Comparison read_comparison(const InputFile &file, const std::string &model, const core::Problem &problem) {
+    const std::string group = comparison_group(model);
+    core::Comparison comparison;
+    comparison.reference = file.text(group, "reference");
+    if (!file.has(solution_group(comparison.reference)))
+        file.refuse(group,
+                    fmt::format("attribute reference is '{}', which is not in /solutions", comparison.reference));
+    comparison.relative_l2 = file.number(group, "relative_l2");
+    comparison.max_error = file.number(group, "max_error");
+    comparison.max_error_relative = file.number(group, "max_error_relative");
+    comparison.energy_error = file.number(group, "energy_error");
+    comparison.reaction_error = file.number(group, "reaction_error");
+    if (file.has_attribute(group, "history_relative_l2")) {
+        if (!problem.load_case.release)
+            file.refuse(group, "has a history, and /load_case/release is not there");
+        comparison.history = {.reference = file.text(group, "history_reference"),
+                              .relative_l2 = file.number(group, "history_relative_l2"),
+                              .amplitude_error = file.number(group, "history_amplitude_error"),
+                              .lag = file.number(group, "history_lag"),
+                              .error = file.dataset<Eigen::Vector3f>(error_frames_of(model), num_frame_rows(problem))};
+    }
+    comparison.error = file.dataset<core::Vector3>(group + "/error", problem.body->mesh.points.size());
+    return comparison;
+}
+
+ModelResult read_model(const InputFile &file, const std::string &name, const core::Problem &problem) {
+    ModelResult model;
+    model.name = name;
+    const std::string solution = solution_group(name);
+    model.summary = file.text(solution, "summary");
+    model.source = file.text(solution, "source");
+    model.solution = read_solution(file, name, problem);
+    const std::string comparison = comparison_group(name);
+    if (!file.has(comparison))
+        return model;
+    // A model that could not be compared may have a band all the same: the one that it missed.
+    if (file.has_attribute(comparison, "reference") || !file.has_attribute(comparison, "band_expected"))
+        model.comparison = read_comparison(file, name, problem);
+    if (file.has_attribute(comparison, "band_expected")) {
+        model.band = {file.number(comparison, "band_expected"), file.number(comparison, "band_margin"),
+                      file.text(comparison, "band_origin")};
+        if (!(model.band->expected >= 0.0 && model.band->margin > 0.0))
+            file.refuse(comparison, "attributes band_expected and band_margin are no band");
+    }
+    return model;
+}
+
+ReferenceUncertainty read_uncertainty(const InputFile &file) {
+    ReferenceUncertainty uncertainty;
+    uncertainty.reference = file.text(reference_group, "model");
+    uncertainty.refined = file.text(reference_group, "refined_model");
+    for (const std::string &name : {uncertainty.reference, uncertainty.refined})
+        if (!file.has(solution_group(name)))
+            file.refuse(reference_group, fmt::format("names the model '{}', which is not in /solutions", name));
+    uncertainty.relative_l2 = file.number(reference_group, "reference_uncertainty");
+    uncertainty.refinement_difference = file.number(reference_group, "refinement_difference");
+    uncertainty.order = file.number(reference_group, "order");
+    uncertainty.energy_error = file.number(reference_group, "energy_uncertainty");
+    uncertainty.reaction_error = file.number(reference_group, "reaction_uncertainty");
+    return uncertainty;
+}
+
+Result read_file(const InputFile &file) {
+    hdf5::check_schema(file);
+    Result result;
+    result.provenance = hdf5::read_provenance(file);
+    auto body = std::make_shared<core::Body>();
+    body->name = file.text("/", "body");
+    body->mesh = read_mesh(file);
+    body->materials = hdf5::read_materials(file, body->mesh.region_names.size());
+    if (file.has_attribute("/mesh", "assumptions"))
+        body->assumptions = file.texts("/mesh", "assumptions");
+    result.problem.load_case = read_load_case(file, body->mesh.boundary_triangles.size(), body->mesh.points.size());
+    result.problem.body = std::move(body);
+    for (const std::string &name : file.children("/solutions"))
+        result.models.push_back(read_model(file, name, result.problem));
+    if (file.has(reference_group))
+        result.reference_uncertainty = read_uncertainty(file);
+    if (file.has("/modes"))
+        for (const std::string &name : file.children("/modes"))
+            result.modes.push_back(
+                {name, read_modes(file, modes_group(name), result.problem.body->mesh.points.size())});
+    return result;
+}
+
+/// @throws support::InputError where a damaged file claims any size
+template <class Read> auto within_memory(const InputFile &file, const Read &read) {
+    try {
+        return read();
+    } catch (const std::bad_alloc &) {
+        file.refuse("/", "claims more data than fit into memory");
+    } catch (const std::length_error &) {
+        file.refuse("/", "claims more data than fit into memory");
+    }
+}
+
+} // namespace
+
+Result read_result(const std::filesystem::path &path) {
+    const InputFile file(path);
+    return within_memory(file, [&] { return read_file(file); });
+}
+
+core::Solution read_solution(const std::filesystem::path &path, const core::Problem &problem) {
+    const InputFile file(path);
+    return within_memory(file, [&] { return read_solution(file, only_solution, problem); });
+}
+
+} // namespace livermark::results

@@ -1,0 +1,319 @@
+#include <algorithm>
+#include <fmt/format.h>
+#include <set>
+#include <span>
+#include <stdexcept>
+
+#include "results/hdf5/file_parts.hpp"
+#include "results/hdf5/hdf5_io.hpp"
+#include "results/hdf5/result_file.hpp"
+#include "results/hdf5/schema.hpp"
+#include "results/hdf5/vtkhdf.hpp"
+#include "support/whole_file.hpp"
+
+namespace livermark::results {
+
+namespace {
+
+void require_size(std::size_t size, std::size_t wanted, const std::string &what) {
+    if (size != wanted)
+        throw std::invalid_argument(fmt::format("{} has {} entries instead of {}", what, size, wanted));
+}
+
+void check_name(const std::string &name) {
+    if (name.empty() || name.find_first_of("/.") != std::string::npos)
+        throw std::invalid_argument(
+            fmt::format("'{}' cannot name a model in a result file; leave out '/' and '.'", name));
+}
+
+void check_model(const ModelResult &model, const core::Problem &problem) {
+    const std::size_t num_nodes = problem.body->mesh.points.size();
+    check_name(model.name);
+    require_size(model.solution.displacement.size(), num_nodes, "the displacement of " + model.name);
+    require_size(model.solution.reaction.size(), problem.load_case.constraint_names.size(),
+                 "the reaction of " + model.name);
+    if (const auto &springs = model.solution.springs) {
+        require_size(springs->node_mass.size(), num_nodes, "the node mass of " + model.name);
+        require_size(springs->stiffness.size(), springs->edges.size(), "the stiffness of " + model.name);
+        require_size(springs->rest_length.size(), springs->edges.size(), "the rest length of " + model.name);
+    }
+    if (const auto &history = model.solution.history) {
+        if (!problem.load_case.release)
+            throw std::invalid_argument(
+                fmt::format("model {} has a history, and the load case does not depend on time", model.name));
+        const std::size_t num_records = history->time.size();
+        require_size(num_records, static_cast<std::size_t>(problem.load_case.release->num_steps) + 1,
+                     "the history of " + model.name);
+        require_size(history->displacement.size(), num_records * problem.load_case.release->probes.size(),
+                     "the history of the displacement of " + model.name);
+        require_size(history->kinetic_energy.size(), num_records, "the history of the energy of " + model.name);
+        require_size(history->strain_energy.size(), num_records, "the history of the energy of " + model.name);
+        const std::size_t num_rows = static_cast<std::size_t>(problem.load_case.release->num_frames()) * num_nodes;
+        require_size(history->frames.size(), num_rows, "the list of frames of " + model.name);
+        if (model.comparison && model.comparison->history)
+            require_size(model.comparison->history->error.size(), num_rows, "the error in the frames of " + model.name);
+    }
+    if (model.comparison)
+        require_size(model.comparison->error.size(), num_nodes, "the error of " + model.name);
+}
+
+void check_modes(const ModelModes &model, std::size_t num_nodes) {
+    check_name(model.name);
+    require_size(model.modes.shape.size(), model.modes.angular_frequency.size() * num_nodes,
+                 "the shape of the modes of " + model.name);
+}
+
+/// The reader refuses all of this too, but a file that nobody can read should not come to be.
+void check_shapes(const Result &result) {
+    if (!result.problem.body)
+        throw std::invalid_argument("a result needs a body");
+    const core::TetraMesh &mesh = result.problem.body->mesh;
+    const core::LoadCase &load_case = result.problem.load_case;
+    require_size(mesh.region.size(), mesh.tetrahedra.size(), "the region of the mesh");
+    require_size(mesh.boundary_patch.size(), mesh.boundary_triangles.size(), "the boundary patch of the mesh");
+    require_size(result.problem.body->materials.size(), mesh.region_names.size(), "the list of materials");
+    require_size(load_case.condition.size(), mesh.boundary_triangles.size(), "the condition of the load case");
+    require_size(load_case.value.size(), mesh.boundary_triangles.size(), "the value of the load case");
+    require_size(load_case.constraint.size(), mesh.boundary_triangles.size(), "the constraint of the load case");
+    std::set<std::string> names;
+    for (const ModelResult &model : result.models) {
+        check_model(model, result.problem);
+        if (!names.insert(model.name).second)
+            throw std::invalid_argument(fmt::format("model {} is in the result twice", model.name));
+    }
+    std::set<std::string> names_of_modes;
+    for (const ModelModes &model : result.modes) {
+        check_modes(model, mesh.points.size());
+        if (!names_of_modes.insert(model.name).second)
+            throw std::invalid_argument(fmt::format("the modes of {} are in the result twice", model.name));
+    }
+    for (const ModelResult &model : result.models)
+        if (model.comparison && !names.contains(model.comparison->reference))
+            throw std::invalid_argument(fmt::format("model {} is compared with {}, which is not in the result",
+                                                    model.name, model.comparison->reference));
+    if (const auto &uncertainty = result.reference_uncertainty)
+        for (const std::string &name : {uncertainty->reference, uncertainty->refined})
+            if (!names.contains(name))
+                throw std::invalid_argument(
+                    fmt::format("the uncertainty of the reference needs {}, which is not in the result", name));
+}
+
+void write_body(hdf5::OutputFile &file, const core::Body &body) {
+    file.text("/", "body", body.name);
+    file.group("/mesh");
+    if (!body.assumptions.empty())
+        file.texts("/mesh", "assumptions", body.assumptions);
+    file.dataset("/mesh/points", body.mesh.points, "m");
+    file.dataset("/mesh/tetrahedra", body.mesh.tetrahedra, "");
+    file.dataset("/mesh/region", body.mesh.region, "");
+    file.texts("/mesh/region", "names", body.mesh.region_names);
+    file.dataset("/mesh/boundary_triangles", body.mesh.boundary_triangles, "");
+    file.dataset("/mesh/boundary_patch", body.mesh.boundary_patch, "");
+    file.texts("/mesh/boundary_patch", "names", body.mesh.patch_names);
+
+    hdf5::write_materials(file, body.materials);
+}
+
+void write_release(hdf5::OutputFile &file, const core::Release &release) {
+    std::vector<std::array<int, 1>> probe;
+    std::vector<std::string> names;
+    for (const core::Probe &entry : release.probes) {
+        probe.push_back({entry.node});
+        names.push_back(entry.name);
+    }
+    file.group("/load_case/release");
+    file.integer("/load_case/release", "num_steps", release.num_steps);
+    file.number("/load_case/release", "output_interval", release.output_interval);
+    file.integer("/load_case/release", "records_per_frame", release.records_per_frame());
+    file.number("/load_case/release", "alpha", release.damping.alpha);
+    file.number("/load_case/release", "beta", release.damping.beta);
+    file.dataset("/load_case/release/probe", probe, "");
+    file.texts("/load_case/release/probe", "names", names);
+}
+
+void write_load_case(hdf5::OutputFile &file, const core::LoadCase &load_case) {
+    file.group("/load_case");
+    file.text("/load_case", "name", load_case.name);
+    file.text("/load_case", "title", load_case.title);
+    file.text("/load_case", "definition", load_case.definition);
+    file.number("/load_case", "target_peak_displacement", load_case.target_peak_displacement);
+    file.number("/load_case", "load_scale", load_case.load_scale);
+    std::vector<std::uint8_t> condition;
+    for (const core::FacetCondition facet : load_case.condition)
+        condition.push_back(static_cast<std::uint8_t>(facet));
+    file.dataset("/load_case/condition", condition, "");
+    file.dataset("/load_case/value", load_case.value, "m or Pa");
+    const core::Vector3 &a = load_case.acceleration;
+    file.dataset("/load_case/acceleration", std::vector{a.x(), a.y(), a.z()}, "m/s^2");
+    file.dataset("/load_case/constraint", load_case.constraint, "");
+    file.texts("/load_case/constraint", "names", load_case.constraint_names);
+    if (load_case.release)
+        write_release(file, *load_case.release);
+}
+
+void write_history(hdf5::OutputFile &file, const std::string &model, const core::History &history,
+                   const core::Release &release) {
+    const std::string group = history_group(model);
+    file.group(group);
+    file.number(group, "setup_seconds", history.setup_seconds);
+    file.number(group, "solve_seconds", history.solve_seconds);
+    file.text(group, "integrator", history.integrator);
+    file.text(group, "kernel", history.kernel);
+    file.integer(group, "forces_per_step", history.forces_per_step);
+    file.number(group, "time_step", history.time_step);
+    file.number(group, "critical_time_step", history.critical_time_step);
+    file.number(group, "diverged_at", history.diverged_at);
+    file.dataset(group + "/time", history.time, "s");
+    file.blocks(group + "/displacement", history.displacement, release.probes.size(), "m");
+    file.dataset(group + "/kinetic_energy", history.kinetic_energy, "J");
+    file.dataset(group + "/strain_energy", history.strain_energy, "J");
+    file.dataset(frames_of(model), history.frames, "m");
+}
+
+void write_modes(hdf5::OutputFile &file, const ModelModes &model, std::size_t num_nodes) {
+    const std::string group = modes_group(model.name);
+    file.group(group);
+    file.integer(group, "degrees_of_freedom", model.modes.degrees_of_freedom);
+    file.number(group, "seconds", model.modes.seconds);
+    file.dataset(group + "/angular_frequency", model.modes.angular_frequency, "rad/s");
+    file.blocks(group + "/shape", model.modes.shape, num_nodes, "kg^-1/2");
+}
+
+struct NamedSprings {
+    std::string group; ///< of the model in the file
+    const core::SpringNetwork *springs;
+};
+
+/// The springs of models are often the same in all but one field: what an earlier model has gets a second name.
+template <class Rows>
+void write_spring_field(hdf5::OutputFile &file, const NamedSprings &model, std::span<const NamedSprings> earlier,
+                        Rows core::SpringNetwork::*field, const std::string &name, const std::string &units) {
+    const Rows &rows = model.springs->*field;
+    const auto same = std::ranges::find_if(earlier, [&](const auto &other) { return other.springs->*field == rows; });
+    if (same != earlier.end())
+        file.hard_link(same->group + name, model.group + name);
+    else
+        file.dataset(model.group + name, rows, units);
+}
+
+void write_springs(hdf5::OutputFile &file, const NamedSprings &model, std::span<const NamedSprings> earlier) {
+    using Springs = core::SpringNetwork;
+    write_spring_field(file, model, earlier, &Springs::node_mass, "/node_mass", "kg");
+    write_spring_field(file, model, earlier, &Springs::edges, "/edges", "");
+    write_spring_field(file, model, earlier, &Springs::stiffness, "/stiffness", "N/m");
+    write_spring_field(file, model, earlier, &Springs::rest_length, "/rest_length", "m");
+}
+
+/// All but the springs.
+void write_solution_of(hdf5::OutputFile &file, const std::string &model, const core::Solution &solution,
+                       const core::LoadCase &load_case) {
+    const std::string group = solution_group(model);
+    file.group(group);
+    file.text(group, "status", core::to_string(solution.status));
+    file.text(group, "message", solution.message);
+    file.text(group, "solver", solution.solver);
+    file.integer(group, "degrees_of_freedom", solution.degrees_of_freedom);
+    file.number(group, "setup_seconds", solution.setup_seconds);
+    file.number(group, "solve_seconds", solution.solve_seconds);
+    file.number(group, "strain_energy", solution.strain_energy);
+    file.number(group, "nonlinearity", solution.nonlinearity);
+    if (const auto &steps = solution.explicit_steps) {
+        file.number(group, "critical_time_step", steps->critical_time_step);
+        file.number(group, "seconds_per_step", steps->seconds_per_step);
+        file.text(group, "kernel", steps->kernel);
+    }
+    file.dataset(group + "/displacement", solution.displacement, "m");
+    file.dataset(group + "/reaction", solution.reaction, "N");
+    file.texts(group + "/reaction", "patches", load_case.constraint_names);
+    if (solution.history)
+        write_history(file, model, *solution.history, load_case.release.value());
+}
+
+void write_uncertainty(hdf5::OutputFile &file, const ReferenceUncertainty &uncertainty) {
+    file.group(reference_group);
+    file.text(reference_group, "model", uncertainty.reference);
+    file.text(reference_group, "refined_model", uncertainty.refined);
+    file.number(reference_group, "reference_uncertainty", uncertainty.relative_l2);
+    file.number(reference_group, "refinement_difference", uncertainty.refinement_difference);
+    file.number(reference_group, "order", uncertainty.order);
+    file.number(reference_group, "energy_uncertainty", uncertainty.energy_error);
+    file.number(reference_group, "reaction_uncertainty", uncertainty.reaction_error);
+}
+
+void write_comparison(hdf5::OutputFile &file, const ModelResult &model, const Result &result) {
+    const std::string group = comparison_group(model.name);
+    file.group(group);
+    if (const auto &comparison = model.comparison) {
+        file.text(group, "reference", comparison->reference);
+        file.number(group, "relative_l2", comparison->relative_l2);
+        file.number(group, "max_error", comparison->max_error);
+        file.number(group, "max_error_relative", comparison->max_error_relative);
+        file.number(group, "energy_error", comparison->energy_error);
+        file.number(group, "reaction_error", comparison->reaction_error);
+        if (result.reference_uncertainty)
+            file.integer(group, "within_uncertainty", is_within_uncertainty(model, result) ? 1 : 0);
+        if (const auto &motion = comparison->history) {
+            file.number(group, "history_relative_l2", motion->relative_l2);
+            file.number(group, "history_amplitude_error", motion->amplitude_error);
+            file.number(group, "history_lag", motion->lag);
+            file.text(group, "history_reference", motion->reference);
+            file.dataset(error_frames_of(model.name), motion->error, "m");
+        }
+        file.dataset(group + "/error", comparison->error, "m");
+    }
+    if (model.band) {
+        file.number(group, "band_expected", model.band->expected);
+        file.number(group, "band_margin", model.band->margin);
+        file.text(group, "band_origin", model.band->origin);
+        file.integer(group, "in_band", meets_band(model).value() ? 1 : 0);
+    }
+}
+
+std::vector<char> file_image(const Result &result) {
+    hdf5::OutputFile file;
+    hdf5::write_provenance(file, result.provenance);
+    write_body(file, *result.problem.body);
+    write_load_case(file, result.problem.load_case);
+    file.group("/solutions", true);
+    file.group("/comparisons");
+    std::vector<NamedSprings> written;
+    for (const ModelResult &model : result.models) {
+        write_solution_of(file, model.name, model.solution, result.problem.load_case);
+        if (const auto &springs = model.solution.springs) {
+            const NamedSprings named{solution_group(model.name), &*springs};
+            write_springs(file, named, written);
+            written.push_back(named);
+        }
+        file.text(solution_group(model.name), "summary", model.summary);
+        file.text(solution_group(model.name), "source", model.source);
+        if (model.comparison || model.band)
+            write_comparison(file, model, result);
+    }
+    if (result.reference_uncertainty)
+        write_uncertainty(file, *result.reference_uncertainty);
+    if (!result.modes.empty())
+        file.group("/modes", true);
+    for (const ModelModes &model : result.modes)
+        write_modes(file, model, result.problem.body->mesh.points.size());
+    write_vtkhdf(file, result);
+    return file.image();
+}
+
+} // namespace
+
+void write_result(const std::filesystem::path &path, const Result &result) {
+    check_shapes(result);
+    support::write_whole(path, file_image(result));
+}
+
+void write_solution(const std::filesystem::path &path, const core::Solution &solution,
+                    const core::LoadCase &load_case) {
+    hdf5::OutputFile file(hdf5::OutputFile::Storage::plain);
+    file.group("/solutions");
+    write_solution_of(file, only_solution, solution, load_case);
+    if (solution.springs)
+        write_springs(file, {solution_group(only_solution), &*solution.springs}, {});
+    support::write_whole(path, file.image());
+}
+
+} // namespace livermark::results

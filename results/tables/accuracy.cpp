@@ -1,0 +1,169 @@
+#include "results/tables/accuracy.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <map>
+#include <string>
+
+#include "core/units.hpp"
+#include "results/tables/overview.hpp"
+
+namespace livermark::results {
+
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+using core::milliseconds;
+using core::percent;
+/// Part of the critical step that runs take by default.
+constexpr double safety_factor = 0.8;
+
+std::string number(double value, double unit) {
+    return std::isnan(value) ? "-" : fmt::format("{:.3g}", unit * value);
+}
+
+/// Marks who is on the front of those of one body and load case.
+std::vector<Standing> with_fronts(std::vector<Standing> standings) {
+    for (auto &standing : standings) {
+        // Itself first, so that its solution is the first.
+        std::vector<CostAndError> group{standing.at};
+        for (const auto &other : standings)
+            if (other.body == standing.body && other.load_case == standing.load_case)
+                group.push_back(other.at);
+        standing.is_on_front = pareto_front(group).front();
+    }
+    return standings;
+}
+
+/// The cells behind the names.
+void add_numbers(std::vector<std::string> &row, const Standing &standing) {
+    row.push_back(number(standing.time_step, milliseconds));
+    row.push_back(number(standing.at.cost, 1.0));
+    row.push_back(std::isnan(standing.at.error) ? "-" : fixed(percent * standing.at.error, 2));
+    row.emplace_back(standing.is_on_front ? "front" : "");
+}
+
+/// Seconds that a simulated second took, set-up left out.
+double cost_of(const core::History &history) {
+    return history.time.size() > 1 ? history.solve_seconds / history.time.back() : nan;
+}
+
+/// What a model comes to over the load cases of a body.
+struct Moving {
+    std::map<std::string, double> errors; ///< by load case, of which there may be several runs
+    bool has_failed = false;
+    double critical_step = infinity, seconds_per_step = infinity; ///< of explicit steps
+    double history_step = nan, history_cost = nan;
+};
+
+void enter(Moving &moving, const ModelResult &model, const std::string &load_case) {
+    const auto &solution = model.solution;
+    moving.has_failed |= solution.status != core::SolutionStatus::ok;
+    if (model.comparison)
+        moving.errors[load_case] = model.comparison->relative_l2;
+    if (solution.explicit_steps) {
+        moving.critical_step = std::min(moving.critical_step, solution.explicit_steps->critical_time_step);
+        moving.seconds_per_step = std::min(moving.seconds_per_step, solution.explicit_steps->seconds_per_step);
+    }
+    if (solution.history) {
+        moving.history_step = solution.history->time_step;
+        moving.history_cost = cost_of(*solution.history);
+    }
+}
+
+} // namespace
+
+std::vector<bool> pareto_front(std::span<const CostAndError> points) {
+    std::vector<bool> is_on_front;
+    for (const auto &point : points)
+        is_on_front.push_back(!std::isnan(point.cost) && !std::isnan(point.error) &&
+                              std::ranges::none_of(points, [&](const CostAndError &other) {
+                                  return other.cost <= point.cost && other.error <= point.error &&
+                                         (other.cost < point.cost || other.error < point.error);
+                              }));
+    return is_on_front;
+}
+
+std::vector<Standing> standings_at_rest(std::span<const Result> results) {
+    std::vector<Standing> standings;
+    std::vector<Moving> moving;
+    for (const auto &result : results)
+        for (const auto &model : result.models) {
+            const auto label = body_label(result, results);
+            const auto found = std::ranges::find_if(standings, [&](const Standing &standing) {
+                return standing.body == label && standing.model == model.name;
+            });
+            const auto at = found - standings.begin();
+            if (found == standings.end()) {
+                standings.push_back({.body = label,
+                                     .load_case = {},
+                                     .model = model.name,
+                                     .integrator = {},
+                                     .time_step = nan,
+                                     .at = {nan, nan},
+                                     .is_on_front = false});
+                moving.emplace_back();
+            }
+            enter(moving[at], model, result.problem.load_case.name);
+        }
+    std::vector<Standing> known;
+    for (std::size_t i = 0; i < standings.size(); ++i) {
+        const auto &model = moving[i];
+        const bool is_explicit = std::isfinite(model.critical_step);
+        auto &standing = standings[i];
+        standing.time_step = is_explicit ? safety_factor * model.critical_step : model.history_step;
+        standing.at.cost = is_explicit ? model.seconds_per_step / standing.time_step : model.history_cost;
+        if (!model.has_failed && !model.errors.empty()) {
+            standing.at.error = 0.0;
+            for (const auto &[load_case, error] : model.errors)
+                standing.at.error += error / static_cast<double>(model.errors.size());
+        }
+        if (!std::isnan(standing.at.cost))
+            known.push_back(standing);
+    }
+    return with_fronts(std::move(known));
+}
+
+std::vector<Standing> standings_in_motion(std::span<const Result> results) {
+    std::vector<Standing> standings;
+    for (const auto &result : results)
+        for (const auto &model : result.models)
+            if (const auto &history = model.solution.history; history && model.comparison && model.comparison->history)
+                standings.push_back({.body = body_label(result, results),
+                                     .load_case = result.problem.load_case.name,
+                                     .model = model.name,
+                                     .integrator = history->integrator,
+                                     .time_step = history->time_step,
+                                     .at = {cost_of(*history), model.comparison->history->relative_l2},
+                                     .is_on_front = false});
+    return with_fronts(std::move(standings));
+}
+
+Layout static_accuracy(std::span<const Result> results) {
+    Layout layout{{{"body"}, {"model"}, {"step [ms]", true}, {"cost [s/s]", true}, {"mean error [%]", true}, {""}}, {}};
+    for (const auto &standing : standings_at_rest(results))
+        add_numbers(layout.rows.emplace_back(std::vector{standing.body, standing.model}), standing);
+    return layout;
+}
+
+Layout motion_accuracy(std::span<const Result> results) {
+    Layout layout{{{"body"},
+                   {"load case"},
+                   {"model"},
+                   {"integrator"},
+                   {"step [ms]", true},
+                   {"cost [s/s]", true},
+                   {"error [%]", true},
+                   {""}},
+                  {}};
+    for (const auto &standing : standings_in_motion(results))
+        add_numbers(layout.rows.emplace_back(
+                        std::vector{standing.body, standing.load_case, standing.model, standing.integrator}),
+                    standing);
+    return layout;
+}
+
+} // namespace livermark::results

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "results/result.hpp"
+#include "results/tables/table_layout.hpp"
+
+namespace livermark::results {
+
+/// What something costs and how wrong it is; NaN where that is not known.
+struct CostAndError {
+    double cost;
+    double error;
+};
+
+/// Which of several are on the Pareto front: no other is at least as good in both and better in one. What has a NaN is
+/// not.
+/// @return shape of points
+std::vector<bool> pareto_front(std::span<const CostAndError> points);
+
+/// Where a model stands among those of one body, or of one body and load case.
+struct Standing {
+    std::string body;      ///< body_label()
+    std::string load_case; ///< empty for the mean over all
+    std::string model;
+    std::string integrator; ///< of a history, else empty
+    double time_step;       ///< [s]; NaN where that is not known
+    CostAndError at;        ///< seconds of one core per simulated second, relative L2 error
+    bool is_on_front;
+};
+
+/// The rows of static_accuracy() as numbers.
+std::vector<Standing> standings_at_rest(std::span<const Result> results);
+
+/// The rows of motion_accuracy() as numbers.
+std::vector<Standing> standings_in_motion(std::span<const Result> results);
+
+/// Error against cost at rest. One row per body_label() and model that moves in time, in the order in which they
+/// appear: the mean over all load cases of the relative L2 error of the static solution [%]; the time step, 0.8 of the
+/// shortest critical one over the load cases, or that of its history [ms]; and the seconds of one core that a simulated
+/// second takes with it. The Pareto front of each body is marked.
+/// Of several runs of one load case the last one's error counts.
+Layout static_accuracy(std::span<const Result> results);
+
+/// Error against cost in motion. One row per body_label(), load case, model, integrator and time step: the relative L2
+/// error of the history [%] and the seconds of one core that a simulated second took. The Pareto front of each body and
+/// load case is marked. Results of one problem may come from several runs.
+Layout motion_accuracy(std::span<const Result> results);
+
+} // namespace livermark::results

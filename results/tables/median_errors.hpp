@@ -1,0 +1,36 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "core/load_case.hpp"
+#include "core/tetra_mesh.hpp"
+#include "results/result.hpp"
+#include "results/tables/table_layout.hpp"
+
+namespace livermark::results {
+
+/// Whether a pressure acts on the whole free surface: every boundary triangle either has a prescribed displacement or a
+/// traction along its normal, and at least one has a traction. Such a load changes the volume, and its error shows
+/// Poisson's ratio before all else.
+/// @param load_case  of the mesh
+bool is_pressure_on_whole_surface(const core::LoadCase &load_case, const core::TetraMesh &mesh);
+
+/// One row per body and model, in the order in which they appear; for each Poisson's ratio of the bodies, the largest
+/// first, two columns: the median over load cases of the relative L2 error of the static solution [%], and the same
+/// over the load cases with pressure on the whole free surface, which the first leaves out.
+///
+/// The reference has "+-" and the median of its own uncertainty over the same load cases. A model whose median is below
+/// that of the uncertainty is marked "within". What did not come to an end has its status. What has no value is "-".
+///
+/// Load cases that depend on time are left out, because their rows are only the static start; so are multiples of a
+/// load case (`palpation@0.1`). Of several results for one body, Poisson's ratio and load case the last one counts.
+Layout median_errors(std::span<const Result> results);
+
+/// Whether median_errors() has anything to take a median over: several load cases of one body at one Poisson's ratio.
+bool has_several_load_cases(std::span<const Result> results);
+
+/// What the columns and marks of median_errors() mean, in sentences, with the names of the load cases.
+std::string median_legend(std::span<const Result> results);
+
+} // namespace livermark::results

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "results/result.hpp"
+#include "results/tables/table_layout.hpp"
+
+namespace livermark::results {
+
+/// The name of the body of a result, with Poisson's ratio of its first region where the results have it with several.
+std::string body_label(const Result &result, std::span<const Result> all);
+
+/// Whether a body is there with several Poisson's ratios.
+bool has_several_poisson_ratios(std::span<const Result> results);
+
+/// One row per body and model, in the order in which they appear, and for each Poisson's ratio over all load cases: the
+/// mean and the worst relative L2 error of the static solution [%], the mean and the worst error of the reactions [%]
+/// and the shortest critical time step of explicit stepping [ms]; at the end the time that such a step takes [us]. The
+/// reference has its own uncertainty for an error. A load case that did not come to an end makes the mean "-" and its
+/// status the worst.
+Layout overview(std::span<const Result> results);
+
+/// One row per model and one column per body_label(), in the order in which they appear: the mean over all load cases
+/// of the relative L2 error of the static solution [%], as in overview().
+Layout mean_errors(std::span<const Result> results);
+
+} // namespace livermark::results

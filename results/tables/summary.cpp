@@ -1,0 +1,87 @@
+#include "results/tables/summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <numeric>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/units.hpp"
+#include "results/tables/overview.hpp"
+
+namespace livermark::results {
+
+namespace {
+
+using core::percent;
+
+/// Appends what is not there yet.
+template <class T> void note(std::vector<T> &seen, const T &value) {
+    if (std::ranges::find(seen, value) == seen.end())
+        seen.push_back(value);
+}
+
+double mean(const std::vector<double> &values) {
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+std::vector<std::string> row_of(std::span<const Result> results, const std::string &body, const std::string &name,
+                                const std::vector<std::string> &load_cases) {
+    std::vector<std::string> row{body, name};
+    std::vector<double> errors, uncertainties, reactions, seconds;
+    for (const auto &load_case : load_cases) {
+        std::string cell = "-";
+        for (const auto &result : results) {
+            if (body_label(result, results) != body || result.problem.load_case.name != load_case)
+                continue;
+            const auto model = std::ranges::find(result.models, name, &ModelResult::name);
+            if (model == result.models.end())
+                continue;
+            seconds.push_back(model->solution.solve_seconds);
+            if (result.reference_uncertainty && result.reference_uncertainty->reference == name)
+                uncertainties.push_back(result.reference_uncertainty->relative_l2);
+            if (model->solution.status != core::SolutionStatus::ok) {
+                cell = core::to_string(model->solution.status);
+            } else if (!model->comparison) {
+                cell = "reference";
+            } else {
+                errors.push_back(model->comparison->relative_l2);
+                if (!std::isnan(model->comparison->reaction_error))
+                    reactions.push_back(model->comparison->reaction_error);
+                cell = fixed(percent * errors.back(), 2);
+            }
+        }
+        row.push_back(cell);
+    }
+    row.push_back(errors.empty() ? "-" : fixed(percent * mean(errors), 2));
+    row.push_back(uncertainties.empty() ? "-" : fixed(percent * mean(uncertainties), 2));
+    row.push_back(reactions.empty() ? "-" : fixed(percent * *std::ranges::max_element(reactions), 2));
+    row.push_back(fmt::format("{:.2g}", mean(seconds)));
+    return row;
+}
+
+} // namespace
+
+Layout summary(std::span<const Result> results) {
+    std::vector<std::string> load_cases;
+    std::vector<std::pair<std::string, std::string>> entries;
+    for (const auto &result : results) {
+        note(load_cases, result.problem.load_case.name);
+        for (const auto &model : result.models)
+            note(entries, {body_label(result, results), model.name});
+    }
+    Layout layout;
+    layout.columns = {{"body"}, {"model"}};
+    for (const auto &load_case : load_cases)
+        layout.columns.push_back({load_case + " [%]", true});
+    for (const auto *const title : {"mean [%]", "+- [%]", "react. [%]", "solve [s]"})
+        layout.columns.push_back({title, true});
+    for (const auto &[body, model] : entries)
+        layout.rows.push_back(row_of(results, body, model, load_cases));
+    return layout;
+}
+
+} // namespace livermark::results

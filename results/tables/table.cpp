@@ -1,0 +1,168 @@
+#include "results/tables/table.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <vector>
+
+#include "core/units.hpp"
+#include "results/tables/overview.hpp"
+#include "results/tables/table_layout.hpp"
+
+namespace livermark::results {
+
+namespace {
+
+const std::vector<Column> columns{
+    {"body", false},       {"load case", false}, {"model", false},    {"peak [mm]", true},  {"L2 [%]", true},
+    {"+- [%]", true},      {"max [mm]", true},   {"max [%]", true},   {"react. [%]", true}, {"energy [%]", true},
+    {"nonlin. [%]", true}, {"set-up [s]", true}, {"solve [s]", true}, {"status", false},    {"band", false}};
+
+using Row = std::vector<std::string>;
+
+using core::millimetres;
+using core::milliseconds;
+using core::percent;
+/// [m]; NaN if one displacement is NaN
+double peak_displacement(const core::Solution &solution) {
+    double peak = 0.0;
+    for (const core::Vector3 &displacement : solution.displacement) {
+        const double length = displacement.norm();
+        if (std::isnan(length))
+            return length;
+        peak = std::max(peak, length);
+    }
+    return peak;
+}
+
+bool is_reference(const ModelResult &model, const Result &result) {
+    return std::ranges::any_of(result.models, [&](const ModelResult &other) {
+        return other.comparison && other.comparison->reference == model.name;
+    });
+}
+
+/// For the reference its own uncertainty, for the others whether they are within it.
+std::string uncertainty(const ModelResult &model, const Result &result) {
+    const auto &known = result.reference_uncertainty;
+    if (known && model.name == known->reference)
+        return fixed(percent * known->relative_l2, 2);
+    return is_within_uncertainty(model, result) ? "within" : "-";
+}
+
+std::string verdict(const ModelResult &model) {
+    const auto met = meets_band(model);
+    if (!met)
+        return "no band";
+    return *met
+               ? "in band"
+               : fmt::format("missed {:.2f} +- {:.2f} %", percent * model.band->expected, percent * model.band->margin);
+}
+
+Row row_of(const ModelResult &model, const Result &result, const std::string &body) {
+    const core::Solution &solution = model.solution;
+    const bool reference = is_reference(model, result);
+    Row row{body,
+            result.problem.load_case.name,
+            reference ? model.name + " (reference)" : model.name,
+            fixed(millimetres * peak_displacement(solution), 3),
+            "-",
+            uncertainty(model, result),
+            "-",
+            "-",
+            "-",
+            "-",
+            std::isnan(solution.nonlinearity) ? "-" : fixed(percent * solution.nonlinearity, 2),
+            fmt::format("{:.3g}", solution.setup_seconds),
+            fmt::format("{:.3g}", solution.solve_seconds),
+            core::to_string(solution.status),
+            reference && !model.band ? "-" : verdict(model)};
+    if (const auto &comparison = model.comparison) {
+        row[4] = fixed(percent * comparison->relative_l2, 2);
+        row[6] = fixed(millimetres * comparison->max_error, 3);
+        row[7] = fixed(percent * comparison->max_error_relative, 2);
+        if (!std::isnan(comparison->reaction_error)) // without a resultant there is none
+            row[8] = fixed(percent * comparison->reaction_error, 2);
+        if (!std::isnan(comparison->energy_error)) // who gives displacements alone says nothing of it
+            row[9] = fmt::format("{}{}", comparison->energy_error > 0.0 ? "+" : "",
+                                 fixed(percent * comparison->energy_error, 2));
+    }
+    return row;
+}
+
+std::string legend(std::span<const Result> results) {
+    for (const Result &result : results)
+        for (const ModelResult &model : result.models)
+            if (is_within_uncertainty(model, result))
+                return "\nwithin: closer to the reference than the reference's own uncertainty; not to be ranked above "
+                       "another such model\n";
+    return "";
+}
+
+std::string describe(const std::string &model, const core::HistoryComparison &motion) {
+    const double lag = std::round(10.0 * milliseconds * motion.lag) / 10.0;
+    return fmt::format("{} {} % off {} (amplitude {:+.1f} %, {:.1f} ms {})", model,
+                       fixed(percent * motion.relative_l2, 2), motion.reference, percent * motion.amplitude_error,
+                       std::abs(lag), lag < 0.0 ? "early" : "late");
+}
+
+/// A line for each time-dependent load case: what its rows are, and how the histories compare.
+std::string histories(std::span<const Result> results, const std::string &bullet) {
+    std::string lines;
+    for (const Result &result : results) {
+        if (!result.problem.load_case.release)
+            continue;
+        std::vector<std::string> remarks;
+        for (const ModelResult &model : result.models)
+            if (model.comparison && model.comparison->history)
+                remarks.push_back(describe(printable(model.name), *model.comparison->history));
+            else if (!model.solution.history)
+                remarks.push_back(printable(model.name) + " gives no motion");
+        lines += fmt::format("{}{}, {}: the rows are the static start; motion of the probes, relative L2 in time: {}\n",
+                             bullet, body_label(result, results), printable(result.problem.load_case.name),
+                             fmt::join(remarks, ", "));
+    }
+    return lines.empty() ? lines : fmt::format("\n{}", lines);
+}
+
+/// A line of the load cases whose loads are not those of their definition.
+std::string load_scales(std::span<const Result> results) {
+    std::vector<std::string> scales;
+    for (const Result &result : results)
+        if (const auto &load_case = result.problem.load_case; load_case.load_scale != 1.0)
+            scales.push_back(fmt::format("{} {} {:.4g}", body_label(result, results), printable(load_case.name),
+                                         load_case.load_scale));
+    return scales.empty() ? "" : fmt::format("\nloads multiplied by: {}\n", fmt::join(scales, ", "));
+}
+
+std::string failures(std::span<const Result> results, const std::string &bullet) {
+    std::string lines;
+    for (const Result &result : results)
+        for (const ModelResult &model : result.models)
+            if (model.solution.status != core::SolutionStatus::ok)
+                lines += fmt::format("{}{}, {}, {}: {}: {}\n", bullet, body_label(result, results),
+                                     printable(result.problem.load_case.name), printable(model.name),
+                                     core::to_string(model.solution.status), model.solution.message);
+    return lines.empty() ? lines : fmt::format("\n{}", lines);
+}
+
+} // namespace
+
+Layout error_table(std::span<const Result> results) {
+    Layout layout{columns, {}};
+    for (const Result &result : results)
+        for (const ModelResult &model : result.models)
+            layout.rows.push_back(row_of(model, result, body_label(result, results)));
+    return layout;
+}
+
+std::string text_table(std::span<const Result> results) {
+    return to_text(error_table(results)) + legend(results) + load_scales(results) + histories(results, "") +
+           failures(results, "");
+}
+
+std::string markdown_table(std::span<const Result> results) {
+    return to_markdown(error_table(results)) + legend(results) + load_scales(results) + histories(results, "- ") +
+           failures(results, "- ");
+}
+
+} // namespace livermark::results

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace livermark::results {
+
+struct Column {
+    std::string title;
+    bool is_number = false; ///< set to the right
+};
+
+/// Text in rows and columns.
+struct Layout {
+    std::vector<Column> columns;
+    std::vector<std::vector<std::string>> rows; ///< a cell for each column
+};
+
+/// The same text with a question mark for each byte of a control character (C0, C1): what a file says of itself may
+/// otherwise move the cursor of a terminal, or more.
+std::string printable(std::string text);
+
+/// Lines of equal width for a terminal, all printable().
+std::string to_text(const Layout &layout);
+
+/// A table in GitHub's Markdown, all printable().
+std::string to_markdown(const Layout &layout);
+
+/// A number with some decimals; where that would be too wide, in the form 1.2e+34.
+std::string fixed(double value, int decimals);
+
+} // namespace livermark::results

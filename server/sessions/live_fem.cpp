@@ -1,0 +1,131 @@
+#include "server/sessions/live_fem.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <fmt/format.h>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "live/material.hpp"
+#include "models/model_table.hpp"
+#include "server/sessions/live_body.hpp"
+#include "server/sessions/shared_fem.hpp"
+#include "support/input_error.hpp"
+
+namespace livermark::server {
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "messages are copied as they lie in memory");
+
+using Row = std::array<double, 4>; ///< facet, traction [Pa]
+
+std::vector<Row> rows_of(const std::string &bytes) {
+    if (bytes.size() % sizeof(Row) != 0)
+        throw support::InputError(
+            fmt::format("the message has {} bytes, which are no whole rows; send a facet and three "
+                        "components of its traction as four float64 each",
+                        bytes.size()));
+    std::vector<Row> rows(bytes.size() / sizeof(Row));
+    if (!rows.empty())
+        std::memcpy(rows.data(), bytes.data(), bytes.size());
+    return rows;
+}
+
+/// @param factor  of all tractions
+core::LoadCase with_tractions(core::LoadCase load_case, std::span<const Row> rows, double factor) {
+    const auto num_facets = static_cast<int>(load_case.condition.size());
+    std::vector<bool> is_taken(num_facets, false);
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+        const auto [number, x, y, z] = rows[r];
+        if (!(number >= 0.0 && number < num_facets && number == std::floor(number)))
+            throw support::InputError(
+                fmt::format("row {}: {:g} is no facet; send whole numbers from 0 to {}", r, number, num_facets - 1));
+        const core::Vector3 traction(x, y, z);
+        if (!traction.allFinite())
+            throw support::InputError(fmt::format("row {}: the traction is not finite; send numbers in Pa", r));
+        const auto facet = static_cast<int>(number);
+        if (is_taken[facet])
+            throw support::InputError(
+                fmt::format("row {}: facet {} has a traction already; send the sum of the two", r, facet));
+        is_taken[facet] = true;
+        if (load_case.condition[facet] != core::FacetCondition::free)
+            continue; // what pulls at all that is constrained moves nothing
+        load_case.condition[facet] = core::FacetCondition::traction;
+        load_case.value[facet] = factor * traction;
+    }
+    return load_case;
+}
+
+Message binary(const std::vector<Eigen::Vector3f> &displacement) {
+    const auto *bytes = reinterpret_cast<const char *>(displacement.data());
+    return {.is_binary = true, .bytes = {bytes, displacement.size() * sizeof(Eigen::Vector3f)}};
+}
+
+class LiveFem {
+  public:
+    LiveFem(LiveBody opened, const TellProgress &tell) : opened_(std::move(opened)), tell_(tell), body_(opened_.body) {}
+
+    Message reply(const Message &message) { return message.is_binary ? respond(message.bytes) : choose(message.bytes); }
+
+  private:
+    Message choose(const std::string &text) {
+        const auto chosen = live_material(parse_fields(text));
+        const auto &of_file = *opened_.body;
+        const double young_modulus = of_file.materials[live::largest_region(of_file.mesh)].young_modulus;
+        // Displacements are inversely proportional to a factor of all Young's moduli: the stiffness of the file's
+        // moduli, and its factor, serve all of them, and only another Poisson's ratio needs new ones.
+        stiffening_ = chosen.young_modulus / young_modulus;
+        if (poisson_ratio_ != chosen.poisson_ratio) {
+            elements_.reset(); // before others need the memory
+            last_.clear();
+            body_ =
+                std::make_shared<const core::Body>(live::with_material(of_file, young_modulus, chosen.poisson_ratio));
+        }
+        poisson_ratio_ = chosen.poisson_ratio;
+        return {.is_binary = false, .bytes = fields_text({{"chosen", std::string(models::moving_reference_model)}})};
+    }
+
+    Message respond(const std::string &bytes) {
+        const auto rows = rows_of(bytes);
+        std::vector<Eigen::Vector3f> displacement(body_->mesh.points.size(), Eigen::Vector3f::Zero());
+        if (rows.empty())
+            return binary(displacement);
+        const auto load_case = with_tractions(opened_.constrained, rows, 1.0 / stiffening_);
+        if (!elements_)
+            elements_ = SharedFem::of(body_, opened_.constrained, tell_);
+        const auto solution = elements_->solve(load_case, last_, tell_);
+        std::ranges::transform(solution, displacement.begin(),
+                               [](const core::Vector3 &u) { return Eigen::Vector3f(u.cast<float>()); });
+        if (!std::ranges::all_of(displacement, [](const Eigen::Vector3f &u) { return u.allFinite(); })) {
+            last_.clear();
+            throw support::InputError("the body moves farther than a float32 can say; send smaller tractions");
+        }
+        return binary(displacement);
+    }
+
+    LiveBody opened_;
+    TellProgress tell_;
+    std::shared_ptr<const core::Body> body_; ///< with the Young's moduli of the file
+    std::shared_ptr<SharedFem> elements_;    ///< of that body; none before the first solution
+    std::vector<double> last_;               ///< answer, of all unknowns
+    double stiffening_ = 1.0;                ///< of the chosen Young's moduli over those
+    std::optional<double> poisson_ratio_;    ///< chosen; none while it is that of the file
+};
+
+} // namespace
+
+Session live_fem(const std::filesystem::path &folder, const Fields &query, const TellProgress &tell) {
+    return [fem = std::make_shared<LiveFem>(open_live_body(folder, query), tell)](const Message &message) {
+        return fem->reply(message);
+    };
+}
+
+} // namespace livermark::server

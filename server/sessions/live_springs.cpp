@@ -1,0 +1,31 @@
+#include "server/sessions/live_springs.hpp"
+
+#include <cstring>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "live/messages.hpp"
+#include "server/sessions/live_body.hpp"
+#include "support/input_error.hpp"
+
+namespace livermark::server {
+
+Session live_springs(const std::filesystem::path &folder, const Fields &query) {
+    const auto opened = open_live_body(folder, query);
+    std::vector<bool> is_constrained;
+    for (const int constraint : opened.constrained.constraint)
+        is_constrained.push_back(constraint >= 0);
+    return [scene = std::make_shared<live::Scene>(*opened.body, is_constrained)](const Message &message) {
+        if (!message.is_binary)
+            return Message{.is_binary = false, .bytes = live::spring_law_names()};
+        std::vector<double> numbers(message.bytes.size() / sizeof(double));
+        if (numbers.size() * sizeof(double) != message.bytes.size())
+            throw support::InputError("the message is not made of float64; load the page again");
+        if (!numbers.empty())
+            std::memcpy(numbers.data(), message.bytes.data(), message.bytes.size());
+        return Message{.is_binary = true, .bytes = live::reply(*scene, numbers)};
+    };
+}
+
+} // namespace livermark::server

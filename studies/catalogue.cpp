@@ -1,0 +1,40 @@
+#include "studies/catalogue.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+#include "support/input_error.hpp"
+#include "support/root_folder.hpp"
+#include "support/toml_input.hpp"
+
+namespace livermark::studies {
+
+std::string unknown_name(const char *word, const std::string &name, const std::vector<std::string> &known) {
+    const auto nearest = support::nearest_word(name, known);
+    return fmt::format("there is no {} '{}'; {}", word, name,
+                       nearest.empty() ? fmt::format("known are: {}", fmt::join(known, ", "))
+                                       : fmt::format("did you mean '{}'?", nearest));
+}
+
+std::vector<std::filesystem::path> find_toml_files(const std::vector<std::string> &wanted, const char *folder,
+                                                   const char *word) {
+    const auto path = support::root_folder() / folder;
+    const auto known = support::list_toml(path);
+    if (known.empty() && wanted.empty())
+        throw support::InputError(
+            fmt::format("{}: there is no {} here; set LIVERMARK_ROOT to a Livermark source tree", path.string(), word));
+    std::vector<std::filesystem::path> files;
+    for (const auto &name : wanted.empty() ? known : wanted) {
+        std::filesystem::path file = name;
+        if (std::ranges::find(known, name) != known.end())
+            file = path / (name + ".toml");
+        else if (file.extension() != ".toml" && !(folder == std::string_view(bodies_folder) && file.has_extension()))
+            throw support::InputError(unknown_name(word, name, known));
+        if (std::ranges::find(files, file) != files.end())
+            throw support::InputError(fmt::format("{} '{}' is asked for twice; name it once", word, name));
+        files.push_back(file);
+    }
+    return files;
+}
+
+} // namespace livermark::studies

@@ -1,0 +1,37 @@
+#include "studies/exchange/export_problem.hpp"
+
+#include <fmt/format.h>
+#include <sstream>
+
+#include "results/hdf5/result_file.hpp"
+#include "results/provenance.hpp"
+#include "studies/exchange/formats/calculix_input.hpp"
+#include "studies/exchange/formats/vtu_output.hpp"
+#include "studies/run/output_folder.hpp"
+#include "studies/run/problems.hpp"
+#include "support/whole_file.hpp"
+
+namespace livermark::studies {
+
+ExportedProblem export_problem(const ExportOptions &options, const std::string &command_line) {
+    auto [problems, notes] = read_scaled_problems({options.body}, options.load_case, {});
+    const auto &problem = problems.front();
+    const auto folder = make_output_folder(options.output, problem);
+    ExportedProblem exported{{}, std::move(notes)};
+    const auto file = [&](const char *extension) {
+        return exported.files.emplace_back(folder / (problem.load_case.name + extension));
+    };
+
+    results::Result result;
+    result.provenance = results::current_provenance(command_line);
+    result.problem = problem;
+    results::write_result(file(".problem.h5"), result);
+    std::ostringstream inp, vtu;
+    write_inp(inp, problem, options.quadratic ? 2 : 1);
+    support::write_whole(file(".inp"), inp.str());
+    write_vtu(vtu, problem);
+    support::write_whole(file(".vtu"), vtu.str());
+    return exported;
+}
+
+} // namespace livermark::studies

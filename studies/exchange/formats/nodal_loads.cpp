@@ -1,0 +1,69 @@
+#include "studies/exchange/formats/nodal_loads.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace livermark::studies {
+
+namespace {
+
+/// The corners of each midpoint of a C3D10, in CalculiX's order.
+constexpr std::array<std::array<int, 2>, 6> midpoint_corners{{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
+
+} // namespace
+
+using core::Vector3;
+
+Discretisation discretise(const core::TetraMesh &mesh, int degree) {
+    Discretisation fem{mesh.points, {}, {}};
+    const auto table = core::edge_table(mesh.tetrahedra);
+    const auto midpoint = [&](int a, int b) {
+        const std::array<int, 2> edge{std::min(a, b), std::max(a, b)};
+        return mesh.num_nodes() + static_cast<int>(std::ranges::lower_bound(table.edges, edge) - table.edges.begin());
+    };
+    if (degree == 2)
+        for (const auto &[a, b] : table.edges)
+            fem.points.emplace_back(0.5 * (mesh.points[a] + mesh.points[b]));
+    for (const auto &corners : mesh.tetrahedra) {
+        auto &nodes = fem.elements.emplace_back(corners.begin(), corners.end());
+        if (degree == 2)
+            for (const auto &[a, b] : midpoint_corners)
+                nodes.push_back(midpoint(corners[a], corners[b]));
+    }
+    for (const auto &corners : mesh.boundary_triangles) {
+        auto &nodes = fem.facets.emplace_back(corners.begin(), corners.end());
+        if (degree == 2)
+            for (int v = 0; v < 3; ++v)
+                nodes.push_back(midpoint(corners[v], corners[(v + 1) % 3]));
+    }
+    return fem;
+}
+
+std::vector<Vector3> prescribed_displacement(const core::LoadCase &load_case, const Discretisation &fem) {
+    std::vector<Vector3> value(fem.points.size(), Vector3::Constant(std::numeric_limits<double>::quiet_NaN()));
+    for (int constraint = 0; constraint < static_cast<int>(load_case.constraint_names.size()); ++constraint)
+        for (std::size_t f = 0; f < fem.facets.size(); ++f)
+            if (load_case.constraint[f] == constraint)
+                for (const int node : fem.facets[f])
+                    for (int i = 0; i < 3; ++i)
+                        if (std::isnan(value[node][i]))
+                            value[node][i] = load_case.value[f][i];
+    return value;
+}
+
+std::vector<Vector3> traction_forces(const core::TetraMesh &mesh, const core::LoadCase &load_case,
+                                     const Discretisation &fem) {
+    std::vector<Vector3> force(fem.points.size(), Vector3::Zero());
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (load_case.condition[f] == core::FacetCondition::traction) {
+            const Vector3 third = core::area_vector(mesh, f).norm() / 3.0 * load_case.value[f];
+            for (auto node = fem.facets[f].end() - 3; node != fem.facets[f].end(); ++node)
+                for (int i = 0; i < 3; ++i)
+                    force[*node][i] += std::isnan(third[i]) ? 0.0 : third[i];
+        }
+    return force;
+}
+
+} // namespace livermark::studies

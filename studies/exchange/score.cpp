@@ -1,0 +1,67 @@
+#include "studies/exchange/score.hpp"
+
+#include <fmt/format.h>
+#include <limits>
+
+#include "results/hdf5/result_file.hpp"
+#include "results/provenance.hpp"
+#include "studies/exchange/formats/outside_solution.hpp"
+#include "studies/run/benchmark_case.hpp"
+#include "studies/run/output_folder.hpp"
+#include "studies/run/prepared_models.hpp"
+#include "studies/run/problems.hpp"
+#include "support/input_error.hpp"
+
+namespace livermark::studies {
+
+namespace {
+
+/// A model that has been solved elsewhere. It says nothing about forces, energy and time.
+core::Model outside_model(const ScoreOptions &options, const std::vector<core::Vector3> &displacement) {
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    return {.name = options.name,
+            .summary = "node displacements of " + options.solution,
+            .source = "not ours",
+            .prepare = core::solves_each([=](const core::Problem &problem) {
+                core::Solution solution;
+                solution.displacement = displacement;
+                solution.reaction.assign(problem.load_case.constraint_names.size(), core::Vector3::Constant(nan));
+                solution.strain_energy = nan;
+                solution.setup_seconds = solution.solve_seconds = nan;
+                solution.degrees_of_freedom = static_cast<std::int64_t>(3 * displacement.size());
+                return solution;
+            })};
+}
+
+} // namespace
+
+Score score(const ScoreOptions &options, const std::string &command_line, const ProgressReport &report) {
+    auto models = choose_models(options.models, {}, !options.no_uncertainty);
+    for (const auto &model : models)
+        if (model.name == options.name)
+            throw support::InputError(
+                fmt::format("there is a model '{}' already; choose another --name", options.name));
+    auto [problems, notes] = read_scaled_problems({options.body}, options.load_case, {});
+    const auto &problem = problems.front();
+    if (problem.load_case.release)
+        throw support::InputError(
+            fmt::format("load case {} depends on time, and node displacements belong to one moment; score "
+                        "its static start, the load case of the same loads",
+                        problem.load_case.name));
+    models.push_back(outside_model(
+        options, displacement_at_nodes(read_outside_solution(options.solution), problem.body->mesh, options.solution)));
+    const auto folder = make_output_folder(options.output, problem);
+    PreparedModels prepared;
+    Steps steps(static_cast<int>(models.size()), report);
+    const auto solve = [&](const core::Model &model, const core::Problem &to_solve) {
+        steps.next(model.name);
+        return prepared.solve(model, to_solve);
+    };
+    Score scored{.result = evaluate(problem, models, solve, {}, results::current_provenance(command_line)),
+                 .file = folder / fmt::format("{}.{}.h5", problem.load_case.name, options.name),
+                 .notes = std::move(notes)};
+    results::write_result(scored.file, scored.result);
+    return scored;
+}
+
+} // namespace livermark::studies

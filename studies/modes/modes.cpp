@@ -1,0 +1,59 @@
+#include "studies/modes/modes.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+#include "results/hdf5/result_file.hpp"
+#include "results/provenance.hpp"
+#include "studies/catalogue.hpp"
+#include "studies/run/output_folder.hpp"
+#include "studies/run/problems.hpp"
+#include "support/input_error.hpp"
+
+namespace livermark::studies {
+
+namespace {
+
+/// The models that were named, in that order.
+std::vector<core::Model> models_with_modes(const std::vector<std::string> &wanted) {
+    std::vector<std::string> known;
+    std::vector<core::Model> able;
+    for (const auto &model : models::all_models())
+        if (model.modes) {
+            known.push_back(model.name);
+            able.push_back(model);
+        }
+    std::vector<core::Model> chosen;
+    for (const auto &name : wanted) {
+        const auto found = std::ranges::find(able, name, &core::Model::name);
+        if (found == able.end())
+            throw support::InputError(unknown_name("model with modes", name, known));
+        if (std::ranges::find(chosen, name, &core::Model::name) != chosen.end())
+            throw support::InputError(fmt::format("model '{}' is asked for twice; name it once", name));
+        chosen.push_back(*found);
+    }
+    return chosen;
+}
+
+} // namespace
+
+ModesResults find_modes(const ModesOptions &options, const std::string &command_line, const ProgressReport &report) {
+    const auto models = models_with_modes(options.models);
+    const auto [problems, notes] = read_scaled_problems(options.bodies, options.load_case, options.material);
+    ModesResults found{{}, notes};
+    Steps steps(static_cast<int>(problems.size() * models.size()), report);
+    for (const auto &problem : problems) {
+        const auto folder = make_output_folder(options.output, problem);
+        results::Result result{
+            .provenance = results::current_provenance(command_line), .problem = problem, .models = {}, .modes = {}};
+        for (const auto &model : models) {
+            steps.next(fmt::format("{} / {}", problem.body->name, model.name));
+            result.modes.push_back({model.name, model.modes(problem, options.count)});
+        }
+        results::write_result(folder / fmt::format("modes.{}.h5", problem.load_case.name), result);
+        found.of_body.push_back(std::move(result));
+    }
+    return found;
+}
+
+} // namespace livermark::studies

@@ -1,0 +1,94 @@
+#include "studies/run/benchmark_case.hpp"
+
+#include <algorithm>
+
+#include "models/model_table.hpp"
+#include "studies/catalogue.hpp"
+#include "support/input_error.hpp"
+#include "support/mpi_session.hpp"
+
+namespace livermark::studies {
+
+namespace {
+
+/// @return nullptr if the model is not there or found no solution
+const results::ModelResult *find_solved(const results::Result &result, std::string_view name) {
+    const auto found = std::ranges::find(result.models, name, &results::ModelResult::name);
+    return found != result.models.end() && found->solution.status == core::SolutionStatus::ok ? &*found : nullptr;
+}
+
+void compare_with_reference(results::Result &result) {
+    const auto &mesh = result.problem.body->mesh;
+    const auto found = std::ranges::find_if(
+        models::references, [&](const auto &candidate) { return find_solved(result, candidate.on_mesh); });
+    if (found == models::references.end())
+        return;
+    const auto *reference = find_solved(result, found->on_mesh);
+    const auto *refined = find_solved(result, found->refined);
+    if (refined) {
+        result.reference_uncertainty =
+            results::estimate_uncertainty(mesh, reference->solution, reference->name, refined->solution, refined->name);
+        if (result.reference_uncertainty->reference == refined->name)
+            reference = refined;
+    }
+    const auto *moving = find_solved(result, models::moving_reference_model);
+    for (auto &model : result.models) {
+        if (&model != reference)
+            model.comparison = core::compare(mesh, model.solution, reference->solution, reference->name);
+        if (model.comparison && moving && &model != moving && model.solution.history && moving->solution.history) {
+            model.comparison->history = core::compare(*model.solution.history, *moving->solution.history, moving->name);
+        }
+    }
+}
+
+} // namespace
+
+std::vector<core::Model> choose_models(const std::vector<std::string> &wanted, const models::ModelOptions &options,
+                                       bool with_uncertainty) {
+    auto models = models::all_models(options);
+    std::vector<std::string> known;
+    for (const auto &model : models)
+        known.push_back(model.name);
+    for (const auto &name : wanted)
+        if (std::ranges::find(known, name) == known.end())
+            throw support::InputError(unknown_name("model", name, known));
+    std::erase_if(models, [&](const core::Model &model) {
+        if (std::ranges::find(wanted, model.name) != wanted.end())
+            return false;
+        const bool is_refined =
+            std::ranges::find(models::references, model.name, &models::Reference::refined) != models::references.end();
+        const bool is_measure = std::ranges::find(models::references, model.name, &models::Reference::on_mesh) !=
+                                    models::references.end() ||
+                                model.name == models::baseline_model;
+        return is_refined ? !with_uncertainty : !wanted.empty() && !is_measure;
+    });
+    return models;
+}
+
+const core::Model &baseline_of(const std::vector<core::Model> &models) {
+    return *std::ranges::find(models, models::baseline_model, &core::Model::name);
+}
+
+results::Result evaluate(const core::Problem &problem, const std::vector<core::Model> &models, const SolveModel &solve,
+                         const results::ErrorBands &bands, results::Provenance provenance) {
+    results::Result result{
+        .provenance = std::move(provenance), .problem = problem, .models = {}, .reference_uncertainty = {}};
+    for (const auto &model : models)
+        result.models.push_back({.name = model.name,
+                                 .summary = model.summary,
+                                 .source = model.source,
+                                 .solution = {},
+                                 .comparison = {},
+                                 .band = bands.find(problem.body->name, problem.load_case.name, model.name)});
+    const bool is_first_rank = support::mpi_rank() == 0;
+    for (const bool is_collective : {true, false})
+        for (std::size_t m = 0; m < models.size(); ++m)
+            if (models[m].is_collective == is_collective && (is_collective || is_first_rank)) {
+                result.models[m].solution = solve(models[m], problem);
+            }
+    if (is_first_rank)
+        compare_with_reference(result);
+    return result;
+}
+
+} // namespace livermark::studies

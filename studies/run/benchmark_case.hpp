@@ -1,0 +1,36 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/model.hpp"
+#include "models/model_table.hpp"
+#include "results/error_bands.hpp"
+#include "results/result.hpp"
+
+namespace livermark::studies {
+
+/// The models asked for by name, with the reference, the refined reference and the baseline beside them, in the order
+/// of the table; all if none was asked for.
+/// @param with_uncertainty  if not, the refined reference runs only if it was asked for by name
+/// @throws support::InputError for a name that there is not, with the nearest one that there is
+std::vector<core::Model> choose_models(const std::vector<std::string> &wanted, const models::ModelOptions &options,
+                                       bool with_uncertainty);
+
+/// The one that scales loads; every choice of models has it.
+const core::Model &baseline_of(const std::vector<core::Model> &models);
+
+/// Finds the solution of a model to a problem, or has it already.
+using SolveModel = std::function<core::Solution(const core::Model &, const core::Problem &)>;
+
+/// Lets every model solve a problem and compares it with the reference: with the refined one if that was solved and the
+/// other is not good enough, see results::estimate_uncertainty(). A model that finds no solution is part of the result;
+/// where the reference finds none, nothing is compared.
+/// Of several MPI ranks all call this; the collective models run on all of them and first, so that no failure of
+/// another model leaves a rank waiting. The others run on rank 0, which alone compares.
+/// @param solve  called for each model that runs on this rank
+results::Result evaluate(const core::Problem &problem, const std::vector<core::Model> &models, const SolveModel &solve,
+                         const results::ErrorBands &bands, results::Provenance provenance);
+
+} // namespace livermark::studies

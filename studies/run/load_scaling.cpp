@@ -1,0 +1,46 @@
+#include "studies/run/load_scaling.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <stdexcept>
+
+#include "models/model_table.hpp"
+#include "support/input_error.hpp"
+#include "support/mpi_session.hpp"
+
+namespace livermark::studies {
+
+core::Problem scaled_to_target(core::Problem problem, const core::Model &baseline, PreparedModels &prepared) {
+    auto &load_case = problem.load_case;
+    if (!load_case.scale_to_target)
+        return problem;
+    load_case.scale_to_target = false;
+    auto at_rest = problem;
+    at_rest.load_case.release.reset(); // only the static solution is wanted
+    const auto solution = prepared.solve(baseline, at_rest);
+    double peak = 0.0;
+    for (const auto &displacement : solution.displacement)
+        peak = std::max(peak, displacement.norm());
+    if (solution.status != core::SolutionStatus::ok || !(peak > 0.0))
+        throw std::runtime_error(fmt::format("cannot be scaled to its target: {} ends with status {} and a peak "
+                                             "displacement of {} m",
+                                             baseline.name, core::to_string(solution.status), peak));
+    const double factor = load_case.target_peak_displacement / peak;
+    load_case = core::scaled(std::move(load_case), factor);
+    return problem;
+}
+
+core::Problem scaled_to_target(core::Problem problem) {
+    if (!problem.load_case.scale_to_target)
+        return problem;
+    if (support::mpi_num_ranks() > 1)
+        throw support::InputError(fmt::format("load case {} is scaled to its target, which this command cannot do on "
+                                              "several ranks; start without mpirun",
+                                              problem.load_case.name));
+    const auto models = models::all_models();
+    PreparedModels prepared;
+    return scaled_to_target(std::move(problem), *std::ranges::find(models, models::baseline_model, &core::Model::name),
+                            prepared);
+}
+
+} // namespace livermark::studies

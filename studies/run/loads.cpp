@@ -1,0 +1,40 @@
+#include "studies/run/loads.hpp"
+
+#include <exception>
+#include <fmt/format.h>
+
+#include "studies/run/amplitudes.hpp"
+#include "studies/run/benchmark_case.hpp"
+#include "studies/run/case_groups.hpp"
+#include "studies/run/load_scaling.hpp"
+
+namespace livermark::studies {
+
+std::vector<LoadedProblem> load_all(const RunTask &task, const RunOptions &options, PreparedModels &prepared,
+                                    const std::function<void(std::size_t, const char *)> &failed) {
+    const auto &baseline = baseline_of(task.models);
+    std::vector<LoadedProblem> loads;
+    for (const auto &case_group : case_groups_of(task.problems).problems)
+        for (const auto number : case_group)
+            try {
+                for (auto &problem :
+                     at_amplitudes(scaled_to_target(task.problems[number], baseline, prepared), options.amplitudes))
+                    loads.push_back({number, std::move(problem)});
+            } catch (const std::exception &error) {
+                failed(number, error.what());
+            }
+    return loads;
+}
+
+std::vector<core::Problem> problems_of(const std::vector<LoadedProblem> &loads) {
+    std::vector<core::Problem> problems;
+    for (const auto &load : loads)
+        problems.push_back(load.problem);
+    return problems;
+}
+
+std::string name_of(const core::Problem &problem) {
+    return fmt::format("{} / {}", problem.body->name, problem.load_case.name);
+}
+
+} // namespace livermark::studies

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "results/result.hpp"
+#include "studies/progress.hpp"
+#include "studies/run/run_task.hpp"
+#include "studies/run/time_spent.hpp"
+
+namespace livermark::studies {
+
+/// What became of one problem, at all amplitudes.
+struct Outcome {
+    std::vector<results::Result> done;
+    std::vector<std::string> failures; ///< a sentence each
+};
+
+/// What became of all.
+struct Outcomes {
+    std::vector<Outcome> of_problem; ///< (P) in the order of the problems
+    TimeSpent spent;                 ///< by all workers together
+};
+
+/// Holds the benchmark cases of a run, after what models solve together: side by side where cores and memory allow and
+/// the options do not say otherwise, and keeps each in its file as soon as it is done. The numbers do not depend on how
+/// many are constrained side by side.
+/// @param command_line  kept in the result files
+/// @throws support::InputError if a result cannot be kept
+/// @throws std::runtime_error if a worker is killed, as happens where the memory ends
+Outcomes run_cases(const RunTask &task, const RunOptions &options, const std::string &command_line,
+                   const ProgressReport &report);
+
+/// The part of the MPI ranks that neither compare nor write. What fails here fails on rank 0 as well, which says so.
+void help_first_rank(const RunTask &task, const RunOptions &options, const std::string &command_line);
+
+} // namespace livermark::studies

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "core/problem.hpp"
+#include "models/model_table.hpp"
+#include "results/error_bands.hpp"
+#include "studies/run/run_options.hpp"
+
+namespace livermark::studies {
+
+/// What the options of a run come to.
+struct RunTask {
+    std::vector<core::Model> models;
+    std::vector<core::Problem> problems;
+    results::ErrorBands bands;
+    std::vector<std::string> notes; ///< what a user should know of the input, a sentence each
+};
+
+/// Reads and checks all that a user may have got wrong, and makes the output folders.
+/// @throws support::InputError on all MPI ranks, if it has a fault on one of them
+RunTask prepare(const RunOptions &options);
+
+/// Bodies of another Poisson's ratio have a folder of their own, and leave the files of the others alone.
+std::filesystem::path output_folder(const RunOptions &options, const core::Problem &problem);
+
+} // namespace livermark::studies

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "core/problem.hpp"
+#include "core/solution.hpp"
+
+namespace livermark::studies {
+
+/// A folder for temporary files, in which workers leave answers of models for each other. It goes with the object.
+class SolutionStore {
+  public:
+    /// @throws support::InputError if there is no place for it
+    SolutionStore();
+    ~SolutionStore();
+    SolutionStore(const SolutionStore &) = delete;
+    SolutionStore &operator=(const SolutionStore &) = delete;
+
+    /// @param number  of the problem
+    /// @throws support::InputError if the disk is full
+    void leave(std::size_t number, const std::string &model, const core::Solution &solution,
+               const core::Problem &problem) const;
+
+    /// @return nothing if none was left
+    std::optional<core::Solution> find(std::size_t number, const std::string &model,
+                                       const core::Problem &problem) const;
+
+  private:
+    std::filesystem::path file(std::size_t number, const std::string &model) const;
+
+    std::filesystem::path path_;
+};
+
+} // namespace livermark::studies

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "studies/run/prepared_models.hpp"
+#include "studies/run/solution_store.hpp"
+#include "studies/run/work_plan.hpp"
+
+namespace livermark::studies {
+
+/// Lets models solve the problems of an item, and stores the solutions. What fails has none: the benchmark case tries
+/// again, and tells.
+/// @param starting  called with the name of each model and what it is about to solve
+void solve_and_store(const WorkItem &item, const std::vector<core::Model> &models,
+                     const std::vector<core::Problem> &problems, PreparedModels &prepared, const SolutionStore &store,
+                     const std::function<void(const std::string &model, const std::string &about)> &starting);
+
+} // namespace livermark::studies

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace livermark::support {
+
+/// Sparse Cholesky factor (CHOLMOD, supernodal), P A P^T = L L^T, ordered by nested dissection: of a solid that fills
+/// half as much as minimum degree, and there is one ordering to find instead of the best of several. The same matrix
+/// gives the same bits every time.
+class SparseCholesky {
+  public:
+    /// Of a symmetric matrix the upper triangle is read.
+    using Matrix = Eigen::Ref<const Eigen::SparseMatrix<double>>;
+
+    SparseCholesky();
+    ~SparseCholesky();
+    SparseCholesky(SparseCholesky &&) noexcept;
+    SparseCholesky &operator=(SparseCholesky &&) noexcept;
+
+    /// Finds an order for the unknowns, which serves all matrices with entries in the same places.
+    /// @throws std::runtime_error if CHOLMOD runs out of memory
+    void order(const Matrix &matrix);
+    /// Only after order(). Nothing is constrained then.
+    /// @return whether the matrix is positive definite
+    /// @throws std::runtime_error if CHOLMOD runs out of memory
+    bool factorise(const Matrix &matrix);
+    /// The square of the ratio of the smallest to the largest entry on the diagonal of L.
+    double pivot_ratio() const;
+
+    /// Keeps some unknowns at zero in all solutions to come, and forgets what was constrained before: with E of their
+    /// unit vectors, W = L^-1 P E and the projector Q = I - W (W^T W)^-1 W^T, the solution is P^T L^-T Q L^-1 P b. It
+    /// is that of the matrix without their rows and columns, but takes no other factor.
+    /// @param unknowns  each once; none to hold nothing
+    void hold(std::vector<int> unknowns);
+
+    /// Only after a factorise() that returned true.
+    /// @param right_hand_sides  shape (n, any); what is constrained is not looked at
+    Eigen::MatrixXd solve(const Eigen::Ref<const Eigen::MatrixXd> &right_hand_sides) const;
+    /// The same in single precision, for iterations that correct it: a solve waits for the factor to come from memory,
+    /// and so takes half of the time. The first one keeps a copy of the factor.
+    Eigen::MatrixXd solve_single_precision(const Eigen::Ref<const Eigen::MatrixXd> &right_hand_sides) const;
+
+    /// One of the two.
+    using Solve = Eigen::MatrixXd (SparseCholesky::*)(const Eigen::Ref<const Eigen::MatrixXd> &) const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+/// Where a factor is to serve fewer unknowns than it has, which of its unknowns to hold.
+/// @param has   shape (n) whether each unknown of a larger system is one of the factor
+/// @param free  shape (n) whether it is one of what is to be solved
+/// @return nothing if the factor lacks one, or if there are so many to hold that another factor would take less time
+std::optional<std::vector<int>> unknowns_to_constrain(const std::vector<bool> &has, const std::vector<bool> &free);
+
+} // namespace livermark::support

@@ -1,0 +1,161 @@
+#include "support/toml_input.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fmt/format.h>
+#include <fstream>
+#include <limits>
+#include <numeric>
+#include <sstream>
+
+#include "support/input_error.hpp"
+#include "support/whole_file.hpp"
+
+namespace livermark::support {
+
+namespace {
+
+const toml::node &required_node(const toml::table &table, std::string_view key) {
+    const auto *node = table.get(key);
+    if (!node)
+        throw InputError(fmt::format("{}: '{}' is missing; add it", place_of(table), key));
+    return *node;
+}
+
+/// Levenshtein's distance: how many letters to insert, delete or replace.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        std::size_t diagonal = row[0]++;
+        for (std::size_t j = 0; j < b.size(); ++j) {
+            const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+        }
+    }
+    return row.back();
+}
+
+} // namespace
+
+std::vector<std::string> list_toml(const std::filesystem::path &folder) {
+    if (std::error_code ignored; !std::filesystem::is_directory(folder, ignored))
+        throw InputError(fmt::format("{}: there is no such folder; check the path", folder.string()));
+    std::vector<std::string> stems;
+    for (const auto &file : std::filesystem::directory_iterator(folder))
+        if (file.path().extension() == ".toml")
+            stems.push_back(file.path().stem().string());
+    std::ranges::sort(stems);
+    return stems;
+}
+
+toml::table parse_toml(const std::string &text, const std::filesystem::path &file) {
+    try {
+        return toml::parse(text, file.string());
+    } catch (const toml::parse_error &error) {
+        throw InputError(fmt::format("{}:{}: this is not TOML: {}; correct the line", file.string(),
+                                     error.source().begin.line, error.description()));
+    }
+}
+
+std::string place_of(const toml::node &node) {
+    const auto &source = node.source();
+    return fmt::format("{}:{}", source.path ? *source.path : "TOML text", source.begin.line);
+}
+
+std::string nearest_word(std::string_view word, const std::vector<std::string> &known) {
+    std::string nearest;
+    std::size_t smallest = std::max<std::size_t>(2, word.size() / 3) + 1;
+    for (const auto &candidate : known)
+        if (const auto distance = edit_distance(word, candidate); distance < smallest) {
+            smallest = distance;
+            nearest = candidate;
+        }
+    return nearest;
+}
+
+void refuse_unknown_keys(const toml::table &table, std::span<const std::string_view> known) {
+    for (const auto &[key, value] : table) {
+        if (std::ranges::find(known, key.str()) != known.end())
+            continue;
+        const std::vector<std::string> words(known.begin(), known.end());
+        const auto nearest = nearest_word(key.str(), words);
+        throw InputError(fmt::format("{}: unknown key '{}'; {}", place_of(value), key.str(),
+                                     nearest.empty() ? fmt::format("known are: {}", fmt::join(words, ", "))
+                                                     : fmt::format("did you mean '{}'?", nearest)));
+    }
+}
+
+void refuse_unknown_keys(const toml::table &table, std::initializer_list<std::string_view> known) {
+    refuse_unknown_keys(table, std::span(known.begin(), known.size()));
+}
+
+const toml::table &required_table(const toml::table &table, std::string_view key) {
+    const auto &node = required_node(table, key);
+    if (const auto *found = node.as_table())
+        return *found;
+    throw InputError(fmt::format("{}: '{}' has to be a table", place_of(node), key));
+}
+
+double required_number(const toml::table &table, std::string_view key) {
+    const auto &node = required_node(table, key);
+    const auto number = node.is_number() ? node.value<double>() : std::nullopt;
+    if (!number || !std::isfinite(*number))
+        throw InputError(fmt::format("{}: '{}' has to be a finite number", place_of(node), key));
+    return *number;
+}
+
+std::string required_string(const toml::table &table, std::string_view key) {
+    const auto &node = required_node(table, key);
+    if (const auto *text = node.as_string())
+        return text->get();
+    throw InputError(fmt::format("{}: '{}' has to be a string in quotes", place_of(node), key));
+}
+
+std::vector<std::string> required_strings(const toml::table &table, std::string_view key) {
+    const auto &node = required_node(table, key);
+    const auto *array = node.as_array();
+    std::vector<std::string> strings;
+    if (array)
+        for (const auto &entry : *array)
+            if (const auto *text = entry.as_string())
+                strings.push_back(text->get());
+    if (!array || strings.empty() || strings.size() != array->size())
+        throw InputError(fmt::format("{}: '{}' has to be strings in brackets", place_of(node), key));
+    return strings;
+}
+
+bool optional_flag(const toml::table &table, std::string_view key) {
+    const auto *node = table.get(key);
+    if (!node)
+        return false;
+    if (const auto *flag = node->as_boolean())
+        return flag->get();
+    throw InputError(fmt::format("{}: '{}' has to be true or false", place_of(*node), key));
+}
+
+Eigen::Vector3d required_vector(const toml::table &table, std::string_view key, bool free_allowed) {
+    const auto &node = required_node(table, key);
+    const auto fault = InputError(fmt::format("{}: '{}' has to be three finite numbers{}", place_of(node), key,
+                                              free_allowed ? ", or \"free\" for a component that is" : ""));
+    const auto *array = node.as_array();
+    if (!array || array->size() != 3)
+        throw fault;
+    Eigen::Vector3d vector;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const auto &entry = *array->get(c);
+        const auto component = static_cast<Eigen::Index>(c);
+        if (free_allowed && entry.is_string() && entry.as_string()->get() == "free")
+            vector[component] = std::numeric_limits<double>::quiet_NaN();
+        else if (entry.is_number() && std::isfinite(*entry.value<double>()))
+            vector[component] = *entry.value<double>();
+        else
+            throw fault;
+    }
+    return vector;
+}
+
+} // namespace livermark::support

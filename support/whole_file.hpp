@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+
+namespace livermark::support {
+
+/// Says whether a file could be put there, so that long work need not be done for a place that was misspelt.
+/// @throws InputError if it cannot
+void check_place(const std::filesystem::path &path);
+
+/// Puts a file in its place when it is whole: under a temporary name in the same directory, then renamed. An earlier
+/// file stays as it was if that fails. A process that is killed leaves <name>.<its number>.partial, which no reader
+/// takes for the file.
+/// @param path  in a directory that exists; no device, whose place the file would take
+/// @throws InputError if the place cannot be written to
+void write_whole(const std::filesystem::path &path, std::span<const char> bytes);
+
+/// Reads a whole text file.
+/// @throws InputError if it cannot be read
+std::string read_text(const std::filesystem::path &file);
+
+} // namespace livermark::support

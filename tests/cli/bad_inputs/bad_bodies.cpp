@@ -1,0 +1,94 @@
+#include "tests/cli/bad_inputs/bad_inputs.hpp"
+
+namespace livermark::tests {
+
+namespace {
+
+BadInput body(std::string name, std::string what, std::string text, std::string place, std::string remedy) {
+    return {.name = std::move(name),
+            .what = std::move(what),
+            .arguments = good_run,
+            .file = "bar.toml:",
+            .place = std::move(place),
+            .remedy = std::move(remedy),
+            .files = {{"bar.toml", std::move(text)}, {"case.toml", good_case}},
+            .prepare = write_bar};
+}
+
+BadInput spoilt_body(std::string name, std::string what, const std::string &from, const std::string &to,
+                     std::string place, std::string remedy) {
+    return body(std::move(name), std::move(what), replaced(good_body, from, to), std::move(place), std::move(remedy));
+}
+
+/// A body that comes as a mesh alone.
+BadInput alone(std::string name, std::string what, const std::string &file, std::string text, std::string place,
+               std::string remedy) {
+    return {.name = std::move(name),
+            .what = std::move(what),
+            .arguments = "run --body " + file + " --load-case case.toml --output out",
+            .file = file + ":",
+            .place = std::move(place),
+            .remedy = std::move(remedy),
+            .files = {{file, std::move(text)}, {"case.toml", good_case}}};
+}
+
+std::string thousandfold(std::string msh) {
+    for (const char *node : {"2 1 0 0", "3 0 1 0", "4 0 0 1"}) {
+        std::string larger = node;
+        larger.replace(larger.find('1', 1), 1, "9000");
+        msh = replaced(msh, node, larger);
+    }
+    return replaced(msh, "5 1 1 1", "5 9000 9000 9000");
+}
+
+} // namespace
+
+std::vector<BadInput> bad_bodies() {
+    return {
+        body("RandomBytes", "random bytes as a body", random_bytes(), ":1:", "correct the line"),
+        body("Truncated", "a body that ends in a word", good_body.substr(0, good_body.find("r\"\n")),
+             ":1:", "correct the line"),
+        body("EmptyBody", "an empty body", "", "", "save it again"),
+        spoilt_body("KeyTwice", "a key that is there twice", "mesh =", "title =", ":2:", "correct the line"),
+        spoilt_body("UnknownKey", "a misspelt key of a material", "density", "densty",
+                    ":4:", "did you mean 'density'?"),
+        spoilt_body("MaterialInWords", "a number in quotes", "= 1000.0", "= \"1000\"", ":4: 'density'",
+                    "has to be a finite number"),
+        spoilt_body("WrongUnit", "Young's modulus in kPa, written behind it", "= 5000.0", "= \"5 kPa\"",
+                    ":5: 'young_modulus'", "has to be a finite number"),
+        spoilt_body("NegativeDensity", "a negative density", "= 1000.0", "= -1000.0", ":3:", "has to be positive"),
+        spoilt_body("Incompressible", "Poisson's ratio of 1/2", "= 0.3", "= 0.5", ":3:", "between -1 and 0.5"),
+        spoilt_body("UnknownUnit", "a unit that nobody knows",
+                    "mesh =", "unit = \"inch\"\nmesh =", ":2:", "take m, cm or mm"),
+        spoilt_body("UnknownRegion", "a material for a region that the mesh lacks", "[regions.solid]",
+                    "[regions.tumour]", ":3:", "it has solid"),
+        body("RegionWithoutMaterial", "a region without a material",
+             good_body.substr(0, good_body.find("[regions")) + "[regions]\n", ":3:", "add [regions.solid]"),
+        body("UnknownPatch", "a description of a patch that the mesh lacks",
+             good_body + "[patches.top]\ndescription = \"t\"\n", ":8:", "it has x_min"),
+        {.name = "MissingMeshOfABody",
+         .what = "a body whose mesh is not there",
+         .arguments = good_run,
+         .file = "other.msh:",
+         .place = "",
+         .remedy = "check the path",
+         .files = {{"bar.toml", replaced(good_body, "bar.msh", "other.msh")}, {"case.toml", good_case}}},
+        {.name = "DirectoryAsABody",
+         .what = "a directory in the place of a body",
+         .arguments = "run --body folder.toml --load-case case.toml --output out",
+         .file = "folder.toml:",
+         .place = "",
+         .remedy = "give a file",
+         .files = {{"case.toml", good_case}},
+         .prepare = [](const auto &folder) { std::filesystem::create_directory(folder / "folder.toml"); }},
+        alone("SizeOfNoOrgan", "a mesh alone, nine kilometres long", "large.msh", thousandfold(good_msh),
+              "its longest side is 9000", "say which unit it is"),
+        alone("DamagedVtu", "random bytes as VTU", "noise.vtu", random_bytes(), "", "save it as ASCII MSH"),
+        alone("SurfaceOnly", "a surface without a volume", "surface.stl",
+              "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+              "endsolid s\n",
+              "no tetrahedra", "save it as ASCII MSH"),
+    };
+}
+
+} // namespace livermark::tests

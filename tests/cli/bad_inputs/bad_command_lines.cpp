@@ -1,0 +1,92 @@
+#include "tests/cli/bad_inputs/bad_inputs.hpp"
+
+namespace livermark::tests {
+
+namespace {
+
+BadInput words(std::string name, std::string arguments, std::string place, std::string remedy) {
+    return {.name = std::move(name),
+            .what = "`livermark" + (arguments.empty() ? "" : " " + arguments) + "`",
+            .arguments = std::move(arguments),
+            .file = "",
+            .place = std::move(place),
+            .remedy = std::move(remedy)};
+}
+
+/// The same on a bar and a load case that let everything else be right.
+BadInput on_bar(std::string name, std::string arguments, std::string place, std::string remedy) {
+    auto row = words(std::move(name), std::move(arguments), std::move(place), std::move(remedy));
+    row.files["case.toml"] = good_case;
+    row.prepare = write_bar;
+    return row;
+}
+
+} // namespace
+
+std::vector<BadInput> bad_command_lines() {
+    return {
+        words("Nothing", "", "behind `livermark`", "give one of list"),
+        words("MisspeltSubcommand", "rnu", "no subcommand 'rnu'", "did you mean 'run'?"),
+        words("MisspeltSecondSubcommand", "mesh chek", "no subcommand 'chek'", "did you mean 'check'?"),
+        words("NoSecondSubcommand", "mesh", "subcommands liver, box and check", "see `livermark mesh --help`"),
+        words("MisspeltOption", "run --modle lloyd", "no option '--modle'", "did you mean '--model'?"),
+        words("UnknownOption", "run --frobnicate", "no option '--frobnicate'", "see `livermark run --help`"),
+        words("OptionWithoutValue", "run --young", "--young", "see `livermark run --help`"),
+        words("OptionTwice", "run --young 5000 --young 6000", "--young", "see `livermark run --help`"),
+        words("WordTooMany", "run extra", "'extra'", "leave it out"),
+        words("WordMissing", "score beam", "load-case is required", "see `livermark score --help`"),
+        words("WordForANumber", "run --young soft", "--young", "see `livermark run --help`"),
+        words("NothingToList", "list", "what is required", "see `livermark list --help`"),
+        words("UnknownList", "list model", "no choice 'model'", "did you mean 'models'?"),
+        words("UnknownKindOfTable", "table --kind overviev", "--kind", "did you mean 'overview'?"),
+        words("MisspeltOptionOfAReport", "report --ouptut report.html", "no option '--ouptut'",
+              "did you mean '--output'?"),
+        words("PortThatIsNone", "view --port 70000", "--port", "not in range 0 to 65535"),
+        words("UnknownSolver", "run --fem-solver magic", "--fem-solver", "known are: auto, direct, iterative"),
+        words("MisspeltBody", "run --body liver_healty", "no body 'liver_healty'", "did you mean 'liver_healthy'?"),
+        words("MisspeltLoadCase", "run --load-case palpatoin", "no load case 'palpatoin'", "did you mean 'palpation'?"),
+        words("MisspeltModel", "run --model loyd", "no model 'loyd'", "did you mean 'lloyd'?"),
+        words("UnknownModel", "run --model xyzzyxyzzy", "no model 'xyzzyxyzzy'", "known are: biquadratic_springs"),
+        words("BodyTwice", "run --body beam --body beam", "body 'beam'", "name it once"),
+        words("NegativeModulus", "run --body beam --young -5", "--young", "has to be positive"),
+        words("NanModulus", "run --body beam --young nan", "--young", "has to be positive"),
+        words("Incompressible", "run --body beam --poisson 0.5", "--poisson", "between -1 and 0.5"),
+        words("NanPoissonRatio", "run --body beam --poisson nan", "--poisson", "between -1 and 0.5"),
+        words("AmplitudeOfZero", "run --amplitude 0", "--amplitude", "finite number above zero"),
+        words("NoJobs", "run --jobs 0", "--jobs", "not in range 1 to 1024"),
+        words("NegativeTimeStep", "run --time-step -1", "--time-step", "finite number above zero"),
+        on_bar("UnknownIntegrator", good_run + " --integrator rk4", "no integrator 'rk4'", "known are: explicit_euler"),
+        on_bar("RelaxationWithoutExplicitSteps", good_run + " --equilibrium relaxation --integrator implicit_euler",
+               "--equilibrium relaxation", "choose another --integrator"),
+        on_bar("RelaxationWithoutStableSteps",
+               good_run + " --equilibrium relaxation --integrator runge_kutta_chebyshev", "--equilibrium relaxation",
+               "choose another --integrator"),
+        words("CalibrationWithoutAFile", "run --model calibrated_nodal_volume", "calibrated_nodal_volume",
+              "name it with --calibration"),
+        words("ModelWithoutModes", "modes --model fem_p2p1", "'fem_p2p1'", "did you mean 'fem_p1'?"),
+        words("ModelTwice", "modes --model fem_p1 --model fem_p1", "'fem_p1'", "name it once"),
+        words("NoModes", "modes --count 0", "--count", "1 to 1000"),
+        words("MisspeltLoadCaseOfModes", "modes --load-case tracton", "'tracton'", "did you mean 'traction'?"),
+        words("MisspeltLaw", "stability --law loyd", "'loyd'", "did you mean 'lloyd'?"),
+        words("IntegratorTwice", "stability --integrator heun --integrator heun", "'heun'", "name it once"),
+        words("NanDamping", "stability --damping-ratio nan", "--damping-ratio", "finite number of zero or more"),
+        words("DampingAtZeroFrequency", "stability --damping-frequencies 0 10", "--damping-frequencies",
+              "finite number above zero"),
+        on_bar("NothingLetGo", "histories bar.toml --load-case case.toml", "load case case",
+               "choose one with a [release]"),
+        words("MillionSteps", "histories --time-step 1e-5 --duration 11", "--duration 11", "make the duration shorter"),
+        words("BrokenRound", "calibrate beam --iterations 30", "--iterations", "a multiple of 20"),
+        words("TooFewLoads", "calibrate beam --loads 3", "--loads", "4 to 1000"),
+        on_bar("UnknownPatch", "calibrate bar.toml --held nowhere --output springs.h5", "no patch 'nowhere'",
+               "choose with --held among x_min"),
+        words("TwoSidesOfABox", "mesh box --size 1 2 --edge 0.1 -o box.msh", "--size",
+              "see `livermark mesh box --help`"),
+        words("FlatBox", "mesh box --size 1 0 1 --edge 0.1 -o box.msh", "the size in y", "give a positive length"),
+        words("NanEdge", "mesh box --size 1 1 1 --edge nan -o box.msh", "the edge length", "give a positive length"),
+        words("LiverTooFine", "mesh liver --tetrahedra 1000000000 -o liver.msh", "--tetrahedra", "2000 to 2000000"),
+        words("BoxTooFine", "mesh box --size 1 1 1 --edge 1e-9 --topology kuhn -o box.msh", "the edges are too short",
+              "make them longer"),
+    };
+}
+
+} // namespace livermark::tests

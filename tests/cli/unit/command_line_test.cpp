@@ -1,0 +1,69 @@
+#include <filesystem>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <numbers>
+
+#include "results/hdf5/result_file.hpp"
+#include "tests/livermark_command.hpp"
+
+namespace livermark {
+namespace {
+
+using tests::livermark;
+
+std::filesystem::path scratch_folder() {
+    const auto *test = testing::UnitTest::GetInstance()->current_test_info();
+    auto folder = std::filesystem::path(testing::TempDir()) / "livermark_command_line" / test->name();
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder);
+    return folder;
+}
+
+TEST(CommandLine, HelpAndVersionAreNoErrors) {
+    for (const char *arguments :
+         {"--help", "run --help", "list --help", "mesh --help", "mesh liver --help", "mesh check --help",
+          "modes --help", "calibrate --help", "stability --help", "histories --help", "parameters --help",
+          "table --help", "bands --help", "report --help", "--version"}) {
+        const auto outcome = livermark(arguments);
+        EXPECT_EQ(outcome.status, 0) << arguments << "\n" << outcome.output;
+        EXPECT_FALSE(outcome.output.empty());
+    }
+}
+
+TEST(CommandLine, ListsWhatShips) {
+    EXPECT_NE(livermark("list bodies").output.find("liver_healthy"), std::string::npos);
+    EXPECT_NE(livermark("list load-cases").output.find("palpation"), std::string::npos);
+    EXPECT_NE(livermark("list models").output.find("fem_p2"), std::string::npos);
+    EXPECT_NE(livermark("list spring-laws").output.find("lloyd"), std::string::npos);
+}
+
+TEST(CommandLine, ModesPrintsFrequenciesAndWritesThem) {
+    const auto folder = scratch_folder();
+    const auto outcome =
+        livermark("modes liver_healthy --model fem_p1 --model lloyd --count 3 --output " + folder.string());
+    EXPECT_EQ(outcome.status, 0) << outcome.output;
+    EXPECT_NE(outcome.output.find("fem_p1 [Hz]"), std::string::npos) << outcome.output;
+    const auto result = results::read_result(folder / "liver_healthy" / "modes.traction.h5");
+    ASSERT_EQ(result.modes.size(), 2u);
+    EXPECT_EQ(result.modes[0].name, "fem_p1");
+    EXPECT_EQ(result.modes[1].name, "lloyd");
+    for (const auto &model : result.modes) {
+        ASSERT_EQ(model.modes.count(), 3);
+        const double first = model.modes.angular_frequency[0] / (2.0 * std::numbers::pi);
+        EXPECT_NE(outcome.output.find(fmt::format("{:.4f}", first)), std::string::npos) << outcome.output;
+    }
+}
+
+TEST(CommandLine, StabilityOnlyPredictsIfToldSo) {
+    const auto folder = scratch_folder();
+    const auto outcome = livermark("stability liver_healthy --no-observed --markdown --integrator velocity_verlet "
+                                   "explicit_euler --output " +
+                                   folder.string());
+    EXPECT_EQ(outcome.status, 0) << outcome.output;
+    EXPECT_NE(outcome.output.find("| explicit_euler | none | - | - |"), std::string::npos) << outcome.output;
+    EXPECT_LT(outcome.output.find("| velocity_verlet |"), outcome.output.find("| explicit_euler |")) << outcome.output;
+    EXPECT_TRUE(std::filesystem::exists(folder / "liver_healthy" / "stability.lloyd.h5"));
+}
+
+} // namespace
+} // namespace livermark

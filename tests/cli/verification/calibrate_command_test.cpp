@@ -1,0 +1,131 @@
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <numeric>
+
+#include "meshes/msh_writer.hpp"
+#include "results/hdf5/calibration_file.hpp"
+#include "results/hdf5/result_file.hpp"
+#include "tests/fem_reference/verification/fem_test_bodies.hpp"
+#include "tests/livermark_command.hpp"
+
+namespace livermark {
+namespace {
+
+using tests::livermark;
+
+/// A box of soft tissue as a user would have it, in a folder of its own.
+class CalibrateCommand : public testing::Test {
+  protected:
+    void SetUp() override {
+        folder_ = std::filesystem::path(testing::TempDir()) / "livermark_calibrate" /
+                  testing::UnitTest::GetInstance()->current_test_info()->name();
+        std::filesystem::remove_all(folder_);
+        std::filesystem::create_directories(folder_);
+        meshes::write_msh(folder_ / "box.msh", tests::shaken_box_mesh({0.12, 0.08, 0.06}, {6, 4, 3}));
+        std::ofstream(folder_ / "box.toml") << "title = \"Box\"\nmesh = \"box.msh\"\n[regions.solid]\ndensity = 1060\n"
+                                               "young_modulus = 5000\npoisson_ratio = 0.45\nsource = \"made up\"\n";
+        std::ofstream(folder_ / "pull.toml")
+            << "title = \"Pull\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"x_min\"\n"
+               "displacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"x_max\"\ntraction = [10.0, 0.0, 0.0]\n";
+    }
+
+    std::string in_folder(const std::string &name) const { return (folder_ / name).string(); }
+
+    tests::Outcome calibrate(const std::string &arguments) const {
+        return livermark("calibrate " + in_folder("box.toml") + " --held x_min " + arguments);
+    }
+
+    tests::Outcome run(const std::string &arguments) const {
+        return livermark("run --body " + in_folder("box.toml") + " --load-case " + in_folder("pull.toml") +
+                         " --no-uncertainty --output " + in_folder("runs") + " " + arguments);
+    }
+
+    std::filesystem::path folder_;
+};
+
+double mean_error(const std::vector<double> &errors, const std::vector<std::uint8_t> &held_out, bool of_held_out) {
+    double sum = 0.0;
+    int count = 0;
+    for (std::size_t l = 0; l < errors.size(); ++l)
+        if ((held_out[l] != 0) == of_held_out) {
+            sum += errors[l];
+            ++count;
+        }
+    return sum / count;
+}
+
+TEST_F(CalibrateCommand, LowersTheErrorUnderLoadsThatHadNoPartInIt) {
+    const auto outcome = calibrate("--iterations 40");
+    ASSERT_EQ(outcome.status, 0) << outcome.output;
+    EXPECT_NE(outcome.output.find("held out"), std::string::npos) << outcome.output;
+    const auto calibration = results::read_calibration(folder_ / "box.calibrated.h5");
+    EXPECT_EQ(calibration.iterations, 40);
+    EXPECT_EQ(calibration.body, "box");
+    ASSERT_EQ(calibration.held_out.size(), 24u);
+    EXPECT_EQ(std::accumulate(calibration.held_out.begin(), calibration.held_out.end(), 0), 6);
+    for (const bool held_out : {false, true}) {
+        const double before = mean_error(calibration.error_before, calibration.held_out, held_out);
+        const double after = mean_error(calibration.error_after, calibration.held_out, held_out);
+        EXPECT_GT(before, 0.01) << held_out;
+        EXPECT_LT(after, before) << held_out;
+    }
+
+    const auto ran =
+        run("--model patch_nodal_volume calibrated_nodal_volume --calibration " + in_folder("box.calibrated.h5"));
+    ASSERT_EQ(ran.status, 0) << ran.output;
+    const auto result = results::read_result(folder_ / "runs" / "box" / "pull.h5");
+    const auto found = std::ranges::find(result.models, "calibrated_nodal_volume", &results::ModelResult::name);
+    ASSERT_NE(found, result.models.end());
+    ASSERT_TRUE(found->solution.springs);
+    EXPECT_EQ(found->solution.springs->stiffness, calibration.springs.stiffness);
+}
+
+TEST_F(CalibrateCommand, GoesOnAsIfItHadNeverStopped) {
+    const std::string options = "--loads 4 --output ";
+    ASSERT_EQ(calibrate(options + in_folder("whole.h5") + " --iterations 40").status, 0);
+    ASSERT_EQ(calibrate(options + in_folder("parts.h5") + " --iterations 20").status, 0);
+    const auto part = results::read_calibration(in_folder("parts.h5"));
+    ASSERT_EQ(calibrate(options + in_folder("parts.h5") + " --iterations 40").status, 0);
+    const auto whole = results::read_calibration(in_folder("whole.h5"));
+    const auto parts = results::read_calibration(in_folder("parts.h5"));
+    EXPECT_NE(part.springs.stiffness, whole.springs.stiffness);
+    EXPECT_EQ(parts.iterations, 40);
+    EXPECT_EQ(parts.springs.stiffness, whole.springs.stiffness);
+    EXPECT_EQ(parts.error_before, whole.error_before);
+    EXPECT_EQ(parts.error_after, whole.error_after);
+
+    ASSERT_EQ(calibrate(options + in_folder("parts.h5") + " --iterations 20 --restart").status, 0);
+    EXPECT_EQ(results::read_calibration(in_folder("parts.h5")).springs.stiffness, part.springs.stiffness);
+}
+
+TEST_F(CalibrateCommand, RefusesWhatDoesNotBelongTogether) {
+    ASSERT_EQ(calibrate("--loads 4 --iterations 20").status, 0);
+    const auto with_file = " --calibration " + in_folder("box.calibrated.h5");
+    const auto expect_refused = [](const tests::Outcome &outcome, const std::string &message) {
+        EXPECT_EQ(outcome.status, 2) << outcome.output;
+        EXPECT_NE(outcome.output.find(message), std::string::npos) << outcome.output;
+        EXPECT_EQ(std::ranges::count(outcome.output, '\n'), 1) << "more than one sentence: " << outcome.output;
+    };
+    expect_refused(calibrate("--loads 8"), "--restart");
+    expect_refused(calibrate("--loads 4 --seed 2"), "--restart");
+    expect_refused(calibrate("--loads 4 --law lloyd"), "--restart");
+    expect_refused(calibrate("--loads 4 --poisson 0.3"), "not for 5000 Pa and 0.3");
+    expect_refused(run("--poisson 0.3" + with_file), "not for 5000 Pa and 0.3");
+    expect_refused(run("--calibration " + in_folder("nothing.h5")), "make it with `livermark calibrate`");
+    expect_refused(run("--model calibrated_nodal_volume"), "--calibration");
+    meshes::write_msh(folder_ / "box.msh", tests::shaken_box_mesh({0.12, 0.08, 0.06}, {5, 4, 3}));
+    expect_refused(run(with_file), "another mesh than that of box");
+    expect_refused(calibrate("--loads 4"), "another mesh than that of box");
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "runs" / "box" / "pull.h5"));
+}
+
+TEST_F(CalibrateCommand, RefusesAPatchThatIsNotThere) {
+    const auto outcome = livermark("calibrate " + in_folder("box.toml"));
+    EXPECT_EQ(outcome.status, 2) << outcome.output;
+    EXPECT_NE(outcome.output.find("no patch 'posterior'"), std::string::npos) << outcome.output;
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "box.calibrated.h5"));
+}
+
+} // namespace
+} // namespace livermark

@@ -1,0 +1,138 @@
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <fmt/format.h>
+#include <fstream>
+#include <functional>
+#include <gtest/gtest.h>
+
+#include "results/hdf5/result_file.hpp"
+#include "tests/child.hpp"
+#include "tests/same_bits.hpp"
+#include "tests/small_bar.hpp"
+
+namespace livermark {
+namespace {
+
+using tests::same_bits;
+
+namespace fs = std::filesystem;
+
+constexpr int num_load_cases = 6;
+
+/// A run of cheap models on a small bar: most of its time goes by between the first result file and the last.
+class KilledRun : public testing::Test {
+  protected:
+    void SetUp() override {
+        folder_ = tests::folder_with_bar("killed_run", 0.008);
+        for (int l = 0; l < num_load_cases; ++l)
+            std::ofstream(folder_ / fmt::format("pull_{}.toml", l)) << fmt::format(
+                "title = \"pull\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"x_min\"\n"
+                "displacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"x_max\"\ntraction = [{}.0, 0.0, 1.0]\n",
+                10 + l);
+    }
+
+    /// The command is the same in every folder that it works in, so that results are of the same command.
+    tests::ChildEnd run(const fs::path &place, const std::vector<std::string> &more,
+                        const std::function<bool()> &killed_when = {}) const {
+        fs::create_directories(place);
+        std::vector<std::string> words{LIVERMARK_BINARY, "run", "--body", (folder_ / "bar.toml").string(),
+                                       "--load-case"};
+        for (int l = 0; l < num_load_cases; ++l)
+            words.push_back((folder_ / fmt::format("pull_{}.toml", l)).string());
+        for (const char *word : {"--model", "lloyd", "--no-uncertainty", "--output", "runs"})
+            words.emplace_back(word);
+        words.insert(words.end(), more.begin(), more.end());
+        return tests::run_child(words, {.folder = place, .killed_when = killed_when});
+    }
+
+    static fs::path results_of(const fs::path &place) { return place / "runs" / "bar"; }
+
+    fs::path folder_;
+};
+
+std::vector<fs::path> files_with(const fs::path &folder, const std::string &extension) {
+    std::vector<fs::path> files;
+    std::error_code error;
+    for (const auto &entry : fs::directory_iterator(folder, error))
+        if (entry.path().extension() == extension)
+            files.push_back(entry.path());
+    return files;
+}
+
+/// All but when it was made and how long it took.
+void expect_same(const results::Result &a, const results::Result &b) {
+    EXPECT_EQ(a.provenance.command, b.provenance.command);
+    EXPECT_TRUE(same_bits(a.problem.body->mesh.points, b.problem.body->mesh.points));
+    EXPECT_EQ(a.problem.load_case.definition, b.problem.load_case.definition);
+    ASSERT_EQ(a.models.size(), b.models.size());
+    for (std::size_t m = 0; m < a.models.size(); ++m) {
+        const auto &x = a.models[m];
+        const auto &y = b.models[m];
+        SCOPED_TRACE(x.name);
+        EXPECT_EQ(x.name, y.name);
+        EXPECT_EQ(x.solution.status, y.solution.status);
+        EXPECT_TRUE(same_bits(x.solution.displacement, y.solution.displacement));
+        EXPECT_TRUE(same_bits(x.solution.reaction, y.solution.reaction));
+        EXPECT_TRUE(same_bits(x.solution.strain_energy, y.solution.strain_energy));
+        ASSERT_EQ(x.solution.springs.has_value(), y.solution.springs.has_value());
+        if (x.solution.springs) {
+            EXPECT_TRUE(same_bits(x.solution.springs->stiffness, y.solution.springs->stiffness));
+            EXPECT_TRUE(same_bits(x.solution.springs->node_mass, y.solution.springs->node_mass));
+        }
+        ASSERT_EQ(x.comparison.has_value(), y.comparison.has_value());
+        if (x.comparison) {
+            EXPECT_TRUE(same_bits(x.comparison->relative_l2, y.comparison->relative_l2));
+            EXPECT_TRUE(same_bits(x.comparison->error, y.comparison->error));
+        }
+    }
+}
+
+TEST_F(KilledRun, LeavesWholeFilesAndIsResumedToTheSameResults) {
+    const auto undisturbed = folder_ / "undisturbed";
+    const auto whole = run(undisturbed, {});
+    ASSERT_EQ(whole.status, 0) << whole.errors;
+    ASSERT_EQ(files_with(results_of(undisturbed), ".h5").size(), std::size_t{num_load_cases});
+
+    // By what it has written and not by the clock, which says little on a busy machine: between two files, and within
+    // one.
+    int num_killed = 0;
+    std::size_t num_left = 0, num_kept = 0;
+    for (int moment = 0; moment < 2 * num_load_cases; ++moment) {
+        SCOPED_TRACE(moment);
+        const auto place = folder_ / fmt::format("killed_{}", moment);
+        const auto killed = run(place, {}, [&] {
+            const bool has_enough = files_with(results_of(place), ".h5").size() >= std::size_t(moment / 2);
+            return has_enough && (moment % 2 == 0 || !files_with(results_of(place), ".partial").empty());
+        });
+        num_killed += killed.signal == SIGKILL ? 1 : 0;
+        const auto left = files_with(results_of(place), ".h5");
+        for (const auto &file : left)
+            EXPECT_NO_THROW(results::read_result(file)) << file;
+        num_left += left.size();
+
+        // What a run leaves that is killed while it writes: nobody takes it for a result.
+        fs::create_directories(results_of(place));
+        std::ofstream(results_of(place) / "pull_0.h5.1.partial") << "half a file";
+        const auto resumed = run(place, {"--resume"});
+        EXPECT_EQ(resumed.status, 0) << resumed.errors;
+        for (const auto &file : left)
+            num_kept +=
+                resumed.errors.find(fmt::format("bar / {} / lloyd, kept", file.stem().string())) != std::string::npos;
+        const auto completed = files_with(results_of(place), ".h5");
+        ASSERT_EQ(completed.size(), std::size_t{num_load_cases});
+        for (const auto &file : completed)
+            expect_same(results::read_result(file), results::read_result(results_of(undisturbed) / file.filename()));
+    }
+    EXPECT_GE(num_killed, num_load_cases) << "most runs ended before they could be killed";
+    EXPECT_EQ(num_kept, num_left) << "whole files were made again";
+    EXPECT_GT(num_left, 0u);
+    const auto table = tests::run_child({LIVERMARK_BINARY, "table", "killed_0"}, {.folder = folder_});
+    EXPECT_EQ(table.status, 0);
+    EXPECT_EQ(table.errors, "");
+    RecordProperty("killed", num_killed);
+    RecordProperty("kept", static_cast<int>(num_kept));
+}
+
+} // namespace
+} // namespace livermark

@@ -1,0 +1,36 @@
+#include <filesystem>
+#include <functional>
+#include <gtest/gtest.h>
+
+#include "load_cases/load_case_reader.hpp"
+#include "meshes/msh_reader.hpp"
+#include "studies/exchange/formats/outside_solution.hpp"
+#include "support/input_error.hpp"
+#include "support/toml_input.hpp"
+#include "tests/test_meshes.hpp"
+
+namespace livermark {
+namespace {
+
+/// What the fuzzers start from, and what they have found: every file is read or refused.
+int num_read(const std::string &reader, const std::function<void(const std::filesystem::path &)> &read) {
+    int count = 0;
+    for (const auto &entry : std::filesystem::directory_iterator(LIVERMARK_SOURCE_DIR "/fuzz/seeds/" + reader))
+        try {
+            read(entry.path());
+            ++count;
+        } catch (const support::InputError &error) {
+            EXPECT_FALSE(std::string(error.what()).empty());
+        }
+    return count;
+}
+
+TEST(FuzzSeeds, AreReadOrRefused) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
+    EXPECT_GE(num_read("msh", [](const auto &file) { meshes::read_msh(file); }), 2);
+    EXPECT_GE(num_read("load_case", [&](const auto &file) { load_cases::read_load_case(file, mesh); }), 3);
+    EXPECT_GE(num_read("answer", [](const auto &file) { studies::read_outside_solution(file); }), 1);
+}
+
+} // namespace
+} // namespace livermark

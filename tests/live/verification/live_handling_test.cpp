@@ -1,0 +1,111 @@
+#include <algorithm>
+#include <gtest/gtest.h>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "live/scene.hpp"
+#include "load_cases/load_case_reader.hpp"
+#include "meshes/body_reader.hpp"
+
+namespace livermark::live {
+namespace {
+
+using core::Vector3;
+
+constexpr int num_handlings = 150;
+
+/// A node that can be touched, and where its outside is.
+struct Place {
+    int node = 0;
+    Vector3 point, normal;
+};
+
+/// What a load case holds still.
+std::vector<bool> constrained_facets(const core::LoadCase &load_case) {
+    std::vector<bool> constrained;
+    for (std::size_t f = 0; f < load_case.condition.size(); ++f)
+        constrained.push_back(load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
+                              load_case.value[f].isZero(0.0));
+    return constrained;
+}
+
+std::vector<Place> places(const core::TetraMesh &mesh, const std::vector<bool> &is_constrained) {
+    std::vector<Vector3> normal(mesh.points.size(), Vector3::Zero());
+    std::vector<char> can_move(mesh.points.size(), 1);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+        const auto [a, b, c] = mesh.boundary_triangles[f];
+        const auto &x = mesh.points;
+        for (const int node : {a, b, c}) {
+            normal[node] += (x[b] - x[a]).cross(x[c] - x[a]);
+            if (is_constrained[f])
+                can_move[node] = 0;
+        }
+    }
+    std::vector<Place> found;
+    for (int i = 0; i < mesh.num_nodes(); ++i)
+        if (can_move[i] != 0 && !normal[i].isZero(0.0))
+            found.push_back({i, mesh.points[i], normal[i].normalized()});
+    return found;
+}
+
+/// A poke up to 40 mm deep, or a pull of 60 mm, that begins as a jump.
+Tool random_tool(const std::vector<Place> &all, std::mt19937 &random) {
+    const auto number = [&](double least, double most) {
+        return std::uniform_real_distribution<double>(least, most)(random);
+    };
+    const auto &place = all[random() % all.size()];
+    Tool tool{
+        .kind = random() % 5 < 3 ? ToolKind::probe : ToolKind::pull, .radius = number(0.004, 0.02), .node = place.node};
+    const double along = tool.kind == ToolKind::probe ? tool.radius - number(0.0, 0.04) : number(-0.02, 0.06);
+    const Vector3 aside(number(-0.015, 0.015), number(-0.015, 0.015), number(-0.015, 0.015));
+    tool.target = place.point + along * place.normal + aside;
+    return tool;
+}
+
+/// The longest step that is offered bears rough hands: nothing leaves all bounds, and what was turned inside out on the
+/// way has turned back.
+void expect_sound(const std::string &name, const Settings &settings) {
+    const auto body = meshes::read_body(std::string(LIVERMARK_SOURCE_DIR "/meshes/") + name + ".toml");
+    const auto constrained =
+        constrained_facets(load_cases::read_load_case(LIVERMARK_SOURCE_DIR "/load_cases/palpation.toml", body.mesh));
+    Scene scene(body, constrained);
+    scene.choose(settings);
+    const auto all = places(body.mesh, constrained);
+    std::mt19937 random(7);
+    double strongest = 0.0;
+    for (int i = 0; i < num_handlings; ++i) {
+        const auto touched = scene.move(random_tool(all, random), 200);
+        strongest = std::max(strongest, touched.force.norm());
+        EXPECT_EQ(scene.move({}, 50).restarts, 0);
+    }
+    EXPECT_GT(strongest, 0.5) << "the hand was a rough one [N]";
+    for (int left = 0; left < 2; ++left)
+        scene.move({}, 2000);
+    const auto rest = scene.move({}, 0);
+    EXPECT_GT(rest.smallest_volume, 0.9);
+    for (const auto &u : rest.displacement)
+        EXPECT_LT(u.norm(), 0.01);
+}
+
+Settings patch_with(double poisson_ratio) {
+    return {.young_modulus = 5e3, .poisson_ratio = poisson_ratio};
+}
+
+TEST(LiveHandling, LeavesTheHealthyLiverSound) {
+    expect_sound("liver_healthy", patch_with(0.45));
+}
+
+TEST(LiveHandling, LeavesTheLiverWithTumoursSound) {
+    expect_sound("liver_tumours", patch_with(0.49));
+}
+
+TEST(LiveHandling, LeavesSpringsAloneSound) {
+    Settings settings = patch_with(0.25);
+    settings.spring_law = "lloyd";
+    settings.keeps_volume = false;
+    expect_sound("liver_tumours", settings);
+}
+
+} // namespace
+} // namespace livermark::live

@@ -1,0 +1,217 @@
+#include <cmath>
+#include <gtest/gtest.h>
+#include <numbers>
+
+#include "load_cases/load_case_reader.hpp"
+#include "tests/bad_input.hpp"
+#include "tests/test_meshes.hpp"
+
+namespace livermark {
+namespace {
+
+const std::string good = R"(title = "Press and hold"
+target_peak_displacement = 0.002
+acceleration = [0.0, 0, -0.1]
+
+[[condition]]
+patch = "x_min"
+displacement = [0.0, "free", 0.001]
+
+[[condition]]
+patch = "y_min"
+displacement = ["free", 0.0, "free"]
+
+[[condition]]
+disc = { patch = "z_max", radius = 0.02 }
+pressure = 300
+)";
+
+core::TetraMesh block() {
+    return tests::box_mesh({0.1, 0.1, 0.1}, {10, 10, 10});
+}
+
+core::LoadCase parse(const std::string &text) {
+    return load_cases::parse_load_case(text, "press.toml", block());
+}
+
+std::string replaced(std::string text, const std::string &from, const std::string &to) {
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
+TEST(LoadCaseReader, KeepsNameTextAndNumbers) {
+    const auto load_case = parse(good);
+    EXPECT_EQ(load_case.name, "press");
+    EXPECT_EQ(load_case.title, "Press and hold");
+    EXPECT_EQ(load_case.definition, good);
+    EXPECT_EQ(load_case.target_peak_displacement, 0.002);
+    EXPECT_EQ(load_case.acceleration, core::Vector3(0.0, 0.0, -0.1));
+    EXPECT_FALSE(load_case.scale_to_target);
+    EXPECT_TRUE(parse("scale_to_target = true\n" + good).scale_to_target);
+    EXPECT_EQ(load_case.load_scale, 1.0);
+}
+
+TEST(LoadCaseReader, PutsDisplacementsOnThePatchWithFreeComponents) {
+    const auto mesh = block();
+    const auto load_case = parse(good);
+    EXPECT_EQ(load_case.constraint_names, (std::vector<std::string>{"x_min", "y_min"}));
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (mesh.boundary_patch[f] == 0) {
+            EXPECT_EQ(load_case.condition[f], core::FacetCondition::prescribed_displacement);
+            EXPECT_EQ(load_case.value[f].x(), 0.0);
+            EXPECT_TRUE(std::isnan(load_case.value[f].y()));
+            EXPECT_EQ(load_case.value[f].z(), 0.001);
+            EXPECT_EQ(load_case.constraint[f], 0);
+        } else
+            EXPECT_EQ(load_case.constraint[f], mesh.boundary_patch[f] == 2 ? 1 : -1);
+}
+
+TEST(LoadCaseReader, PressureOnADiscPushesInwardInItsMiddle) {
+    const auto mesh = block();
+    const auto load_case = parse(good);
+    core::Vector3 force = core::Vector3::Zero();
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (load_case.condition[f] == core::FacetCondition::traction) {
+            EXPECT_LT(load_case.value[f].head<2>().norm(), 1e-10);
+            for (const int node : mesh.boundary_triangles[f])
+                EXPECT_LT((mesh.points[node] - core::Vector3(0.05, 0.05, 0.1)).norm(), 0.035);
+            force += core::area_vector(mesh, f).norm() * load_case.value[f];
+        }
+    EXPECT_NEAR(force.z(), -300.0 * std::numbers::pi * 0.02 * 0.02, 1e-12); // that of the disc, not of its facets
+}
+
+const std::string letting_go = good + R"(
+[release]
+duration = 1
+output_interval = 0.1
+damping_ratio = 0.05
+damping_frequencies = [2, 7.5]
+
+[[probe]]
+name = "middle"
+patch = "z_max"
+
+[[probe]]
+name = "side"
+patch = "x_max"
+)";
+
+TEST(LoadCaseReader, ReadsWhatHappensAfterARelease) {
+    EXPECT_FALSE(parse(good).release);
+    const auto mesh = block();
+    const auto load_case = parse(letting_go);
+    ASSERT_TRUE(load_case.release);
+    const auto &release = *load_case.release;
+    EXPECT_EQ(release.num_steps, 10);
+    EXPECT_EQ(release.output_interval, 0.1);
+    for (const double frequency : {2.0, 7.5})
+        EXPECT_NEAR(release.damping.ratio(2.0 * std::numbers::pi * frequency), 0.05, 1e-15);
+    EXPECT_LT(release.damping.ratio(2.0 * std::numbers::pi * 4.0), 0.05);
+    ASSERT_EQ(release.probes.size(), 2u);
+    EXPECT_EQ(release.probes[0].name, "middle");
+    EXPECT_LT((mesh.points[release.probes[0].node] - core::Vector3(0.05, 0.05, 0.1)).norm(), 1e-12);
+    EXPECT_LT((mesh.points[release.probes[1].node] - core::Vector3(0.1, 0.05, 0.05)).norm(), 1e-12);
+    const auto other =
+        parse(replaced(letting_go, "damping_ratio = 0.05\ndamping_frequencies = [2, 7.5]", "alpha = 3\nbeta = 0.5"));
+    EXPECT_EQ(other.release->damping.alpha, 3.0);
+    EXPECT_EQ(other.release->damping.beta, 0.5);
+}
+
+struct BadLoadCase {
+    const char *name;
+    std::string text;
+    std::vector<std::string> message;
+};
+
+class BadLoadCaseToml : public testing::TestWithParam<BadLoadCase> {};
+
+TEST_P(BadLoadCaseToml, IsRefusedWithPlaceAndRemedy) {
+    tests::expect_input_error([] { parse(GetParam().text); }, GetParam().message);
+}
+
+const std::vector<BadLoadCase> bad_load_cases{
+    {"NotToml", "title = ", {"press.toml:1:", "not TOML"}},
+    {"NoTitle", replaced(good, "title = \"Press and hold\"\n", ""), {"press.toml:1:", "'title' is missing"}},
+    {"TitleIsANumber", replaced(good, "\"Press and hold\"", "3"), {"press.toml:1:", "string in quotes"}},
+    {"MisspeltKey",
+     replaced(good, "acceleration", "accelleration"),
+     {"press.toml:3:", "unknown key 'accelleration'", "did you mean 'acceleration'"}},
+    {"MisspeltConditionKey", replaced(good, "pressure", "presure"), {"press.toml:15:", "did you mean 'pressure'"}},
+    {"UnknownPatch",
+     replaced(good, "patch = \"x_min\"", "patch = \"xmin\""),
+     {"press.toml:6:", "no patch 'xmin'", "x_min"}},
+    {"NoCondition", "title = \"t\"\ntarget_peak_displacement = 1.0\n", {"no [[condition]]"}},
+    {"ConditionIsNoTable", "title = \"t\"\ntarget_peak_displacement = 1.0\ncondition = 3\n", {"no [[condition]]"}},
+    {"NothingHolds",
+     replaced(replaced(good, "displacement = [0.0, \"free\", 0.001]", "traction = [1.0, 0.0, 0.0]"),
+              "displacement = [\"free\", 0.0, \"free\"]", "traction = [1.0, 0.0, 0.0]"),
+     {"nothing constrains the body", "displacement"}},
+    {"FreeInEveryDirection",
+     replaced(good, "[0.0, \"free\", 0.001]", "[\"free\", \"free\", \"free\"]"),
+     {"constrains nothing"}},
+    {"TwoNumbers", replaced(good, "[0.0, \"free\", 0.001]", "[0.0, 0.001]"), {"press.toml:7:", "three finite numbers"}},
+    {"NaNTraction", replaced(good, "pressure = 300", "traction = [nan, 0.0, 0.0]"), {"three finite numbers"}},
+    {"InfinitePressure", replaced(good, "pressure = 300", "pressure = inf"), {"finite number"}},
+    {"PressureInWords", replaced(good, "pressure = 300", "pressure = \"300 Pa\""), {"finite number"}},
+    {"TwoEffects", good + "traction = [1.0, 0.0, 0.0]\n", {"give one of them"}},
+    {"NoEffect", replaced(good, "pressure = 300\n", ""), {"give one of them"}},
+    {"TwoPlaces", good + "patch = \"x_max\"\n", {"give one of them"}},
+    {"NegativeRadius", replaced(good, "radius = 0.02", "radius = -0.02"), {"positive"}},
+    {"Overlap", good + "\n[[condition]]\npatch = \"z_max\"\npressure = 1.0\n", {"have a condition already"}},
+    {"Contradiction",
+     good + "\n[[condition]]\npatch = \"z_min\"\ndisplacement = [0.0, 0.0, 0.002]\n",
+     {"prescribes a displacement of", "keep them apart"}},
+    {"BodyThatSlides",
+     replaced(good, "[\"free\", 0.0, \"free\"]", "[\"free\", \"free\", 0.001]"),
+     {"press.toml: ", "slide along y", "not \"free\" in y"}},
+    {"BodyThatTurns",
+     replaced(good, "[0.0, \"free\"", "[\"free\", \"free\"") +
+         "\n[[condition]]\npatch = \"z_min\"\ndisplacement = [0.0, \"free\", \"free\"]\n",
+     {"press.toml: ", "turn about y;", "in the way"}},
+    {"ReleaseOfNothing",
+     replaced(letting_go, "pressure = 300", "displacement = [0.0, 0.0, 0.0]"),
+     {"press.toml:17:", "nothing to let go", "traction"}},
+    {"DurationIsNoMultiple",
+     replaced(letting_go, "duration = 1", "duration = 1.05"),
+     {"press.toml:17:", "not a whole number", "change one"}},
+    {"EndlessRelease", replaced(letting_go, "duration = 1", "duration = 1e9"), {"not a whole number"}},
+    {"NegativeDuration", replaced(letting_go, "duration = 1", "duration = -1"), {"'duration' is -1", "positive"}},
+    {"NoInterval", replaced(letting_go, "output_interval = 0.1\n", ""), {"'output_interval' is missing"}},
+    {"NegativeDamping", replaced(letting_go, "= 0.05", "= -0.05"), {"'damping_ratio' is -0.05", "zero or more"}},
+    {"DampingAtNoFrequency", replaced(letting_go, "[2, 7.5]", "[0, 7.5]"), {"positive and finite"}},
+    {"DampingAtOneFrequency", replaced(letting_go, "[2, 7.5]", "[2]"), {"two numbers"}},
+    {"DampingWithoutFrequency",
+     replaced(letting_go, "damping_frequencies = [2, 7.5]\n", ""),
+     {"press.toml:17:", "give one of the two pairs"}},
+    {"DampingTwice", replaced(letting_go, "[[probe]]", "alpha = 1.0\n[[probe]]"), {"give one of the two pairs"}},
+    {"NoDamping",
+     replaced(letting_go, "damping_ratio = 0.05\ndamping_frequencies = [2, 7.5]\n", ""),
+     {"give one of the two pairs"}},
+    {"MisspeltReleaseKey", replaced(letting_go, "duration", "duraton"), {"did you mean 'duration'"}},
+    {"ProbeWithoutRelease", good + "[[probe]]\nname = \"a\"\npatch = \"z_max\"\n", {"press.toml:16:", "[release]"}},
+    {"ReleaseWithoutProbe", letting_go.substr(0, letting_go.find("[[probe]]")), {"without a [[probe]]"}},
+    {"ProbeOnUnknownPatch", replaced(letting_go, "patch = \"x_max\"", "patch = \"xmax\""), {"no patch 'xmax'"}},
+    {"TwoProbesOfOneName", replaced(letting_go, "\"side\"", "\"middle\""), {"a name of its own"}},
+    {"ProbeThatIsHeld",
+     replaced(replaced(letting_go, "\"free\"", "0.0"), "patch = \"x_max\"", "patch = \"x_min\""),
+     {"at a constrained node"}},
+    {"NothingToScale",
+     "title = \"t\"\ntarget_peak_displacement = 0.001\nscale_to_target = true\n[[condition]]\npatch = \"x_min\"\n"
+     "displacement = [0.0, \"free\", 0.0]\n",
+     {"press.toml:3:", "nothing moves the body", "leave 'scale_to_target' out"}},
+    {"ScalingInWords",
+     replaced(good, "[[condition]]", "scale_to_target = \"yes\"\n[[condition]]"),
+     {"press.toml:5:", "true or false"}},
+    {"NegativeTarget", replaced(good, "= 0.002", "= -0.002"), {"press.toml:2:", "positive"}},
+};
+
+INSTANTIATE_TEST_SUITE_P(Files, BadLoadCaseToml, testing::ValuesIn(bad_load_cases),
+                         [](const auto &info) { return std::string(info.param.name); });
+
+TEST(LoadCaseReader, RefusesAMissingFile) {
+    tests::expect_input_error([] { load_cases::read_load_case("no_such.toml", block()); }, {"no_such.toml"});
+}
+
+} // namespace
+} // namespace livermark

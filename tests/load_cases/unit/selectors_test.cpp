@@ -1,0 +1,250 @@
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <numbers>
+
+#include "load_cases/facets.hpp"
+#include "load_cases/load_case_reader.hpp"
+#include "load_cases/selector.hpp"
+#include "tests/bad_input.hpp"
+#include "tests/test_meshes.hpp"
+
+namespace livermark {
+namespace {
+
+using core::Vector3;
+
+/// A cube of 0.1 m with a lump around (0.07, 0.03, 0.05) m.
+core::TetraMesh lumpy_block() {
+    auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {10, 10, 10});
+    mesh.region_names.emplace_back("lump");
+    for (int t = 0; t < mesh.num_tetrahedra(); ++t) {
+        Vector3 centroid = Vector3::Zero();
+        for (const int node : mesh.tetrahedra[t])
+            centroid += 0.25 * mesh.points[node];
+        mesh.region[t] = (centroid - Vector3(0.07, 0.03, 0.05)).lpNorm<Eigen::Infinity>() < 0.02 ? 1 : 0;
+    }
+    return mesh;
+}
+
+/// The same cut open from above between x = 0.04 and 0.06 m, down to z = 0.03 m.
+core::TetraMesh slotted_block() {
+    auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {10, 10, 10});
+    std::erase_if(mesh.tetrahedra, [&](const auto &nodes) {
+        Vector3 centroid = Vector3::Zero();
+        for (const int node : nodes)
+            centroid += 0.25 * mesh.points[node];
+        return std::abs(centroid.x() - 0.05) < 0.01 && centroid.z() > 0.03;
+    });
+    mesh.region.assign(mesh.tetrahedra.size(), 0);
+    mesh.boundary_triangles = core::outer_faces(mesh.tetrahedra);
+    mesh.boundary_patch.assign(mesh.boundary_triangles.size(), 0);
+    mesh.patch_names = {"surface"};
+    return mesh;
+}
+
+load_cases::Selection select(const std::string &condition, const core::TetraMesh &mesh) {
+    const std::vector<core::FacetCondition> nothing_taken(mesh.boundary_triangles.size());
+    return load_cases::select_facets(support::parse_toml(condition, "place.toml"), mesh, nothing_taken);
+}
+
+/// All of them face the same way, and their centroids are around a place.
+void expect_around(const load_cases::Selection &selection, const core::TetraMesh &mesh, const Vector3 &place,
+                   const Vector3 &normal, double radius) {
+    ASSERT_FALSE(selection.facets.empty());
+    for (const int f : selection.facets) {
+        EXPECT_LT((area_vector(mesh, f).normalized() - normal).norm(), 1e-9);
+        EXPECT_LT((load_cases::facet_centroid(mesh, f) - place).norm(), radius);
+    }
+}
+
+// A facet's centroid is up to 7 mm from the place on its side of a brick of 10 mm.
+constexpr double disc_radius = 0.02;
+constexpr double reach = disc_radius + 0.008;
+
+TEST(Selectors, DiscOverARegionIsWhereTheDirectionLeavesTheBody) {
+    const auto mesh = lumpy_block();
+    const auto up = select(R"(disc = { region = "lump", direction = [0, 0, 2], radius = 0.02 })", mesh);
+    expect_around(up, mesh, {0.07, 0.03, 0.1}, Vector3::UnitZ(), reach);
+    EXPECT_EQ(up.name, "disc over lump");
+    const auto left = select(R"(disc = { region = "lump", direction = [-1, 0, 0], radius = 0.02 })", mesh);
+    expect_around(left, mesh, {0.0, 0.03, 0.05}, -Vector3::UnitX(), reach);
+}
+
+TEST(Selectors, DiscAtAPointIsAtTheNearestFacetUnlessADirectionLeadsElsewhere) {
+    const auto mesh = lumpy_block();
+    expect_around(select("disc = { point = [0.05, 0.09, 0.05], radius = 0.02 }", mesh), mesh, {0.05, 0.1, 0.05},
+                  Vector3::UnitY(), reach);
+    expect_around(select("disc = { point = [0.05, 0.09, 0.05], direction = [0, -1, 0], radius = 0.02 }", mesh), mesh,
+                  {0.05, 0.0, 0.05}, -Vector3::UnitY(), reach);
+}
+
+TEST(Selectors, DirectionLeadsToTheLastExitAndTheOppositeIsTheFirst) {
+    const auto mesh = slotted_block();
+    expect_around(select("disc = { point = [0.02, 0.05, 0.07], direction = [1, 0, 0], radius = 0.02 }", mesh), mesh,
+                  {0.1, 0.05, 0.07}, Vector3::UnitX(), reach);
+    expect_around(select("disc = { point = [-0.01, 0.05, 0.07], opposite = true, radius = 0.02 }", mesh), mesh,
+                  {0.04, 0.05, 0.07}, Vector3::UnitX(), reach);
+}
+
+TEST(Selectors, DiscHasTheResultantOfItsCircle) {
+    const auto mesh = lumpy_block();
+    const auto disc = select(R"(disc = { region = "lump", direction = [0, 0, 1], radius = 0.02 })", mesh);
+    EXPECT_NEAR(disc.area_ratio * load_cases::area_of(disc.facets, mesh), std::numbers::pi * 4e-4, 1e-15);
+}
+
+TEST(Selectors, SeveralPatchesAreOnePlace) {
+    const auto mesh = lumpy_block();
+    const auto place = select(R"(patches = ["z_max", "x_min", "z_max"])", mesh);
+    EXPECT_EQ(place.facets.size(), 400u);
+    EXPECT_TRUE(std::ranges::is_sorted(place.facets));
+    EXPECT_NEAR(load_cases::area_of(place.facets, mesh), 0.02, 1e-15);
+}
+
+TEST(Selectors, EdgeIsOnBothPatchesNearWhereTheyMeet) {
+    const auto mesh = lumpy_block();
+    const auto place = select(R"(edge = { between = ["x_max", "z_max"], width = 0.012, length = 0.06 })", mesh);
+    int num_above = 0;
+    for (const int f : place.facets) {
+        const Vector3 centroid = load_cases::facet_centroid(mesh, f);
+        num_above += area_vector(mesh, f).z() > 0.0;
+        EXPECT_LT(std::hypot(centroid.x() - 0.1, centroid.z() - 0.1), 0.012);
+        EXPECT_LT(std::abs(centroid.y() - 0.05), 0.03);
+    }
+    EXPECT_GT(num_above, 5);
+    EXPECT_GT(std::ssize(place.facets) - num_above, 5);
+}
+
+const std::string constrained = R"(title = "t"
+target_peak_displacement = 0.001
+[[condition]]
+patch = "x_min"
+displacement = [0.0, 0.0, 0.0]
+[[condition]]
+)";
+
+core::LoadCase parse_condition(const std::string &condition, const core::TetraMesh &mesh) {
+    return load_cases::parse_load_case(constrained + condition, "held.toml", mesh);
+}
+
+TEST(Selectors, RestIsAllThatIsNotTaken) {
+    const auto mesh = lumpy_block();
+    const auto load_case =
+        parse_condition("patch = \"y_max\"\ntraction = [1, 0, 0]\n[[condition]]\nrest = true\npressure = 2.0\n", mesh);
+    int num_pressed = 0;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+        EXPECT_NE(load_case.condition[f], core::FacetCondition::free);
+        num_pressed += std::abs(load_case.value[f].norm() - 2.0) < 1e-12;
+    }
+    EXPECT_EQ(num_pressed, 800);
+}
+
+TEST(Effects, PushMovesTheWholePlaceAgainstItsMeanNormalUnderItsName) {
+    const auto mesh = lumpy_block();
+    const std::string corner = R"(edge = { between = ["x_max", "z_max"], width = 0.012, length = 0.06 })";
+    const auto place = select(corner, mesh);
+    Vector3 area = Vector3::Zero();
+    for (const int f : place.facets)
+        area += area_vector(mesh, f);
+    EXPECT_GT(area.normalized().dot(Vector3(1.0, 0.0, 1.0).normalized()), 0.9);
+    const auto load_case = parse_condition("name = \"corner\"\n" + corner + "\npush = 0.002\n", mesh);
+    EXPECT_EQ(load_case.constraint_names, (std::vector<std::string>{"x_min", "corner"}));
+    for (const int f : place.facets) {
+        EXPECT_EQ(load_case.constraint[f], 1);
+        EXPECT_LT((load_case.value[f] + 0.002 * area.normalized()).norm(), 1e-15);
+    }
+}
+
+TEST(Effects, TangentialTractionHasNoPartAlongTheNormal) {
+    const auto mesh = lumpy_block();
+    const auto load_case = parse_condition("patches = [\"y_max\", \"z_max\"]\ntangential_traction = [1, 2, 3]\n", mesh);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (load_case.condition[f] == core::FacetCondition::traction) {
+            const bool above = area_vector(mesh, f).z() > 1e-9;
+            EXPECT_LT((load_case.value[f] - (above ? Vector3(1, 2, 0) : Vector3(1, 0, 3))).norm(), 1e-12);
+        }
+}
+
+TEST(Effects, TorqueIsTheMomentOfItsTractionsWithoutAResultant) {
+    const auto mesh = lumpy_block();
+    for (const Vector3 &torque : {Vector3(0.3, 0.0, 0.0), Vector3(0.0, 0.1, -0.2)}) {
+        const auto load_case = parse_condition(
+            fmt::format("patch = \"x_max\"\ntorque = [{}, {}, {}]\n", torque.x(), torque.y(), torque.z()), mesh);
+        Vector3 force = Vector3::Zero(), moment = Vector3::Zero();
+        for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+            if (load_case.condition[f] == core::FacetCondition::traction) {
+                const Vector3 on_facet = area_vector(mesh, f).norm() * load_case.value[f];
+                force += on_facet;
+                moment += load_cases::facet_centroid(mesh, f).cross(on_facet);
+            }
+        EXPECT_LT(force.norm(), 1e-12);
+        EXPECT_LT((moment - torque).norm(), 1e-12);
+    }
+}
+
+TEST(Effects, TorqueOnOneFacetIsRefused) {
+    tests::expect_input_error(
+        [] { parse_condition("disc = { patch = \"x_max\", radius = 1e-6 }\ntorque = [1, 0, 0]\n", lumpy_block()); },
+        {"held.toml:8:", "stand in one line", "choose a larger place"});
+}
+
+TEST(Selectors, WhatTheBodyLacksIsToldFromWhatIsWrittenWrongly) {
+    const auto mesh = lumpy_block();
+    EXPECT_THROW(select("patch = \"lobe\"", mesh), load_cases::NotOnBody);
+    EXPECT_THROW(select("disc = { region = \"tumour_1\", radius = 0.01 }", mesh), load_cases::NotOnBody);
+    try {
+        select("disc = { region = \"lump\", radius = -0.01 }", mesh);
+        FAIL() << "the radius was accepted";
+    } catch (const load_cases::NotOnBody &error) {
+        FAIL() << error.what();
+    } catch (const support::InputError &) {
+    }
+}
+
+struct BadPlace {
+    const char *name;
+    std::string condition;
+    std::vector<std::string> message;
+};
+
+class BadPlaces : public testing::TestWithParam<BadPlace> {};
+
+TEST_P(BadPlaces, AreRefusedWithPlaceAndRemedy) {
+    tests::expect_input_error([] { parse_condition(GetParam().condition + "\npressure = 1.0\n", lumpy_block()); },
+                              GetParam().message);
+}
+
+const std::vector<BadPlace> bad_places{
+    {"NoRegion", "disc = { region = \"lmp\", radius = 0.01 }", {"held.toml:7:", "no region 'lmp'", "lump"}},
+    {"NoOrigin", "disc = { radius = 0.01 }", {"held.toml:7:", "give one of them"}},
+    {"TwoOrigins", "disc = { patch = \"z_max\", region = \"lump\", radius = 0.01 }", {"give one of them"}},
+    {"DirectionFromAPatch",
+     "disc = { patch = \"z_max\", direction = [0, 0, 1], radius = 0.01 }",
+     {"held.toml:7:", "leave the 'direction' out"}},
+    {"ZeroDirection", "disc = { region = \"lump\", direction = [0, 0, 0], radius = 0.01 }", {"points somewhere"}},
+    {"DirectionThatMisses",
+     "disc = { point = [0.5, 0.5, 0.5], direction = [0, 0, 1], radius = 0.01 }",
+     {"held.toml:6:", "no facet of the body is in 'disc at (0.5, 0.5, 0.5) m'", "choose another place"}},
+    {"OppositeInWords", "disc = { patch = \"z_max\", radius = 0.01, opposite = \"yes\" }", {"true or false"}},
+    {"MisspeltDiscKey", "disc = { pacth = \"z_max\", radius = 0.01 }", {"did you mean 'patch'"}},
+    {"PatchesAsOneWord", "patches = \"z_max\"", {"held.toml:7:", "strings in brackets"}},
+    {"NoPatchAmongPatches", "patches = [\"z_max\", \"lobe\"]", {"held.toml:7:", "no patch 'lobe'", "z_max"}},
+    {"EdgeOfOnePatch", "edge = { between = [\"z_max\"], width = 0.01, length = 0.01 }", {"held.toml:7:", "name two"}},
+    {"EdgeOfPatchesApart",
+     "edge = { between = [\"z_max\", \"z_min\"], width = 0.01, length = 0.01 }",
+     {"no facet of the body is in 'edge between z_max and z_min'"}},
+    {"EdgeWithoutLength", "edge = { between = [\"z_max\", \"x_max\"], width = 0.01, length = 0 }", {"'length' is 0"}},
+    {"NoRest", "rest = false", {"held.toml:7:", "only be true"}},
+    {"RestOfNothing",
+     "rest = true\npressure = 1.0\n[[condition]]\nrest = true",
+     {"held.toml:9:", "no facet of the body is in 'the rest of the surface'"}},
+    {"PlaceBelowTheRest", "rest = true\npressure = 1.0\n[[condition]]\npatch = \"z_max\"", {"a condition already"}},
+    {"Nowhere", "", {"held.toml:6:", "one of 'disc', 'edge', 'patch', 'patches', 'rest'", "give one of them"}},
+};
+
+INSTANTIATE_TEST_SUITE_P(Conditions, BadPlaces, testing::ValuesIn(bad_places),
+                         [](const auto &info) { return std::string(info.param.name); });
+
+} // namespace
+} // namespace livermark

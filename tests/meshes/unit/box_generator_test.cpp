@@ -1,0 +1,103 @@
+#include "meshes/box_generator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "meshes/mesh_figures.hpp"
+#include "meshes/orientation.hpp"
+#include "support/input_error.hpp"
+
+namespace livermark {
+
+namespace {
+
+const core::Vector3 size(0.3, 0.1, 0.08);
+
+using meshes::BoxTopology;
+
+class BoxGenerator : public testing::TestWithParam<BoxTopology> {};
+
+} // namespace
+
+TEST_P(BoxGenerator, FillsTheBoxWithTetrahedraOfTheEdgeAskedFor) {
+    // Gmsh's edges get longer than asked for in fine meshes; those of lattices are off where the bricks are few.
+    const bool is_lattice = GetParam() != BoxTopology::delaunay;
+    for (const double edge : is_lattice ? std::vector{0.025, 0.01} : std::vector{0.05, 0.025}) {
+        const auto figures = meshes::mesh_figures(meshes::generate_box(size, edge, GetParam()));
+        EXPECT_NEAR(figures.volume, size.prod(), 1e-12 * size.prod());
+        EXPECT_LT((figures.extent - size).norm(), 1e-12);
+        EXPECT_NEAR(figures.mean_edge, edge, 0.15 * edge);
+        EXPECT_GT(figures.smallest_quality, 0.1);
+    }
+}
+
+TEST_P(BoxGenerator, SidesAreFlatPatchesWithOutwardNormals) {
+    const auto mesh = meshes::generate_box(size, 0.04, GetParam());
+    const std::vector<std::string> names{"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"};
+    ASSERT_EQ(mesh.patch_names, names);
+    std::array<core::Vector3, 6> area;
+    area.fill(core::Vector3::Zero());
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        area[mesh.boundary_patch[f]] += core::area_vector(mesh, f);
+    for (int side = 0; side < 6; ++side) {
+        const int axis = side / 2;
+        const core::Vector3 wanted =
+            (side % 2 == 0 ? -1.0 : 1.0) * size.prod() / size[axis] * core::Vector3::Unit(axis);
+        EXPECT_LT((area[side] - wanted).norm(), 1e-12 * wanted.norm()) << names[side];
+    }
+}
+
+TEST_P(BoxGenerator, SameArgumentsGiveTheSameMesh) {
+    const auto first = meshes::generate_box(size, 0.03, GetParam());
+    const auto second = meshes::generate_box(size, 0.03, GetParam());
+    EXPECT_EQ(first.points, second.points);
+    EXPECT_EQ(first.tetrahedra, second.tetrahedra);
+}
+
+TEST_P(BoxGenerator, RefusesLengthsThatAreNotPositive) {
+    EXPECT_THROW(meshes::generate_box({0.3, 0.0, 0.1}, 0.05, GetParam()), support::InputError);
+    EXPECT_THROW(meshes::generate_box(size, -0.05, GetParam()), support::InputError);
+    EXPECT_THROW(meshes::generate_box(size, std::numeric_limits<double>::infinity(), GetParam()), support::InputError);
+    EXPECT_THROW(meshes::generate_box(size, std::numeric_limits<double>::quiet_NaN(), GetParam()), support::InputError);
+}
+
+/// Inside a lattice every node has fourteen edges, and the faces inside belong to two tetrahedra each, so that no
+/// tetrahedra overlap and none is missing.
+TEST(LatticeBox, IsConforming) {
+    for (const auto topology : {BoxTopology::body_centred, BoxTopology::kuhn}) {
+        const auto mesh = meshes::generate_box(size, 0.02, topology);
+        double area = 0.0;
+        for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+            area += core::area_vector(mesh, f).norm();
+        const double sides = 2.0 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
+        EXPECT_NEAR(area, sides, 1e-12 * sides);
+        std::vector<int> num_edges(mesh.points.size(), 0);
+        for (const auto &[a, b] : core::edge_table(mesh.tetrahedra).edges) {
+            ++num_edges[a];
+            ++num_edges[b];
+        }
+        int num_inside = 0;
+        for (std::size_t i = 0; i < mesh.points.size(); ++i)
+            if (mesh.points[i].minCoeff() > 0.02 && (size - mesh.points[i]).minCoeff() > 0.02) {
+                ++num_inside;
+                EXPECT_EQ(num_edges[i], 14) << i;
+            }
+        EXPECT_GT(num_inside, 10);
+    }
+}
+
+TEST(LatticeBox, RefusesMoreBricksThanThereAreNumbersFor) {
+    EXPECT_THROW(meshes::generate_box(size, 1e-6, BoxTopology::kuhn), support::InputError);
+}
+
+TEST(WithPositiveVolume, KeepsItsNodesAndTurnsOnlyWhatIsInverted) {
+    const std::vector<core::Vector3> points{{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
+    EXPECT_EQ(meshes::with_positive_volume({0, 1, 2, 3}, points), (std::array{0, 1, 2, 3}));
+    EXPECT_EQ(meshes::with_positive_volume({1, 0, 2, 3}, points), (std::array{1, 0, 3, 2}));
+}
+
+INSTANTIATE_TEST_SUITE_P(Topologies, BoxGenerator,
+                         testing::Values(BoxTopology::delaunay, BoxTopology::body_centred, BoxTopology::kuhn));
+
+} // namespace livermark

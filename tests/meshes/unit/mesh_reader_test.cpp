@@ -1,0 +1,162 @@
+#include "meshes/mesh_reader.hpp"
+
+#include <filesystem>
+#include <fmt/format.h>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <set>
+
+#include "meshes/anatomical_patches.hpp"
+#include "meshes/body_reader.hpp"
+#include "meshes/msh_reader.hpp"
+#include "support/input_error.hpp"
+#include "tests/livermark_command.hpp"
+
+namespace livermark {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path beam = LIVERMARK_SOURCE_DIR "/meshes/beam.msh";
+
+fs::path mesh_folder() {
+    const std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
+    auto folder = fs::path(testing::TempDir()) / "livermark_mesh_reader" / fs::path(name).filename();
+    fs::create_directories(folder);
+    return folder;
+}
+
+/// The beam as meshio writes it, in a unit of so many per metre.
+fs::path saved_as(const std::string &name, const std::string &arguments = "", double per_metre = 1.0) {
+    const auto file = mesh_folder() / name;
+    const auto program =
+        fmt::format("import meshio; m = meshio.read('{}'); c = [(b.type, b.data) for b in m.cells]; "
+                    "meshio.Mesh(m.points * {}, c, cell_data={{'gmsh:physical': m.cell_data['gmsh:physical'], "
+                    "'gmsh:geometrical': m.cell_data['gmsh:geometrical']}}).write('{}'{})",
+                    beam.string(), per_metre, file.string(), arguments);
+    const auto outcome = tests::run_command("/usr/bin/python3 -c \"" + program + "\"");
+    EXPECT_EQ(outcome.status, 0) << outcome.output;
+    return file;
+}
+
+struct Format {
+    const char *name;
+    const char *arguments;
+};
+
+void PrintTo(const Format &format, std::ostream *out) {
+    *out << format.name;
+}
+
+class MeshReader : public testing::TestWithParam<Format> {};
+
+TEST_P(MeshReader, ReadsTheSameTetrahedra) {
+    std::vector<std::string> remarks;
+    const auto expected = meshes::read_msh(beam);
+    const auto found = meshes::read_mesh(saved_as(GetParam().name, GetParam().arguments), remarks);
+    ASSERT_EQ(found.num_nodes(), expected.num_nodes());
+    EXPECT_EQ(found.tetrahedra, expected.tetrahedra);
+    for (int i = 0; i < found.num_nodes(); ++i)
+        EXPECT_LT((found.points[i] - expected.points[i]).norm(), 1e-12) << i;
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, MeshReader,
+                         testing::Values(Format{"beam.vtu", ""}, Format{"beam.vtk", ""}, Format{"beam.inp", ""},
+                                         Format{"binary_2.msh", ", file_format='gmsh22', binary=True"},
+                                         Format{"beam.mesh", ""}, Format{"beam.nas", ""}),
+                         [](const auto &info) {
+                             std::string name = info.param.name;
+                             name.replace(name.find('.'), 1, "_");
+                             return name;
+                         });
+
+TEST(MeshReader, KeepsRegionsAndPatches) {
+    std::vector<std::string> remarks;
+    const auto mesh = meshes::read_mesh(saved_as("beam.vtu"), remarks);
+    EXPECT_EQ(mesh.region_names.size(), 1u);
+    EXPECT_EQ(mesh.patch_names.size(), 6u);
+}
+
+TEST(MeshReader, RefusesWhatIsNoMeshWithTheRemedy) {
+    std::vector<std::string> remarks;
+    const auto expect_refusal = [&](const fs::path &file, const std::string &part) {
+        try {
+            meshes::read_mesh(file, remarks);
+            FAIL() << file;
+        } catch (const support::InputError &error) {
+            EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+            EXPECT_NE(std::string(error.what()).find(file.filename().string()), std::string::npos) << error.what();
+        }
+    };
+    expect_refusal("/nowhere/liver.vtu", "check the path");
+    const auto folder = mesh_folder();
+    for (const char *name : {"noise.vtu", "noise.vtk", "noise.inp", "noise.xyz"}) {
+        std::ofstream(folder / name) << "\x7f no mesh \x01\n 1 2 3\n";
+        expect_refusal(folder / name, "cannot be converted");
+    }
+    std::ofstream(folder / "surface.vtk") << "# vtk DataFile Version 2.0\nno volume\nASCII\nDATASET UNSTRUCTURED_GRID\n"
+                                             "POINTS 3 double\n0 0 0 1 0 0 0 1 0\nCELLS 1 4\n3 0 1 2\n"
+                                             "CELL_TYPES 1\n5\n";
+    expect_refusal(folder / "surface.vtk", "there are no tetrahedra in it");
+}
+
+TEST(MeshReader, TurnsInvertedTetrahedraAndDropsUnusedNodesAndSaysSo) {
+    const auto file = mesh_folder() / "turned.vtk";
+    std::ofstream(file) << "# vtk DataFile Version 2.0\nturned\nASCII\nDATASET UNSTRUCTURED_GRID\n"
+                           "POINTS 5 double\n0 0 0 1 0 0 9 9 9 0 1 0 0 0 1\nCELLS 1 5\n4 0 3 1 4\nCELL_TYPES 1\n10\n";
+    std::vector<std::string> remarks;
+    const auto mesh = meshes::read_mesh(file, remarks);
+    EXPECT_EQ(mesh.num_nodes(), 4);
+    EXPECT_EQ(remarks, (std::vector<std::string>{"1 inverted tetrahedra are turned",
+                                                 "1 nodes that no tetrahedron uses are left out"}));
+}
+
+/// A mesh without a .toml: millimetres are found out, and what was assumed is said.
+TEST(BodyOfAMesh, IsInMetresAndSaysWhatItAssumed) {
+    const auto body = meshes::read_body(saved_as("beam.vtu", "", 1000.0));
+    EXPECT_EQ(body.name, "beam");
+    EXPECT_NEAR(body.mesh.points.at(0).norm(), meshes::read_msh(beam).points.at(0).norm(), 1e-9);
+    ASSERT_EQ(body.materials.size(), 1u);
+    EXPECT_EQ(body.materials[0].young_modulus, 5000.0);
+    ASSERT_GE(body.assumptions.size(), 2u);
+    EXPECT_NE(body.assumptions[0].find("taken to be in mm"), std::string::npos) << body.assumptions[0];
+    core::TetraMesh huge = body.mesh;
+    for (auto &point : huge.points)
+        point *= 1e6;
+    EXPECT_THROW(meshes::guess_unit(huge, "huge.vtu"), support::InputError);
+    EXPECT_THROW(meshes::metres_per_unit("inch", "here"), support::InputError);
+}
+
+/// The rules find most of what the generator, which knows the anatomy, calls by these names.
+TEST(AnatomicalPatches, AreAboutThoseOfTheLiversThatShip) {
+    for (const std::string name : {"liver_healthy", "liver_tumours"}) {
+        const auto mesh = meshes::read_msh(fs::path(LIVERMARK_SOURCE_DIR "/meshes") / (name + ".msh"));
+        auto plain = mesh;
+        plain.patch_names = {"surface"};
+        std::ranges::fill(plain.boundary_patch, 0);
+        const auto remarks = meshes::find_anatomical_patches(plain);
+        EXPECT_EQ(remarks.size(), 7u);
+        for (const auto &patch : mesh.patch_names) {
+            double both = 0.0, either = 0.0;
+            for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+                const bool is_meant = mesh.patch_names[mesh.boundary_patch[f]] == patch;
+                const bool is_found = plain.patch_names[plain.boundary_patch[f]] == patch;
+                const double area = core::area_vector(mesh, f).norm();
+                both += is_meant && is_found ? area : 0.0;
+                either += is_meant || is_found ? area : 0.0;
+            }
+            EXPECT_GT(both, 0.6 * either) << name << " " << patch;
+        }
+    }
+}
+
+TEST(AnatomicalPatches, LeaveThoseOfTheFileAlone) {
+    const auto mesh = meshes::read_msh(LIVERMARK_SOURCE_DIR "/meshes/liver_healthy.msh");
+    auto same = mesh;
+    EXPECT_TRUE(meshes::find_anatomical_patches(same).empty());
+    EXPECT_EQ(same.boundary_patch, mesh.boundary_patch);
+    EXPECT_EQ(same.patch_names, mesh.patch_names);
+}
+
+} // namespace
+} // namespace livermark

@@ -1,0 +1,197 @@
+#include <gtest/gtest.h>
+#include <random>
+
+#include "meshes/msh_reader.hpp"
+#include "tests/bad_input.hpp"
+
+namespace livermark {
+namespace {
+
+/// Two tetrahedra on one face, two regions, a patch of one triangle and an interface triangle.
+const std::string good_41 = R"($MeshFormat
+4.1 0 8
+$EndMeshFormat
+$PhysicalNames
+3
+2 7 "held"
+3 1 "soft"
+3 2 "hard one"
+$EndPhysicalNames
+$Entities
+0 0 2 2
+1 0 0 0 1 1 1 1 7 0
+2 0 0 0 1 1 1 0 0
+1 0 0 0 1 1 1 1 1 1 1
+2 0 0 0 1 1 1 1 2 0
+$EndEntities
+$Comments
+anything
+$EndComments
+$Nodes
+1 5 1 50
+3 1 0 5
+10
+20
+30
+40
+50
+0 0 0
+1 0 0
+0 1 0
+0 0 1
+1 1 1e0
+$EndNodes
+$Elements
+4 4 1 4
+2 1 2 1
+1 10 30 20
+2 2 2 1
+2 20 30 40
+3 1 4 1
+3 10 20 30 40
+3 2 4 1
+4 20 50 30 40
+$EndElements
+)";
+
+const std::string good_22 = R"($MeshFormat
+2.2 0 8
+$EndMeshFormat
+$PhysicalNames
+2
+2 7 "held"
+3 1 "soft"
+$EndPhysicalNames
+$Nodes
+4
+1 0 0 0
+2 1 0 0
+3 0 1 0
+4 0 0 1
+$EndNodes
+$Elements
+3
+1 15 2 0 1 1
+2 2 2 7 1 1 3 2
+3 4 2 1 1 1 2 3 4
+$EndElements
+)";
+
+std::string with_replaced(std::string text, const std::string &from, const std::string &to) {
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
+TEST(MshReader, KeepsTheNodeOrderOfTheFile) {
+    const auto mesh = meshes::parse_msh(good_41, "good.msh");
+    ASSERT_EQ(mesh.num_nodes(), 5);
+    EXPECT_EQ(mesh.points[4], core::Vector3(1.0, 1.0, 1.0));
+    EXPECT_EQ(mesh.tetrahedra[1], (std::array{1, 4, 2, 3}));
+}
+
+TEST(MshReader, TakesRegionsAndPatchesFromPhysicalGroups) {
+    const auto mesh = meshes::parse_msh(good_41, "good.msh");
+    EXPECT_EQ(mesh.region_names, (std::vector<std::string>{"soft", "hard one"}));
+    EXPECT_EQ(mesh.region, (std::vector{0, 1}));
+    EXPECT_EQ(mesh.patch_names, (std::vector<std::string>{"unnamed", "held"}));
+    EXPECT_EQ(mesh.num_boundary_triangles(), 6);
+    EXPECT_EQ(std::ranges::count(mesh.boundary_patch, 1), 1);
+}
+
+TEST(MshReader, TurnsTheBoundaryOutward) {
+    for (const auto &text : {good_41, good_22}) {
+        const auto mesh = meshes::parse_msh(text, "good.msh");
+        double volume = 0.0; // by the divergence theorem
+        for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+            volume += core::area_vector(mesh, f).dot(mesh.points[mesh.boundary_triangles[f][0]]) / 3.0;
+        double expected = 0.0;
+        for (const double v : core::tetrahedron_volumes(mesh))
+            expected += v;
+        EXPECT_NEAR(volume, expected, 1e-14);
+    }
+}
+
+TEST(MshReader, ReadsVersion22) {
+    const auto mesh = meshes::parse_msh(good_22, "good.msh");
+    EXPECT_EQ(mesh.num_tetrahedra(), 1);
+    EXPECT_EQ(mesh.region_names, (std::vector<std::string>{"soft"}));
+    EXPECT_EQ(mesh.patch_names, (std::vector<std::string>{"unnamed", "held"}));
+}
+
+struct BadMesh {
+    const char *name;
+    std::string text;
+    std::vector<std::string> message;
+};
+
+class BadMsh : public testing::TestWithParam<BadMesh> {};
+
+TEST_P(BadMsh, IsRefusedWithPlaceAndRemedy) {
+    tests::expect_input_error([] { meshes::parse_msh(GetParam().text, "bad.msh"); }, GetParam().message);
+}
+
+const std::vector<BadMesh> bad_meshes{
+    {"Empty", "", {"bad.msh:1:", "no gmsh mesh"}},
+    {"NotAMesh", "hello", {"bad.msh:1:", "no gmsh mesh"}},
+    {"OldVersion", with_replaced(good_22, "2.2 0 8", "1 0 8"), {"bad.msh:2:", "2.2 and 4.1", "gmsh -save"}},
+    {"Binary", with_replaced(good_22, "2.2 0 8", "2.2 1 8"), {"binary", "ASCII"}},
+    {"Truncated", good_41.substr(0, good_41.size() / 2), {"bad.msh:", "ends too early"}},
+    {"NotANumber", with_replaced(good_41, "1 1 1e0", "1 1 1,0"), {"bad.msh:32:", "'1,0' has to be a number"}},
+    {"NotANode", with_replaced(good_41, "4 20 50 30 40", "4 20 51 30 40"), {"bad.msh:43:", "no node 51"}},
+    {"NaN", with_replaced(good_41, "1 1 1e0", "1 1 nan"), {"node 50", "not finite"}},
+    {"Inverted", with_replaced(good_41, "3 10 20 30 40", "3 20 10 30 40"), {"tetrahedron 3 is inverted", "exchange"}},
+    {"Flat", with_replaced(good_41, "0 0 1\n", "0.5 0.5 0\n"), {"tetrahedron 3 is flat", "remesh"}},
+    {"RepeatedCorner", with_replaced(good_41, "3 10 20 30 40", "3 10 20 30 30"), {"tetrahedron 3 is flat"}},
+    {"DuplicateTag", with_replaced(good_41, "\n50\n", "\n40\n"), {"node 40 is there twice"}},
+    {"CoincidingNodes",
+     with_replaced(with_replaced(good_41, "1 1 1e0", "0 0 0"), "4 20 50 30 40", "4 20 30 40 50"),
+     {"node 10 and node 50 are in one place", "merge"}},
+    {"UnusedNode",
+     with_replaced(with_replaced(good_41, "4 4 1 4", "3 4 1 4"), "3 2 4 1\n4 20 50 30 40\n", ""),
+     {"node 50 belongs to no tetrahedron", "remove"}},
+    {"DuplicateTetrahedron",
+     with_replaced(good_41, "3 1 4 1\n3 10 20 30 40", "3 1 4 2\n3 10 20 30 40\n9 20 30 10 40"),
+     {"tetrahedra 3 and 9 have the same nodes"}},
+    {"NoTetrahedra", with_replaced(good_22, "3 4 2 1 1 1 2 3 4", "3 15 2 1 1 1"), {"no tetrahedra", "mesh the volume"}},
+    {"Hexahedra", with_replaced(good_22, "3 4 2 1", "3 5 2 1"), {"element 3 is of type 5", "tetrahedra"}},
+    {"SecondOrder", with_replaced(good_22, "3 4 2 1", "3 11 2 1"), {"type 11", "order 1"}},
+    {"StrayTriangle", with_replaced(good_41, "1 10 30 20", "1 10 50 20"), {"10 50 20", "no face"}},
+    {"TwoPatches", with_replaced(good_41, "2 20 30 40", "2 20 30 10"), {"two patches"}},
+    {"NegativeCount", with_replaced(good_22, "$Nodes\n4", "$Nodes\n-4"), {"bad.msh:10:", "-4 is out of range"}},
+    {"HugeCount", with_replaced(good_22, "$Nodes\n4", "$Nodes\n99999999999"), {"out of range"}},
+    {"LargeCount", with_replaced(good_22, "$Nodes\n4", "$Nodes\n2000000000"), {"has to be an integer"}},
+    {"MissingEnd", with_replaced(good_22, "$EndNodes", ""), {"'$EndNodes' has to stand here"}},
+    {"OpenQuotes", with_replaced(good_22, "\"held\"", "\"held"), {"does not end"}},
+};
+
+INSTANTIATE_TEST_SUITE_P(Files, BadMsh, testing::ValuesIn(bad_meshes),
+                         [](const auto &info) { return std::string(info.param.name); });
+
+TEST(MshReader, RefusesSeveralParts) {
+    auto text = with_replaced(good_22, "$Nodes\n4", "$Nodes\n8");
+    text = with_replaced(text, "$EndNodes", "5 5 0 0\n6 6 0 0\n7 5 1 0\n8 5 0 1\n$EndNodes");
+    text = with_replaced(text, "$Elements\n3", "$Elements\n4");
+    text = with_replaced(text, "$EndElements", "4 4 2 1 1 5 6 7 8\n$EndElements");
+    tests::expect_input_error([&] { meshes::parse_msh(text, "bad.msh"); }, {"node 1 and node 5", "do not touch"});
+}
+
+/// Damage anywhere is either harmless or refused; it never crashes and never throws anything else.
+TEST(MshReader, SurvivesRandomDamage) {
+    std::mt19937 random(3);
+    for (int round = 0; round < 3000; ++round) {
+        auto text = round % 2 == 0 ? good_41 : good_22;
+        const int num_hits = 1 + static_cast<int>(random() % 4);
+        for (int hit = 0; hit < num_hits; ++hit)
+            text[random() % text.size()] = static_cast<char>(random() % 256);
+        if (round % 5 == 0)
+            text.resize(random() % text.size());
+        try {
+            meshes::parse_msh(text, "bad.msh");
+        } catch (const support::InputError &) {
+        }
+    }
+}
+
+} // namespace
+} // namespace livermark

@@ -1,0 +1,313 @@
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <functional>
+#include <gtest/gtest.h>
+#include <hdf5.h>
+#include <limits>
+
+#include "results/hdf5/result_file.hpp"
+#include "support/input_error.hpp"
+#include "tests/result_folder.hpp"
+#include "tests/sample_result.hpp"
+
+namespace livermark::results {
+namespace {
+
+namespace fs = std::filesystem;
+
+using DamagedResultFile = tests::ResultFolder;
+
+/// The message with which the reader refuses a file.
+std::string refusal_of_file(const fs::path &path) {
+    try {
+        read_result(path);
+    } catch (const support::InputError &error) {
+        EXPECT_NE(std::string(error.what()).find(path.string()), std::string::npos) << error.what();
+        return error.what();
+    }
+    ADD_FAILURE() << "the file was read";
+    return {};
+}
+
+/// Changes a file behind the writer's back.
+void tamper(const fs::path &path, const std::function<void(hid_t)> &change) {
+    const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+    ASSERT_GE(file, 0);
+    change(file);
+    H5Fclose(file);
+}
+
+template <class T>
+void replace(hid_t file, const char *path, hid_t type, const std::vector<hsize_t> &shape, const std::vector<T> &data,
+             hid_t memory_type) {
+    H5Ldelete(file, path, H5P_DEFAULT);
+    const hid_t space = H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr);
+    const hid_t dataset = H5Dcreate2(file, path, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+    EXPECT_GE(H5Dwrite(dataset, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data.data()), 0);
+    H5Dclose(dataset);
+    H5Sclose(space);
+}
+
+/// Overwrites one entry of a dataset of rank 1 or 2.
+template <class T> void poke(hid_t file, const char *path, hid_t memory_type, std::size_t entry, T value) {
+    const hid_t dataset = H5Dopen2(file, path, H5P_DEFAULT);
+    const hid_t space = H5Dget_space(dataset);
+    std::vector<T> data(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)));
+    H5Dread(dataset, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data.data());
+    data.at(entry) = value;
+    EXPECT_GE(H5Dwrite(dataset, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data.data()), 0);
+    H5Sclose(space);
+    H5Dclose(dataset);
+}
+
+template <class T> void set_attribute(hid_t file, const char *path, const char *name, hid_t type, T value) {
+    const hid_t object = H5Oopen(file, path, H5P_DEFAULT);
+    const hid_t attribute = H5Aopen(object, name, H5P_DEFAULT);
+    EXPECT_GE(H5Awrite(attribute, type, &value), 0);
+    H5Aclose(attribute);
+    H5Oclose(object);
+}
+
+TEST_F(DamagedResultFile, ReadsFilesFromBeforeTheReferenceHadAnUncertainty) {
+    write_result(path_, tests::sample_result());
+    tamper(path_, [](hid_t file) {
+        EXPECT_GE(H5Ldelete(file, "/reference", H5P_DEFAULT), 0);
+        EXPECT_GE(H5Adelete_by_name(file, "/comparisons/springs", "within_uncertainty", H5P_DEFAULT), 0);
+        EXPECT_GE(H5Adelete_by_name(file, "/solutions/fem_p2", "solver", H5P_DEFAULT), 0);
+    });
+    const Result read = read_result(path_);
+    EXPECT_FALSE(read.reference_uncertainty);
+    EXPECT_EQ(read.models[0].solution.solver, "");
+    EXPECT_TRUE(read.models[1].comparison);
+}
+
+TEST_F(DamagedResultFile, RefusesWhatIsNoResultFile) {
+    EXPECT_NE(refusal_of_file(path_).find("no such file"), std::string::npos);
+    std::ofstream(path_) << "time,displacement\n0,0\n";
+    EXPECT_NE(refusal_of_file(path_).find("not an HDF5 file"), std::string::npos);
+    fs::remove(path_);
+    H5Fclose(H5Fcreate(path_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT)); // in the oldest format
+    EXPECT_NE(refusal_of_file(path_).find("not an HDF5 file in the format"), std::string::npos);
+    const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+    H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110);
+    H5Fclose(H5Fcreate(path_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access));
+    H5Pclose(access);
+    EXPECT_NE(refusal_of_file(path_).find("schema_version"), std::string::npos);
+}
+
+TEST_F(DamagedResultFile, RefusesATruncatedFile) {
+    write_result(path_, tests::sample_result());
+    fs::resize_file(path_, fs::file_size(path_) / 2);
+    EXPECT_NE(refusal_of_file(path_).find("truncated"), std::string::npos);
+}
+
+TEST_F(DamagedResultFile, RefusesAnotherSchema) {
+    write_result(path_, tests::sample_result());
+    tamper(path_, [](hid_t file) { set_attribute(file, "/", "schema_version", H5T_NATIVE_INT, 2); });
+    EXPECT_NE(refusal_of_file(path_).find("schema_version is 2"), std::string::npos);
+}
+
+struct Fault {
+    const char *place; ///< what the message must name
+    std::string says;
+    std::function<void(hid_t)> make;
+};
+
+TEST_F(DamagedResultFile, NamesThePlaceOfEveryFault) {
+    const Result written = tests::sample_result();
+    const auto num_nodes = static_cast<int>(written.problem.body->mesh.points.size());
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const std::vector<double> row_of_zeros(static_cast<std::size_t>(num_nodes) * 3, 0.0);
+    const auto remove = [](const char *path) {
+        return [path](hid_t file) { EXPECT_GE(H5Ldelete(file, path, H5P_DEFAULT), 0); };
+    };
+    const std::vector<Fault> faults{
+        {"/mesh/points", "is missing", remove("/mesh/points")},
+        {"/materials/density", "is missing", remove("/materials")},
+        {"/solutions", "is not there", remove("/solutions")},
+        {"/solutions/springs/rest_length", "is missing", remove("/solutions/springs/rest_length")},
+        {"/comparisons/springs/error", "is missing", remove("/comparisons/springs/error")},
+        {"/reference", "has no attribute reference_uncertainty",
+         [](hid_t file) { H5Adelete_by_name(file, "/reference", "reference_uncertainty", H5P_DEFAULT); }},
+        {"/mesh/boundary_patch", "has no attribute names",
+         [](hid_t file) { H5Adelete_by_name(file, "/mesh/boundary_patch", "names", H5P_DEFAULT); }},
+        {"/solutions/springs", "has no attribute status",
+         [](hid_t file) { H5Adelete_by_name(file, "/solutions/springs", "status", H5P_DEFAULT); }},
+        {"/solutions/fem_p2/displacement", "has rank 1 instead of 2",
+         [&](hid_t file) {
+             replace(file, "/solutions/fem_p2/displacement", H5T_IEEE_F64LE, {row_of_zeros.size()}, row_of_zeros,
+                     H5T_NATIVE_DOUBLE);
+         }},
+        {"/solutions/fem_p2/displacement", "has shape (1,3) instead of (12,3)",
+         [&](hid_t file) {
+             replace(file, "/solutions/fem_p2/displacement", H5T_IEEE_F64LE, {1, 3}, row_of_zeros, H5T_NATIVE_DOUBLE);
+         }},
+        {"/load_case/acceleration", "has shape (4) instead of (3)",
+         [&](hid_t file) {
+             replace(file, "/load_case/acceleration", H5T_IEEE_F64LE, {4}, row_of_zeros, H5T_NATIVE_DOUBLE);
+         }},
+        {"/load_case/acceleration", "holds 32-bit floating point numbers instead of 64-bit",
+         [&](hid_t file) {
+             replace(file, "/load_case/acceleration", H5T_IEEE_F32LE, {3}, row_of_zeros, H5T_NATIVE_DOUBLE);
+         }},
+        {"/load_case/condition", "holds 64-bit floating point numbers instead of 8-bit unsigned integers",
+         [&](hid_t file) {
+             replace(file, "/load_case/condition", H5T_IEEE_F64LE, {20}, row_of_zeros, H5T_NATIVE_DOUBLE);
+         }},
+        {"/mesh/points", "row 1 is not finite",
+         [&](hid_t file) { poke(file, "/mesh/points", H5T_NATIVE_DOUBLE, 4, nan); }},
+        {"/mesh/tetrahedra", "row 1 holds 12",
+         [&](hid_t file) { poke(file, "/mesh/tetrahedra", H5T_NATIVE_INT, 4, num_nodes); }},
+        {"/mesh/tetrahedra", "row 1 holds -1",
+         [&](hid_t file) { poke(file, "/mesh/tetrahedra", H5T_NATIVE_INT, 4, -1); }},
+        {"/mesh/tetrahedra", "row 0 holds 2147483647", // clamped
+         [&](hid_t file) { poke(file, "/mesh/tetrahedra", H5T_NATIVE_INT64, 0, std::int64_t{1} << 32); }},
+        {"/mesh/tetrahedra", "row 0 has no positive volume",
+         [&](hid_t file) {
+             poke(file, "/mesh/tetrahedra", H5T_NATIVE_INT, 0, written.problem.body->mesh.tetrahedra[0][1]);
+         }},
+        {"/mesh/region", "row 0 holds 2", [](hid_t file) { poke(file, "/mesh/region", H5T_NATIVE_INT, 0, 2); }},
+        {"/mesh/boundary_triangles", "row 0 holds 99",
+         [](hid_t file) { poke(file, "/mesh/boundary_triangles", H5T_NATIVE_INT, 2, 99); }},
+        {"/mesh/boundary_patch", "row 3 holds -1",
+         [](hid_t file) { poke(file, "/mesh/boundary_patch", H5T_NATIVE_INT, 3, -1); }},
+        {"/materials/poisson_ratio", "row 1 is 0.5",
+         [](hid_t file) { poke(file, "/materials/poisson_ratio", H5T_NATIVE_DOUBLE, 1, 0.5); }},
+        {"/materials/density", "row 0 is nan",
+         [&](hid_t file) { poke(file, "/materials/density", H5T_NATIVE_DOUBLE, 0, nan); }},
+        {"/load_case/condition", "row 2 holds 3",
+         [](hid_t file) { poke(file, "/load_case/condition", H5T_NATIVE_INT, 2, 3); }},
+        {"/load_case/constraint", "row 0 holds 2",
+         [](hid_t file) { poke(file, "/load_case/constraint", H5T_NATIVE_INT, 0, 2); }},
+        {"/", "attribute threads is 0", [](hid_t file) { set_attribute(file, "/", "threads", H5T_NATIVE_INT, 0); }},
+        {"/comparisons/springs", "attribute reference is 'fem_p2'", remove("/solutions/fem_p2")},
+        {"/comparisons/springs", "are no band",
+         [&](hid_t file) { set_attribute(file, "/comparisons/springs", "band_margin", H5T_NATIVE_DOUBLE, nan); }},
+        {"/load_case/release", "attribute num_steps is 0",
+         [](hid_t file) { set_attribute(file, "/load_case/release", "num_steps", H5T_NATIVE_INT, 0); }},
+        {"/load_case/release", "have to be positive",
+         [&](hid_t file) { set_attribute(file, "/load_case/release", "output_interval", H5T_NATIVE_DOUBLE, nan); }},
+        {"/load_case/release/probe", "row 1 holds 12",
+         [&](hid_t file) { poke(file, "/load_case/release/probe", H5T_NATIVE_INT, 1, num_nodes); }},
+        {"/solutions/fem_p2/history", "is there", remove("/load_case/release")},
+        {"/solutions/fem_p2/history", "attribute forces_per_step is -1",
+         [](hid_t file) { set_attribute(file, "/solutions/fem_p2/history", "forces_per_step", H5T_NATIVE_INT, -1); }},
+        {"/load_case/release", "attribute records_per_frame is 2 instead of 1",
+         [](hid_t file) { set_attribute(file, "/load_case/release", "num_steps", H5T_NATIVE_INT, 50); }},
+        {"/solutions/fem_p2/history/time", "has shape (53) instead of (52)",
+         [](hid_t file) { set_attribute(file, "/load_case/release", "num_steps", H5T_NATIVE_INT, 51); }},
+        {"/solutions/fem_p2/history/frames", "holds 64-bit floating point numbers instead of 32-bit",
+         [&](hid_t file) {
+             replace(file, "/solutions/fem_p2/history/frames", H5T_IEEE_F64LE, {12, 3}, row_of_zeros,
+                     H5T_NATIVE_DOUBLE);
+         }},
+        {"/comparisons/springs/error_frames", "is missing", remove("/comparisons/springs/error_frames")},
+        {"/solutions/fem_p2/history/displacement", "has shape (2,1,3) instead of (53,3,3)",
+         [&](hid_t file) {
+             replace(file, "/solutions/fem_p2/history/displacement", H5T_IEEE_F64LE, {2, 1, 3}, row_of_zeros,
+                     H5T_NATIVE_DOUBLE);
+         }},
+        {"/solutions/fem_p2/history/displacement", "has rank 2 instead of 3",
+         [&](hid_t file) {
+             replace(file, "/solutions/fem_p2/history/displacement", H5T_IEEE_F64LE, {2, 3}, row_of_zeros,
+                     H5T_NATIVE_DOUBLE);
+         }},
+        {"/modes/fem_p2/shape", "is missing", remove("/modes/fem_p2/shape")},
+        {"/solutions/springs/edges", "row 0 holds 12",
+         [&](hid_t file) { poke(file, "/solutions/springs/edges", H5T_NATIVE_INT, 1, num_nodes); }},
+    };
+    for (const Fault &fault : faults) {
+        SCOPED_TRACE(std::string(fault.place) + " " + fault.says);
+        write_result(path_, written);
+        tamper(path_, fault.make);
+        const std::string message = refusal_of_file(path_);
+        EXPECT_NE(message.find(std::string(": ") + fault.place + " "), std::string::npos) << message;
+        EXPECT_NE(message.find(fault.says), std::string::npos) << message;
+    }
+}
+
+/// Puts a text of another type in the place of an attribute of the root.
+void replace_text(hid_t file, const char *name, std::size_t length) {
+    H5Adelete(file, name);
+    const hid_t type = H5Tcopy(H5T_C_S1);
+    H5Tset_size(type, length);
+    const hid_t space = H5Screate(H5S_SCALAR);
+    const hid_t attribute = H5Acreate2(file, name, type, space, H5P_DEFAULT, H5P_DEFAULT);
+    const std::string characters(length == H5T_VARIABLE ? 1 : length, 'x');
+    const char *variable = characters.c_str();
+    const void *value = length == H5T_VARIABLE ? static_cast<const void *>(&variable) : characters.data();
+    EXPECT_GE(H5Awrite(attribute, type, value), 0);
+    H5Aclose(attribute);
+    H5Sclose(space);
+    H5Tclose(type);
+}
+
+TEST_F(DamagedResultFile, RefusesTextsOfVariableOrExcessiveLength) {
+    write_result(path_, tests::sample_result());
+    tamper(path_, [](hid_t file) { replace_text(file, "cpu", H5T_VARIABLE); });
+    EXPECT_NE(refusal_of_file(path_).find("/ attribute cpu is text of variable length, which is not read"),
+              std::string::npos);
+    write_result(path_, tests::sample_result());
+    tamper(path_, [](hid_t file) { replace_text(file, "cpu", 2'000'000); });
+    EXPECT_NE(refusal_of_file(path_).find("/ attribute cpu is text of 2000000 bytes"), std::string::npos);
+}
+
+/// Puts points that nobody wrote in the place of those of the mesh.
+void replace_points(hid_t file, hsize_t num_points, const std::function<void(hid_t)> &choose_storage) {
+    H5Ldelete(file, "/mesh/points", H5P_DEFAULT);
+    const hsize_t shape[] = {num_points, 3};
+    const hid_t space = H5Screate_simple(2, shape, nullptr);
+    const hid_t properties = H5Pcreate(H5P_DATASET_CREATE);
+    choose_storage(properties);
+    const hid_t dataset = H5Dcreate2(file, "/mesh/points", H5T_IEEE_F64LE, space, H5P_DEFAULT, properties, H5P_DEFAULT);
+    EXPECT_GE(dataset, 0);
+    H5Dclose(dataset);
+    H5Pclose(properties);
+    H5Sclose(space);
+}
+
+TEST_F(DamagedResultFile, RefusesStorageThatIsNotOurs) {
+    const hsize_t chunk[] = {1000, 3};
+    const hsize_t excessive_chunk[] = {100'000'000, 3};
+    const std::vector<std::pair<std::string, std::function<void(hid_t)>>> storages{
+        {"is damaged: 0 bytes are kept of 2400000000", [](hid_t) {}},
+        {"is damaged: 2400000000 bytes cannot be what is kept in 0", [&](hid_t p) { H5Pset_chunk(p, 2, chunk); }},
+        {"is damaged: its chunks cannot be", [&](hid_t p) { H5Pset_chunk(p, 2, excessive_chunk); }},
+        {"is compressed in a way that is not read",
+         [&](hid_t p) {
+             H5Pset_chunk(p, 2, chunk);
+             H5Pset_scaleoffset(p, H5Z_SO_FLOAT_DSCALE, 3);
+         }},
+        {"is kept in another file", [](hid_t p) { H5Pset_external(p, "/etc/hostname", 0, H5F_UNLIMITED); }},
+    };
+    for (const auto &[says, choose] : storages) {
+        SCOPED_TRACE(says);
+        write_result(path_, tests::sample_result());
+        tamper(path_, [&](hid_t file) { replace_points(file, 100'000'000, choose); });
+        EXPECT_NE(refusal_of_file(path_).find(": /mesh/points " + says), std::string::npos) << refusal_of_file(path_);
+    }
+}
+
+/// What is damaged without notice are numbers, which have no checksum where they are not compressed.
+TEST_F(DamagedResultFile, IsReadOrRefusedWhateverByteIsWrong) {
+    write_result(path_, tests::sample_result());
+    std::ifstream stream(path_, std::ios::binary);
+    const std::string whole{std::istreambuf_iterator<char>(stream), {}};
+    int num_refused = 0, num_tried = 0;
+    for (std::size_t place = 0; place < whole.size(); place += 211, ++num_tried) {
+        std::string damaged = whole;
+        damaged[place] = static_cast<char>(~damaged[place]);
+        std::ofstream(path_, std::ios::binary) << damaged;
+        try {
+            read_result(path_);
+        } catch (const support::InputError &) {
+            ++num_refused;
+        }
+    }
+    EXPECT_GT(num_tried, 100);
+    EXPECT_GT(num_refused, num_tried / 3);
+}
+
+} // namespace
+} // namespace livermark::results

@@ -1,0 +1,127 @@
+#include "results/tables/median_errors.hpp"
+
+#include <algorithm>
+#include <gtest/gtest.h>
+#include <memory>
+
+#include "tests/sample_result.hpp"
+#include "tests/test_meshes.hpp"
+
+namespace livermark::results {
+namespace {
+
+constexpr int springs = 1; // of the models of sample_result()
+
+/// A static load case without pressure, with the error of the springs and the reference's own uncertainty.
+Result named(const std::string &load_case, double error, double uncertainty, double poisson_ratio = 0.45) {
+    auto result = tests::without_motion(tests::sample_result());
+    result.models.resize(2);
+    result.problem.load_case.name = load_case;
+    result.models[springs].comparison->relative_l2 = error;
+    result.reference_uncertainty->relative_l2 = uncertainty;
+    auto body = *result.problem.body;
+    body.materials.front().poisson_ratio = poisson_ratio;
+    result.problem.body = std::make_shared<const core::Body>(std::move(body));
+    return result;
+}
+
+/// Fixed on one side and pressed on all the others.
+core::LoadCase pressed_box(const core::TetraMesh &mesh) {
+    auto load_case = tests::empty_load_case(mesh);
+    for (int triangle = 0; triangle < mesh.num_boundary_triangles(); ++triangle) {
+        load_case.condition[triangle] = core::FacetCondition::traction;
+        load_case.value[triangle] = -30.0 * core::area_vector(mesh, triangle).normalized();
+    }
+    tests::prescribe(load_case, mesh, "x_min", {0.0, 0.0, 0.0});
+    return load_case;
+}
+
+Result under_pressure(double error, double uncertainty, double poisson_ratio = 0.45) {
+    auto result = named("gas", error, uncertainty, poisson_ratio);
+    result.problem.load_case = pressed_box(result.problem.body->mesh);
+    result.problem.load_case.name = "gas";
+    return result;
+}
+
+std::vector<std::string> median_row_of(const Layout &layout, const std::string &model) {
+    const auto found = std::ranges::find(layout.rows, model, [](const auto &row) { return row.at(1); });
+    return found == layout.rows.end() ? std::vector<std::string>{} : *found;
+}
+
+TEST(MedianErrors, PressureIsOnTheWholeSurfaceIfNoFacetIsFreeAndNoTractionIsTangential) {
+    const auto mesh = tests::box_mesh({0.2, 0.1, 0.1}, {2, 1, 1});
+    EXPECT_TRUE(is_pressure_on_whole_surface(pressed_box(mesh), mesh));
+    auto with_a_free_facet = pressed_box(mesh);
+    with_a_free_facet.condition[std::ranges::find(with_a_free_facet.condition, core::FacetCondition::traction) -
+                                with_a_free_facet.condition.begin()] = core::FacetCondition::free;
+    EXPECT_FALSE(is_pressure_on_whole_surface(with_a_free_facet, mesh));
+    auto sheared = pressed_box(mesh);
+    tests::pull(sheared, mesh, "x_max", {-30.0, 1.0, 0.0});
+    EXPECT_FALSE(is_pressure_on_whole_surface(sheared, mesh));
+    auto clamped = tests::empty_load_case(mesh);
+    for (const auto &patch : mesh.patch_names)
+        tests::prescribe(clamped, mesh, patch, {0.0, 0.0, 0.0});
+    EXPECT_FALSE(is_pressure_on_whole_surface(clamped, mesh));
+}
+
+TEST(MedianErrors, AreTheMiddleOfAnOddNumberAndTheMeanOfTheTwoMiddleOnesOfAnEvenNumber) {
+    std::vector<Result> results{named("a", 0.50, 0.01), named("b", 0.02, 0.01), named("c", 0.05, 0.01)};
+    EXPECT_EQ(median_row_of(median_errors(results), "springs").at(2), "5.00");
+    results.push_back(named("d", 0.07, 0.01));
+    EXPECT_EQ(median_row_of(median_errors(results), "springs").at(2), "6.00");
+}
+
+TEST(MedianErrors, KeepPressureApart) {
+    const std::vector<Result> results{named("a", 0.04, 0.01), under_pressure(3.77, 0.02), named("b", 0.06, 0.01)};
+    const auto layout = median_errors(results);
+    EXPECT_EQ(median_row_of(layout, "springs"), (std::vector<std::string>{"box", "springs", "5.00", "377.00"}));
+    EXPECT_EQ(median_row_of(layout, "fem_p2"), (std::vector<std::string>{"box", "fem_p2", "+- 1.00", "+- 2.00"}));
+    const auto legend = median_legend(results);
+    EXPECT_NE(legend.find("under a, b\n"), std::string::npos) << legend;
+    EXPECT_NE(legend.find("under gas, "), std::string::npos) << legend;
+}
+
+TEST(MedianErrors, MarkWhatIsCloserToTheReferenceThanItsOwnUncertainty) {
+    const std::vector<Result> results{named("a", 0.004, 0.01), named("b", 0.03, 0.02), named("c", 0.005, 0.01),
+                                      under_pressure(0.02, 0.02)};
+    // 0.5 % is below the median uncertainty of 1 %; as much as the uncertainty is not below it.
+    EXPECT_EQ(median_row_of(median_errors(results), "springs"),
+              (std::vector<std::string>{"box", "springs", "within 0.50", "2.00"}));
+    auto unknown = results;
+    unknown[1].reference_uncertainty.reset();
+    EXPECT_EQ(median_row_of(median_errors(unknown), "springs").at(2), "0.50");
+}
+
+TEST(MedianErrors, HaveColumnsForEachPoissonsRatioWithTheLargestFirst) {
+    const std::vector<Result> results{named("a", 0.10, 0.01, 0.45), under_pressure(0.20, 0.01, 0.49),
+                                      named("a", 0.30, 0.01, 0.49)};
+    const auto layout = median_errors(results);
+    std::vector<std::string> titles;
+    for (const auto &column : layout.columns)
+        titles.push_back(column.title);
+    EXPECT_EQ(titles, (std::vector<std::string>{"body", "model", "nu 0.49: median [%]", "nu 0.49: pressure [%]",
+                                                "nu 0.45: median [%]", "nu 0.45: pressure [%]"}));
+    EXPECT_EQ(median_row_of(layout, "springs"),
+              (std::vector<std::string>{"box", "springs", "30.00", "20.00", "10.00", "-"}));
+}
+
+TEST(MedianErrors, ShowTheStatusOfWhatFailedWhereItFailed) {
+    std::vector<Result> results{named("a", 0.10, 0.01), under_pressure(0.20, 0.01)};
+    results[1].models[springs].solution.status = core::SolutionStatus::diverged;
+    EXPECT_EQ(median_row_of(median_errors(results), "springs"),
+              (std::vector<std::string>{"box", "springs", "10.00", "diverged"}));
+}
+
+TEST(MedianErrors, CountARepeatedLoadCaseOnceAndLeaveMotionAndMultiplesOut) {
+    std::vector<Result> results{named("a", 0.90, 0.01), named("a", 0.10, 0.01), named("a@10", 0.80, 0.01),
+                                tests::sample_result()};
+    EXPECT_FALSE(has_several_load_cases(results));
+    EXPECT_EQ(median_row_of(median_errors(results), "springs").at(2), "10.00"); // the last of the two
+    EXPECT_FALSE(has_several_load_cases(std::vector<Result>{named("a", 0.1, 0.01, 0.45), named("b", 0.1, 0.01, 0.49)}));
+    results.push_back(named("b", 0.30, 0.01));
+    EXPECT_TRUE(has_several_load_cases(results));
+    EXPECT_TRUE(median_errors(std::vector<Result>{tests::sample_result()}).rows.empty());
+}
+
+} // namespace
+} // namespace livermark::results

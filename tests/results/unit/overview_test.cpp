@@ -1,0 +1,73 @@
+#include "results/tables/overview.hpp"
+
+#include <algorithm>
+#include <gtest/gtest.h>
+
+#include "tests/sample_result.hpp"
+
+namespace livermark::results {
+namespace {
+
+/// Two load cases at 0.3, and one at 0.45.
+std::vector<Result> three_results() {
+    std::vector<Result> results(3, tests::sample_result());
+    results[1].problem.load_case.name = "gravity";
+    for (auto &result : results) {
+        auto body = *result.problem.body;
+        body.materials.front().poisson_ratio = &result == &results[2] ? 0.45 : 0.3;
+        result.problem.body = std::make_shared<const core::Body>(std::move(body));
+    }
+    results[0].models[1].comparison->relative_l2 = 0.10;
+    results[1].models[1].comparison->relative_l2 = 0.30;
+    results[0].models[1].comparison->reaction_error = 0.50;
+    results[1].models[1].comparison->reaction_error = 0.07;
+    results[0].models[1].solution.explicit_steps = {0.004, 2e-4, "scalar"};
+    results[1].models[1].solution.explicit_steps = {0.003, 1e-4, "scalar"};
+    results[2].models[1].comparison->relative_l2 = 0.25;
+    results[2].models[1].comparison->reaction_error = 0.25;
+    results[2].models[1].solution.explicit_steps = {0.002, 3e-4, "scalar"};
+    return results;
+}
+
+std::vector<std::string> row_of(const Layout &layout, const std::string &model) {
+    const auto found = std::ranges::find(layout.rows, model, [](const auto &row) { return row.at(1); });
+    return found == layout.rows.end() ? std::vector<std::string>{} : *found;
+}
+
+TEST(Overview, HasTheMeanTheWorstAndTheStepForEachPoissonsRatio) {
+    const auto layout = overview(three_results());
+    ASSERT_EQ(layout.columns.size(), 13u);
+    EXPECT_EQ(layout.columns[2].title, "nu 0.3: mean [%]");
+    EXPECT_EQ(layout.columns[7].title, "nu 0.45: mean [%]");
+    EXPECT_EQ(layout.rows.size(), 4u);
+    EXPECT_EQ(row_of(layout, "springs"),
+              (std::vector<std::string>{"box", "springs", "20.00", "30.00", "28.50", "50.00", "3", "25.00", "25.00",
+                                        "25.00", "25.00", "2", "100"}));
+}
+
+TEST(Overview, MeansHaveAColumnForEachBody) {
+    const auto layout = mean_errors(three_results());
+    ASSERT_EQ(layout.columns.size(), 3u);
+    EXPECT_EQ(layout.columns[1].title, "box, nu 0.3 [%]");
+    EXPECT_EQ(layout.columns[2].title, "box, nu 0.45 [%]");
+    EXPECT_EQ(layout.rows.at(1), (std::vector<std::string>{"springs", "20.00", "25.00"}));
+}
+
+TEST(Overview, GivesTheReferenceItsUncertaintyAndAFailureItsStatus) {
+    const auto layout = overview(three_results());
+    EXPECT_EQ(row_of(layout, "fem_p2")[2], "+- 19.00");
+    EXPECT_EQ(row_of(layout, "blown_up")[2], "-");
+    EXPECT_EQ(row_of(layout, "blown_up")[3], "diverged");
+}
+
+TEST(Overview, NamesPoissonsRatioOnlyWhereThereAreSeveral) {
+    const auto results = three_results();
+    EXPECT_TRUE(has_several_poisson_ratios(results));
+    EXPECT_EQ(body_label(results[2], results), "box, nu 0.45");
+    const std::span one(results.data(), 2);
+    EXPECT_FALSE(has_several_poisson_ratios(one));
+    EXPECT_EQ(body_label(results[0], one), "box");
+}
+
+} // namespace
+} // namespace livermark::results

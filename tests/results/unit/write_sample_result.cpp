@@ -1,0 +1,42 @@
+// write_sample_result <folder>: the files that schema_test.py and vtkhdf_reader_test.py look at, and a result small
+// enough to be printed and fuzzed.
+#include <filesystem>
+
+#include "results/hdf5/calibration_file.hpp"
+#include "results/hdf5/history_file.hpp"
+#include "results/hdf5/result_file.hpp"
+#include "results/hdf5/stability_file.hpp"
+#include "results/hdf5/timings_file.hpp"
+#include "tests/sample_calibration.hpp"
+#include "tests/sample_result.hpp"
+#include "tests/sample_timings.hpp"
+
+namespace results = livermark::results;
+namespace tests = livermark::tests;
+
+int main(int argc, char **argv) {
+    if (argc != 2)
+        return 2;
+    const std::filesystem::path folder = argv[1];
+    // Enough bricks that the larger datasets are chunked and compressed, as those of a liver are.
+    const auto result = tests::sample_result(1000);
+    results::write_result(folder / "sample_result.h5", result);
+    results::write_result(folder / "still_result.h5", tests::without_motion(result));
+    results::write_result(folder / "small_result.h5", tests::sample_result());
+
+    results::Stability stability;
+    stability.limits = {{"symplectic_euler", {1e-3, 1.1e-3}, {2e-3}}, {"explicit_euler", {}, {3e-3, 3.1e-3}}};
+    results::write_stability(folder / "sample_stability.h5", stability);
+
+    const results::StepHistory history{.time_step = 0.5, .time = {0.0, 0.5, 1.0}, .displacement = {1.0, 0.5, 0.1}};
+    results::Histories histories;
+    histories.cases = {{"as_printed_with_tumour_release",
+                        "",
+                        {{"mass", 1.0}, {"stiffness", 2.0}, {"damping", 3.0}},
+                        0.1,
+                        {history, history}},
+                       {"release", "", {{"alpha", 1.0}, {"beta", 2.0}}, 0.1, {history}}};
+    results::write_histories(folder / "sample_histories.h5", histories);
+    results::write_calibration(folder / "sample_calibration.h5", tests::sample_calibration(*result.problem.body));
+    results::write_timings(folder / "sample_timings.h5", tests::sample_timings());
+}

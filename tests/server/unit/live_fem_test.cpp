@@ -1,0 +1,207 @@
+#include "server/sessions/live_fem.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <filesystem>
+#include <fmt/format.h>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <limits>
+#include <memory>
+#include <string>
+#include <unistd.h>
+#include <utility>
+#include <vector>
+
+#include "models/model_table.hpp"
+#include "results/hdf5/result_file.hpp"
+#include "server/sessions/shared_fem.hpp"
+#include "support/input_error.hpp"
+#include "tests/sample_result.hpp"
+#include "tests/test_meshes.hpp"
+
+namespace livermark::studies {
+namespace {
+
+namespace fs = std::filesystem;
+using Rows = std::vector<std::array<double, 4>>;
+
+server::Message binary(const Rows &rows) {
+    return {true, {reinterpret_cast<const char *>(rows.data()), sizeof(rows[0]) * rows.size()}};
+}
+
+std::vector<Eigen::Vector3f> displacement(const server::Message &reply) {
+    EXPECT_TRUE(reply.is_binary);
+    EXPECT_EQ(reply.bytes.size() % sizeof(Eigen::Vector3f), 0U);
+    std::vector<Eigen::Vector3f> rows(reply.bytes.size() / sizeof(Eigen::Vector3f));
+    std::memcpy(static_cast<void *>(rows.data()), reply.bytes.data(), reply.bytes.size());
+    return rows;
+}
+
+/// The sentence that it refuses with.
+template <class Action> std::string fault_of(const Action &action) {
+    try {
+        action();
+    } catch (const support::InputError &error) {
+        return error.what();
+    }
+    return "no fault";
+}
+
+/// A folder with the file of a box of two materials, constrained at x_min, and of which z_max is constrained in z only.
+class LiveFemTest : public testing::Test {
+  protected:
+    LiveFemTest() {
+        fs::create_directories(folder);
+        results::write_result(folder / "box.h5", result);
+        for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+            const auto &patch = mesh.patch_names[mesh.boundary_patch[f]];
+            (patch == "x_min" ? constrained : patch == "z_max" ? sliding : free).push_back(f);
+        }
+    }
+    ~LiveFemTest() override { fs::remove_all(folder); }
+
+    static constexpr auto tell_nobody = [](const std::string &) {};
+
+    server::Session begin(const std::string &file = "box.h5", const server::TellProgress &tell = tell_nobody) const {
+        return server::live_fem(folder, {{"file", file}}, tell);
+    }
+
+    /// The same by the model itself, on a body and a load case made here.
+    std::vector<core::Vector3> solved(const Rows &rows, double parenchyma, double tumour,
+                                      const std::array<double, 2> &poisson_ratios) const {
+        auto body = std::make_shared<core::Body>(*result.problem.body);
+        body->materials = {{1060.0, parenchyma, poisson_ratios[0]}, {1100.0, tumour, poisson_ratios[1]}};
+        auto load_case = tests::empty_load_case(mesh);
+        tests::prescribe(load_case, mesh, "x_min", core::Vector3::Zero());
+        for (const auto &[facet, x, y, z] : rows) {
+            load_case.condition[static_cast<int>(facet)] = core::FacetCondition::traction;
+            load_case.value[static_cast<int>(facet)] = {x, y, z};
+        }
+        const auto models = models::all_models();
+        return std::ranges::find(models, "fem_p2", &core::Model::name)->solve({body, load_case}).displacement;
+    }
+
+    static void expect_same(const std::vector<Eigen::Vector3f> &found, const std::vector<core::Vector3> &expected) {
+        ASSERT_EQ(found.size(), expected.size());
+        double largest = 0.0;
+        for (const auto &u : expected)
+            largest = std::max(largest, u.norm());
+        EXPECT_GT(largest, 1e-6);
+        for (std::size_t i = 0; i < found.size(); ++i)
+            EXPECT_LT((found[i].cast<double>() - expected[i]).norm(), 1e-6 * largest) << "node " << i;
+    }
+
+    const fs::path folder = fs::canonical(fs::temp_directory_path()) / fmt::format("livermark_live_{}", getpid());
+    const results::Result result = tests::sample_result(4);
+    const core::TetraMesh &mesh = result.problem.body->mesh;
+    std::vector<int> constrained, sliding, free;
+};
+
+TEST_F(LiveFemTest, AnswersAsTheModelDoes) {
+    const auto converse = begin();
+    const Rows rows{{1.0 * free[0], 30.0, -20.0, 10.0}, {1.0 * sliding[1], 0.0, 0.0, -50.0}};
+    expect_same(displacement(converse(binary(rows))), solved(rows, 4000.0, 20000.0, {0.45, 0.48}));
+    EXPECT_EQ(converse({false, "young_modulus=6000&poisson_ratio=0.3"}).bytes, "chosen=fem_p2");
+    expect_same(displacement(converse(binary(rows))), solved(rows, 6000.0, 30000.0, {0.3, 0.3}));
+    const Rows others{{1.0 * free.back(), 5.0, 0.0, 0.0}};
+    expect_same(displacement(converse(binary(others))), solved(others, 6000.0, 30000.0, {0.3, 0.3}));
+    EXPECT_FALSE(converse({false, "poisson_ratio=0.3&young_modulus=1e3"}).is_binary);
+    expect_same(displacement(converse(binary(rows))), solved(rows, 1000.0, 5000.0, {0.3, 0.3}));
+}
+
+TEST_F(LiveFemTest, SharesTheElementsOfABodyThatIsHeldAsAnother) {
+    const Rows rows{{1.0 * free[0], 30.0, -20.0, 10.0}};
+    // Another load case with other loads, which holds the same.
+    auto pulled = result;
+    pulled.problem.load_case.name = "pull";
+    results::write_result(folder / "pulled.h5", pulled);
+    ASSERT_EQ(server::SharedFem::count(), 0);
+    auto one = begin();
+    const auto first = displacement(one(binary(rows)));
+    EXPECT_EQ(server::SharedFem::count(), 1);
+    {
+        const auto other = begin("pulled.h5");
+        EXPECT_EQ(displacement(other(binary(rows))), first);
+        EXPECT_EQ(server::SharedFem::count(), 1);
+        other({false, "young_modulus=6000&poisson_ratio=0.3"});
+        other(binary(rows));
+        EXPECT_EQ(server::SharedFem::count(), 2);
+        auto third = begin("pulled.h5");
+        third({false, "young_modulus=1000&poisson_ratio=0.3"});
+        third(binary(rows));
+        EXPECT_EQ(server::SharedFem::count(), 2);
+        one = {};
+        EXPECT_EQ(server::SharedFem::count(), 1);
+    }
+    EXPECT_EQ(server::SharedFem::count(), 0);
+}
+
+TEST_F(LiveFemTest, TellsWhatTheFirstAnswerWaitsFor) {
+    std::vector<std::string> told;
+    const auto converse = begin("box.h5", [&](const std::string &sentence) { told.push_back(sentence); });
+    const Rows rows{{1.0 * free[0], 30.0, -20.0, 10.0}};
+    converse(binary(rows));
+    ASSERT_EQ(told.size(), 2U);
+    EXPECT_NE(told[0].find("are being assembled"), std::string::npos);
+    EXPECT_NE(told[1].find("is being factorised"), std::string::npos);
+    converse(binary(rows));
+    EXPECT_EQ(told.size(), 2U);
+}
+
+TEST_F(LiveFemTest, LiesStillWhereNothingPullsAtWhatIsFree) {
+    const auto converse = begin();
+    const std::vector<Eigen::Vector3f> rest(mesh.points.size(), Eigen::Vector3f::Zero());
+    EXPECT_EQ(displacement(converse(binary({}))), rest);
+    EXPECT_EQ(displacement(converse(binary({{1.0 * constrained[0], 1e3, 1e3, 1e3}}))), rest);
+    EXPECT_EQ(displacement(converse(binary({{1.0 * free[0], 0.0, 0.0, 0.0}}))), rest);
+}
+
+TEST_F(LiveFemTest, RefusesMessagesAndGoesOn) {
+    const auto converse = begin();
+    const Rows rows{{1.0 * free[0], 30.0, -20.0, 10.0}};
+    const auto before = displacement(converse(binary(rows)));
+    const auto fault_of_rows = [&](const Rows &wrong) { return fault_of([&] { converse(binary(wrong)); }); };
+    const double end = mesh.num_boundary_triangles();
+    for (const double facet : {-1.0, end, 0.5, 1e300, std::numeric_limits<double>::quiet_NaN()})
+        EXPECT_NE(fault_of_rows({rows[0], {facet, 0.0, 0.0, 1.0}}).find("is no facet; send whole numbers from 0 to"),
+                  std::string::npos)
+            << facet;
+    EXPECT_EQ(fault_of_rows({{0.0, 0.0, std::numeric_limits<double>::infinity(), 0.0}}),
+              "row 0: the traction is not finite; send numbers in Pa");
+    EXPECT_EQ(fault_of_rows({{2.0, 0.0, 0.0, 1.0}, {3.0, 0.0, 0.0, 1.0}, {2.0, 0.0, 0.0, 1.0}}),
+              "row 2: facet 2 has a traction already; send the sum of the two");
+    EXPECT_EQ(fault_of_rows({{1.0 * free[0], 1e300, 0.0, 0.0}}),
+              "the body moves farther than a float32 can say; send smaller tractions");
+    for (const std::size_t size : {1U, 31U, 33U})
+        EXPECT_NE(fault_of([&] {
+                      converse({true, std::string(size, '\0')});
+                  }).find("no whole rows"),
+                  std::string::npos);
+    for (const auto *text : {"", "young_modulus=4000", "poisson_ratio=0.3", "young_modulus=0.5&poisson_ratio=0.3",
+                             "young_modulus=2e9&poisson_ratio=0.3", "young_modulus=4000&poisson_ratio=0.5",
+                             "young_modulus=4000&poisson_ratio=-0.1", "young_modulus=nan&poisson_ratio=0.3",
+                             "young_modulus=%&poisson_ratio=0.3"})
+        EXPECT_NE(fault_of([&] { converse({false, text}); }), "no fault") << text;
+    EXPECT_EQ(displacement(converse(binary(rows))), before);
+}
+
+TEST_F(LiveFemTest, RefusesFilesThatTheServerDoesNotShow) {
+    std::ofstream(folder / "text.h5") << "text";
+    fs::create_symlink("/etc/passwd", folder / "secret.h5");
+    for (const auto *file : {"", "none.h5", "text.h5", "secret.h5", "../box.h5", "./box.h5", "/etc/passwd", "box"})
+        EXPECT_NE(fault_of([&] { begin(file); }), "no fault") << file;
+    EXPECT_EQ(fault_of([&] { server::live_fem(folder, {}, tell_nobody); }), "file is missing; add file=...");
+}
+
+TEST_F(LiveFemTest, RefusesABodyThatNothingHoldsStill) {
+    auto sliding_only = result;
+    for (const int facet : constrained)
+        sliding_only.problem.load_case.value[facet] = {1e-3, 0.0, 0.0};
+    results::write_result(folder / "moved.h5", sliding_only);
+    EXPECT_NE(fault_of([&] { begin("moved.h5"); }).find("does not fix any part of the surface"), std::string::npos);
+}
+
+} // namespace
+} // namespace livermark::studies

@@ -1,0 +1,95 @@
+// The legend of the live page, and the controls of what the colours show and where they end.
+import { byId, element } from '../page/elements.ts';
+import { gradient } from '../picture/colour_maps.ts';
+import { ticks } from '../picture/scale.ts';
+import { createColourRange, type ColourRange } from './colour_range.ts';
+import { shownFields, type Shown } from './shown_field.ts';
+
+export interface LiveLegend {
+  shown(): Shown;
+  end(): number;
+  /** @param values  of what is drawn now, on both sides @return whether the colours end elsewhere now */
+  see(values: readonly (Float32Array | null)[]): boolean;
+  /** What the picture adds, as that light shifts colours. */
+  note(sentence: string): void;
+  /** Whether FEM is there to be compared with. */
+  allowDifference(isThere: boolean): void;
+}
+
+const endField = () => byId<HTMLInputElement>('live-legend-end');
+const followsBox = () => byId<HTMLInputElement>('live-legend-follows');
+const form = () => byId<HTMLFormElement>('live-colours');
+const radio = (shown: Shown) => form().querySelector<HTMLInputElement>(`[value=${shown}]`)!;
+
+const largestOf = (values: readonly (Float32Array | null)[]) =>
+  values.reduce((most, list) => list?.reduce((m, value) => (value > m && value < Infinity ? value : m), most) ?? most, 0);
+
+/** @param changed  is called when the reader wants other colours */
+export function createLiveLegend(changed: () => void): LiveLegend {
+  const rangeOf = ({ inUnit, least }: (typeof shownFields)[Shown]) => createColourRange(inUnit, least);
+  const ranges: Record<Shown, ColourRange> = {
+    displacement: rangeOf(shownFields.displacement),
+    difference: rangeOf(shownFields.difference),
+    strain: rangeOf(shownFields.strain),
+  };
+  let shown: Shown = 'displacement';
+  let isExceeded = false;
+  let added = '';
+
+  function draw(): void {
+    const { name, quantity, unit, inUnit } = shownFields[shown];
+    const range = ranges[shown];
+    const end = Number((range.end() / inUnit).toPrecision(6));
+    const numbers = ticks(end).map((value) => {
+      const isLast = Math.abs(value - end) < 1e-9 * end;
+      return element('span', { style: `left: ${(100 * value) / end}%` }, `${isLast && isExceeded ? '≥ ' : ''}${value}`);
+    });
+    byId('live-legend').replaceChildren(
+      element('div', { class: 'what' }, `${name} [${unit}]`),
+      element('div', { class: 'strip', style: `background: ${gradient(quantity)}` }),
+      element('div', { class: 'numbers', 'data-end': end }, ...numbers),
+      ...(added ? [element('p', { class: 'note' }, added)] : []));
+    followsBox().checked = range.follows();
+    byId('live-legend-unit').textContent = unit;
+    if (document.activeElement !== endField() || range.follows()) endField().value = String(end);
+  }
+
+  form().addEventListener('submit', (event) => event.preventDefault());
+  form().addEventListener('change', (event) => {
+    const input = event.target as HTMLInputElement;
+    const range = ranges[shown];
+    if (input.name === 'live-shown') shown = input.value as Shown;
+    else if (input === followsBox()) input.checked ? range.follow() : range.fix();
+    else if (input === endField() && input.valueAsNumber > 0 && input.valueAsNumber < Infinity) range.fix(input.valueAsNumber * shownFields[shown].inUnit);
+    draw();
+    changed();
+  });
+  draw();
+
+  return {
+    shown: () => shown,
+    end: () => ranges[shown].end(),
+    see(values) {
+      const range = ranges[shown];
+      const largest = largestOf(values);
+      const isNew = range.see(largest, performance.now() / 1000);
+      const exceeds = largest > range.end();
+      if (isNew || exceeds !== isExceeded) {
+        isExceeded = exceeds;
+        draw();
+      }
+      return isNew;
+    },
+    note(sentence) {
+      added = sentence;
+      draw();
+    },
+    allowDifference(isThere) {
+      radio('difference').disabled = !isThere;
+      if (isThere || shown !== 'difference') return;
+      shown = 'displacement';
+      radio(shown).checked = true;
+      draw();
+    },
+  };
+}

@@ -1,0 +1,48 @@
+// When a body has come to rest: nothing of it is stepped or drawn then.
+import type { LiveFrame, Tool } from './types.ts';
+
+/** Parts of the size of a body that its fastest node may go in a second: digits of forces keep single nodes trembling a little. */
+const trembling = 1e-3; // [1/s]
+/** And how far it may get on in all, which tells creeping from trembling. */
+const creeping = 1e-5; // [1/s]
+/** How long it has to be so: where a motion turns back it is slow for a moment. */
+const longEnough = 0.25; // [s] of motion
+
+export interface Rest {
+  isReached(): boolean;
+  /** @param tool  that the frame was asked for with */
+  see(frame: LiveFrame, tool: Tool): void;
+  disturb(): void;
+}
+
+function isSame(a: Tool, b: Tool): boolean {
+  if (a.kind === 'none' || b.kind === 'none') return a.kind === b.kind;
+  if (a.kind !== b.kind || a.radius !== b.radius || a.target.some((x, i) => x !== b.target[i])) return false;
+  return a.kind !== 'pull' || b.kind !== 'pull' || a.node === b.node;
+}
+
+const largestDifference = (a: Float32Array, b: Float32Array) => a.reduce((most, x, i) => Math.max(most, Math.abs(x - b[i]!)), 0);
+
+/** @param size  of the body [m] */
+export function createRest(size: number): Rest {
+  let start: LiveFrame | null = null; // of the time for which it has been slow
+  let isReached = false;
+  let last: Tool = { kind: 'none' };
+  return {
+    isReached: () => isReached,
+    see(frame, tool) {
+      const isSlow = frame.largestSpeed <= trembling * size && isSame(tool, last);
+      last = tool;
+      if (!isSlow) start = null;
+      else start ??= frame;
+      const passed = start ? frame.time - start.time : 0;
+      if (!start || passed < longEnough) return;
+      isReached = largestDifference(frame.displacement, start.displacement) <= creeping * size * passed;
+      start = frame;
+    },
+    disturb() {
+      start = null;
+      isReached = false;
+    },
+  };
+}

@@ -1,0 +1,63 @@
+// What the load case prescribes, in words: beside the picture, and at a node.
+import type { Result } from '../data/types.ts';
+import { facetsIn, facetState, facetStates, largestOf, vectorOf, type FacetState } from '../picture/facet_conditions.ts';
+import { short } from '../picture/scale.ts';
+import { element } from './elements.ts';
+
+type Shown = Exclude<FacetState, 'free'>;
+const words: Record<Shown, string> = { fixed: 'Held', sliding: 'Held, but slides', moved: 'Moved', loaded: 'Traction' };
+
+const spoken = (name: string) => name.replaceAll('_', ' ');
+
+/** Names of the places that are in this state. */
+function placesOf({ conditions }: Result, state: Shown): string[] {
+  return [...new Set(facetsIn(conditions, state).map((facet) => spoken(conditions.names[conditions.name[facet]!] ?? '')))].filter(Boolean);
+}
+
+/** 600 Pa or 1.2 kPa; 0.5 mm. */
+function sizeOf(state: 'moved' | 'loaded', value: number): string {
+  if (state === 'moved') return `${short(1000 * value)} mm`;
+  return value >= 1000 ? `${short(value / 1000)} kPa` : `${short(value)} Pa`;
+}
+
+function bodyForce({ conditions, isAnatomical }: Result): string {
+  const [x, y, z] = conditions.acceleration as [number, number, number];
+  const size = Math.hypot(x, y, z);
+  if (!(size > 0)) return '';
+  const ends = isAnatomical ? [['right', 'left'], ['front', 'back'], ['feet', 'head']] : [['−x', '+x'], ['−y', '+y'], ['−z', '+z']];
+  const parts = [x, y, z].flatMap((a, axis) => (Math.abs(a) > 0.01 * size ? [`${short(Math.abs(a))} m/s² to ${ends[axis]![a > 0 ? 1 : 0]}`] : []));
+  return `Weight: ${parts.join(', ')}`;
+}
+
+/** The key to patterns and arrows. @param isReleased  tractions are let go */
+export function conditionsKey(result: Result, isReleased: boolean): Node[] {
+  const entries = facetStates.flatMap((state) => {
+    const places = placesOf(result, state);
+    if (places.length === 0 || (state === 'loaded' && isReleased)) return [];
+    const arrow = state === 'moved' || state === 'loaded' ? `; longest arrow ${sizeOf(state, largestOf(result.conditions, state))}` : '';
+    return [element('li', { class: state }, element('span', { class: `swatch ${state}`, 'aria-hidden': 'true' }),
+      `${words[state]}: ${places.join(', ')}${arrow}`)];
+  });
+  const weight = bodyForce(result);
+  return weight ? [...entries, element('li', {}, weight)] : entries;
+}
+
+/** What is prescribed on the facets around a node, each thing once; nothing if it is inside. */
+export function conditionsAt({ conditions, surfaces }: Result, node: number): string[] {
+  const { nodes, triangles } = surfaces.outside;
+  const vertex = nodes.indexOf(node);
+  if (vertex < 0) return [];
+  const around = [...new Set(Array.from(triangles.keys()).filter((i) => triangles[i] === vertex).map((i) => Math.floor(i / 3)))];
+  const sentences = around.map((facet) => {
+    const state = facetState(conditions, facet);
+    const place = spoken(conditions.names[conditions.name[facet]!] ?? '');
+    if (state === 'free') return `free (${place})`;
+    if (state === 'fixed') return `held (${place})`;
+    const isFree = (i: number) => Number.isNaN(conditions.value[3 * facet + i]);
+    const factor = state === 'loaded' ? 1 : 1000;
+    const components = vectorOf(conditions, facet).map((x, i) => (isFree(i) && state !== 'loaded' ? 'free' : short(factor * x))).join(', ');
+    const size = state === 'loaded' ? `, ${sizeOf('loaded', Math.hypot(...vectorOf(conditions, facet)))}` : '';
+    return `${state === 'loaded' ? 'traction' : state === 'moved' ? 'moved by' : 'held, but slides:'} (${components}) ${state === 'loaded' ? 'Pa' : 'mm'}${size} (${place})`;
+  });
+  return [...new Set(sentences)];
+}

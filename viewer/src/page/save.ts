@@ -1,0 +1,82 @@
+// The picture as PNG and the table as CSV, as files of the reader's.
+import type { Result } from '../data/types.ts';
+import { mapColours } from '../picture/colour_maps.ts';
+import { pageColours } from '../picture/page_colours.ts';
+import { ticks } from '../picture/scale.ts';
+import type { Stage } from '../picture/stage.ts';
+import { byId } from './elements.ts';
+import { scales } from './legend.ts';
+import type { Choice } from './state.ts';
+
+const times = 2; // as many pixels as on the screen, each way
+const head = 40; // above the picture, for the title [CSS pixels]
+const foot = 64; // below it, for the legend [CSS pixels]
+
+export function offer(name: string, content: Blob): void {
+  const link = document.createElement('a');
+  link.href = URL.createObjectURL(content);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}
+
+const escaped = (text: string) => text.replaceAll('&', '&amp;').replaceAll('<', '&lt;').replaceAll('"', '&quot;');
+
+/** Title, names and legend as SVG around what is written over the picture. [CSS pixels] */
+function frameOf(result: Result, choice: Choice, overlay: string, size: { width: number; height: number }): string {
+  const { stage, ink } = pageColours(byId('stage'));
+  const { width, height } = size;
+  const text = (x: number, y: number, content: string, more = '') => `<text x="${x}" y="${y}" fill="${ink}" font-size="14" ${more}>${escaped(content)}</text>`;
+  const canvas = byId('stage').getBoundingClientRect();
+  const names = choice.models.map((model, side) => {
+    const box = document.querySelectorAll('#stage .side')[side]!.getBoundingClientRect();
+    return text(box.left - canvas.left + 2, head + box.top - canvas.top + 20, model, 'font-weight="600"');
+  });
+  const end = Number(document.querySelector<HTMLElement>('#legend .numbers')!.dataset['endMm']);
+  const [left, strip, top] = [0.36 * width, 0.56 * width, head + height + 14];
+  const { name } = scales[choice.quantity];
+  const numbers = ticks(end).map((value) => text(left + (strip * value) / end, top + 32, String(value), 'text-anchor="middle"'));
+  const colours = mapColours(choice.quantity);
+  const stops = colours.map((colour, i) => `<stop offset="${i / (colours.length - 1)}" stop-color="${colour}"/>`).join('');
+  const time = choice.frame === null ? '' : `, ${result.frameTimes[choice.frame]!.toFixed(3)} s after the release`;
+  return `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${head + height + foot}" font-family="system-ui, sans-serif">
+    <defs><linearGradient id="map">${stops}</linearGradient></defs>
+    <rect width="${width}" height="${head}" fill="${stage}"/><rect y="${head + height}" width="${width}" height="${foot}" fill="${stage}"/>
+    ${text(14, 26, `${result.body}: ${result.loadCase}${time}. Displacements drawn ${byId('factor').textContent}`, 'font-weight="600"')}
+    ${names.join('')}${text(left - 12, top + 12, name, 'text-anchor="end"')}
+    <rect x="${left}" y="${top}" width="${strip}" height="14" fill="url(#map)"/>${numbers.join('')}
+    <g transform="translate(0 ${head})">${overlay}</g></svg>`;
+}
+
+/** As on the screen, with title, names, scale and legend, and so many times the pixels. */
+export async function savePicture(stage: Stage, result: Result, choice: Choice): Promise<void> {
+  const { clientWidth: width, clientHeight: height } = document.querySelector<HTMLCanvasElement>('#stage canvas')!;
+  const { image, overlay } = stage.picture(times);
+  const ratio = image.width / width;
+  const whole = document.createElement('canvas');
+  [whole.width, whole.height] = [image.width, Math.round(ratio * (head + height + foot))];
+  const frame = new Image();
+  frame.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(frameOf(result, choice, overlay, { width, height }))}`;
+  await frame.decode();
+  const context = whole.getContext('2d')!;
+  context.drawImage(image, 0, ratio * head);
+  context.drawImage(frame, 0, 0, whole.width, whole.height);
+  const blob = await new Promise<Blob | null>((done) => whole.toBlob(done, 'image/png'));
+  if (blob) offer(`${result.body}_${result.loadCase}.png`, blob);
+}
+
+const quoted = (text: string) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+
+/** The table with all digits: SI units, ratios as ratios, and nothing where the file has none. */
+export function csvOf(result: Result): string {
+  const columns = 'model,reference,relative_l2,max_error_m,energy_error,reaction_error,history_relative_l2,history_lag_s,solve_seconds,status,in_band';
+  const number = (value: number | undefined) => (value === undefined || Number.isNaN(value) ? '' : String(value));
+  const lines = result.models.map(({ name, status, solveSeconds, comparison: c }) => [
+    name, c?.reference ?? '', number(c?.relativeL2), number(c?.maxError), number(c?.energyError), number(c?.reactionError),
+    number(c?.motionError), number(c?.motionLag), number(solveSeconds), status, c?.inBand == null ? '' : String(Number(c.inBand)),
+  ].map(quoted).join(','));
+  return `${[columns, ...lines].join('\n')}\n`;
+}
+
+export const saveTable = (result: Result) =>
+  offer(`${result.body}_${result.loadCase}.csv`, new Blob([csvOf(result)], { type: 'text/csv' }));

@@ -1,0 +1,91 @@
+// What a body is made of in the picture.
+import * as three from 'three';
+import { colourAt, notANumber, quantities, type Quantity } from './colour_maps.ts';
+
+export type Skin = 'translucent' | 'solid' | 'flat';
+/** Every colour is the one of the legend. */
+export const defaultSkin: Skin = 'flat';
+
+export const mapWidth = 256;
+
+/** Two rows: the map, and the colour of what is no number. */
+function mapTexture(quantity: Quantity): three.DataTexture {
+  const map = Array.from({ length: mapWidth }, (_, i) => [...colourAt(quantity, i / (mapWidth - 1)), 255]);
+  const unknown = Array.from({ length: mapWidth }, () => [...notANumber, 255]);
+  const texture = new three.DataTexture(new Uint8Array([...map, ...unknown].flat()), mapWidth, 2);
+  texture.colorSpace = three.SRGBColorSpace;
+  texture.magFilter = three.LinearFilter;
+  texture.minFilter = three.LinearFilter;
+  texture.needsUpdate = true;
+  return texture;
+}
+
+/** Glass that is thicker where it is seen from the side, so that the shape of the body can be read. */
+function glassMaterial(): three.MeshStandardMaterial {
+  const glass = new three.MeshStandardMaterial({ roughness: 0.6, transparent: true, depthWrite: false });
+  glass.onBeforeCompile = (shader) => {
+    shader.fragmentShader = shader.fragmentShader.replace('#include <opaque_fragment>', `
+      float facing = abs(dot(normal, normalize(vViewPosition)));
+      diffuseColor.a = mix(0.9, 0.5, smoothstep(0.0, 0.75, facing));
+      #include <opaque_fragment>`);
+  };
+  return glass;
+}
+
+/** Without light, so that a colour on the screen is one of the legend; thin lines join equal values, ten to the legend. */
+function flatMaterial(): three.MeshBasicMaterial {
+  const flat = new three.MeshBasicMaterial({ side: three.DoubleSide, toneMapped: false });
+  flat.onBeforeCompile = (shader) => {
+    shader.fragmentShader = shader.fragmentShader.replace('#include <opaque_fragment>', `
+      float tenths = (vMapUv.x * ${mapWidth}.0 - 0.5) / ${mapWidth - 1}.0 * 10.0;
+      float steepness = fwidth(tenths);
+      float fromLine = abs(tenths - floor(tenths + 0.5)) / max(steepness, 1e-6);
+      bool isInside = tenths > 0.5 && tenths < 9.95 && vMapUv.y < 0.5;
+      if (isInside && steepness > 1e-4 && steepness < 0.5)
+        outgoingLight *= mix(0.72, 1.0, smoothstep(0.35, 1.0, fromLine));
+      #include <opaque_fragment>`);
+  };
+  return flat;
+}
+
+export interface BodyMaterials {
+  skins: Record<Skin, three.Material>;
+  section: three.Material;
+  outline: three.LineBasicMaterial;
+  depth: three.Material; // how far away glass is
+  use(quantity: Quantity): void;
+  clip(planes: three.Plane[]): void;
+  free(): void;
+}
+
+export function createMaterials(): BodyMaterials {
+  const textures = Object.fromEntries(quantities.map((q) => [q, mapTexture(q)])) as Record<Quantity, three.DataTexture>;
+  const lit = new three.MeshStandardMaterial({ roughness: 0.75, side: three.DoubleSide });
+  const glass = glassMaterial();
+  const flat = flatMaterial();
+  const section = flatMaterial();
+  const outline = new three.LineBasicMaterial({ color: 0x111111, toneMapped: false });
+  // Glass shows its front only: this writes how far that is, so that the far side does not shine through.
+  const depth = new three.MeshBasicMaterial({ colorWrite: false });
+  const coloured = [lit, glass, flat, section];
+  // A map from the start: to get one later, a material would have to be compiled again.
+  for (const material of coloured) material.map = textures.displacement;
+  return {
+    skins: { translucent: glass, solid: lit, flat },
+    section,
+    outline,
+    depth,
+    use(quantity) {
+      for (const material of coloured) material.map = textures[quantity];
+      // Most of a body is at the beginning of the map, which is dark or pale.
+      outline.color.set(quantity === 'displacement' ? 0xffffff : 0x111111);
+    },
+    clip(planes) {
+      for (const material of [lit, glass, flat, depth]) material.clippingPlanes = planes;
+    },
+    free() {
+      for (const material of [...coloured, outline, depth]) material.dispose();
+      for (const texture of Object.values(textures)) texture.dispose();
+    },
+  };
+}

@@ -1,0 +1,98 @@
+// The live page in a browser, as tests handle it. Machines that run tests are slow and draw in software, so nothing here asks how
+// fast it goes.
+import { readFileSync } from 'node:fs';
+
+/** @param browser  of startBrowser() @param address  of the page with its file */
+export function createLivePage(browser, address) {
+  let page = null;
+  const at = {
+    get page() {
+      return page;
+    },
+    async open(options = {}, other = address) {
+      await page?.context().close();
+      page = await (await browser.newContext({ viewport: { width: 1200, height: 850 }, ...options })).newPage();
+      page.setDefaultTimeout(240000);
+      await page.goto(other);
+      await page.waitForSelector('#stage[data-drawn]');
+    },
+    moving: () => page.waitForSelector('#live[data-state=moving]'),
+    /** The body at rest, on a new page if there are options for one. @param law  quicker than the law that the page begins with */
+    async goLive(options, law = 'van_gelder') {
+      if (!options && (await at.goBack())) return;
+      await at.open(options);
+      await page.check('#mode [value=live]', { force: true });
+      await at.moving();
+      await at.set('law', law);
+    },
+    /** What the page of the test before has become is as at first again. @return whether it can go on */
+    async goBack() {
+      if (!(await page?.locator('#live[data-state=moving]').isVisible())) return false;
+      if ((await page.locator('#live-pause').textContent()).includes('Go on')) await page.click('#live-pause');
+      for (const id of ['#live-fem', '#live-stays']) await page.uncheck(id);
+      for (const one of ['[name=live-shown][value=displacement]', '#live-legend-follows', '[name=live-skin][value=flat]', '[name=tool][value=probe]'])
+        await page.check(one);
+      await page.locator('#live-depth').fill('5');
+      for (const [name, text] of [['nu', '0.45'], ['alpha', '10'], ['step-length', '0']])
+        if ((await page.locator(`#live-${name}`).inputValue()) !== text) await at.set(name, text);
+      await page.click('#live-reset');
+      await page.click('#live-view');
+      await page.waitForFunction(() => Math.abs(Number(document.querySelector('#live-volume').dataset.value) - 1) < 1e-4);
+      return true;
+    },
+    value: async (name) => Number(await page.locator(`#live-${name}`).getAttribute('data-value')),
+    text: (name) => page.locator(`#live-${name}`).textContent(),
+    isShown: (name) => page.locator(`#live-${name}`).isVisible(),
+    above: (name, least) =>
+      page.waitForFunction(([id, least]) => Number(document.querySelector(id).dataset.value) > least, [`#live-${name}`, least]),
+    below: (name, most) =>
+      page.waitForFunction(([id, most]) => Number(document.querySelector(id).dataset.value) < most, [`#live-${name}`, most]),
+    /** Nothing moves, and nothing is asked of the engine. */
+    asleep: () => page.waitForSelector('#live[data-at-rest=true]'),
+    /** Changes a setting, and waits until the springs have it. */
+    async set(name, text) {
+      const field = page.locator(`#live-${name}`);
+      await page.locator('#live').evaluate((live) => (live.dataset.state = 'choosing'));
+      if (name === 'law') await field.selectOption(text);
+      else await field.fill(text).then(() => field.press('Tab'));
+      await page.waitForFunction(() => document.querySelector('#live').dataset.state !== 'choosing');
+    },
+    /** A place on the screen: the middle of the right lobe. */
+    async place() {
+      const canvas = page.locator('#live-stage canvas');
+      await canvas.scrollIntoViewIfNeeded();
+      const { x, y, width, height } = await canvas.boundingBox();
+      return [x + width / 2 - 0.15 * Math.min(width, height), y + 0.55 * height];
+    },
+    async press() {
+      await page.mouse.move(...(await at.place()));
+      await page.mouse.down();
+    },
+    /** Touches it with a tool that stays there. */
+    async poke() {
+      await page.check('#live-stays');
+      await at.press();
+      await page.mouse.up();
+      await at.above('indentation', 0.001);
+    },
+    /** Waits until the last answer of a body that pauses is there. */
+    still: () =>
+      page.waitForFunction(() => new Promise((done) => {
+        const time = document.querySelector('#live-time').dataset.value;
+        setTimeout(() => done(time === document.querySelector('#live-time').dataset.value), 700);
+      })),
+    async pause() {
+      await page.click('#live-pause');
+      await at.still();
+    },
+    /** Pauses. @return what was done, as rows of the file that is saved */
+    async saved() {
+      await at.pause();
+      const [download] = await Promise.all([page.waitForEvent('download'), page.click('#live-save')]);
+      const [head, ...lines] = readFileSync(await download.path(), 'utf8').trimEnd().split('\n').map((line) => line.split(','));
+      return { head, rows: lines.map((line) => Object.fromEntries(line.map((text, i) => [head[i], text]))) };
+    },
+    close: () => page?.context().close(),
+  };
+  return at;
+}

@@ -1,0 +1,168 @@
+// What the live page draws and says: colours that follow, an arrow with a scale, values at a node, springs beside finite elements.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { frames, pixels, shippedFolder, startBrowser, startServer } from './browser.mjs';
+import { createLivePage } from './live_page.mjs';
+
+let shipped, server, browser, live;
+
+before(async () => {
+  shipped = shippedFolder('liver_tumours');
+  server = await startServer(shipped.folder);
+  browser = await startBrowser();
+  live = createLivePage(browser, `${server.address}#${encodeURIComponent('liver_tumours/palpation.h5')}`);
+});
+after(async () => {
+  await browser?.close();
+  await server?.stop();
+  shipped?.remove();
+});
+
+const legendEnd = async () => Number(await live.page.locator('#live-legend .numbers').getAttribute('data-end'));
+const canvasBox = () => live.page.locator('#live-stage canvas').boundingBox();
+const picture = async () => {
+  await frames(live.page);
+  return pixels(live.page, await canvasBox());
+};
+const background = [243, 241, 237];
+const isNear = (a, b, by = 6) => a.every((x, i) => Math.abs(x - b[i]) <= by);
+const red = ([r, g, b]) => r > 190 && g < 70 && b < 60;
+
+test('colours are exact at first: a body at rest has the first colour of the legend and no other', async () => {
+  await live.goLive();
+  await live.asleep();
+  assert.equal(await live.page.locator('[name=live-skin][value=flat]').isChecked(), true);
+  const body = (await picture()).filter((colour) => !isNear(colour, background, 14));
+  const first = body.filter((colour) => isNear(colour, [0x44, 0x01, 0x54]));
+  assert.ok(first.length > 5000);
+  // What is left are letters, and edges against the background.
+  assert.ok(first.length > 0.9 * body.length, `${first.length} of ${body.length}`);
+  await live.page.check('#live-translucent', { force: true });
+  const glass = (await picture()).filter((colour) => isNear(colour, [0x44, 0x01, 0x54]));
+  assert.ok(glass.length < 0.5 * first.length);
+});
+
+test('the colours follow what is there now, down again too, and stay where they are put by hand', async () => {
+  await live.goLive();
+  await live.set('alpha', '60');
+  await live.page.locator('#live-depth').fill('20');
+  await live.poke();
+  await live.page.waitForFunction(() => Number(document.querySelector('#live-legend .numbers').dataset.end) >= 8);
+  await live.page.locator('#live-depth').fill('2');
+  await live.page.waitForFunction(() => Number(document.querySelector('#live-legend .numbers').dataset.end) <= 4);
+  // By hand.
+  await live.page.locator('#live-legend-end').fill('27');
+  await live.page.locator('#live-legend-end').press('Tab');
+  assert.equal(await live.page.locator('#live-legend-follows').isChecked(), false);
+  assert.equal(await legendEnd(), 27);
+  await live.page.locator('#live-depth').fill('4');
+  await live.asleep();
+  assert.equal(await legendEnd(), 27);
+  await live.page.locator('#live-legend-end').fill('0.2');
+  await live.page.locator('#live-legend-end').press('Tab');
+  assert.match(await live.page.locator('#live-legend .numbers span').last().textContent(), /^≥ 0\.2$/);
+  await live.page.check('#live-legend-follows');
+  assert.ok((await legendEnd()) > 0.2);
+});
+
+test('the arrow of the force is seen from where the camera is at first, and a scale says how long it is', async () => {
+  await live.goLive();
+  await live.set('alpha', '60');
+  await live.page.locator('#live-node').focus();
+  await live.page.keyboard.press('Enter');
+  await live.above('indentation', 0.002);
+  await live.asleep();
+  const { width } = await canvasBox();
+  const all = await picture();
+  const key = await live.page.locator('#live-arrow-key').boundingBox();
+  const { x, y } = await canvasBox();
+  const isKey = (i) => i % Math.round(width) >= key.x - x - 4 && Math.floor(i / Math.round(width)) >= key.y - y - 4;
+  const places = all.flatMap((colour, i) => (red(colour) && !isKey(i) ? [[i % Math.round(width), Math.floor(i / Math.round(width))]] : []));
+  const extent = (axis) => Math.max(...places.map((p) => p[axis])) - Math.min(...places.map((p) => p[axis]));
+  const drawn = Math.hypot(extent(0), extent(1));
+  assert.ok(drawn > 40, `the arrow is ${drawn} pixels long`);
+  const [newtons, pixelsOfKey] = await live.page.locator('#live-arrow-key').evaluate((e) => [Number(e.dataset.newtons), Number(e.dataset.pixels)]);
+  assert.equal(await live.text('arrow-key'), `${newtons} N`);
+  assert.ok(Math.abs(key.width - pixelsOfKey) < 60 && pixelsOfKey > 20);
+  // Turned out of the plane of the screen it is shorter than the scale says, never longer, but for its head and the perspective.
+  const whole = ((await live.value('force')) * pixelsOfKey) / newtons;
+  assert.ok(drawn < 1.3 * whole + 25 && drawn > 0.3 * whole, `${drawn} pixels of ${whole}`);
+  // Nearer, all of it is longer.
+  await live.page.locator('#live-stage canvas').focus();
+  for (let i = 0; i < 3; i++) await live.page.keyboard.press('+');
+  await frames(live.page);
+  const perNewton = await live.page.locator('#live-arrow-key').evaluate((e) => Number(e.dataset.pixels) / Number(e.dataset.newtons));
+  assert.ok(perNewton > 1.15 * (pixelsOfKey / newtons));
+});
+
+test('a click says what springs and FEM are at a node, and how far they are apart there', async () => {
+  await live.goLive();
+  await live.set('alpha', '60');
+  await live.page.check('#live-fem');
+  await live.poke();
+  await live.asleep();
+  await live.page.waitForFunction(() => document.querySelector('#live-fem-springs').dataset.value === document.querySelector('#live-indentation').dataset.value);
+  const [springs, elements, off, strain] = await Promise.all(['springs', 'elements', 'off', 'strain'].map((name) => live.value(`at-${name}`)));
+  assert.ok(springs > 0.001 && elements > 0.0005 && strain > 0.001);
+  assert.ok(off >= Math.abs(springs - elements) && off <= springs + elements);
+  assert.match(await live.text('at-name'), /^Node \d+, at rest at \([−\d., ]+\) mm$/);
+  // Beside the body it says nothing.
+  const { x, y } = await canvasBox();
+  await live.page.mouse.click(x + 20, y + 130);
+  assert.equal(await live.isShown('at-node'), false);
+});
+
+test('the map of the difference to FEM has its own colours, and is there only with FEM', async () => {
+  await live.goLive();
+  await live.set('alpha', '60');
+  assert.equal(await live.page.locator('[name=live-shown][value=difference]').isDisabled(), true);
+  await live.page.check('#live-fem');
+  await live.poke();
+  await live.asleep();
+  await live.page.waitForFunction(() => document.querySelector('#live-fem-springs').dataset.value === document.querySelector('#live-indentation').dataset.value);
+  const displacement = await picture();
+  const largest = await legendEnd();
+  await live.page.check('[name=live-shown][value=difference]');
+  assert.match(await live.page.locator('#live-legend .what').textContent(), /beside FEM \[mm\]/);
+  // At this node the map says at least as much as its reading.
+  assert.ok((await legendEnd()) >= 1000 * (await live.value('at-off')) * 0.999 && (await legendEnd()) < largest);
+  const difference = await picture();
+  assert.ok(difference.filter((colour, i) => !isNear(colour, displacement[i], 20)).length > 5000);
+  await live.page.uncheck('#live-fem');
+  assert.match(await live.page.locator('#live-legend .what').textContent(), /^Displacement \[mm\]/);
+});
+
+test('the strain is a field of its own, in per cent', async () => {
+  await live.goLive();
+  await live.set('alpha', '60');
+  await live.poke();
+  await live.asleep();
+  await live.page.check('[name=live-shown][value=strain]');
+  assert.match(await live.page.locator('#live-legend .what').textContent(), /strain \[%\]/);
+  assert.ok((await legendEnd()) >= 100 * (await live.value('at-strain')) * 0.999);
+});
+
+/** A server of finite elements that says what it is told to. */
+const pretend = (answer) =>
+  live.page.routeWebSocket(/\/live\/fem/, (socket) => socket.onMessage((message) => (typeof message === 'string' ? socket.send('chosen=fem_p2') : answer(socket))));
+
+test('what FEM waits for is said where its picture waits', async () => {
+  await live.goLive({});
+  await pretend((socket) => socket.send(new URLSearchParams({ progress: 'The factor is being computed: 40 %.' }).toString()));
+  await live.page.check('#live-fem');
+  await live.poke();
+  await live.page.waitForFunction(() => document.querySelector('#live-fem-progress').textContent !== '');
+  assert.equal(await live.text('fem-progress'), 'The factor is being computed: 40 %.');
+  await live.page.uncheck('#live-fem');
+  assert.equal(await live.text('fem-progress'), '');
+});
+
+test('a socket that the server closes says why', async () => {
+  await live.goLive({});
+  await pretend((socket) => socket.close({ code: 1013, reason: 'Too many pages are in conversation already; close one of them.' }));
+  await live.page.check('#live-fem');
+  await live.poke();
+  await live.page.waitForSelector('#message:not([hidden])');
+  assert.match(await live.page.locator('#message').textContent(), /Too many pages are in conversation already/);
+  assert.equal(await live.page.isChecked('#live-fem'), false);
+});

@@ -1,0 +1,169 @@
+// A body that nobody touches comes to rest, and the live page then does nothing; and it goes back to before the last tool.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { shippedFolder, startBrowser, startServer } from './browser.mjs';
+import { createLivePage } from './live_page.mjs';
+
+let shipped, server, browser, live;
+
+before(async () => {
+  shipped = shippedFolder('liver_tumours');
+  server = await startServer(shipped.folder);
+  browser = await startBrowser();
+  live = createLivePage(browser, `${server.address}#${encodeURIComponent('liver_tumours/palpation.h5')}`);
+});
+after(async () => {
+  await browser?.close();
+  await server?.stop();
+  shipped?.remove();
+});
+
+/** Steps, pictures and frames of the screen that are asked for in a second. */
+const workInASecond = () =>
+  live.page.evaluate(async () => {
+    const asked = { messages: 0, frames: 0, drawings: 0 };
+    const restore = [];
+    const count = (object, name, what) => {
+      const own = object[name];
+      object[name] = function (...rest) {
+        asked[what]++;
+        return own.apply(this, rest);
+      };
+      restore.push(() => (object[name] = own));
+    };
+    count(Worker.prototype, 'postMessage', 'messages');
+    count(window, 'requestAnimationFrame', 'frames');
+    count(WebGL2RenderingContext.prototype, 'drawElements', 'drawings');
+    await new Promise((done) => setTimeout(done, 1000));
+    restore.forEach((put) => put());
+    return asked;
+  });
+const nothing = { messages: 0, frames: 0, drawings: 0 };
+
+test('a body at rest is neither stepped nor drawn, and every input wakes it', async () => {
+  await live.goLive();
+  await live.asleep();
+  assert.equal(await live.isShown('rest'), true);
+  assert.deepEqual(await workInASecond(), nothing);
+  // The camera: it is drawn, and still not stepped.
+  const time = await live.value('time');
+  await live.page.locator('#live-stage canvas').focus();
+  const turned = workInASecond();
+  await live.page.keyboard.press('ArrowLeft');
+  const { messages, drawings } = await turned;
+  assert.equal(messages, 0);
+  assert.ok(drawings > 0);
+  assert.equal(await live.value('time'), time);
+  // A tool.
+  await live.page.keyboard.press('Enter');
+  await live.above('indentation', 0.001);
+  assert.equal(await live.isShown('rest'), false);
+  await live.page.keyboard.press('Escape');
+  await live.below('force', 1e-12);
+  await live.asleep();
+  assert.deepEqual(await workInASecond(), nothing);
+  // A setting.
+  const before = await live.value('time');
+  await live.set('nu', '0.3');
+  await live.above('time', before);
+});
+
+test('while it pauses it does nothing', async () => {
+  await live.goLive();
+  await live.poke();
+  await live.pause();
+  assert.deepEqual(await workInASecond(), nothing);
+  const time = await live.value('time');
+  await live.page.click('#live-step-once');
+  await live.above('time', time);
+  assert.equal(await live.value('steps'), 1);
+});
+
+test('a tool that is held still lets the body come to rest as well, and FEM has then answered the forces of that rest', async () => {
+  await live.goLive();
+  await live.set('alpha', '60');
+  await live.page.check('#live-fem');
+  await live.poke();
+  await live.asleep();
+  assert.ok((await live.value('force')) > 0.01);
+  await live.page.waitForFunction(() => {
+    const of = (id) => document.querySelector(id).dataset.value;
+    return of('#live-fem-springs') === of('#live-indentation');
+  });
+  assert.deepEqual(await workInASecond(), nothing);
+});
+
+test('the first steps of a body are few, and become more only as they prove to be quick', async () => {
+  await live.goLive({}, 'lloyd');
+  await live.poke();
+  const { rows } = await live.saved();
+  let most = 0;
+  for (const row of rows) {
+    if (row.kind === 'choose') most = 0;
+    if (row.kind !== 'move' || row.num_steps === '0') continue;
+    assert.ok(Number(row.num_steps) <= Math.max(1, 4 * most), `${row.num_steps} steps after at most ${most}`);
+    most = Math.max(most, Number(row.num_steps));
+  }
+  assert.ok(most > 1);
+});
+
+test('a motion that is slower than life says so where the force is read', async () => {
+  await live.goLive();
+  // More steps than any machine takes in a frame.
+  await live.set('step-length', '0.0005');
+  await live.page.check('#live-stays');
+  await live.press();
+  await live.page.mouse.up();
+  await live.page.waitForSelector('#live-pace:not([hidden])');
+  assert.match(await live.text('pace'), /^Slower than life: 1 s of motion takes [\d.]+ s\.$/);
+  assert.ok((await live.value('pace')) < 0.9);
+  const [force, pace] = await Promise.all(['#live-force', '#live-pace'].map((id) => live.page.locator(id).boundingBox()));
+  assert.ok(pace.y - (force.y + force.height) < 40, 'below the force');
+});
+
+test('the last tool is undone: the body and the tool before it are as they were', async () => {
+  await live.goLive();
+  assert.equal(await live.page.isDisabled('#live-undo'), true);
+  await live.poke();
+  const { page } = live;
+  await page.check('[name=tool][value=pull]');
+  // Letting go of the poke for another tool is no tool.
+  await live.below('force', 1e-12);
+  await page.uncheck('#live-stays');
+  await live.asleep();
+  const [x, y] = await live.place();
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x - 30, y - 60, { steps: 4 });
+  await live.above('indentation', 0.003);
+  await page.mouse.up();
+  await page.click('#live-undo');
+  await live.below('indentation', 1e-12);
+  assert.equal(await page.isDisabled('#live-undo'), true);
+  const { rows } = await live.saved();
+  const kept = rows.findLastIndex((row) => row.kind === 'keep'), undone = rows.findLastIndex((row) => row.kind === 'undo');
+  assert.ok(kept > 0 && undone > kept);
+  const [was, is] = [rows[kept - 1], rows[undone + 1]];
+  assert.equal(is.num_steps, '0');
+  assert.equal(is.smallest_volume, was.smallest_volume);
+  assert.notEqual(rows[undone - 1].smallest_volume, was.smallest_volume);
+});
+
+test('a tool that stayed is there again when the one after it is undone', async () => {
+  await live.goLive();
+  await live.poke();
+  const { page } = live;
+  await live.pause();
+  const [force, indentation] = [await live.value('force'), await live.value('indentation')];
+  const node = await page.locator('#live-node').inputValue();
+  const [x, y] = await live.place();
+  await page.mouse.click(x + 60, y - 20);
+  await page.click('#live-pause');
+  await page.waitForFunction((force) => Math.abs(Number(document.querySelector('#live-force').dataset.value) - force) > 0.05 * force, force);
+  await live.pause();
+  await page.locator('#live-stage canvas').focus();
+  await page.keyboard.press('Control+z');
+  await page.waitForFunction((force) => Number(document.querySelector('#live-force').dataset.value) === force, force);
+  assert.equal(await live.value('indentation'), indentation);
+  assert.equal(await page.locator('#live-node').inputValue(), node);
+});

@@ -1,0 +1,39 @@
+// The page with the sample result open, as several test files need it.
+import { execFileSync } from 'node:child_process';
+import { join } from 'node:path';
+import { frames, pixels, sampleFolder, startBrowser, startServer } from './browser.mjs';
+
+const python = process.env.PYTHON ?? '/usr/bin/python3';
+
+/** Starts server and browser; `open` makes a new page, which `page` then is. */
+export async function startSamples() {
+  const samples = sampleFolder();
+  const server = await startServer(samples.folder);
+  const browser = await startBrowser();
+  const all = {
+    page: null,
+    folder: samples.folder,
+    address: server.address,
+    async open(options = {}, fragment = '#sample_result.h5') {
+      await all.page?.context().close();
+      all.page = await (await browser.newContext({ viewport: { width: 1200, height: 800 }, ...options })).newPage();
+      all.page.setDefaultTimeout(180000);
+      await all.page.goto(server.address + fragment);
+      await all.page.waitForSelector('body[data-state=ready] #stage[data-drawn]');
+      await frames(all.page);
+    },
+    h5py: (question) => JSON.parse(execFileSync(python, [join(import.meta.dirname, 'ask_h5py.py'), join(samples.folder, 'sample_result.h5')],
+      { input: JSON.stringify(question) }).toString().replaceAll('NaN', 'null')),
+    /** What is seen of a side, below its name. @return rows of [red, green, blue] */
+    async side(place = 0) {
+      const { x, y, width, height } = await all.page.locator('#stage canvas').boundingBox();
+      return pixels(all.page, { x: x + (place * width) / 2 + 4, y: y + 72, width: width / 2 - 8, height: height - 185 });
+    },
+    async stop() {
+      await browser.close();
+      await server.stop();
+      samples.remove();
+    },
+  };
+  return all;
+}
