@@ -33,14 +33,14 @@ struct RepeatedLoads::Impl {
     std::optional<Levels> levels;
 };
 
-RepeatedLoads::RepeatedLoads(std::shared_ptr<const core::Body> body, const core::LoadCase &constrained,
+RepeatedLoads::RepeatedLoads(const core::Body &body, const core::LoadCase &constrained,
                              const std::function<void(const std::string &)> &tell, int largest)
     : impl_(std::make_unique<Impl>()) {
-    check_facets(constrained, body->mesh);
-    tell(fmt::format("Quadratic elements are being assembled: {} tetrahedra.", body->mesh.num_tetrahedra()));
+    check_facets(constrained, body.mesh);
+    tell(fmt::format("Quadratic elements are being assembled: {} tetrahedra.", body.mesh.num_tetrahedra()));
     auto &[num_mesh_nodes, system, factor, levels] = *impl_;
-    num_mesh_nodes = body->mesh.num_nodes();
-    system = assemble(*body, 2, NodeOrder::by_distance);
+    num_mesh_nodes = body.mesh.num_nodes();
+    system = assemble(body, 2, NodeOrder::by_distance);
     const auto prescribed = dof_conditions(constrained, system).prescribed;
     const auto num_unknowns = prescribed.size();
     if (num_unknowns <= static_cast<std::size_t>(largest)) {
@@ -51,7 +51,7 @@ RepeatedLoads::RepeatedLoads(std::shared_ptr<const core::Body> body, const core:
     } else {
         tell(
             fmt::format("Two levels of elements are being prepared, once for all answers: {} unknowns.", num_unknowns));
-        levels.emplace(*body, system);
+        levels.emplace(body, system);
         levels->solver.set_up(prescribed);
     }
 }

@@ -29,7 +29,7 @@ class RepeatedLoads {
     /// @param tell  is told, in a sentence, each stage as it begins
     /// @throws std::invalid_argument if a boundary triangle is not an outer face, or the load case is not for the mesh
     /// @throws std::runtime_error if the memory does not hold the factor
-    RepeatedLoads(std::shared_ptr<const core::Body> body, const core::LoadCase &constrained,
+    RepeatedLoads(const core::Body &body, const core::LoadCase &constrained,
                   const std::function<void(const std::string &sentence)> &tell, int largest = largest_factor);
     ~RepeatedLoads();
     RepeatedLoads(const RepeatedLoads &) = delete;

@@ -69,7 +69,7 @@ std::shared_ptr<SharedFem> SharedFem::of(const std::shared_ptr<const core::Body>
         if (auto shared = one.lock(); shared && core::are_statically_equal(shared->impl_->constrained, constrained) &&
                                       are_equal(*shared->impl_->body, *body))
             return shared;
-    std::unique_ptr<Impl> impl(new Impl{body, constrained, {body, constrained, tell}});
+    std::unique_ptr<Impl> impl(new Impl{body, constrained, {*body, constrained, tell}});
     std::shared_ptr<SharedFem> made(new SharedFem(std::move(impl)));
     all.push_back(made);
     return made;

@@ -45,8 +45,8 @@ TEST(RepeatedLoads, AgreeWithTheStaticSolverWithAndWithoutAFactor) {
         StaticSolver expected(pulled.body, 2);
         std::vector<std::string> told;
         const auto tell = [&](const std::string &sentence) { told.push_back(sentence); };
-        RepeatedLoads factor(pulled.body, pulled.constrained, tell);
-        RepeatedLoads levels(pulled.body, pulled.constrained, tell, no_factor);
+        RepeatedLoads factor(*pulled.body, pulled.constrained, tell);
+        RepeatedLoads levels(*pulled.body, pulled.constrained, tell, no_factor);
         EXPECT_EQ(told.size(), 4U);
         std::vector<double> last_of_factor, last_of_levels;
         for (const core::Vector3 &traction : {core::Vector3(100.0, 0.0, 0.0), {0.0, 50.0, -20.0}}) {
@@ -66,7 +66,7 @@ TEST(RepeatedLoads, AgreeWithTheStaticSolverWithAndWithoutAFactor) {
 TEST(RepeatedLoads, NeedFewerIterationsNearTheLastAnswer) {
     const Pulled pulled(0.45);
     RepeatedLoads levels(
-        pulled.body, pulled.constrained, [](const std::string &) {}, no_factor);
+        *pulled.body, pulled.constrained, [](const std::string &) {}, no_factor);
     std::vector<double> last;
     const auto first = levels.solve(pulled.load({0.0, 50.0, 0.0}), last);
     const auto same = levels.solve(pulled.load({0.0, 50.0, 0.0}), last);
@@ -81,7 +81,7 @@ TEST(RepeatedLoads, ForgetTheLastAnswerWhenNothingPulls) {
     const Pulled pulled(0.45);
     for (const int largest : {no_factor, RepeatedLoads::largest_factor}) {
         RepeatedLoads loads(
-            pulled.body, pulled.constrained, [](const std::string &) {}, largest);
+            *pulled.body, pulled.constrained, [](const std::string &) {}, largest);
         std::vector<double> last;
         loads.solve(pulled.load({0.0, 50.0, 0.0}), last);
         for (const auto &u : loads.solve(pulled.constrained, last).displacement)
@@ -94,7 +94,7 @@ TEST(RepeatedLoads, SayWhenNothingHoldsTheBody) {
     const auto free = tests::empty_load_case(pulled.body->mesh);
     for (const int largest : {no_factor, RepeatedLoads::largest_factor}) {
         RepeatedLoads loads(
-            pulled.body, free, [](const std::string &) {}, largest);
+            *pulled.body, free, [](const std::string &) {}, largest);
         std::vector<double> last;
         const auto answer = loads.solve(free, last);
         EXPECT_FALSE(answer.is_unique);
