@@ -4,6 +4,7 @@
 #include <functional>
 #include <string>
 
+#include "results/tables/large_table.hpp"
 #include "results/tables/median_errors.hpp"
 #include "results/tables/overview.hpp"
 #include "results/tables/summary.hpp"
@@ -23,27 +24,65 @@ std::string medians_with_legend(std::span<const results::Result> results,
     return as_text(layout) + "\n" + results::median_legend(results);
 }
 
+class Printer {
+  public:
+    explicit Printer(bool markdown) : markdown_(markdown) {}
+
+    void print(const std::string &text) {
+        fmt::print("{}{}", is_first_ ? "" : "\n", text);
+        is_first_ = false;
+    }
+    void print(const results::Layout &layout) { print(as_text(layout)); }
+    std::string as_text(const results::Layout &layout) const {
+        return markdown_ ? results::to_markdown(layout) : results::to_text(layout);
+    }
+    bool is_markdown() const { return markdown_; }
+
+  private:
+    bool markdown_;
+    bool is_first_ = true;
+};
+
+/// @param results  of one regime, at least one
+void print_regime(Printer &printer, std::span<const results::Result> results, TableKind kind) {
+    const bool is_all = kind == TableKind::all;
+    const bool is_large = results.front().problem.load_case.regime == core::Regime::large;
+    if (is_all || kind == TableKind::models) {
+        if (is_large)
+            printer.print(printer.as_text(results::large_table(results)) + "\n" + results::large_legend());
+        else
+            printer.print(printer.is_markdown() ? results::markdown_table(results) : results::text_table(results));
+    }
+    if (kind == TableKind::forces && is_large)
+        printer.print(results::force_curves(results));
+    if (is_all || kind == TableKind::summary)
+        printer.print(results::summary(results));
+    if (kind == TableKind::overview || (is_all && results::has_several_poisson_ratios(results)))
+        printer.print(results::overview(results));
+    if (kind == TableKind::medians || (is_all && results::has_several_load_cases(results)))
+        printer.print(
+            medians_with_legend(results, [&](const results::Layout &layout) { return printer.as_text(layout); }));
+    if (kind == TableKind::means)
+        printer.print(results::mean_errors(results));
+}
+
 } // namespace
 
 void print_tables(std::span<const results::Result> results, TableKind kind, bool markdown) {
-    const bool is_all = kind == TableKind::all;
-    auto print = [is_first = true](const std::string &table) mutable {
-        fmt::print("{}{}", is_first ? "" : "\n", table);
-        is_first = false;
-    };
-    const auto as_text = [&](const results::Layout &layout) {
-        return markdown ? results::to_markdown(layout) : results::to_text(layout);
-    };
-    if (is_all || kind == TableKind::models)
-        print(markdown ? results::markdown_table(results) : results::text_table(results));
-    if (is_all || kind == TableKind::summary)
-        print(as_text(results::summary(results)));
-    if (kind == TableKind::overview || (is_all && results::has_several_poisson_ratios(results)))
-        print(as_text(results::overview(results)));
-    if (kind == TableKind::medians || (is_all && results::has_several_load_cases(results)))
-        print(medians_with_legend(results, as_text));
-    if (kind == TableKind::means)
-        print(as_text(results::mean_errors(results)));
+    Printer printer(markdown);
+    const auto small = results::of_regime(results, core::Regime::small);
+    const auto large = results::of_regime(results, core::Regime::large);
+    if (kind == TableKind::forces && large.empty())
+        throw support::InputError("no path of large deformations is here to take forces from; give result files of "
+                                  "load cases of the large regime");
+    if (large.empty())
+        return print_regime(printer, small, kind);
+    if (!small.empty()) {
+        printer.print("Small deformations, judged by linear elasticity\n");
+        print_regime(printer, small, kind);
+    }
+    printer.print("Large deformations, judged by hyperelasticity along the path of the load\n");
+    print_regime(printer, large, kind);
 }
 
 } // namespace livermark::cli

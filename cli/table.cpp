@@ -37,7 +37,8 @@ Command add_table(CLI::App &parent) {
     command
         ->add_option(
             "--kind", options->kind,
-            "all, models (a row for each model and load case), summary (a column for each load case), "
+            "all, models (a row for each model and load case), forces (of large deformations along the path of the "
+            "load), summary (a column for each load case), "
             "overview (columns for each Poisson's ratio), means (a column for each body), or medians (over load "
             "cases, for each Poisson's ratio, with the load cases of pressure apart)")
         ->transform(one_of(table_kinds))

@@ -4,7 +4,11 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
+#include <span>
 #include <stdexcept>
+#include <utility>
+
+#include "core/deformation.hpp"
 
 namespace livermark::core {
 
@@ -33,16 +37,77 @@ double max_or_nan(double a, double b) {
 constexpr double smallest_reaction = 1e-6;
 
 /// @param force  of the order of what is at work [N]
-double relative_reaction_error(const Solution &solution, const Solution &reference, double force) {
+double relative_reaction_error(std::span<const Vector3> reaction, std::span<const Vector3> reference, double force) {
     double difference = 0.0;
     double total = 0.0;
-    for (std::size_t p = 0; p < reference.reaction.size(); ++p) {
-        difference += (solution.reaction[p] - reference.reaction[p]).squaredNorm();
-        total += reference.reaction[p].squaredNorm();
+    for (std::size_t p = 0; p < reference.size(); ++p) {
+        difference += (reaction[p] - reference[p]).squaredNorm();
+        total += reference[p].squaredNorm();
     }
     if (!(std::sqrt(total) > smallest_reaction * force))
         return std::numeric_limits<double>::quiet_NaN();
     return std::sqrt(difference / total);
+}
+
+double reaction_bias(std::span<const Vector3> reaction, std::span<const Vector3> reference) {
+    double along = 0.0, total = 0.0;
+    for (std::size_t p = 0; p < reference.size(); ++p) {
+        along += reaction[p].dot(reference[p]);
+        total += reference[p].squaredNorm();
+    }
+    return along / total - 1.0;
+}
+
+/// The distance that 95 % of the volume stay below.
+double percentile_95(std::span<const Vector3> error, std::span<const double> volumes) {
+    std::vector<std::pair<double, double>> distances; // and volumes
+    double total = 0.0;
+    for (std::size_t i = 0; i < error.size(); ++i) {
+        if (!error[i].allFinite())
+            return std::numeric_limits<double>::quiet_NaN();
+        distances.emplace_back(error[i].norm(), volumes[i]);
+        total += volumes[i];
+    }
+    std::ranges::sort(distances);
+    double below = 0.0;
+    for (const auto &[distance, volume] : distances)
+        if (below += volume; below >= 0.95 * total)
+            return distance;
+    return distances.back().first;
+}
+
+double relative_l2(std::span<const Eigen::Vector3f> displacement, std::span<const Eigen::Vector3f> reference,
+                   std::span<const double> volumes) {
+    double difference = 0.0, total = 0.0;
+    for (std::size_t i = 0; i < volumes.size(); ++i) {
+        difference += volumes[i] * (displacement[i] - reference[i]).cast<double>().squaredNorm();
+        total += volumes[i] * reference[i].cast<double>().squaredNorm();
+    }
+    return std::sqrt(difference / total);
+}
+
+PathComparison compare_paths(const TetraMesh &mesh, const Solution &solution, const Solution &reference,
+                             const Comparison &at_end, std::span<const double> volumes) {
+    PathComparison result;
+    result.reaction_bias = std::isnan(at_end.reaction_error) ? at_end.reaction_error
+                                                             : reaction_bias(solution.reaction, reference.reaction);
+    result.worst_reaction_error = at_end.reaction_error;
+    result.worst_relative_l2 = at_end.relative_l2;
+    for (std::size_t k = 0; k < std::min(solution.path.size(), reference.path.size()); ++k) {
+        const auto &point = solution.path[k], &expected = reference.path[k];
+        result.worst_reaction_error =
+            std::max(result.worst_reaction_error, // a NaN stays: at other fractions there is no resultant either
+                     relative_reaction_error(point.reaction, expected.reaction, 0.0));
+        result.worst_relative_l2 =
+            max_or_nan(result.worst_relative_l2, relative_l2(point.displacement, expected.displacement, volumes));
+    }
+    result.percentile_95 = percentile_95(at_end.error, volumes);
+    const auto deformed = deformation(mesh, solution.displacement);
+    const auto expected = deformation(mesh, reference.displacement);
+    result.volume_error = deformed.volume_change - expected.volume_change;
+    for (std::size_t r = 0; r < expected.centroid.size(); ++r)
+        result.centroid_error.push_back((deformed.centroid[r] - expected.centroid[r]).norm());
+    return result;
 }
 
 } // namespace
@@ -83,7 +148,10 @@ Comparison compare(const TetraMesh &mesh, const Solution &solution, const Soluti
     result.relative_l2 = std::sqrt(squared_error / squared_reference);
     result.max_error_relative = result.max_error / peak;
     result.energy_error = (solution.strain_energy - reference.strain_energy) / reference.strain_energy;
-    result.reaction_error = relative_reaction_error(solution, reference, reference.strain_energy / peak);
+    result.reaction_error =
+        relative_reaction_error(solution.reaction, reference.reaction, reference.strain_energy / peak);
+    if (!reference.path.empty())
+        result.path = compare_paths(mesh, solution, reference, result, volumes);
     return result;
 }
 

@@ -23,6 +23,20 @@ struct HistoryComparison {
     bool operator==(const HistoryComparison &) const = default;
 };
 
+/// How far one solution of a load case of surgical size is from another, in what a surgeon sees and feels.
+struct PathComparison {
+    /// sum_p R_p . R_rp / sum_p |R_rp|^2 - 1 over the constraints at the whole load: how much stronger the reactions
+    /// are along those of the reference; NaN where these have no resultant
+    double reaction_bias = 0.0;
+    double worst_reaction_error = 0.0;    ///< the largest of Comparison::reaction_error along the path
+    double worst_relative_l2 = 0.0;       ///< the largest of Comparison::relative_l2 along the path
+    double percentile_95 = 0.0;           ///< of |u_i - r_i|, weighted by the nodal volumes [m]
+    double volume_error = 0.0;            ///< (v - v_r) / V of the whole body
+    std::vector<double> centroid_error{}; ///< (R) distance of the centroid of each region from where it should be [m]
+
+    bool operator==(const PathComparison &) const = default;
+};
+
 /// How far a solution is from a reference solution of the same problem.
 struct Comparison {
     std::string reference;    ///< name of the reference model
@@ -34,12 +48,14 @@ struct Comparison {
     /// torsion
     double reaction_error = 0.0;
     std::optional<HistoryComparison> history; ///< of the motion; not set by compare()
+    std::optional<PathComparison> path;       ///< in the large regime
     std::vector<Vector3> error;               ///< (N) u - r [m]
 };
 
 /// Compares a solution with the reference.
 /// @param mesh            nodes and volumes of both
-/// @param solution        any status; what is not finite gives a comparison that is not finite
+/// @param solution        any status; what is not finite gives a comparison that is not finite. Along the path it is
+///   compared as far as it came
 /// @param reference       status ok, not zero everywhere
 /// @param reference_name  kept in the comparison
 /// @throws std::invalid_argument if the shapes differ, or if the reference is not a solution to compare with

@@ -13,6 +13,15 @@ namespace livermark::core {
 /// What holds on one boundary triangle. The values are those of the result file.
 enum class FacetCondition : std::uint8_t { free = 0, prescribed_displacement = 1, traction = 2 };
 
+/// How far a load case goes, and so which reference judges it. Results of one are never put beside those of the other.
+enum class Regime : std::uint8_t {
+    small, ///< as linear elasticity has it
+    large  ///< deformations of surgical size, along a path of loads, judged by hyperelasticity
+};
+
+/// The word for a regime in load cases, tables and result files.
+const char *to_string(Regime regime);
+
 /// A node whose motion is recorded.
 struct Probe {
     std::string name;
@@ -40,16 +49,28 @@ struct LoadCase {
     std::string name;                      ///< file stem
     std::string title;                     ///< one line that a surgeon or engineer recognises
     std::string definition;                ///< the TOML text
+    Regime regime = Regime::small;         ///< what judges it
     double target_peak_displacement = 0.0; ///< what the load is meant to reach [m]
     bool scale_to_target = false;          ///< whether the loads are to be multiplied until the baseline reaches it
     double load_scale = 1.0;               ///< what they have been multiplied by so far
 
-    std::vector<FacetCondition> condition;     ///< (T)
-    std::vector<Vector3> value;                ///< (T) displacement [m] or traction [Pa]; NaN = component is free
+    std::vector<FacetCondition> condition; ///< (T)
+    std::vector<Vector3> value;            ///< (T) displacement [m] or traction [Pa]; NaN = component is free
+    /// (T) 1 where a traction is a pressure that stays perpendicular to the surface and acts on its area as that moves;
+    /// its value is the traction at rest, which linear models take. Empty where there is none.
+    std::vector<std::uint8_t> follows;
     Vector3 acceleration = Vector3::Zero();    ///< body force per mass [m/s^2]
     std::vector<std::string> constraint_names; ///< (P) the places where displacement is prescribed
     std::vector<int> constraint;               ///< (T) index into constraint_names, -1 where nothing is prescribed
     std::optional<Release> release;            ///< only in a time-dependent load case
+    /// (L) parts of the loads at which answers are kept, ascending to 1; all that drives the body grows with them.
+    /// Empty in the small regime.
+    std::vector<double> path;
+
+    /// Whether the traction on a facet is a pressure that follows the surface.
+    bool follows_surface(int facet) const {
+        return !follows.empty() && follows[facet] != 0 && condition[facet] == FacetCondition::traction;
+    }
 };
 
 /// The same with its tractions let go: what holds after a release.

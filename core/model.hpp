@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -47,7 +48,10 @@ struct Model {
     /// Whether it can do what its user asked for on a problem; throws InputError if not. Called for every problem
     /// before the first one is solved. Empty if nothing can be wrong.
     std::function<void(const Problem &)> check{};
-    bool is_collective = false; ///< of several MPI ranks all have to call solve, and all get the solution
+    std::optional<Regime> only{}; ///< the regime that it takes part in; both if not set
+    bool is_collective = false;   ///< of several MPI ranks all have to call solve, and all get the solution
+
+    bool takes_part_in(Regime regime) const { return !only || *only == regime; }
 
     /// Prepares, solves one problem and keeps nothing.
     Solution solve(const Problem &problem) const;

@@ -94,6 +94,7 @@ LoadCase refine(const LoadCase &load_case) {
     refined.condition = repeated(load_case.condition, 4);
     refined.value = repeated(load_case.value, 4);
     refined.constraint = repeated(load_case.constraint, 4);
+    refined.follows = repeated(load_case.follows, 4);
     return refined;
 }
 

@@ -46,6 +46,13 @@ struct History {
     std::vector<Eigen::Vector3f> frames{};
 };
 
+/// Where a body is at a part of the load, on the way to the whole.
+struct PathPoint {
+    std::vector<Eigen::Vector3f> displacement; ///< (N) of all nodes [m], for pictures: single precision
+    std::vector<Vector3> reaction;             ///< (P) force of each constraint on the body [N]
+    double strain_energy = 0.0;                ///< [J]
+};
+
 /// What explicit time stepping of a model comes to: symplectic Euler without damping.
 struct ExplicitSteps {
     /// The longest step that is stable [s]; infinity where nothing moves.
@@ -71,6 +78,7 @@ struct Solution {
     std::optional<SpringNetwork> springs;        ///< what the springs were, for mass-spring models
     std::optional<ExplicitSteps> explicit_steps; ///< of models that move in explicit steps
     std::optional<History> history;              ///< only for time-dependent load cases
+    std::vector<PathPoint> path;                 ///< at LoadCase::path; fewer where the way ended early
 };
 
 } // namespace livermark::core

@@ -1,15 +1,14 @@
 #include "load_cases/load_case_reader.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <functional>
+#include <iterator>
 #include <limits>
 
-#include "load_cases/facets.hpp"
+#include "load_cases/effects.hpp"
 #include "load_cases/free_body.hpp"
+#include "load_cases/regime_reader.hpp"
 #include "load_cases/release_reader.hpp"
 #include "load_cases/selector.hpp"
 #include "support/input_error.hpp"
@@ -22,102 +21,11 @@ namespace {
 
 constexpr double free_component = std::numeric_limits<double>::quiet_NaN();
 
-/// What a condition puts on facets.
-struct Effect {
-    core::FacetCondition condition;
-    std::function<core::Vector3(int facet)> value;
-};
-
-/// The same on every facet.
-Effect uniform(core::FacetCondition condition, const core::Vector3 &value) {
-    return {condition, [=](int) { return value; }};
-}
-
-Effect read_displacement(const toml::table &table, const Selection &, const core::TetraMesh &) {
-    const auto value = support::required_vector(table, "displacement", true);
-    if (value.array().isNaN().all())
-        throw support::InputError(
-            fmt::format("{}: a displacement that is free in every direction constrains nothing; give a number",
-                        support::place_of(table)));
-    return uniform(core::FacetCondition::prescribed_displacement, value);
-}
-
-Effect read_push(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
-    return uniform(core::FacetCondition::prescribed_displacement,
-                   -support::required_number(table, "push") * mean_normal(selection.facets, mesh));
-}
-
-Effect read_traction(const toml::table &table, const Selection &selection, const core::TetraMesh &) {
-    return uniform(core::FacetCondition::traction, selection.area_ratio * support::required_vector(table, "traction"));
-}
-
-core::Vector3 unit_normal(const core::TetraMesh &mesh, int facet) {
-    return area_vector(mesh, facet).normalized();
-}
-
-Effect read_tangential_traction(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
-    const core::Vector3 value = selection.area_ratio * support::required_vector(table, "tangential_traction");
-    return {core::FacetCondition::traction, [=, &mesh](int facet) {
-                const core::Vector3 normal = unit_normal(mesh, facet);
-                return core::Vector3(value - value.dot(normal) * normal);
-            }};
-}
-
-Effect read_pressure(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
-    const double pressure = support::required_number(table, "pressure");
-    return {core::FacetCondition::traction, [=, &mesh, ratio = selection.area_ratio](int facet) {
-                return core::Vector3(ratio * (-pressure * unit_normal(mesh, facet)));
-            }};
-}
-
-/// Tractions c x r about the middle, with sum A r x (c x r) the torque.
-Effect read_torque(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
-    const auto torque = support::required_vector(table, "torque");
-    const core::Vector3 middle = middle_of(selection.facets, mesh);
-    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
-    for (const int f : selection.facets) {
-        const core::Vector3 r = facet_centroid(mesh, f) - middle;
-        inertia += area_vector(mesh, f).norm() * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());
-    }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(inertia);
-    if (!(axes.eigenvalues()[0] > 1e-9 * axes.eigenvalues()[2]))
-        throw support::InputError(
-            fmt::format("{}: the facets of '{}' stand in one line, which takes no torque; choose a "
-                        "larger place",
-                        support::place_of(*table.get("torque")), selection.name));
-    const core::Vector3 c =
-        axes.eigenvectors() * (axes.eigenvectors().transpose() * torque).cwiseQuotient(axes.eigenvalues());
-    return {core::FacetCondition::traction,
-            [=, &mesh](int facet) { return core::Vector3(c.cross(facet_centroid(mesh, facet) - middle)); }};
-}
-
-struct EffectReader {
-    std::string_view key;
-    Effect (*read)(const toml::table &, const Selection &, const core::TetraMesh &);
-};
-
-constexpr std::array<EffectReader, 6> effect_readers{{{"displacement", read_displacement},
-                                                      {"push", read_push},
-                                                      {"traction", read_traction},
-                                                      {"tangential_traction", read_tangential_traction},
-                                                      {"pressure", read_pressure},
-                                                      {"torque", read_torque}}};
-
-Effect read_effect(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
-    const auto is_given = [&](const EffectReader &reader) { return table.contains(reader.key); };
-    if (std::ranges::count_if(effect_readers, is_given) != 1)
-        throw support::InputError(fmt::format("{}: a condition is either a 'displacement', a 'push', a 'traction', a "
-                                              "'tangential_traction', a 'pressure' or a 'torque'; give one of them",
-                                              support::place_of(table)));
-    return std::ranges::find_if(effect_readers, is_given)->read(table, selection, mesh);
-}
-
 void refuse_unknown_condition_keys(const toml::table &table) {
     std::vector<std::string_view> known{"name"};
     for (const auto &selector : all_selectors())
         known.push_back(selector.name);
-    for (const auto &reader : effect_readers)
-        known.push_back(reader.key);
+    std::ranges::copy(effect_keys(), std::back_inserter(known));
     support::refuse_unknown_keys(table, known);
 }
 
@@ -140,6 +48,15 @@ void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core
         load_case.condition[f] = effect.condition;
         load_case.value[f] = effect.value(f);
         load_case.constraint[f] = constraint;
+    }
+    if (effect.follows) {
+        if (load_case.regime == core::Regime::small)
+            throw support::InputError(fmt::format("{}: a pressure that follows the surface needs large deformations; "
+                                                  "say regime = \"large\", or give a 'pressure'",
+                                                  support::place_of(table)));
+        load_case.follows.resize(mesh.boundary_triangles.size());
+        for (const int f : selection.facets)
+            load_case.follows[f] = 1;
     }
 }
 
@@ -167,8 +84,8 @@ void refuse_contradictions(const core::TetraMesh &mesh, const core::LoadCase &lo
 
 toml::table read_table(const std::string &text, const std::filesystem::path &file) {
     auto table = support::parse_toml(text, file);
-    support::refuse_unknown_keys(table, {"title", "target_peak_displacement", "scale_to_target", "acceleration",
-                                         "condition", "release", "probe"});
+    support::refuse_unknown_keys(table, {"title", "regime", "path", "target_peak_displacement", "scale_to_target",
+                                         "acceleration", "condition", "release", "probe"});
     return table;
 }
 
@@ -197,6 +114,7 @@ core::LoadCase parse_load_case(const std::string &text, const std::filesystem::p
     load_case.name = file.stem().string();
     load_case.title = support::required_string(table, "title");
     load_case.definition = text;
+    read_regime(table, load_case);
     load_case.target_peak_displacement = support::required_number(table, "target_peak_displacement");
     if (!(load_case.target_peak_displacement > 0.0))
         throw support::InputError(fmt::format("{}: 'target_peak_displacement' has to be positive",

@@ -14,8 +14,10 @@ std::string load_case_title(const std::filesystem::path &toml_file);
 /// Reads a load case and puts it on a mesh.
 ///
 ///     title = "what a surgeon or engineer recognises"
-///     target_peak_displacement = 0.002        # [m]
-///     scale_to_target = true                  # may be left out: what drives is multiplied until the linear baseline
+///     regime = "large"                        # surgical size, judged by hyperelasticity; or "small", which it is if
+///     left out path = [0.2, 0.4, 0.6, 0.8, 1.0]        # of a large one: parts of the loads at which answers are kept;
+///     may be left out target_peak_displacement = 0.002        # [m] scale_to_target = true                  # may be
+///     left out: what drives is multiplied until the linear baseline
 ///                                             # reaches the target; that is for who solves, not done here
 ///     acceleration = [0.0, 0.0, 0.0]          # [m/s^2], may be left out
 ///     [[condition]]                           # where: one of the keys of selectors/, such as
@@ -28,6 +30,8 @@ std::string load_case_title(const std::filesystem::path &toml_file);
 ///     traction = [x, y, z]                    # [Pa]
 ///     tangential_traction = [x, y, z]         # [Pa], its part along the surface
 ///     pressure = p                            # [Pa], pushes inwards
+///     follower_pressure = p                   # [Pa], the same, and stays perpendicular to the surface as that moves;
+///                                             # in the large regime
 ///     torque = [x, y, z]                      # [N m], tractions about the middle of the place without a resultant
 ///
 /// A time-dependent load case starts from the static solution to all this; at t = 0 its tractions and pressures are let

@@ -17,6 +17,7 @@
 #include "msm/implicit_integrators.hpp"
 #include "msm/statics/dynamic_relaxation.hpp"
 #include "msm/statics/equilibrium.hpp"
+#include "msm/statics/load_path.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::models {
@@ -127,9 +128,17 @@ class PreparedMassSprings : public core::PreparedModel {
             const auto &rest = at_rest(conditions);
             solution.setup_seconds += stiffness_seconds_ + rest.factor_seconds();
             start = Clock::now();
-            found = msm::find_equilibrium(body, points, conditions, rest);
-            solution.solver =
-                fmt::format("Newton, {} steps on {} factors, CHOLMOD", found.num_iterations, found.num_factors + 1);
+            std::string along;
+            if (problem.load_case.path.empty()) {
+                found = msm::find_equilibrium(body, points, conditions, rest);
+            } else {
+                auto followed = msm::follow_path(body, problem, body.node_mass, rest);
+                found = std::move(followed.end);
+                solution.path = std::move(followed.points);
+                along = fmt::format(" along {} equilibria", followed.num_steps);
+            }
+            solution.solver = fmt::format("Newton, {} steps on {} factors{}, CHOLMOD", found.num_iterations,
+                                          found.num_factors + 1, along);
         } else {
             const auto &integrator = relaxing_integrator(options_);
             auto relaxed = msm::relax(integrator, body, points, conditions);

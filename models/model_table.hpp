@@ -17,13 +17,16 @@ namespace livermark::models {
 /// A model that others are compared with, and the same on the refined mesh, which takes its place where it is not good
 /// enough.
 struct Reference {
+    core::Regime regime;
     std::string_view on_mesh;
-    std::string_view refined;
+    std::string_view refined; ///< empty if there is none
 };
 
 /// The best first: quadratic tetrahedra with a linear pressure do not lock when the material is nearly incompressible.
-/// Several MPI ranks have no such, and then the second is the reference.
-inline constexpr std::array<Reference, 2> references{{{"fem_p2p1", "fem_p2p1_refined"}, {"fem_p2", "fem_p2_refined"}}};
+/// Several MPI ranks have no such, and then the second is the reference, and large deformations have none.
+inline constexpr std::array<Reference, 3> references{{{core::Regime::small, "fem_p2p1", "fem_p2p1_refined"},
+                                                      {core::Regime::small, "fem_p2", "fem_p2_refined"},
+                                                      {core::Regime::large, "fem_p2p1_neo_hookean", ""}}};
 
 /// The one that knows modes and motion.
 inline constexpr std::string_view moving_reference_model = "fem_p2";

@@ -137,6 +137,21 @@ bool optional_flag(const toml::table &table, std::string_view key) {
     throw InputError(fmt::format("{}: '{}' has to be true or false", place_of(*node), key));
 }
 
+std::vector<double> required_numbers(const toml::table &table, std::string_view key) {
+    const auto &node = required_node(table, key);
+    const auto fault = InputError(fmt::format("{}: '{}' has to be a list of finite numbers", place_of(node), key));
+    const auto *array = node.as_array();
+    if (!array || array->empty())
+        throw fault;
+    std::vector<double> numbers;
+    for (const auto &entry : *array) {
+        if (!entry.is_number() || !std::isfinite(*entry.value<double>()))
+            throw fault;
+        numbers.push_back(*entry.value<double>());
+    }
+    return numbers;
+}
+
 Eigen::Vector3d required_vector(const toml::table &table, std::string_view key, bool free_allowed) {
     const auto &node = required_node(table, key);
     const auto fault = InputError(fmt::format("{}: '{}' has to be three finite numbers{}", place_of(node), key,

@@ -39,6 +39,8 @@ double required_number(const toml::table &table, std::string_view key);
 std::string required_string(const toml::table &table, std::string_view key);
 /// One string or more.
 std::vector<std::string> required_strings(const toml::table &table, std::string_view key);
+/// One finite number or more.
+std::vector<double> required_numbers(const toml::table &table, std::string_view key);
 /// True or false; false where the key is missing.
 bool optional_flag(const toml::table &table, std::string_view key);
 /// Three numbers. Where free_allowed, the word "free" stands for a component that is free and becomes NaN.

@@ -1,5 +1,6 @@
 #include "tests/sample_result.hpp"
 
+#include <cmath>
 #include <limits>
 #include <memory>
 
@@ -30,6 +31,10 @@ core::Problem sample_problem(int num_bricks) {
     prescribe(load_case, body->mesh, "z_max", {nan, nan, 1e-3});
     pull(load_case, body->mesh, "x_max", {120.0, 0.0, -3.0});
     load_case.acceleration = {0.0, 0.0, -9.81};
+    load_case.path = {0.2, 0.4, 0.6, 0.8, 1.0};
+    load_case.follows.assign(load_case.condition.size(), 0);
+    for (std::size_t f = 0; f < load_case.condition.size(); ++f)
+        load_case.follows[f] = load_case.condition[f] == core::FacetCondition::traction ? 1 : 0;
     load_case.release = core::Release{52, 0.01, {1.5, 1e-4}, {{"tip", 3}, {"dome", 0}, {"edge", 5}}};
     return {std::move(body), std::move(load_case)};
 }
@@ -45,6 +50,20 @@ core::Solution stretched(const core::Problem &problem, double scale) {
     solution.setup_seconds = 0.25;
     solution.solve_seconds = 1.0 / 3.0;
     return solution;
+}
+
+/// On the way there, a little ahead of the load.
+std::vector<core::PathPoint> path_to(const core::Solution &solution, const std::vector<double> &fractions) {
+    std::vector<core::PathPoint> path;
+    for (const double fraction : fractions) {
+        auto &point = path.emplace_back();
+        for (const auto &displacement : solution.displacement)
+            point.displacement.push_back((std::sqrt(fraction) * displacement).cast<float>());
+        for (const auto &reaction : solution.reaction)
+            point.reaction.emplace_back(std::sqrt(fraction) * reaction);
+        point.strain_energy = fraction * solution.strain_energy;
+    }
+    return path;
 }
 
 /// Motion of the probes with all entries different.
@@ -104,6 +123,7 @@ results::Result sample_result(int num_bricks) {
     const core::TetraMesh &mesh = result.problem.body->mesh;
     const core::Release &release = *result.problem.load_case.release;
     core::Solution reference = stretched(result.problem, 0.01);
+    reference.path = path_to(reference, result.problem.load_case.path);
     reference.history = swinging(release, mesh.num_nodes(), 0.01);
     result.models.push_back({"fem_p2", "Quadratic tetrahedra", "Hughes 1987", reference, std::nullopt, std::nullopt});
     result.models.back().solution.solver = "CHOLMOD";
@@ -112,6 +132,7 @@ results::Result sample_result(int num_bricks) {
     springs.nonlinearity = 0.03;
     springs.explicit_steps = {0.004, 1.5e-4, "simd_float"};
     springs.springs = springs_of(mesh);
+    springs.path = path_to(springs, result.problem.load_case.path);
     springs.history = swinging(release, mesh.num_nodes(), 0.012);
     auto comparison = core::compare(mesh, springs, reference, "fem_p2");
     comparison.history = core::compare(*springs.history, *reference.history, "fem_p2");
@@ -149,8 +170,16 @@ results::ModelResult stiffer(results::ModelResult model) {
 }
 
 results::Result without_motion(results::Result result) {
-    result.problem.load_case.release.reset();
+    result = along_a_path(std::move(result));
     result.modes.clear();
+    result.problem.load_case.path.clear();
+    for (auto &model : result.models)
+        model.solution.path.clear();
+    return result;
+}
+
+results::Result along_a_path(results::Result result) {
+    result.problem.load_case.release.reset();
     for (auto &model : result.models) {
         model.solution.history.reset();
         if (model.comparison)

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <functional>
+#include <utility>
 
 namespace livermark::msm {
 
@@ -146,14 +147,20 @@ class Descent {
     }
 
     Field unbalanced_force() const {
-        Field force = elastic_gradient(body_, sum(positions_, state_.displacement));
+        const Field x = sum(positions_, state_.displacement);
+        Field force = elastic_gradient(body_, x);
+        if (options_.pressure)
+            options_.pressure->add_gradient(x, force);
         for (std::size_t i = 0; i < force.size(); ++i)
             force[i] -= conditions_.force[i];
         return force;
     }
 
     double potential(const Field &displacement) const {
-        double energy = elastic_energy(body_, sum(positions_, displacement));
+        const Field x = sum(positions_, displacement);
+        double energy = elastic_energy(body_, x);
+        if (options_.pressure)
+            energy += options_.pressure->energy(x);
         for (std::size_t i = 0; i < displacement.size(); ++i)
             energy -= conditions_.force[i].dot(displacement[i]);
         return energy;
@@ -206,14 +213,14 @@ Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, co
 }
 
 Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
-                             const RestStiffness &rest, const EquilibriumOptions &options) {
+                             const RestStiffness &rest, const EquilibriumOptions &options, Field start) {
     Equilibrium result;
     const auto give_up = [&result](std::string why) {
         result.status = core::SolutionStatus::not_converged;
         result.message = std::move(why);
     };
     result.linear_displacement = rest.solve(conditions.displacement, conditions.force);
-    result.displacement = result.linear_displacement;
+    result.displacement = start.empty() ? result.linear_displacement : std::move(start);
     if (!rest.is_definite()) {
         give_up("the body at rest is not stiff in every direction; constrain more facets");
         result.constraint_force.assign(positions.size(), core::Vector3::Zero());

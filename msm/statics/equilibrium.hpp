@@ -7,6 +7,7 @@
 #include "msm/elastic_body.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "msm/statics/rest_stiffness.hpp"
+#include "msm/statics/surface_pressure.hpp"
 
 namespace livermark::msm {
 
@@ -15,6 +16,7 @@ struct EquilibriumOptions {
     /// Where the loads are small beside the stiffness, what the rounding of the positions does to the forces is enough.
     double tolerance = 1e-11;
     int max_iterations = 300;
+    const SurfacePressure *pressure = nullptr; ///< beside the loads; its energy alone, see SurfacePressure::rim_force()
 };
 
 struct Equilibrium {
@@ -42,9 +44,11 @@ Equilibrium find_equilibrium(const ElasticBody &body, const std::vector<core::Ve
                              const NodalConditions &conditions, const EquilibriumOptions &options = {});
 
 /// The same with a stiffness at rest that is there already.
-/// @param rest  of the body and positions; holds the components that the conditions prescribe
+/// @param rest   of the body and positions; holds the components that the conditions prescribe
+/// @param start  shape (N) displacement from which it goes downhill [m], with what is prescribed; if empty, the answer
+///   linearised at rest
 Equilibrium find_equilibrium(const ElasticBody &body, const std::vector<core::Vector3> &positions,
                              const NodalConditions &conditions, const RestStiffness &rest,
-                             const EquilibriumOptions &options = {});
+                             const EquilibriumOptions &options = {}, std::vector<core::Vector3> start = {});
 
 } // namespace livermark::msm

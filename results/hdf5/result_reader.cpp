@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <fmt/format.h>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <new>
@@ -91,6 +92,14 @@ core::Release read_release(const InputFile &file, std::size_t num_nodes) {
     return release;
 }
 
+core::Regime read_regime(const InputFile &file) {
+    const auto word = file.text("/load_case", "regime");
+    for (const auto regime : {core::Regime::small, core::Regime::large})
+        if (word == core::to_string(regime))
+            return regime;
+    file.refuse("/load_case", fmt::format("attribute regime is '{}', which is neither small nor large", word));
+}
+
 core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles, std::size_t num_nodes) {
     core::LoadCase load_case;
     load_case.name = file.text("/load_case", "name");
@@ -99,6 +108,8 @@ core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles, 
     load_case.target_peak_displacement = file.number("/load_case", "target_peak_displacement");
     if (file.has_attribute("/load_case", "load_scale")) // files of before there was scaling have none
         load_case.load_scale = file.number("/load_case", "load_scale");
+    if (file.has_attribute("/load_case", "regime")) // files of before there was another have none
+        load_case.regime = read_regime(file);
     for (const std::uint8_t code : file.dataset<std::uint8_t>("/load_case/condition", num_triangles)) {
         if (code > static_cast<std::uint8_t>(core::FacetCondition::traction))
             file.refuse("/load_case/condition",
@@ -114,6 +125,14 @@ core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles, 
     for (std::size_t f = 0; f < num_triangles; ++f)
         if ((load_case.condition[f] == core::FacetCondition::prescribed_displacement) != (load_case.constraint[f] >= 0))
             file.refuse("/load_case/constraint", fmt::format("row {} contradicts /load_case/condition", f));
+    if (file.has("/load_case/follows"))
+        load_case.follows = file.dataset<std::uint8_t>("/load_case/follows", num_triangles);
+    if (file.has("/load_case/path")) {
+        load_case.path = file.dataset<double>("/load_case/path");
+        if (load_case.path.empty() || !(load_case.path.front() > 0.0) || load_case.path.back() != 1.0 ||
+            std::ranges::adjacent_find(load_case.path, std::greater_equal<>()) != load_case.path.end())
+            file.refuse("/load_case/path", "does not ascend from above 0 to 1");
+    }
     if (file.has("/load_case/release"))
         load_case.release = read_release(file, num_nodes);
     return load_case;
@@ -161,6 +180,25 @@ core::History read_history(const InputFile &file, const std::string &model, cons
     return history;
 }
 
+std::vector<core::PathPoint> read_path(const InputFile &file, const std::string &model, const core::Problem &problem) {
+    const std::string group = path_group(model);
+    const auto num_nodes = problem.body->mesh.points.size();
+    const auto num_constraints = problem.load_case.constraint_names.size();
+    const auto energy = file.dataset<double>(group + "/strain_energy");
+    if (energy.empty() || energy.size() > problem.load_case.path.size())
+        file.refuse(group,
+                    fmt::format("has {} points, and /load_case/path {}", energy.size(), problem.load_case.path.size()));
+    const auto displacement = file.dataset<Eigen::Vector3f>(group + "/displacement", energy.size() * num_nodes);
+    const auto reaction = file.blocks<core::Vector3>(group + "/reaction", energy.size(), num_constraints);
+    std::vector<core::PathPoint> path;
+    for (std::size_t k = 0; k < energy.size(); ++k) {
+        const auto from = std::span(displacement).subspan(k * num_nodes, num_nodes);
+        const auto held = std::span(reaction).subspan(k * num_constraints, num_constraints);
+        path.push_back({{from.begin(), from.end()}, {held.begin(), held.end()}, energy[k]});
+    }
+    return path;
+}
+
 core::Modes read_modes(const InputFile &file, const std::string &group, std::size_t num_nodes) {
     core::Modes modes;
     modes.degrees_of_freedom = file.integer(group, "degrees_of_freedom");
@@ -197,6 +235,8 @@ core::Solution read_solution(const InputFile &file, const std::string &model, co
         springs.stiffness = file.dataset<double>(group + "/stiffness", springs.edges.size());
         springs.rest_length = file.dataset<double>(group + "/rest_length", springs.edges.size());
     }
+    if (file.has(path_group(model)))
+        solution.path = read_path(file, model, problem);
     if (file.has(group + "/history"))
         solution.history = read_history(file, model, problem);
     return solution;
@@ -223,6 +263,14 @@ core::Comparison read_comparison(const InputFile &file, const std::string &model
                               .lag = file.number(group, "history_lag"),
                               .error = file.dataset<Eigen::Vector3f>(error_frames_of(model), num_frame_rows(problem))};
     }
+    if (file.has_attribute(group, "reaction_bias"))
+        comparison.path = {.reaction_bias = file.number(group, "reaction_bias"),
+                           .worst_reaction_error = file.number(group, "worst_reaction_error"),
+                           .worst_relative_l2 = file.number(group, "worst_relative_l2"),
+                           .percentile_95 = file.number(group, "percentile_95"),
+                           .volume_error = file.number(group, "volume_error"),
+                           .centroid_error =
+                               file.dataset<double>(group + "/centroid_error", problem.body->mesh.region_names.size())};
     comparison.error = file.dataset<core::Vector3>(group + "/error", problem.body->mesh.points.size());
     return comparison;
 }

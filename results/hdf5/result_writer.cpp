@@ -4,6 +4,7 @@
 #include <span>
 #include <stdexcept>
 
+#include "core/deformation.hpp"
 #include "results/hdf5/file_parts.hpp"
 #include "results/hdf5/hdf5_io.hpp"
 #include "results/hdf5/result_file.hpp"
@@ -53,6 +54,17 @@ void check_model(const ModelResult &model, const core::Problem &problem) {
         if (model.comparison && model.comparison->history)
             require_size(model.comparison->history->error.size(), num_rows, "the error in the frames of " + model.name);
     }
+    for (const auto &point : model.solution.path) {
+        require_size(point.displacement.size(), num_nodes, "a displacement on the path of " + model.name);
+        require_size(point.reaction.size(), problem.load_case.constraint_names.size(),
+                     "a reaction on the path of " + model.name);
+    }
+    if (model.solution.path.size() > problem.load_case.path.size())
+        throw std::invalid_argument(
+            fmt::format("the path of {} has more points than that of the load case", model.name));
+    if (model.comparison && model.comparison->path)
+        require_size(model.comparison->path->centroid_error.size(), problem.body->mesh.region_names.size(),
+                     "the list of centroids of " + model.name);
     if (model.comparison)
         require_size(model.comparison->error.size(), num_nodes, "the error of " + model.name);
 }
@@ -75,6 +87,9 @@ void check_shapes(const Result &result) {
     require_size(load_case.condition.size(), mesh.boundary_triangles.size(), "the condition of the load case");
     require_size(load_case.value.size(), mesh.boundary_triangles.size(), "the value of the load case");
     require_size(load_case.constraint.size(), mesh.boundary_triangles.size(), "the constraint of the load case");
+    if (!load_case.follows.empty())
+        require_size(load_case.follows.size(), mesh.boundary_triangles.size(),
+                     "the follower pressure of the load case");
     std::set<std::string> names;
     for (const ModelResult &model : result.models) {
         check_model(model, result.problem);
@@ -136,6 +151,7 @@ void write_load_case(hdf5::OutputFile &file, const core::LoadCase &load_case) {
     file.text("/load_case", "name", load_case.name);
     file.text("/load_case", "title", load_case.title);
     file.text("/load_case", "definition", load_case.definition);
+    file.text("/load_case", "regime", core::to_string(load_case.regime));
     file.number("/load_case", "target_peak_displacement", load_case.target_peak_displacement);
     file.number("/load_case", "load_scale", load_case.load_scale);
     std::vector<std::uint8_t> condition;
@@ -147,6 +163,10 @@ void write_load_case(hdf5::OutputFile &file, const core::LoadCase &load_case) {
     file.dataset("/load_case/acceleration", std::vector{a.x(), a.y(), a.z()}, "m/s^2");
     file.dataset("/load_case/constraint", load_case.constraint, "");
     file.texts("/load_case/constraint", "names", load_case.constraint_names);
+    if (!load_case.follows.empty())
+        file.dataset("/load_case/follows", load_case.follows, "");
+    if (!load_case.path.empty())
+        file.dataset("/load_case/path", load_case.path, "");
     if (load_case.release)
         write_release(file, *load_case.release);
 }
@@ -168,6 +188,28 @@ void write_history(hdf5::OutputFile &file, const std::string &model, const core:
     file.dataset(group + "/kinetic_energy", history.kinetic_energy, "J");
     file.dataset(group + "/strain_energy", history.strain_energy, "J");
     file.dataset(frames_of(model), history.frames, "m");
+}
+
+void write_path(hdf5::OutputFile &file, const std::string &model, const std::vector<core::PathPoint> &path) {
+    const std::string group = path_group(model);
+    std::vector<Eigen::Vector3f> displacement;
+    std::vector<core::Vector3> reaction;
+    std::vector<double> strain_energy;
+    for (const auto &point : path) {
+        displacement.insert(displacement.end(), point.displacement.begin(), point.displacement.end());
+        reaction.insert(reaction.end(), point.reaction.begin(), point.reaction.end());
+        strain_energy.push_back(point.strain_energy);
+    }
+    file.group(group);
+    file.dataset(group + "/displacement", displacement, "m");
+    file.blocks(group + "/reaction", reaction, path.front().reaction.size(), "N");
+    file.dataset(group + "/strain_energy", strain_energy, "J");
+}
+
+void write_deformation(hdf5::OutputFile &file, const std::string &group, const core::Deformation &deformation) {
+    file.number(group, "volume_change", deformation.volume_change);
+    file.number(group, "smallest_jacobian", deformation.smallest_jacobian);
+    file.integer(group, "inverted_tetrahedra", deformation.num_inverted);
 }
 
 void write_modes(hdf5::OutputFile &file, const ModelModes &model, std::size_t num_nodes) {
@@ -225,6 +267,8 @@ void write_solution_of(hdf5::OutputFile &file, const std::string &model, const c
     file.dataset(group + "/displacement", solution.displacement, "m");
     file.dataset(group + "/reaction", solution.reaction, "N");
     file.texts(group + "/reaction", "patches", load_case.constraint_names);
+    if (!solution.path.empty())
+        write_path(file, model, solution.path);
     if (solution.history)
         write_history(file, model, *solution.history, load_case.release.value());
 }
@@ -259,6 +303,14 @@ void write_comparison(hdf5::OutputFile &file, const ModelResult &model, const Re
             file.text(group, "history_reference", motion->reference);
             file.dataset(error_frames_of(model.name), motion->error, "m");
         }
+        if (const auto &path = comparison->path) {
+            file.number(group, "reaction_bias", path->reaction_bias);
+            file.number(group, "worst_reaction_error", path->worst_reaction_error);
+            file.number(group, "worst_relative_l2", path->worst_relative_l2);
+            file.number(group, "percentile_95", path->percentile_95);
+            file.number(group, "volume_error", path->volume_error);
+            file.dataset(group + "/centroid_error", path->centroid_error, "m");
+        }
         file.dataset(group + "/error", comparison->error, "m");
     }
     if (model.band) {
@@ -284,6 +336,9 @@ std::vector<char> file_image(const Result &result) {
             write_springs(file, named, written);
             written.push_back(named);
         }
+        if (!result.problem.load_case.path.empty())
+            write_deformation(file, solution_group(model.name),
+                              core::deformation(result.problem.body->mesh, model.solution.displacement));
         file.text(solution_group(model.name), "summary", model.summary);
         file.text(solution_group(model.name), "source", model.source);
         if (model.comparison || model.band)

@@ -27,6 +27,10 @@ inline std::string frames_of(const std::string &model) {
 inline std::string error_frames_of(const std::string &model) {
     return comparison_group(model) + "/error_frames";
 }
+/// A path of loads in the large regime.
+inline std::string path_group(const std::string &model) {
+    return solution_group(model) + "/path";
+}
 inline std::string modes_group(const std::string &model) {
     return "/modes/" + model;
 }

@@ -16,6 +16,29 @@ bool has_frames(const ModelResult &model) {
     return model.solution.history && !model.solution.history->frames.empty();
 }
 
+bool has_path(const ModelResult &model, const Result &result) {
+    return !result.problem.load_case.path.empty() && model.solution.path.size() == result.problem.load_case.path.size();
+}
+
+/// What the steps of a file are: the frames of a motion, or the points of a path of loads.
+struct Steps {
+    std::vector<double> values;
+    std::string units;
+};
+
+Steps steps_of(const Result &result) {
+    const auto &load_case = result.problem.load_case;
+    if (const auto &release = load_case.release; release && std::ranges::any_of(result.models, has_frames)) {
+        std::vector<double> time;
+        for (int step = 0; step < release->num_frames(); ++step)
+            time.push_back(step * release->records_per_frame() * release->output_interval);
+        return {std::move(time), "s"};
+    }
+    if (std::ranges::any_of(result.models, [&](const auto &model) { return has_path(model, result); }))
+        return {load_case.path, {}};
+    return {};
+}
+
 /// Where each step begins in an array: `stride` rows further on, or always at the same place.
 std::vector<std::int64_t> step_offsets(int num_steps, int stride) {
     std::vector<std::int64_t> offsets;
@@ -45,16 +68,13 @@ void write_mesh(hdf5::OutputFile &file, const core::TetraMesh &mesh) {
 }
 
 /// One mesh for all steps, so every offset into it is zero.
-void write_steps(hdf5::OutputFile &file, const core::Release &release) {
-    const int num_steps = release.num_frames();
+void write_steps(hdf5::OutputFile &file, const Steps &steps) {
+    const int num_steps = static_cast<int>(steps.values.size());
     const auto same_place = step_offsets(num_steps, 0);
-    std::vector<double> time;
-    for (int step = 0; step < num_steps; ++step)
-        time.push_back(step * release.records_per_frame() * release.output_interval);
     file.group(steps_group);
     file.integer(steps_group, "NSteps", num_steps);
-    file.dataset(steps_group + "/Values", time, "s");
-    file.dataset(steps_group + "/NumberOfParts", std::vector<std::int64_t>(time.size(), 1), "");
+    file.dataset(steps_group + "/Values", steps.values, steps.units);
+    file.dataset(steps_group + "/NumberOfParts", std::vector<std::int64_t>(steps.values.size(), 1), "");
     file.dataset(steps_group + "/PartOffsets", same_place, "");
     file.dataset(steps_group + "/PointOffsets", same_place, "");
     file.blocks(steps_group + "/CellOffsets", same_place, 1, "");
@@ -68,25 +88,28 @@ void write_steps(hdf5::OutputFile &file, const core::Release &release) {
 
 void write_vtkhdf(hdf5::OutputFile &file, const Result &result) {
     const core::TetraMesh &mesh = result.problem.body->mesh;
-    const auto &release = result.problem.load_case.release;
-    const bool moves = release && std::ranges::any_of(result.models, has_frames);
+    const auto steps = steps_of(result);
+    const bool moves = !steps.values.empty();
     file.group("/VTKHDF");
     file.ascii("/VTKHDF", "Type", "UnstructuredGrid");
     file.integers("/VTKHDF", "Version", {moves ? 2 : 1, 0});
     write_mesh(file, mesh);
     if (moves)
-        write_steps(file, *release);
+        write_steps(file, steps);
 
     file.group("/VTKHDF/PointData");
     const auto array = [&](const std::string &name, const std::string &fixed, const std::string &frames) {
         file.hard_link(frames.empty() ? fixed : frames, "/VTKHDF/PointData/" + name);
         if (moves)
             file.dataset(steps_group + "/PointDataOffsets/" + name,
-                         step_offsets(release->num_frames(), frames.empty() ? 0 : mesh.num_nodes()), "");
+                         step_offsets(static_cast<int>(steps.values.size()), frames.empty() ? 0 : mesh.num_nodes()),
+                         "");
     };
     for (const ModelResult &model : result.models) {
         array("displacement_" + model.name, solution_group(model.name) + "/displacement",
-              has_frames(model) ? frames_of(model.name) : "");
+              has_frames(model)         ? frames_of(model.name)
+              : has_path(model, result) ? path_group(model.name) + "/displacement"
+                                        : "");
         if (const auto &comparison = model.comparison)
             array("error_" + model.name, comparison_group(model.name) + "/error",
                   comparison->history && !comparison->history->error.empty() ? error_frames_of(model.name) : "");

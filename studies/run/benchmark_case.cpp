@@ -19,8 +19,10 @@ const results::ModelResult *find_solved(const results::Result &result, std::stri
 
 void compare_with_reference(results::Result &result) {
     const auto &mesh = result.problem.body->mesh;
-    const auto found = std::ranges::find_if(
-        models::references, [&](const auto &candidate) { return find_solved(result, candidate.on_mesh); });
+    const auto regime = result.problem.load_case.regime;
+    const auto found = std::ranges::find_if(models::references, [&](const auto &candidate) {
+        return candidate.regime == regime && find_solved(result, candidate.on_mesh);
+    });
     if (found == models::references.end())
         return;
     const auto *reference = find_solved(result, found->on_mesh);
@@ -73,19 +75,22 @@ results::Result evaluate(const core::Problem &problem, const std::vector<core::M
                          const results::ErrorBands &bands, results::Provenance provenance) {
     results::Result result{
         .provenance = std::move(provenance), .problem = problem, .models = {}, .reference_uncertainty = {}};
+    std::vector<const core::Model *> taking_part;
     for (const auto &model : models)
-        result.models.push_back({.name = model.name,
-                                 .summary = model.summary,
-                                 .source = model.source,
+        if (model.takes_part_in(problem.load_case.regime))
+            taking_part.push_back(&model);
+    for (const auto *model : taking_part)
+        result.models.push_back({.name = model->name,
+                                 .summary = model->summary,
+                                 .source = model->source,
                                  .solution = {},
                                  .comparison = {},
-                                 .band = bands.find(problem.body->name, problem.load_case.name, model.name)});
+                                 .band = bands.find(problem.body->name, problem.load_case.name, model->name)});
     const bool is_first_rank = support::mpi_rank() == 0;
     for (const bool is_collective : {true, false})
-        for (std::size_t m = 0; m < models.size(); ++m)
-            if (models[m].is_collective == is_collective && (is_collective || is_first_rank)) {
-                result.models[m].solution = solve(models[m], problem);
-            }
+        for (std::size_t m = 0; m < taking_part.size(); ++m)
+            if (taking_part[m]->is_collective == is_collective && (is_collective || is_first_rank))
+                result.models[m].solution = solve(*taking_part[m], problem);
     if (is_first_rank)
         compare_with_reference(result);
     return result;

@@ -8,11 +8,14 @@
 
 namespace livermark::studies {
 
+/// Numbers of problems with the same static solution.
+using CaseGroup = std::vector<std::size_t>;
+
 /// Problems of one body with the same static solution, which models keep: one after the other by one worker, so that
 /// what is kept does not depend on how many there are.
 struct CaseGroups {
-    std::vector<std::vector<std::size_t>> problems; ///< numbers of the problems of each batch
-    std::vector<int> body;                          ///< of each batch
+    std::vector<CaseGroup> problems; ///< numbers of the problems of each batch
+    std::vector<int> body;           ///< of each batch
 };
 
 /// Batches that hold the same components of a body come one after the other: models keep the last factor. Bodies come

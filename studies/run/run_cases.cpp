@@ -96,7 +96,8 @@ void run_case(const Run &run, std::size_t load, PreparedModels &prepared, const 
         const auto file = file_of(problem, run.options);
         if (run.is_resumed[load]) {
             for (const auto &model : run.task.models)
-                step(model.name + ", kept");
+                if (model.takes_part_in(problem.load_case.regime))
+                    step(model.name + ", kept");
         } else {
             const auto solve = [&](const core::Model &model, const core::Problem &to_solve) {
                 if (auto stored = run.store ? run.store->find(load, model.name, to_solve) : std::nullopt)
@@ -154,14 +155,19 @@ int num_steps(const Run &run) {
     std::size_t num = 0;
     for (const auto &item : run.plan.items) {
         if (item.models.empty()) {
-            const bool is_resumed = run.is_resumed[item.case_groups.front().front()];
+            const auto load = item.case_groups.front().front();
             for (const auto &model : run.task.models)
-                num += is_resumed || !(run.is_model_by_model || model.most_together > 1) ? 1 : 0;
-        } else if (run.task.models[item.models.front()].most_together > 1) {
-            num += item.models.size();
-        } else {
-            for (const auto &case_group : item.case_groups)
-                num += case_group.size();
+                if (model.takes_part_in(run.problems[load].load_case.regime))
+                    num += run.is_resumed[load] || !(run.is_model_by_model || model.most_together > 1) ? 1 : 0;
+        }
+        for (const auto m : item.models) {
+            const auto &model = run.task.models[m];
+            const auto part = part_of(model, item.case_groups, run.problems);
+            if (model.most_together > 1)
+                num += part.empty() ? 0 : 1;
+            else
+                for (const auto &case_group : part)
+                    num += case_group.size();
         }
     }
     return static_cast<int>(num);

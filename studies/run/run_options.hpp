@@ -12,6 +12,7 @@ namespace livermark::studies {
 struct RunOptions {
     std::vector<std::string> bodies;
     std::vector<std::string> load_cases;
+    std::vector<core::Regime> regimes{core::Regime::small}; ///< where load cases are not asked for by name
     std::vector<std::string> models;
     std::vector<double> amplitudes; ///< of the loads; as they are if there are none
     std::optional<double> young_modulus;

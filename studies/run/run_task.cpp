@@ -66,6 +66,10 @@ RunTask prepare_on_this_rank(const RunOptions &options) {
     auto read = read_all_problems(options);
     task.problems = std::move(read.problems);
     task.notes = std::move(read.notes);
+    if (options.load_cases.empty())
+        std::erase_if(task.problems, [&](const core::Problem &problem) {
+            return std::ranges::find(options.regimes, problem.load_case.regime) == options.regimes.end();
+        });
     if (options.only_static)
         std::erase_if(task.problems,
                       [](const core::Problem &problem) { return problem.load_case.release.has_value(); });

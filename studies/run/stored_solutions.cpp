@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <exception>
 #include <fmt/format.h>
+#include <iterator>
 
 #include "studies/run/loads.hpp"
 
@@ -10,10 +11,10 @@ namespace livermark::studies {
 
 namespace {
 
-void solve_each(const core::Model &model, const WorkItem &item, const std::vector<core::Problem> &problems,
-                PreparedModels &prepared, const SolutionStore &store,
+void solve_each(const core::Model &model, const std::vector<CaseGroup> &case_groups,
+                const std::vector<core::Problem> &problems, PreparedModels &prepared, const SolutionStore &store,
                 const std::function<void(const std::string &)> &starting) {
-    for (const auto &case_group : item.case_groups)
+    for (const auto &case_group : case_groups)
         for (const auto number : case_group) {
             starting(name_of(problems[number]));
             store.leave(number, model.name, prepared.solve(model, problems[number]), problems[number]);
@@ -21,18 +22,18 @@ void solve_each(const core::Model &model, const WorkItem &item, const std::vecto
 }
 
 /// Of those with the same static solution the first is solved.
-void solve_together(const core::Model &model, const WorkItem &item, const std::vector<core::Problem> &problems,
-                    PreparedModels &prepared, const SolutionStore &store) {
-    for (std::size_t first = 0; first < item.case_groups.size(); first += model.most_together) {
-        const auto last = std::min(item.case_groups.size(), first + model.most_together);
+void solve_together(const core::Model &model, const std::vector<CaseGroup> &case_groups,
+                    const std::vector<core::Problem> &problems, PreparedModels &prepared, const SolutionStore &store) {
+    for (std::size_t first = 0; first < case_groups.size(); first += model.most_together) {
+        const auto last = std::min(case_groups.size(), first + model.most_together);
         std::vector<core::Problem> some;
         for (auto b = first; b < last; ++b)
-            some.push_back(problems[item.case_groups[b].front()]);
+            some.push_back(problems[case_groups[b].front()]);
         auto solutions = prepared.solve(model, some);
         for (auto b = first; b < last; ++b)
-            for (const auto number : item.case_groups[b]) {
+            for (const auto number : case_groups[b]) {
                 auto solution = solutions[b - first];
-                if (number != item.case_groups[b].front())
+                if (number != case_groups[b].front())
                     solution.solver += ", the solution of " + some[b - first].load_case.name;
                 store.leave(number, model.name, solution, problems[number]);
             }
@@ -41,20 +42,32 @@ void solve_together(const core::Model &model, const WorkItem &item, const std::v
 
 } // namespace
 
+std::vector<CaseGroup> part_of(const core::Model &model, const std::vector<CaseGroup> &case_groups,
+                               const std::vector<core::Problem> &problems) {
+    std::vector<CaseGroup> part;
+    std::ranges::copy_if(case_groups, std::back_inserter(part), [&](const CaseGroup &case_group) {
+        return model.takes_part_in(problems[case_group.front()].load_case.regime); // all of a group are of one
+    });
+    return part;
+}
+
 void solve_and_store(const WorkItem &item, const std::vector<core::Model> &models,
                      const std::vector<core::Problem> &problems, PreparedModels &prepared, const SolutionStore &store,
                      const std::function<void(const std::string &model, const std::string &about)> &starting) {
     for (const auto m : item.models)
         try {
             const auto &model = models[m];
+            const auto case_groups = part_of(model, item.case_groups, problems);
+            if (case_groups.empty())
+                continue;
             const auto start = [&](const std::string &about) { starting(model.name, about); };
             if (model.most_together > 1) {
-                const auto others = item.case_groups.size() - 1;
-                start(name_of(problems[item.case_groups.front().front()]) +
+                const auto others = case_groups.size() - 1;
+                start(name_of(problems[case_groups.front().front()]) +
                       (others > 0 ? fmt::format(" and {} others", others) : ""));
-                solve_together(model, item, problems, prepared, store);
+                solve_together(model, case_groups, problems, prepared, store);
             } else {
-                solve_each(model, item, problems, prepared, store, start);
+                solve_each(model, case_groups, problems, prepared, store, start);
             }
         } catch (const std::exception &) {
             continue; // a solver's fault, or a full disk

@@ -10,6 +10,10 @@
 
 namespace livermark::studies {
 
+/// The groups that a model takes part in.
+std::vector<CaseGroup> part_of(const core::Model &model, const std::vector<CaseGroup> &case_groups,
+                               const std::vector<core::Problem> &problems);
+
 /// Lets models solve the problems of an item, and stores the solutions. What fails has none: the benchmark case tries
 /// again, and tells.
 /// @param starting  called with the name of each model and what it is about to solve

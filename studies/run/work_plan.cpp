@@ -9,8 +9,6 @@ namespace livermark::studies {
 
 namespace {
 
-using CaseGroup = std::vector<std::size_t>;
-
 /// Batches of one body, without what is not wanted.
 std::vector<CaseGroup> wanted_groups(const CaseGroups &all, int body,
                                      const std::function<bool(std::size_t)> &is_wanted) {

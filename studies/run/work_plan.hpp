@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/model.hpp"
+#include "studies/run/case_groups.hpp"
 
 namespace livermark::studies {
 
@@ -12,7 +13,7 @@ namespace livermark::studies {
 struct WorkItem {
     std::vector<std::size_t> models; ///< numbers of those that answer; none in a benchmark case
     /// Numbers of problems of one body, those with the same static solution together. In a benchmark case a single one.
-    std::vector<std::vector<std::size_t>> case_groups;
+    std::vector<CaseGroup> case_groups;
 };
 
 /// All of a run, for support::run_in_process_pool().
@@ -27,9 +28,8 @@ struct WorkPlan {
 /// they answer by themselves.
 /// @param is_wanted    whether a problem needs answers
 /// @param model_by_model  whether those that solve one problem at a time answer before the benchmark cases: that takes
-/// less time
-///   and memory than benchmark case by benchmark case where there are several workers, because none makes factors that
-///   another one has, or keeps those of all models; but files come late
+///   less time and memory than benchmark case by benchmark case where there are several workers, because none makes
+///   factors that another one has, or keeps those of all models; but files come late
 WorkPlan plan_work(std::span<const core::Problem> problems, std::span<const core::Model> models, bool model_by_model,
                    const std::function<bool(std::size_t)> &is_wanted);
 

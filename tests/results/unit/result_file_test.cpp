@@ -72,6 +72,9 @@ void expect_equal(const core::LoadCase &a, const core::LoadCase &b) {
     EXPECT_EQ(a.definition, b.definition);
     EXPECT_EQ(a.target_peak_displacement, b.target_peak_displacement);
     EXPECT_EQ(a.load_scale, b.load_scale);
+    EXPECT_EQ(a.regime, b.regime);
+    EXPECT_EQ(a.path, b.path);
+    EXPECT_EQ(a.follows, b.follows);
     EXPECT_EQ(a.condition, b.condition);
     EXPECT_TRUE(same_bits(a.value, b.value));
     EXPECT_EQ(a.acceleration, b.acceleration);
@@ -99,6 +102,12 @@ void expect_equal(const core::Solution &a, const core::Solution &b) {
     EXPECT_EQ(a.degrees_of_freedom, b.degrees_of_freedom);
     EXPECT_EQ(a.setup_seconds, b.setup_seconds);
     EXPECT_EQ(a.solve_seconds, b.solve_seconds);
+    ASSERT_EQ(a.path.size(), b.path.size());
+    for (std::size_t k = 0; k < a.path.size(); ++k) {
+        EXPECT_TRUE(same_bits(a.path[k].displacement, b.path[k].displacement));
+        EXPECT_TRUE(same_bits(a.path[k].reaction, b.path[k].reaction));
+        EXPECT_EQ(a.path[k].strain_energy, b.path[k].strain_energy);
+    }
     ASSERT_EQ(a.history.has_value(), b.history.has_value());
     if (a.history)
         expect_equal(*a.history, *b.history);
@@ -119,6 +128,15 @@ void expect_equal(const core::Comparison &a, const core::Comparison &b) {
     EXPECT_TRUE(same_bits(a.energy_error, b.energy_error));
     EXPECT_TRUE(same_bits(a.reaction_error, b.reaction_error));
     EXPECT_EQ(a.history, b.history);
+    ASSERT_EQ(a.path.has_value(), b.path.has_value());
+    if (a.path) {
+        EXPECT_TRUE(same_bits(a.path->percentile_95, b.path->percentile_95));
+        EXPECT_TRUE(same_bits(a.path->worst_relative_l2, b.path->worst_relative_l2));
+        EXPECT_TRUE(same_bits(a.path->worst_reaction_error, b.path->worst_reaction_error));
+        EXPECT_TRUE(same_bits(a.path->reaction_bias, b.path->reaction_bias));
+        EXPECT_TRUE(same_bits(a.path->volume_error, b.path->volume_error));
+        EXPECT_TRUE(same_bits(a.path->centroid_error, b.path->centroid_error));
+    }
     EXPECT_TRUE(same_bits(a.error, b.error));
 }
 

@@ -1,4 +1,4 @@
-"""vtkhdf_reader_test.py <moving.h5> <still.h5>: VTK sees in the files what h5py sees, and steps are as VTKHDF 2.0 says.
+"""vtkhdf_reader_test.py <moving.h5> <still.h5> <path.h5>: VTK sees in the files what h5py sees, and steps are as VTKHDF 2.0 says.
 
 VTK reads steps in time from version 9.3 on. Older ones see the first, and warn of the version and of nothing else.
 """
@@ -12,6 +12,7 @@ from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow, vtk
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
 VTK_TETRA = 10
+MOTION, PATH, NOTHING = "history/frames", "path/displacement", ""
 READS_STEPS = (vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion()) >= (9, 3)
 
 
@@ -30,15 +31,15 @@ def arrays(data):
     return {data.GetArrayName(i): vtk_to_numpy(data.GetArray(i)) for i in range(data.GetNumberOfArrays())}
 
 
-def fields_of(file, is_moving):
+def fields_of(file, frames_in):
     """{name: dataset} of the arrays at the points: frames where there are some, else the static field."""
 
     def dataset(group, still, frames):
-        return group[frames] if is_moving and frames in group else group[still]
+        return group[frames] if frames and frames in group else group[still]
 
-    fields = {f"displacement_{model}": dataset(group, "displacement", "history/frames")
+    fields = {f"displacement_{model}": dataset(group, "displacement", frames_in)
               for model, group in file["/solutions"].items()}
-    return fields | {f"error_{model}": dataset(group, "error", "error_frames")
+    return fields | {f"error_{model}": dataset(group, "error", "error_frames" if frames_in == MOTION else "")
                      for model, group in file["/comparisons"].items() if "error" in group}
 
 
@@ -88,10 +89,22 @@ def check_steps(file):
     assert len(set(seen)) == num_frames, "two frames are the same"
 
 
-def check(path, is_moving):
+def check_path(file):
+    group = file["/VTKHDF"]
+    assert list(group.attrs["Version"]) == [2, 0]
+    np.testing.assert_array_equal(group["Steps"]["Values"], file["/load_case/path"])
+    for step in range(group["Steps"].attrs["NSteps"]):
+        _, points, _, point_arrays, _ = read_step(group, step)
+        frames = file["/solutions/springs/path/displacement"]
+        np.testing.assert_array_equal(point_arrays["displacement_springs"], frames[step * len(points):][:len(points)])
+        np.testing.assert_array_equal(point_arrays["error_springs"], file["/comparisons/springs/error"])
+
+
+def check(path, frames_in):
+    has_steps = frames_in != NOTHING
     reader, window = open_with_vtk(path)
     grid, said = reader.GetOutput(), window.GetOutput()
-    if is_moving and not READS_STEPS:
+    if has_steps and not READS_STEPS:
         assert said.count("Warning") == 1 and "File version: 2.0 is higher than" in said, said
     else:
         assert said == "", said
@@ -107,7 +120,7 @@ def check(path, is_moving):
         np.testing.assert_array_equal(cells, file["/mesh/tetrahedra"])
         assert {grid.GetCellType(i) for i in range(grid.GetNumberOfCells())} == {VTK_TETRA}
 
-        expected = fields_of(file, is_moving)
+        expected = fields_of(file, frames_in)
         assert set(point_arrays) == set(expected), set(point_arrays) ^ set(expected)
         assert {"displacement_fem_p2", "displacement_springs", "error_springs"} <= set(expected)
         for name, dataset in expected.items():
@@ -115,9 +128,11 @@ def check(path, is_moving):
             assert file[f"/VTKHDF/PointData/{name}"] == dataset, f"{name} is a copy, not a link"
         assert set(cell_arrays) == {"region"}, set(cell_arrays)
         np.testing.assert_array_equal(cell_arrays["region"], file["/mesh/region"])
-        if is_moving:
+        if frames_in == MOTION:
             check_steps(file)
-        if is_moving and READS_STEPS:
+        if frames_in == PATH:
+            check_path(file)
+        if has_steps and READS_STEPS:
             last = file["/VTKHDF/Steps/Values"][-1]
             reader.UpdateTimeStep(last)
             np.testing.assert_array_equal(arrays(reader.GetOutput().GetPointData())["displacement_springs"],
@@ -130,5 +145,6 @@ def check(path, is_moving):
 
 
 if __name__ == "__main__":
-    check(sys.argv[1], is_moving=True)
-    check(sys.argv[2], is_moving=False)
+    check(sys.argv[1], MOTION)
+    check(sys.argv[2], NOTHING)
+    check(sys.argv[3], PATH)

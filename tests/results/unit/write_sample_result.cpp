@@ -22,6 +22,7 @@ int main(int argc, char **argv) {
     const auto result = tests::sample_result(1000);
     results::write_result(folder / "sample_result.h5", result);
     results::write_result(folder / "still_result.h5", tests::without_motion(result));
+    results::write_result(folder / "path_result.h5", tests::along_a_path(result));
     results::write_result(folder / "small_result.h5", tests::sample_result());
 
     results::Stability stability;

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string_view>
+
+#include "core/load_case.hpp"
+#include "load_cases/selector.hpp"
+#include "support/toml_input.hpp"
+
+namespace livermark::load_cases {
+
+/// What a condition puts on facets.
+struct Effect {
+    core::FacetCondition condition;
+    std::function<core::Vector3(int facet)> value;
+    bool follows = false; ///< whether it stays perpendicular to the surface as that moves
+};
+
+/// The keys that say what a condition puts on its place, see load_case_reader.hpp.
+std::span<const std::string_view> effect_keys();
+
+/// @param table  of the condition; the effect uses the mesh later on
+/// @throws support::InputError unless it has one of the keys, with a value that makes sense
+Effect read_effect(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh);
+
+} // namespace livermark::load_cases

@@ -1,0 +1,88 @@
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "fem_reference/hyperelastic/hyperelasticity.hpp"
+#include "models/model_table.hpp"
+#include "support/mpi_session.hpp"
+
+namespace livermark::models::families {
+
+namespace {
+
+using hyperelastic::Discretisation;
+
+/// The loads of a load case that keep their direction, and apart from them the pressures that follow the surface.
+struct Loads {
+    core::LoadCase dead;
+    std::vector<double> follower_pressure; ///< (T) [Pa]; empty if there is none
+};
+
+Loads separated(const core::Problem &problem) {
+    Loads loads{problem.load_case, {}};
+    const auto &mesh = problem.body->mesh;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (problem.load_case.follows_surface(f)) {
+            loads.follower_pressure.resize(mesh.boundary_triangles.size());
+            loads.follower_pressure[f] = -problem.load_case.value[f].dot(core::area_vector(mesh, f).normalized());
+            loads.dead.condition[f] = core::FacetCondition::free;
+        }
+    return loads;
+}
+
+core::Solution solve(const core::Problem &problem, const std::string &law, const Discretisation &discretisation) {
+    auto loads = separated(problem);
+    hyperelastic::LoadPath path;
+    path.fractions = problem.load_case.path;
+    if (path.fractions.empty())
+        path.fractions = {1.0};
+    auto found = hyperelastic::solve({problem.body, std::move(loads.dead)}, hyperelastic::material_law(law),
+                                     discretisation, path, loads.follower_pressure);
+    auto solution = std::move(found.solution);
+    for (const auto &point : found.points) {
+        if (solution.path.size() == problem.load_case.path.size() ||
+            point.fraction != problem.load_case.path[solution.path.size()])
+            break; // where it ended early
+        auto &kept = solution.path.emplace_back();
+        for (const auto &displacement : point.displacement)
+            kept.displacement.push_back(displacement.cast<float>());
+        kept.reaction = point.reaction;
+        kept.strain_energy = point.strain_energy;
+    }
+    return solution;
+}
+
+core::Model elements(const std::string &name, const std::string &summary, const std::string &law,
+                     const Discretisation &discretisation) {
+    return {.name = name,
+            .summary = summary,
+            .source = "Arndt et al. 2022, The deal.II library, version 9.4, J. Numer. Math. 30(3)",
+            .prepare =
+                core::solves_each([=](const core::Problem &problem) { return solve(problem, law, discretisation); }),
+            .only = core::Regime::large};
+}
+
+std::vector<core::Model> models(const ModelOptions & /*options*/) {
+    if (support::mpi_num_ranks() > 1)
+        return {}; // they solve alone
+    using fem_reference::Formulation;
+    return {
+        elements("fem_p1_neo_hookean", "neo-Hookean, linear tetrahedra (the baseline of large deformations)",
+                 "neo_hookean", {.degree = 1}),
+        elements("fem_p2_neo_hookean", "neo-Hookean, quadratic tetrahedra", "neo_hookean", {.degree = 2}),
+        elements("fem_p2p1_neo_hookean",
+                 "neo-Hookean, quadratic tetrahedra with a linear pressure (Taylor and Hood; the reference of large "
+                 "deformations)",
+                 "neo_hookean", {.degree = 2, .formulation = Formulation::mixed}),
+    };
+}
+
+} // namespace
+
+/// Hyperelastic finite elements on the same tetrahedra.
+ModelFamily hyperelastic() {
+    return {.name = {}, .models = models};
+}
+
+} // namespace livermark::models::families

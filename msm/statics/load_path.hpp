@@ -1,0 +1,27 @@
+#pragma once
+
+#include "core/problem.hpp"
+#include "msm/statics/equilibrium.hpp"
+
+namespace livermark::msm {
+
+/// Where a body is on the way to the whole load, and there.
+struct FollowedPath {
+    Equilibrium end; ///< at the whole load, or where it ended; iterations and factors are those of the whole way
+    std::vector<core::PathPoint>
+        points;        ///< at the parts of LoadCase::path, as far as it came; reactions and displacements
+    int num_steps = 0; ///< equilibria
+};
+
+/// Follows equilibrium along LoadCase::path as all that drives the body grows. A step begins where the last one ended,
+/// and goes on by the answer linearised at rest to what was added; one without an equilibrium is taken again in halves.
+/// Pressures that follow the surface have an energy, but for what the rim of their place is pushed with: that is a load
+/// of a fixed direction within an equilibrium, and is turned with the surface until it moves no more.
+/// @param problem     with a path
+/// @param node_mass   shape (N) [kg]
+/// @param rest        as for find_equilibrium()
+/// @return status not_converged with the points as far as it came
+FollowedPath follow_path(const ElasticBody &body, const core::Problem &problem, const std::vector<double> &node_mass,
+                         const RestStiffness &rest);
+
+} // namespace livermark::msm

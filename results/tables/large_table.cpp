@@ -1,0 +1,128 @@
+#include "results/tables/large_table.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <optional>
+
+#include "core/deformation.hpp"
+#include "core/units.hpp"
+#include "results/tables/overview.hpp"
+
+namespace livermark::results {
+
+namespace {
+
+using core::millimetres;
+using core::percent;
+
+/// With its sign.
+std::string signed_percent(double value, int digits) {
+    return std::isnan(value) ? "-" : fmt::format("{}{}", value > 0.0 ? "+" : "", fixed(percent * value, digits));
+}
+
+/// The farthest of the regions but the first, which is the liver around them; the reference's is known to be right.
+std::string tumour_error(const core::PathComparison &path) {
+    if (path.centroid_error.size() < 2)
+        return "-";
+    return fixed(millimetres * *std::max_element(path.centroid_error.begin() + 1, path.centroid_error.end()), 2);
+}
+
+std::vector<std::string> row_of(const ModelResult &model, const Result &result, const std::string &body) {
+    const auto &solution = model.solution;
+    const bool is_reference = std::ranges::any_of(result.models, [&](const ModelResult &other) {
+        return other.comparison && other.comparison->reference == model.name;
+    });
+    std::vector<std::string> row{body, result.problem.load_case.name,
+                                 is_reference ? model.name + " (reference)" : model.name};
+    const auto &known = result.reference_uncertainty;
+    const auto *path = model.comparison && model.comparison->path ? &*model.comparison->path : nullptr;
+    if (path && solution.status == core::SolutionStatus::ok) {
+        row.push_back(fixed(percent * model.comparison->relative_l2, 2));
+        row.push_back(is_within_uncertainty(model, result) ? "within" : "-");
+        row.push_back(fixed(percent * path->worst_relative_l2, 2));
+        row.push_back(fixed(millimetres * path->percentile_95, 2));
+        row.push_back(tumour_error(*path));
+        row.push_back(signed_percent(path->reaction_bias, 1));
+        row.push_back(std::isnan(path->worst_reaction_error) ? "-" : fixed(percent * path->worst_reaction_error, 1));
+    } else {
+        row.insert(row.end(), 7, "-");
+        if (known && model.name == known->reference)
+            row[4] = fixed(percent * known->relative_l2, 2);
+    }
+    const auto deformed = core::deformation(result.problem.body->mesh, solution.displacement);
+    row.push_back(signed_percent(deformed.volume_change, 2));
+    row.push_back(fixed(deformed.smallest_jacobian, 2));
+    row.push_back(fmt::format("{}", deformed.num_inverted));
+    row.push_back(fmt::format("{:.3g}", solution.setup_seconds + solution.solve_seconds));
+    row.emplace_back(core::to_string(solution.status));
+    return row;
+}
+
+/// The displacement that a constraint prescribes, mean over its facets; nothing if it does not move.
+std::optional<core::Vector3> way_of(const core::LoadCase &load_case, int constraint) {
+    core::Vector3 way = core::Vector3::Zero();
+    int facets = 0;
+    for (std::size_t f = 0; f < load_case.constraint.size(); ++f)
+        if (load_case.constraint[f] == constraint) {
+            for (int c = 0; c < 3; ++c)
+                way[c] += std::isnan(load_case.value[f][c]) ? 0.0 : load_case.value[f][c];
+            ++facets;
+        }
+    way /= std::max(facets, 1);
+    return way.norm() > 0.0 ? std::optional(way) : std::nullopt;
+}
+
+} // namespace
+
+std::vector<Result> of_regime(std::span<const Result> results, core::Regime regime) {
+    std::vector<Result> chosen;
+    for (const auto &result : results)
+        if (result.problem.load_case.regime == regime)
+            chosen.push_back(result);
+    return chosen;
+}
+
+Layout large_table(std::span<const Result> results) {
+    Layout layout{{{"body"}, {"load case"}, {"model"}}, {}};
+    for (const auto *const title : {"L2 [%]", "+- [%]", "worst L2 [%]", "95 % [mm]", "tumour [mm]", "force [%]",
+                                    "worst react. [%]", "volume [%]", "min J", "inverted", "time [s]"})
+        layout.columns.push_back({title, true});
+    layout.columns.push_back({"status"});
+    for (const auto &result : results)
+        for (const auto &model : result.models)
+            layout.rows.push_back(row_of(model, result, body_label(result, results)));
+    return layout;
+}
+
+std::string large_legend() {
+    return "L2: of the displacement at the whole load; worst L2: along the path; 95 %: nodal error that 95 % of the "
+           "volume stay below; tumour: distance of a tumour's centroid from where it should be; force: how much "
+           "stronger the reactions are; worst react.: error of the reactions along the path (fingers tell forces that "
+           "differ by 7 %; Pang, Tan, Durlach 1991, Percept. Psychophys. 49(6)); min J: least ratio of volumes of a "
+           "tetrahedron; inverted: tetrahedra inside out\n";
+}
+
+Layout force_curves(std::span<const Result> results) {
+    Layout layout{{{"body"}, {"load case"}, {"place"}, {"way [mm]", true}, {"model"}, {"force along it [N]"}}, {}};
+    for (const auto &result : results) {
+        const auto &load_case = result.problem.load_case;
+        for (int p = 0; p < static_cast<int>(load_case.constraint_names.size()); ++p) {
+            const auto way = way_of(load_case, p);
+            if (!way)
+                continue;
+            for (const auto &model : result.models) {
+                std::vector<std::string> forces;
+                for (const auto &point : model.solution.path)
+                    forces.push_back(fmt::format("{:.3g}", point.reaction[p].dot(way->normalized())));
+                layout.rows.push_back({body_label(result, results), load_case.name, load_case.constraint_names[p],
+                                       fixed(millimetres * way->norm(), 1), model.name,
+                                       fmt::format("{}", fmt::join(forces, " "))});
+            }
+        }
+    }
+    return layout;
+}
+
+} // namespace livermark::results

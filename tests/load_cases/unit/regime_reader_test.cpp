@@ -1,0 +1,72 @@
+#include <gtest/gtest.h>
+#include <string>
+#include <vector>
+
+#include "load_cases/load_case_reader.hpp"
+#include "tests/bad_input.hpp"
+#include "tests/test_meshes.hpp"
+
+namespace livermark {
+namespace {
+
+const std::string conditions = R"(title = "Blow"
+target_peak_displacement = 0.02
+[[condition]]
+patch = "x_min"
+displacement = [0.0, 0.0, 0.0]
+[[condition]]
+patch = "x_max"
+)";
+
+core::LoadCase parse_on_a_block(const std::string &above, const std::string &below) {
+    return load_cases::parse_load_case(above + conditions + below, "blow.toml",
+                                       tests::box_mesh({0.1, 0.1, 0.1}, {3, 3, 3}));
+}
+
+TEST(Regime, IsSmallAndWithoutAPathUnlessTheFileSaysSo) {
+    const auto load_case = parse_on_a_block("", "pressure = 300.0\n");
+    EXPECT_EQ(load_case.regime, core::Regime::small);
+    EXPECT_TRUE(load_case.path.empty());
+    EXPECT_TRUE(load_case.follows.empty());
+}
+
+TEST(Regime, LargeHasFivePointsOrThoseOfTheFile) {
+    const std::string large = "regime = \"large\"\n";
+    EXPECT_EQ(parse_on_a_block(large, "pressure = 300.0\n").path, (std::vector{0.2, 0.4, 0.6, 0.8, 1.0}));
+    EXPECT_EQ(parse_on_a_block(large + "path = [0.25, 1]\n", "pressure = 300.0\n").path, (std::vector{0.25, 1.0}));
+}
+
+TEST(Regime, AFollowerPressureIsThePressureAtRestWithAMark) {
+    const auto dead = parse_on_a_block("regime = \"large\"\n", "pressure = 300.0\n");
+    const auto follower = parse_on_a_block("regime = \"large\"\n", "follower_pressure = 300.0\n");
+    EXPECT_EQ(dead.condition, follower.condition);
+    int marked = 0;
+    for (int f = 0; f < static_cast<int>(dead.condition.size()); ++f) {
+        EXPECT_EQ(follower.follows_surface(f), follower.condition[f] == core::FacetCondition::traction);
+        EXPECT_FALSE(dead.follows_surface(f));
+        marked += follower.follows_surface(f) ? 1 : 0;
+        if (follower.follows_surface(f)) {
+            EXPECT_EQ(follower.value[f], dead.value[f]);
+        }
+    }
+    EXPECT_EQ(marked, 18);
+    EXPECT_FALSE(core::are_statically_equal(dead, follower));
+}
+
+TEST(Regime, RefusesWhatMakesNoSenseAndSaysWhere) {
+    const std::string press = "pressure = 300.0\n", large = "regime = \"large\"\n";
+    const auto refuses = [](const std::string &above, const std::string &below, const std::string &words) {
+        tests::expect_input_error([&] { parse_on_a_block(above, below); }, {words});
+    };
+    refuses("regime = \"huge\"\n", press, "blow.toml:1: there is no regime 'huge'");
+    refuses("path = [0.5, 1.0]\n", press, "small deformations are proportional to the load");
+    refuses(large + "path = [0.5]\n", press, "blow.toml:2: a path has 2 to 50");
+    refuses(large + "path = [0.5, 0.4, 1.0]\n", press, "ascend");
+    refuses(large + "path = [0.0, 1.0]\n", press, "ascend");
+    refuses(large + "path = [0.5, nan, 1.0]\n", press, "list of finite numbers");
+    refuses("", "follower_pressure = 300.0\n", "needs large deformations");
+    refuses(large, press + "[release]\nduration = 1.0\n", "no model moves in time in the large regime");
+}
+
+} // namespace
+} // namespace livermark
