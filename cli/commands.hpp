@@ -21,6 +21,7 @@ Command add_calibrate(CLI::App &parent, const std::string &command_line);
 Command add_modes(CLI::App &parent, const std::string &command_line);
 Command add_export(CLI::App &parent, const std::string &command_line);
 Command add_score(CLI::App &parent, const std::string &command_line);
+Command add_reference(CLI::App &parent, const std::string &command_line);
 Command add_run(CLI::App &parent, const std::string &command_line);
 Command add_histories(CLI::App &parent, const std::string &command_line);
 Command add_report(CLI::App &parent, const std::string &command_line);

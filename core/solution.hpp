@@ -46,6 +46,17 @@ struct History {
     std::vector<Eigen::Vector3f> frames{};
 };
 
+/// How far a solution is from that of ever finer meshes, as a model has observed it itself; see observed_error().
+struct ObservedError {
+    double order = 0.0;       ///< of convergence, from one refinement to the next
+    double difference = 0.0;  ///< Comparison::relative_l2 between the last two meshes
+    double relative_l2 = 0.0; ///< estimated error of the displacement, in the norm of core::Comparison
+    double energy = 0.0;      ///< estimated, of the strain energy, relative, not signed
+    double reaction = 0.0;    ///< estimated, of the reactions, as in core::Comparison
+
+    bool operator==(const ObservedError &) const = default;
+};
+
 /// Where a body is at a part of the load, on the way to the whole.
 struct PathPoint {
     std::vector<Eigen::Vector3f> displacement; ///< (N) of all nodes [m], for pictures: single precision
@@ -78,6 +89,7 @@ struct Solution {
     std::optional<SpringNetwork> springs;        ///< what the springs were, for mass-spring models
     std::optional<ExplicitSteps> explicit_steps; ///< of models that move in explicit steps
     std::optional<History> history;              ///< only for time-dependent load cases
+    std::optional<ObservedError> observed_error; ///< of models that refine the mesh
     std::vector<PathPoint> path;                 ///< at LoadCase::path; fewer where the way ended early
 };
 

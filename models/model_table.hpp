@@ -19,14 +19,14 @@ namespace livermark::models {
 struct Reference {
     core::Regime regime;
     std::string_view on_mesh;
-    std::string_view refined; ///< empty if there is none
+    std::string_view refined;
 };
 
 /// The best first: quadratic tetrahedra with a linear pressure do not lock when the material is nearly incompressible.
 /// Several MPI ranks have no such, and then the second is the reference, and large deformations have none.
 inline constexpr std::array<Reference, 3> references{{{core::Regime::small, "fem_p2p1", "fem_p2p1_refined"},
                                                       {core::Regime::small, "fem_p2", "fem_p2_refined"},
-                                                      {core::Regime::large, "fem_p2p1_neo_hookean", ""}}};
+                                                      {core::Regime::large, "fem_p2p1_neo_hookean", "fem_p2p1_neo_hookean_refined"}}};
 
 /// The one that knows modes and motion.
 inline constexpr std::string_view moving_reference_model = "fem_p2";

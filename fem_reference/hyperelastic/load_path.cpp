@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -18,6 +19,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 /// After so many linear iterations a new factor is worth its time.
 constexpr int refactor_after = 20;
+/// What linear solves may leave of a residual far from equilibrium (inexact Newton; Dembo, Eisenstat, Steihaug 1982).
+constexpr double largest_tolerance = 1e-3;
 
 double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
@@ -48,7 +51,11 @@ class Follower {
              std::span<const double> pressure, const LoadPath &path)
         : elements_(elements), conditions_(conditions), path_(path), num_constraints_(num_constraints),
           follower_(elements.system(), elements.body().mesh, pressure), is_free_(free_of(conditions.prescribed)),
-          solver_(elements, follower_, is_free_), tangent_(elements.zero_tangent()) {}
+          solver_(elements, follower_, is_free_), tangent_(elements.zero_tangent()) {
+        const auto volumes = core::tetrahedron_volumes(elements.body().mesh);
+        rounding_force_ = 100.0 * std::numeric_limits<double>::epsilon() * solver_.pressure_scale() *
+                          std::accumulate(volumes.begin(), volumes.end(), 0.0);
+    }
 
     FollowedPath run();
 
@@ -56,7 +63,7 @@ class Follower {
     Balance balance(const State &state, double fraction) const;
     void assemble(const State &state, double fraction);
     bool factorise();
-    std::optional<TangentSolver::Correction> solve(const State &right, LoadStep &step);
+    std::optional<TangentSolver::Correction> solve(const State &right, double tolerance, LoadStep &step);
     bool advance(State &state, double from, double to, LoadStep &step);
     bool correct(State &state, Balance &now, double fraction, LoadStep &step);
     PathPoint point(const State &state, double fraction) const;
@@ -71,6 +78,9 @@ class Follower {
     TangentMatrices tangent_;
     FollowerPressure::LoadStiffness load_stiffness_;
     bool needs_factor_ = true;
+    /// What the last digits of positions make of forces [N]: of a shear modulus on the square of the extent. Where a
+    /// body moves as a rigid one there is nothing else.
+    double rounding_force_ = 0.0;
     FollowedPath result_;
 };
 
@@ -85,7 +95,8 @@ Balance Follower::balance(const State &state, double fraction) const {
         value *= fraction;
     follower_.add_forces(fraction, state.displacement, load);
     now.residual = {std::move(internal.force), std::move(internal.imbalance)};
-    double out_of_balance = 0.0, scale = 0.0;
+    const double rounding = rounding_force_ / path_.tolerance;
+    double out_of_balance = 0.0, scale = rounding * rounding;
     for (std::size_t dof = 0; dof < load.size(); ++dof) {
         double &residual = now.residual.displacement[dof];
         residual -= load[dof];
@@ -115,15 +126,15 @@ bool Follower::factorise() {
     return solver_.factorise(at_rest.stiffness);
 }
 
-std::optional<TangentSolver::Correction> Follower::solve(const State &right, LoadStep &step) {
+std::optional<TangentSolver::Correction> Follower::solve(const State &right, double tolerance, LoadStep &step) {
     const bool has_old_factor = !needs_factor_;
     if (needs_factor_ && !factorise())
         return std::nullopt;
-    auto correction = solver_.solve(tangent_, load_stiffness_, right);
+    auto correction = solver_.solve(tangent_, load_stiffness_, right, tolerance);
     if (!correction.converged && has_old_factor) {
         if (!factorise())
             return std::nullopt;
-        correction = solver_.solve(tangent_, load_stiffness_, right);
+        correction = solver_.solve(tangent_, load_stiffness_, right, tolerance);
     }
     step.linear_iterations.push_back(correction.iterations);
     needs_factor_ = correction.iterations > refactor_after && elements_.num_pressures() == 0;
@@ -142,7 +153,9 @@ bool Follower::correct(State &state, Balance &now, double fraction, LoadStep &st
     for (auto *const part : {&right.displacement, &right.pressure})
         for (double &value : *part)
             value = -value;
-    const auto correction = solve(right, step);
+    // What the next residual will be anyway, by quadratic convergence.
+    const double tolerance = std::clamp(0.1 * now.size, TangentSolver::smallest_tolerance, largest_tolerance);
+    const auto correction = solve(right, tolerance, step);
     if (!correction)
         return false;
     const auto &change = correction->change;
@@ -185,7 +198,9 @@ bool Follower::advance(State &state, double from, double to, LoadStep &step) {
         right.displacement[dof] = -right.displacement[dof] - now.residual.displacement[dof];
     for (std::size_t k = 0; k < right.pressure.size(); ++k)
         right.pressure[k] = -right.pressure[k] - now.residual.pressure[k];
-    const auto predictor = solve(right, step);
+    // The first one is the linearised answer to the whole load.
+    const bool is_first = result_.linearised.empty();
+    const auto predictor = solve(right, is_first ? TangentSolver::smallest_tolerance : largest_tolerance, step);
     if (!predictor)
         return false;
     State there = state;
@@ -194,7 +209,7 @@ bool Follower::advance(State &state, double from, double to, LoadStep &step) {
                                                 : to * conditions_.prescribed[dof];
     for (std::size_t k = 0; k < there.pressure.size(); ++k)
         there.pressure[k] += predictor->change.pressure[k];
-    if (result_.linearised.empty()) {
+    if (is_first) {
         result_.linearised = there.displacement; // from rest
         for (double &value : result_.linearised)
             value /= to - from;

@@ -131,7 +131,8 @@ template <class Action> Operator(Action) -> Operator<Action>;
 } // namespace
 
 TangentSolver::Correction TangentSolver::solve(const TangentMatrices &tangent,
-                                               const FollowerPressure::LoadStiffness &loads, const State &right) const {
+                                               const FollowerPressure::LoadStiffness &loads, const State &right,
+                                               double tolerance) const {
     const auto &impl = *impl_;
     const auto num_displacements = impl.is_free.size();
     const auto num_pressures = static_cast<std::size_t>(impl.elements.num_pressures());
@@ -156,7 +157,7 @@ TangentSolver::Correction TangentSolver::solve(const TangentMatrices &tangent,
         for (std::size_t dof = 0; dof < num_displacements; ++dof)
             if (impl.number[dof] >= 0)
                 of_free[impl.number[dof]] = x[dof];
-        of_free = impl.cholesky.solve(of_free);
+        of_free = impl.cholesky.solve_single_precision(of_free);
         for (std::size_t dof = 0; dof < num_displacements; ++dof)
             out[dof] = impl.number[dof] >= 0 ? of_free[impl.number[dof]] : 0.0;
         if (num_pressures > 0) {

@@ -19,7 +19,7 @@ class TangentSolver {
   public:
     /// What is left of the first residual, as the preconditioner sees it, in the norm of displacements and scaled
     /// pressures: little enough that Newton's method converges as with exact solves.
-    static constexpr double tolerance = 1e-9;
+    static constexpr double smallest_tolerance = 1e-9;
     static constexpr int max_iterations = 200;
 
     /// @param elements  kept alive by the caller
@@ -46,8 +46,9 @@ class TangentSolver {
     /// @param tangent  K with the symmetric part of L, and D
     /// @param loads    L
     /// @param right    f [N], shape (3 n), and g [m^3], shape (m); what is not free does not count
-    Correction solve(const TangentMatrices &tangent, const FollowerPressure::LoadStiffness &loads,
-                     const State &right) const;
+    /// @param tolerance  what may be left of the first residual
+    Correction solve(const TangentMatrices &tangent, const FollowerPressure::LoadStiffness &loads, const State &right,
+                     double tolerance) const;
 
     /// (K + L) u and D u of displacements alone, whether free or not.
     State product(const TangentMatrices &tangent, const FollowerPressure::LoadStiffness &loads,

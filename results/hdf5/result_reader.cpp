@@ -9,8 +9,10 @@
 
 #include "results/hdf5/file_parts.hpp"
 #include "results/hdf5/hdf5_io.hpp"
+#include "results/hdf5/node_numbers.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/schema.hpp"
+#include "results/hdf5/solution_group.hpp"
 
 namespace livermark::results {
 
@@ -18,30 +20,10 @@ namespace {
 
 using hdf5::InputFile;
 
-/// Every index of every row in [first, end).
-void check_indices(const InputFile &file, const std::string &path, std::span<const int> indices, int columns, int first,
-                   std::size_t end) {
-    const auto bad = std::ranges::find_if(
-        indices, [&](int index) { return index < first || index >= static_cast<std::int64_t>(end); });
-    if (bad != indices.end())
-        file.refuse(path, fmt::format("row {} holds {}, which is not in [{}, {})", (bad - indices.begin()) / columns,
-                                      *bad, first, end));
-}
-
-template <std::size_t columns>
-std::vector<std::array<int, columns>> node_numbers(const InputFile &file, const std::string &path,
-                                                   std::size_t num_nodes) {
-    auto rows = file.dataset<std::array<int, columns>>(path);
-    // std::array lies in memory like its entries, one row behind the other.
-    check_indices(file, path, {rows.empty() ? nullptr : rows.front().data(), columns * rows.size()},
-                  static_cast<int>(columns), 0, num_nodes);
-    return rows;
-}
-
 std::vector<int> indices(const InputFile &file, const std::string &path, std::size_t num_rows, int first,
                          std::size_t end) {
     auto values = file.dataset<int>(path, num_rows);
-    check_indices(file, path, values, 1, first, end);
+    hdf5::check_indices(file, path, values, 1, first, end);
     return values;
 }
 
@@ -55,14 +37,14 @@ core::TetraMesh read_mesh(const InputFile &file) {
     core::TetraMesh mesh;
     mesh.points = file.dataset<core::Vector3>("/mesh/points");
     check_finite(file, "/mesh/points", mesh.points);
-    mesh.tetrahedra = node_numbers<4>(file, "/mesh/tetrahedra", mesh.points.size());
+    mesh.tetrahedra = hdf5::node_numbers<4>(file, "/mesh/tetrahedra", mesh.points.size());
     const auto volumes = core::tetrahedron_volumes(mesh);
     const auto bad = std::ranges::find_if(volumes, [](double volume) { return !(volume > 0.0); });
     if (bad != volumes.end())
         file.refuse("/mesh/tetrahedra", fmt::format("row {} has no positive volume", bad - volumes.begin()));
     mesh.region_names = file.texts("/mesh/region", "names");
     mesh.region = indices(file, "/mesh/region", mesh.tetrahedra.size(), 0, mesh.region_names.size());
-    mesh.boundary_triangles = node_numbers<3>(file, "/mesh/boundary_triangles", mesh.points.size());
+    mesh.boundary_triangles = hdf5::node_numbers<3>(file, "/mesh/boundary_triangles", mesh.points.size());
     mesh.patch_names = file.texts("/mesh/boundary_patch", "names");
     mesh.boundary_patch =
         indices(file, "/mesh/boundary_patch", mesh.boundary_triangles.size(), 0, mesh.patch_names.size());
@@ -84,7 +66,7 @@ core::Release read_release(const InputFile &file, std::size_t num_nodes) {
     if (!(release.output_interval > 0.0 && release.damping.alpha >= 0.0 && release.damping.beta >= 0.0))
         file.refuse(group, "attributes output_interval, alpha and beta have to be positive, or the last two zero");
     const auto names = file.texts(group + "/probe", "names");
-    const auto nodes = node_numbers<1>(file, group + "/probe", num_nodes);
+    const auto nodes = hdf5::node_numbers<1>(file, group + "/probe", num_nodes);
     if (names.empty() || nodes.size() != names.size())
         file.refuse(group + "/probe", fmt::format("has {} nodes and {} names", nodes.size(), names.size()));
     for (std::size_t q = 0; q < names.size(); ++q)
@@ -138,67 +120,6 @@ core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles, 
     return load_case;
 }
 
-core::SolutionStatus read_status(const InputFile &file, const std::string &group) {
-    const std::string word = file.text(group, "status");
-    using enum core::SolutionStatus;
-    for (const auto status : {ok, diverged, not_converged})
-        if (word == core::to_string(status))
-            return status;
-    file.refuse(group, fmt::format("attribute status is '{}', which is none of ok, diverged, not_converged", word));
-}
-
-std::size_t num_frame_rows(const core::Problem &problem) {
-    return static_cast<std::size_t>(problem.load_case.release->num_frames()) * problem.body->mesh.points.size();
-}
-
-core::History read_history(const InputFile &file, const std::string &model, const core::Problem &problem) {
-    const std::string group = history_group(model);
-    const auto &load_case = problem.load_case;
-    if (!load_case.release)
-        file.refuse(group, "is there, and /load_case/release is not");
-    core::History history;
-    const std::size_t num_records = static_cast<std::size_t>(load_case.release->num_steps) + 1;
-    history.setup_seconds = file.number(group, "setup_seconds");
-    history.solve_seconds = file.number(group, "solve_seconds");
-    history.integrator = file.text(group, "integrator");
-    history.kernel = file.text(group, "kernel");
-    if (file.has_attribute(group, "forces_per_step")) { // files of earlier versions have none
-        const auto forces = file.integer(group, "forces_per_step");
-        if (forces < 0 || forces > std::numeric_limits<int>::max())
-            file.refuse(group, fmt::format("attribute forces_per_step is {}", forces));
-        history.forces_per_step = static_cast<int>(forces);
-    }
-    history.time_step = file.number(group, "time_step");
-    history.critical_time_step = file.number(group, "critical_time_step");
-    history.diverged_at = file.number(group, "diverged_at");
-    history.time = file.dataset<double>(group + "/time", num_records);
-    history.displacement =
-        file.blocks<core::Vector3>(group + "/displacement", num_records, load_case.release->probes.size());
-    history.kinetic_energy = file.dataset<double>(group + "/kinetic_energy", num_records);
-    history.strain_energy = file.dataset<double>(group + "/strain_energy", num_records);
-    history.frames = file.dataset<Eigen::Vector3f>(frames_of(model), num_frame_rows(problem));
-    return history;
-}
-
-std::vector<core::PathPoint> read_path(const InputFile &file, const std::string &model, const core::Problem &problem) {
-    const std::string group = path_group(model);
-    const auto num_nodes = problem.body->mesh.points.size();
-    const auto num_constraints = problem.load_case.constraint_names.size();
-    const auto energy = file.dataset<double>(group + "/strain_energy");
-    if (energy.empty() || energy.size() > problem.load_case.path.size())
-        file.refuse(group,
-                    fmt::format("has {} points, and /load_case/path {}", energy.size(), problem.load_case.path.size()));
-    const auto displacement = file.dataset<Eigen::Vector3f>(group + "/displacement", energy.size() * num_nodes);
-    const auto reaction = file.blocks<core::Vector3>(group + "/reaction", energy.size(), num_constraints);
-    std::vector<core::PathPoint> path;
-    for (std::size_t k = 0; k < energy.size(); ++k) {
-        const auto from = std::span(displacement).subspan(k * num_nodes, num_nodes);
-        const auto held = std::span(reaction).subspan(k * num_constraints, num_constraints);
-        path.push_back({{from.begin(), from.end()}, {held.begin(), held.end()}, energy[k]});
-    }
-    return path;
-}
-
 core::Modes read_modes(const InputFile &file, const std::string &group, std::size_t num_nodes) {
     core::Modes modes;
     modes.degrees_of_freedom = file.integer(group, "degrees_of_freedom");
@@ -206,40 +127,6 @@ core::Modes read_modes(const InputFile &file, const std::string &group, std::siz
     modes.angular_frequency = file.dataset<double>(group + "/angular_frequency");
     modes.shape = file.blocks<core::Vector3>(group + "/shape", modes.angular_frequency.size(), num_nodes);
     return modes;
-}
-
-core::Solution read_solution(const InputFile &file, const std::string &model, const core::Problem &problem) {
-    const std::string group = solution_group(model);
-    const std::size_t num_nodes = problem.body->mesh.points.size();
-    core::Solution solution;
-    solution.status = read_status(file, group);
-    solution.message = file.text(group, "message");
-    if (file.has_attribute(group, "solver")) // files of earlier versions have none
-        solution.solver = file.text(group, "solver");
-    solution.degrees_of_freedom = file.integer(group, "degrees_of_freedom");
-    solution.setup_seconds = file.number(group, "setup_seconds");
-    solution.solve_seconds = file.number(group, "solve_seconds");
-    solution.strain_energy = file.number(group, "strain_energy");
-    solution.nonlinearity = file.number(group, "nonlinearity");
-    if (file.has_attribute(group, "critical_time_step"))
-        solution.explicit_steps = {file.number(group, "critical_time_step"), file.number(group, "seconds_per_step"),
-                                   file.text(group, "kernel")};
-    solution.displacement = file.dataset<core::Vector3>(group + "/displacement", num_nodes);
-    solution.reaction = file.dataset<core::Vector3>(group + "/reaction", problem.load_case.constraint_names.size());
-    if (file.texts(group + "/reaction", "patches") != problem.load_case.constraint_names)
-        file.refuse(group + "/reaction", "attribute patches differs from the names of /load_case/constraint");
-    if (file.has(group + "/edges")) {
-        core::SpringNetwork &springs = solution.springs.emplace();
-        springs.node_mass = file.dataset<double>(group + "/node_mass", num_nodes);
-        springs.edges = node_numbers<2>(file, group + "/edges", num_nodes);
-        springs.stiffness = file.dataset<double>(group + "/stiffness", springs.edges.size());
-        springs.rest_length = file.dataset<double>(group + "/rest_length", springs.edges.size());
-    }
-    if (file.has(path_group(model)))
-        solution.path = read_path(file, model, problem);
-    if (file.has(group + "/history"))
-        solution.history = read_history(file, model, problem);
-    return solution;
 }
 
 core::Comparison read_comparison(const InputFile &file, const std::string &model, const core::Problem &problem) {
@@ -281,7 +168,7 @@ ModelResult read_model(const InputFile &file, const std::string &name, const cor
     const std::string solution = solution_group(name);
     model.summary = file.text(solution, "summary");
     model.source = file.text(solution, "source");
-    model.solution = read_solution(file, name, problem);
+    model.solution = read_solution_group(file, name, problem);
     const std::string comparison = comparison_group(name);
     if (!file.has(comparison))
         return model;
@@ -355,7 +242,7 @@ Result read_result(const std::filesystem::path &path) {
 
 core::Solution read_solution(const std::filesystem::path &path, const core::Problem &problem) {
     const InputFile file(path);
-    return within_memory(file, [&] { return read_solution(file, only_solution, problem); });
+    return within_memory(file, [&] { return read_solution_group(file, only_solution, problem); });
 }
 
 } // namespace livermark::results

@@ -27,7 +27,17 @@ void compare_with_reference(results::Result &result) {
         return;
     const auto *reference = find_solved(result, found->on_mesh);
     const auto *refined = find_solved(result, found->refined);
-    if (refined) {
+    if (refined && refined->solution.observed_error) {
+        const auto &error = *refined->solution.observed_error;
+        result.reference_uncertainty = {.reference = refined->name,
+                                        .refined = refined->name,
+                                        .refinement_difference = error.difference,
+                                        .order = error.order,
+                                        .relative_l2 = error.relative_l2,
+                                        .energy_error = error.energy,
+                                        .reaction_error = error.reaction};
+        reference = refined;
+    } else if (refined) {
         result.reference_uncertainty =
             results::estimate_uncertainty(mesh, reference->solution, reference->name, refined->solution, refined->name);
         if (result.reference_uncertainty->reference == refined->name)

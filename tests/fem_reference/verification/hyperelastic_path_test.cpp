@@ -123,7 +123,7 @@ TEST(HyperelasticPath, FollowerPressureActsOnTheDeformedArea) {
         expected.emplace_back((side - 1.0) * x);
     for (const auto &kind : kinds) {
         const auto found =
-            hyperelastic::solve({body, on_rollers(body->mesh)}, neo_hookean(), kind, {.tolerance = 1e-12}, pressure);
+            hyperelastic::solve({body, on_rollers(body->mesh)}, neo_hookean(), kind, {.tolerance = 1e-13}, pressure);
         ASSERT_EQ(found.solution.status, core::SolutionStatus::ok) << found.solution.message;
         EXPECT_LT(tests::relative_difference(found.solution.displacement, expected), 1e-12);
     }

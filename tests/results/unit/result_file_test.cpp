@@ -102,6 +102,7 @@ void expect_equal(const core::Solution &a, const core::Solution &b) {
     EXPECT_EQ(a.degrees_of_freedom, b.degrees_of_freedom);
     EXPECT_EQ(a.setup_seconds, b.setup_seconds);
     EXPECT_EQ(a.solve_seconds, b.solve_seconds);
+    EXPECT_EQ(a.observed_error, b.observed_error);
     ASSERT_EQ(a.path.size(), b.path.size());
     for (std::size_t k = 0; k < a.path.size(); ++k) {
         EXPECT_TRUE(same_bits(a.path[k].displacement, b.path[k].displacement));

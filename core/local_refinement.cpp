@@ -1,0 +1,139 @@
+#include "core/local_refinement.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <utility>
+
+namespace livermark::core {
+
+namespace {
+
+using Edge = std::array<int, 2>;
+
+Edge edge_of(int a, int b) {
+    return {std::min(a, b), std::max(a, b)};
+}
+
+/// The nodes in the middle of the edges that are bisected.
+class Middles {
+  public:
+    Middles(std::vector<Vector3> &points, const std::set<Edge> &edges) : points_(points) {
+        for (const auto &[a, b] : edges) {
+            node_[{a, b}] = static_cast<int>(points_.size());
+            points_.emplace_back(0.5 * (points_[a] + points_[b]));
+        }
+    }
+
+    /// Cuts a tetrahedron or triangle until none of its edges has a middle, and hands out the parts. What is
+    /// right-handed stays so.
+    template <std::size_t corners, class Keep> void cut(const std::array<int, corners> &nodes, const Keep &keep) const {
+        // The longest; of several the last by the numbers of its nodes, so that all who have it choose alike.
+        std::pair<double, Edge> longest{0.0, {}};
+        std::array<std::size_t, 2> ends{};
+        for (std::size_t i = 0; i < corners; ++i)
+            for (std::size_t j = i + 1; j < corners; ++j)
+                if (const auto edge = edge_of(nodes[i], nodes[j]); node_.contains(edge)) {
+                    const std::pair candidate{(points_[edge[0]] - points_[edge[1]]).squaredNorm(), edge};
+                    if (candidate > longest) {
+                        longest = candidate;
+                        ends = {i, j};
+                    }
+                }
+        if (longest.first == 0.0)
+            return keep(nodes);
+        for (const auto end : ends) {
+            auto part = nodes;
+            part[end] = node_.at(longest.second);
+            cut(part, keep);
+        }
+    }
+
+  private:
+    std::vector<Vector3> &points_;
+    std::map<Edge, int> node_;
+};
+
+/// What holds on a boundary triangle, free ones are all alike.
+bool are_alike(const LoadCase &load_case, int a, int b) {
+    if (load_case.condition[a] != load_case.condition[b] || load_case.constraint[a] != load_case.constraint[b])
+        return false;
+    if (load_case.condition[a] != FacetCondition::traction)
+        return true;
+    // Pressures change their direction from facet to facet of a curved surface; that is no rim.
+    const double x = load_case.value[a].norm(), y = load_case.value[b].norm();
+    constexpr double rounding = 1e-6;
+    return std::abs(x - y) <= rounding * std::max(x, y);
+}
+
+} // namespace
+
+BisectedBody bisect(const Body &body, const std::set<Edge> &edges) {
+    const auto &coarse = body.mesh;
+    BisectedBody result{{.name = body.name, .mesh = {}, .materials = body.materials}, {}};
+    auto &fine = result.body.mesh;
+    fine.points = coarse.points;
+    fine.region_names = coarse.region_names;
+    fine.patch_names = coarse.patch_names;
+    const Middles middles(fine.points, edges);
+    for (std::size_t t = 0; t < coarse.tetrahedra.size(); ++t)
+        middles.cut(coarse.tetrahedra[t], [&](const auto &part) {
+            fine.tetrahedra.push_back(part);
+            fine.region.push_back(coarse.region[t]);
+        });
+    for (int f = 0; f < coarse.num_boundary_triangles(); ++f)
+        middles.cut(coarse.boundary_triangles[f], [&](const auto &part) {
+            fine.boundary_triangles.push_back(part);
+            fine.boundary_patch.push_back(coarse.boundary_patch[f]);
+            result.parent_triangle.push_back(f);
+        });
+    return result;
+}
+
+LoadCase on_parts(const LoadCase &load_case, const std::vector<int> &parent_triangle) {
+    auto result = load_case;
+    result.condition.clear();
+    result.value.clear();
+    result.constraint.clear();
+    result.follows.clear();
+    for (const int parent : parent_triangle) {
+        result.condition.push_back(load_case.condition[parent]);
+        result.value.push_back(load_case.value[parent]);
+        result.constraint.push_back(load_case.constraint[parent]);
+        if (!load_case.follows.empty())
+            result.follows.push_back(load_case.follows[parent]);
+    }
+    return result;
+}
+
+std::vector<bool> rim_nodes(const TetraMesh &mesh, const LoadCase &load_case) {
+    std::map<Edge, int> first_triangle;
+    std::vector<bool> is_rim(mesh.points.size(), false);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        for (std::size_t c = 0; c < 3; ++c) {
+            const auto edge = edge_of(mesh.boundary_triangles[f][c], mesh.boundary_triangles[f][(c + 1) % 3]);
+            const auto [other, is_new] = first_triangle.try_emplace(edge, f);
+            if (!is_new && !are_alike(load_case, f, other->second))
+                is_rim[edge[0]] = is_rim[edge[1]] = true;
+        }
+    return is_rim;
+}
+
+Problem refine_at_rims(const Problem &problem, int levels) {
+    auto refined = problem;
+    for (int level = 0; level < levels; ++level) {
+        const auto is_rim = rim_nodes(refined.body->mesh, refined.load_case);
+        std::set<Edge> edges;
+        for (const auto &nodes : refined.body->mesh.tetrahedra)
+            if (std::ranges::any_of(nodes, [&](int node) { return is_rim[node]; }))
+                for (const auto &[i, j] : tetrahedron_edges)
+                    edges.insert(edge_of(nodes[i], nodes[j]));
+        auto bisected = bisect(*refined.body, edges);
+        refined.load_case = on_parts(refined.load_case, bisected.parent_triangle);
+        refined.body = std::make_shared<const Body>(std::move(bisected.body));
+    }
+    return refined;
+}
+
+} // namespace livermark::core

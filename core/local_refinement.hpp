@@ -1,0 +1,35 @@
+#pragma once
+
+#include <array>
+#include <set>
+#include <vector>
+
+#include "core/problem.hpp"
+
+namespace livermark::core {
+
+/// A body with some of its tetrahedra bisected. Its first nodes are those of the body that it was made from.
+struct BisectedBody {
+    Body body;
+    std::vector<int> parent_triangle; ///< (T') the boundary triangle that each is a part of
+};
+
+/// Bisects edges, the longest first in each tetrahedron, with all tetrahedra and boundary triangles at them. Which one
+/// is the longest is the same from both sides of a face, so the parts fit together. (M. C. Rivara 1984, Algorithms for
+/// refining triangular grids suitable for adaptive and multigrid techniques, Int. J. Numer. Meth. Engng. 20)
+/// @param edges  lower node number first
+BisectedBody bisect(const Body &body, const std::set<std::array<int, 2>> &edges);
+
+/// A load case on the parts of the boundary triangles that it was put on.
+LoadCase on_parts(const LoadCase &load_case, const std::vector<int> &parent_triangle);
+
+/// Nodes where the condition of the boundary changes: from held to free, from one constraint or traction to another.
+/// Displacements and tractions are not smooth there.
+std::vector<bool> rim_nodes(const TetraMesh &mesh, const LoadCase &load_case);
+
+/// A problem on a finer mesh, where each tetrahedron at the rim of a place has all its edges cut in two, again and
+/// again. The nodes of the mesh come first.
+/// @param levels  how often
+Problem refine_at_rims(const Problem &problem, int levels);
+
+} // namespace livermark::core

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <span>
+
+#include "core/solution.hpp"
+
+namespace livermark::core {
+
+/// The discretisation error of the finest of some solutions, observed and not assumed: of errors that shrink by a
+/// factor r from mesh to mesh the differences of neighbours do so too, and what is left after the last difference d is
+/// d r / (1 - r).
+/// @param mesh    whose nodes all solutions are given at
+/// @param levels  at least three, each on a finer mesh than the one before, status ok; r is from the last three
+/// @throws std::invalid_argument if there are fewer
+ObservedError observed_error(const TetraMesh &mesh, std::span<const Solution> levels);
+
+/// A factor beyond these is not believed: differences that hardly shrink say little, and one that shrinks faster than
+/// elements of second degree let expect is luck.
+inline constexpr double largest_believed_factor = 0.8, smallest_believed_factor = 0.25;
+
+} // namespace livermark::core

@@ -1,0 +1,109 @@
+#include "results/hdf5/reference_file.hpp"
+
+#include <cstdint>
+#include <fmt/format.h>
+#include <string_view>
+
+#include "results/hdf5/file_parts.hpp"
+#include "results/hdf5/hdf5_io.hpp"
+#include "results/hdf5/schema.hpp"
+#include "results/hdf5/solution_group.hpp"
+#include "support/whole_file.hpp"
+
+namespace livermark::results {
+
+namespace {
+
+/// FNV-1a (Fowler, Noll, Vo) of 64 bits.
+class Hash {
+  public:
+    void add(std::string_view text) {
+        for (const char letter : text) {
+            value_ ^= static_cast<unsigned char>(letter);
+            value_ *= 0x100000001b3ULL;
+        }
+        value_ ^= 0xff; // between texts
+        value_ *= 0x100000001b3ULL;
+    }
+    void add(double number) { add(fmt::format("{:.8e}", number == 0.0 ? 0.0 : number)); }
+    void add(const core::Vector3 &vector) {
+        for (const double component : vector)
+            add(component);
+    }
+    template <class Numbers> void add_integers(const Numbers &numbers) {
+        for (const auto number : numbers)
+            add(fmt::format("{}", static_cast<int>(number)));
+    }
+    std::uint64_t value() const { return value_; }
+
+  private:
+    std::uint64_t value_ = 0xcbf29ce484222325ULL;
+};
+
+} // namespace
+
+std::string fingerprint(const core::Problem &problem, const std::string &model) {
+    const auto &mesh = problem.body->mesh;
+    const auto &load_case = problem.load_case;
+    Hash hash;
+    hash.add(model);
+    for (const auto &point : mesh.points)
+        hash.add(point);
+    for (const auto &nodes : mesh.tetrahedra)
+        hash.add_integers(nodes);
+    for (const auto &nodes : mesh.boundary_triangles)
+        hash.add_integers(nodes);
+    hash.add_integers(mesh.region);
+    for (const auto &material : problem.body->materials) {
+        hash.add(material.density);
+        hash.add(material.young_modulus);
+        hash.add(material.poisson_ratio);
+    }
+    hash.add(core::to_string(load_case.regime));
+    hash.add_integers(load_case.condition);
+    hash.add_integers(load_case.constraint);
+    hash.add_integers(load_case.follows);
+    for (const auto &value : load_case.value)
+        hash.add(value);
+    hash.add(load_case.acceleration);
+    for (const double fraction : load_case.path)
+        hash.add(fraction);
+    for (const auto &name : load_case.constraint_names)
+        hash.add(name);
+    return fmt::format("{:016x}", hash.value());
+}
+
+std::filesystem::path reference_path(const std::filesystem::path &folder, const core::Problem &problem,
+                                     const std::string &model) {
+    return folder / problem.body->name /
+           fmt::format("{}.{}.{}.h5", problem.load_case.name, model, fingerprint(problem, model));
+}
+
+void write_reference(const std::filesystem::path &path, const core::Solution &solution, const core::Problem &problem,
+                     const std::string &model, const Provenance &provenance) {
+    hdf5::OutputFile file;
+    hdf5::write_provenance(file, provenance);
+    file.text("/", "body", problem.body->name);
+    file.text("/", "load_case", problem.load_case.name);
+    file.text("/", "model", model);
+    file.text("/", "fingerprint", fingerprint(problem, model));
+    file.group("/solutions");
+    write_solution_group(file, only_solution, solution, problem.load_case);
+    support::write_whole(path, file.image());
+}
+
+std::optional<core::Solution> read_reference(const std::filesystem::path &path, const core::Problem &problem,
+                                             const std::string &model) {
+    std::error_code nobody_cares;
+    if (!std::filesystem::exists(path, nobody_cares))
+        return std::nullopt;
+    const hdf5::InputFile file(path);
+    if (!file.has_attribute("/", "fingerprint") || file.text("/", "fingerprint") != fingerprint(problem, model))
+        return std::nullopt;
+    auto solution = read_solution_group(file, only_solution, problem);
+    solution.solver = fmt::format("kept since {} (commit {}): {}", file.text("/", "created"),
+                                  file.text("/", "git_commit"), solution.solver);
+    return solution;
+}
+
+} // namespace livermark::results
