@@ -54,7 +54,7 @@ void print_regime(Printer &printer, std::span<const results::Result> results, Ta
             printer.print(printer.is_markdown() ? results::markdown_table(results) : results::text_table(results));
     }
     if (kind == TableKind::forces && is_large)
-        printer.print(results::force_curves(results));
+        printer.print(results::force_table(results));
     if (is_all || kind == TableKind::summary)
         printer.print(results::summary(results));
     if (kind == TableKind::overview || (is_all && results::has_several_poisson_ratios(results)))

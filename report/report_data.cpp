@@ -35,8 +35,12 @@ void sort_results(ReportData &data) {
 void read_file(const std::filesystem::path &file, const std::string &name, ReportData &data) {
     switch (results::kind_of_file(file)) {
     case results::FileKind::result:
-        data.results.push_back(results::read_result(file));
-        data.files.push_back(name);
+        if (auto result = results::read_result(file); result.problem.load_case.regime == core::Regime::large) {
+            data.large.push_back(std::move(result));
+        } else {
+            data.results.push_back(std::move(result));
+            data.files.push_back(name);
+        }
         break;
     case results::FileKind::stability:
         data.stability.push_back(results::read_stability(file));
@@ -69,7 +73,8 @@ ReportData read_report_data(const std::filesystem::path &folder) {
         } catch (const support::InputError &fault) {
             data.faults.emplace_back(fault.what());
         }
-    if (data.results.empty() && data.stability.empty() && data.histories.empty() && data.timings.empty())
+    if (data.results.empty() && data.large.empty() && data.stability.empty() && data.histories.empty() &&
+        data.timings.empty())
         throw support::InputError(
             data.faults.empty() ? fmt::format("{0}: there are no result files here; make some with `livermark run "
                                               "--output {0}`",

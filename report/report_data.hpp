@@ -14,8 +14,9 @@ namespace livermark::report {
 /// What the files below a folder say.
 struct ReportData {
     std::filesystem::path folder;         ///< that was read; the report names files from there
-    std::vector<results::Result> results; ///< with models
+    std::vector<results::Result> results; ///< with models, of small deformations
     std::vector<std::string> files;       ///< of each of these, relative to the folder
+    std::vector<results::Result> large;   ///< with models, of large deformations; never beside the others
     std::vector<results::Stability> stability;
     std::vector<results::Histories> histories;
     std::vector<results::Timings> timings;

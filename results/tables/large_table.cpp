@@ -104,24 +104,33 @@ std::string large_legend() {
            "tetrahedron; inverted: tetrahedra inside out\n";
 }
 
-Layout force_curves(std::span<const Result> results) {
-    Layout layout{{{"body"}, {"load case"}, {"place"}, {"way [mm]", true}, {"model"}, {"force along it [N]"}}, {}};
-    for (const auto &result : results) {
-        const auto &load_case = result.problem.load_case;
-        for (int p = 0; p < static_cast<int>(load_case.constraint_names.size()); ++p) {
-            const auto way = way_of(load_case, p);
-            if (!way)
-                continue;
-            for (const auto &model : result.models) {
-                std::vector<std::string> forces;
-                for (const auto &point : model.solution.path)
-                    forces.push_back(fmt::format("{:.3g}", point.reaction[p].dot(way->normalized())));
-                layout.rows.push_back({body_label(result, results), load_case.name, load_case.constraint_names[p],
-                                       fixed(millimetres * way->norm(), 1), model.name,
-                                       fmt::format("{}", fmt::join(forces, " "))});
-            }
+std::vector<ForceCurve> force_curves(const Result &result) {
+    const auto &load_case = result.problem.load_case;
+    std::vector<ForceCurve> curves;
+    for (int p = 0; p < static_cast<int>(load_case.constraint_names.size()); ++p) {
+        const auto way = way_of(load_case, p);
+        if (!way)
+            continue;
+        for (const auto &model : result.models) {
+            auto &curve = curves.emplace_back(ForceCurve{load_case.constraint_names[p], way->norm(), model.name, {}});
+            for (const auto &point : model.solution.path)
+                curve.force.push_back(point.reaction[p].dot(way->normalized()));
         }
     }
+    return curves;
+}
+
+Layout force_table(std::span<const Result> results) {
+    Layout layout{{{"body"}, {"load case"}, {"place"}, {"way [mm]", true}, {"model"}, {"force along it [N]"}}, {}};
+    for (const auto &result : results)
+        for (const auto &curve : force_curves(result)) {
+            std::vector<std::string> forces;
+            for (const double force : curve.force)
+                forces.push_back(fmt::format("{:.3g}", force));
+            layout.rows.push_back({body_label(result, results), result.problem.load_case.name, curve.place,
+                                   fixed(millimetres * curve.way, 1), curve.model,
+                                   fmt::format("{}", fmt::join(forces, " "))});
+        }
     return layout;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "results/result.hpp"
@@ -18,8 +19,18 @@ Layout large_table(std::span<const Result> results);
 /// What its columns mean.
 std::string large_legend();
 
-/// A row for each constraint that moves, and model: the force along its way at each point of the path [N], and the
-/// whole way [mm]. Constraints that only hold are left out, and so are load cases without others.
-Layout force_curves(std::span<const Result> results);
+/// What a model feels where a constraint moves, along its way.
+struct ForceCurve {
+    std::string place; ///< name of the constraint
+    double way = 0.0;  ///< the whole of it [m]
+    std::string model;
+    std::vector<double> force; ///< at each point of the path that the model came to [N]
+};
+
+/// Of each constraint that moves and each model; constraints that only hold have none.
+std::vector<ForceCurve> force_curves(const Result &result);
+
+/// A row for each of these curves.
+Layout force_table(std::span<const Result> results);
 
 } // namespace livermark::results
