@@ -30,12 +30,12 @@ double divided_difference(int exponent, double l, double m) {
     return std::pow(l * m, 0.5 * (p - 1.0)) * ratio + 1.0 / (l * m);
 }
 
-template <int exponent> double energy(const core::Material &material, const Matrix3 &f) {
+template <int exponent> double ogden_energy(const core::Material &material, const Matrix3 &f) {
     const double sum = decompose(f).singularValues().array().pow(exponent).sum();
     return 2.0 * material.shear_modulus() / exponent * ((sum - 3.0) / exponent - std::log(f.determinant()));
 }
 
-template <int exponent> Matrix3 stress(const core::Material &material, const Matrix3 &f) {
+template <int exponent> Matrix3 ogden_stress(const core::Material &material, const Matrix3 &f) {
     const auto svd = decompose(f);
     const Eigen::Vector3d principal =
         svd.singularValues().unaryExpr([](double stretch) { return slope(exponent, stretch); });
@@ -46,7 +46,7 @@ template <int exponent> Matrix3 stress(const core::Material &material, const Mat
 /// In the principal axes only stretches along an axis, and pairs of shears of two axes i and j, have to do with each
 /// other: dP_ij = ((q + s) dF_ij + (q - s) dF_ji) / 2 with q the divided difference and s the quotient of the sums.
 /// (R. W. Ogden 1984, Non-linear Elastic Deformations, chapter 6)
-template <int exponent> Tangent tangent(const core::Material &material, const Matrix3 &f) {
+template <int exponent> Tangent ogden_tangent(const core::Material &material, const Matrix3 &f) {
     const auto svd = decompose(f);
     const auto &l = svd.singularValues();
     Tangent principal = Tangent::Zero(), axes;
@@ -69,9 +69,9 @@ template <int exponent> OgdenLaw ogden(const char *name) {
     law.name = name;
     law.summary = "one-term Ogden";
     law.source = "R. W. Ogden 1972, Proc. R. Soc. Lond. A 328, 567-583";
-    law.energy = energy<exponent>;
-    law.stress = stress<exponent>;
-    law.tangent = tangent<exponent>;
+    law.energy = ogden_energy<exponent>;
+    law.stress = ogden_stress<exponent>;
+    law.tangent = ogden_tangent<exponent>;
     return {exponent, law};
 }
 
