@@ -185,6 +185,20 @@ void add_traction(const fem_reference::ElasticSystem &system, const core::TetraM
     }
 }
 
+double mesh_size(const core::TetraMesh &mesh, int degree) {
+    const auto volumes = core::tetrahedron_volumes(mesh);
+    double sum = 0.0, volume = 0.0;
+    for (std::size_t t = 0; t < volumes.size(); ++t) {
+        double longest = 0.0;
+        for (const auto &[a, b] : core::tetrahedron_edges)
+            longest =
+                std::max(longest, (mesh.points[mesh.tetrahedra[t][a]] - mesh.points[mesh.tetrahedra[t][b]]).norm());
+        sum += volumes[t] * std::pow(longest, 2.0 * degree);
+        volume += volumes[t];
+    }
+    return std::pow(sum / volume, 0.5 / degree);
+}
+
 RelativeError relative_error(const fem_reference::ElasticSystem &system, const std::vector<double> &displacement,
                              const ElasticField &exact) {
     const auto quadrature = tetrahedron_quadrature();

@@ -54,6 +54,11 @@ void add_body_force(const fem_reference::ElasticSystem &system,
 void add_traction(const fem_reference::ElasticSystem &system, const core::TetraMesh &mesh, const std::string &patch,
                   const std::function<core::Vector3(const core::Vector3 &)> &traction, std::vector<double> &load);
 
+/// The size h of a mesh that the error estimate err^2 <= C sum over t of h_t^(2 p) |u|_(p + 1, t)^2 speaks of: the mean
+/// over the volume of the longest edges h_t to the power 2 p [m].
+/// @param degree  p
+double mesh_size(const core::TetraMesh &mesh, int degree);
+
 /// Norms of the difference of a discrete and an exact field, over those of the exact field.
 struct RelativeError {
     double l2 = 0.0; ///< of the displacement

@@ -58,24 +58,8 @@ tests::ElasticField manufactured_field(const core::Material &material) {
     return field;
 }
 
-/// The size h of a mesh that the error estimate err^2 <= C sum over t of h_t^(2 p) |u|_(p + 1, t)^2 speaks of: the mean
-/// over the volume of the longest edges h_t to the power 2 p.
-double mesh_size(const core::TetraMesh &mesh, int degree) {
-    const auto volumes = core::tetrahedron_volumes(mesh);
-    double sum = 0.0, volume = 0.0;
-    for (std::size_t t = 0; t < volumes.size(); ++t) {
-        double longest = 0.0;
-        for (const auto &[a, b] : core::tetrahedron_edges)
-            longest =
-                std::max(longest, (mesh.points[mesh.tetrahedra[t][a]] - mesh.points[mesh.tetrahedra[t][b]]).norm());
-        sum += volumes[t] * std::pow(longest, 2.0 * degree);
-        volume += volumes[t];
-    }
-    return std::pow(sum / volume, 0.5 / degree);
-}
-
 struct Outcome {
-    double size = 0.0; ///< of the mesh, see mesh_size
+    double size = 0.0; ///< of the mesh, see tests::mesh_size
     tests::RelativeError error;
     int iterations = 0;
 };
@@ -109,7 +93,7 @@ Outcome solve_on(const core::TetraMesh &mesh, int degree, const core::Material &
     const auto found = is_mixed ? fem_reference::MixedSolver(system, solver, pressure).solve(prescribed, load)
                                 : solver.solve(prescribed, load);
     EXPECT_TRUE(found.unique && found.converged);
-    return {mesh_size(mesh, degree), tests::relative_error(system, found.displacement, field), found.iterations};
+    return {tests::mesh_size(mesh, degree), tests::relative_error(system, found.displacement, field), found.iterations};
 }
 
 struct Case {

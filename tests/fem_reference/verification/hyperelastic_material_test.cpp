@@ -7,6 +7,7 @@
 
 #include "fem_reference/hyperelastic/material_law.hpp"
 #include "tests/calculix_neo_hooke.hpp"
+#include "tests/ogden.hpp"
 
 namespace livermark {
 
@@ -19,13 +20,14 @@ using hyperelastic::Tangent;
 const core::Material tissue{1000.0, 5000.0, 0.45};
 
 /// Stretched, sheared and turned, with strains of up to 40 %; the second has two principal stretches in common, which
-/// laws in principal stretches have to bear, and the third three.
+/// laws in principal stretches have to bear, the third three, and in the last, two that differ in the eighth digit.
 std::vector<Matrix3> deformations() {
     const Matrix3 turn = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1.0, 2.0, 3.0).normalized()).toRotationMatrix();
     Matrix3 general;
     general << 1.3, 0.2, -0.1, 0.05, 0.8, 0.3, -0.2, 0.1, 1.1;
-    return {turn * general, turn * Eigen::Vector3d(1.3, 0.9, 0.9).asDiagonal() * turn.transpose(), Matrix3(1.1 * turn),
-            Matrix3::Identity(), general.inverse()};
+    return {turn * general,      turn * Eigen::Vector3d(1.3, 0.9, 0.9).asDiagonal() * turn.transpose(),
+            Matrix3(1.1 * turn), Matrix3::Identity(),
+            general.inverse(),   turn * Eigen::Vector3d(1.2, 1.2 + 1e-8, 0.9).asDiagonal() * turn.transpose()};
 }
 
 /// Fourth order central difference along an entry of F.
@@ -45,7 +47,16 @@ std::vector<MaterialLaw> laws() {
     const auto all = hyperelastic::all_materials();
     std::vector<MaterialLaw> result(all.begin(), all.end());
     result.push_back(tests::calculix_neo_hooke());
+    for (const auto &ogden : tests::ogden_laws())
+        result.push_back(ogden.law);
     return result;
+}
+
+/// P = dW / dF with the volume term.
+Matrix3 whole_stress(const MaterialLaw &law, const Matrix3 &f) {
+    const auto volume = law.volume(f.determinant());
+    return law.stress(tissue, f) +
+           law.volume_modulus(tissue) * volume.value * volume.slope * f.determinant() * f.inverse().transpose();
 }
 
 } // namespace
@@ -116,6 +127,42 @@ TEST_P(HyperelasticMaterial, IsLinearElasticityForSmallStrains) {
                                          (i == l && j == k ? mu : 0.0);
                     EXPECT_NEAR(tangent(3 * i + j, 3 * k + l), hooke, 1e-11 * lambda);
                 }
+}
+
+/// Under tension and pressure along one axis the stress along it is, with the sides free,
+///     P = 2 mu / a (s^(a - 1) - 1 / s) + lambda ln(s t^2) / s,   2 mu / a (t^a - 1) + lambda ln(s t^2) = 0,
+/// and so P s = 2 mu / a (s^a - t^a). The second equation gives s by t.
+TEST(HyperelasticMaterials, OgdenUniaxialStressIsThatOfTheClosedForm) {
+    const double mu = tissue.shear_modulus(), lambda = tissue.lame_lambda();
+    for (const auto &[a, law] : tests::ogden_laws())
+        for (const double t : {0.85, 1.15}) {
+            const double s = std::exp(-2.0 * mu / (a * lambda) * (std::pow(t, a) - 1.0)) / (t * t);
+            const Matrix3 f = Eigen::Vector3d(s, t, t).asDiagonal();
+            Matrix3 expected = Matrix3::Zero();
+            expected(0, 0) = 2.0 * mu / a * (std::pow(s, a) - std::pow(t, a)) / s;
+            EXPECT_LT((whole_stress(law, f) - expected).norm(), 1e-13 * tissue.young_modulus) << law.name;
+        }
+}
+
+/// Two exponents have a form without principal stretches: 2, the neo-Hookean law, and -2 with tr C^-1, whose stress is
+/// mu (F^-T - F^-T F^-1 F^-T).
+TEST(HyperelasticMaterials, OgdenLawsHaveTheirSpecialCases) {
+    const auto &neo_hookean = hyperelastic::material_law("neo_hookean");
+    const double mu = tissue.shear_modulus();
+    for (const auto &[exponent, law] : tests::ogden_laws())
+        for (const auto &f : deformations()) {
+            const Matrix3 g = f.inverse();
+            if (exponent == 2) {
+                EXPECT_NEAR(law.energy(tissue, f), neo_hookean.energy(tissue, f), 1e-13 * mu);
+                EXPECT_LT((law.stress(tissue, f) - neo_hookean.stress(tissue, f)).norm(), 1e-13 * mu);
+                EXPECT_LT((law.tangent(tissue, f) - neo_hookean.tangent(tissue, f)).norm(), 1e-13 * mu);
+            } else if (exponent == -2) {
+                EXPECT_NEAR(law.energy(tissue, f), 0.5 * mu * (g.squaredNorm() - 3.0 + 2.0 * std::log(f.determinant())),
+                            1e-13 * mu);
+                EXPECT_LT((law.stress(tissue, f) - mu * (g.transpose() - g.transpose() * g * g.transpose())).norm(),
+                          1e-13 * mu);
+            }
+        }
 }
 
 INSTANTIATE_TEST_SUITE_P(Laws, HyperelasticMaterial, testing::ValuesIn(laws()),
