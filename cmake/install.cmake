@@ -70,6 +70,9 @@ endforeach()
 install(FILES ${livermark_SOURCE_DIR}/LICENSE ${livermark_SOURCE_DIR}/NOTICE
   DESTINATION ${CMAKE_INSTALL_DOCDIR}-fem-reference COMPONENT fem_reference)
 
+if(NOT PROJECT_IS_TOP_LEVEL)
+  return()
+endif()
 # Debian packages, one for each component: cpack -G DEB in the build folder.
 set(CPACK_PACKAGE_CONTACT "The Livermark authors <livermark@localhost>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")

@@ -1,4 +1,5 @@
-# Installs the components core and msm into an empty prefix, builds a program of somebody else against them, and runs it.
+# Installs the components core and msm into an empty prefix, builds a program of somebody else against them, and runs it; then
+# the same with fem_reference. A project that adds this tree as a subdirectory finds the same headers.
 # usage: cmake -DBUILD=<build folder> -DSOURCE=<tests/package> -DWORK=<scratch folder> -P package_test.cmake
 function(run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
@@ -30,4 +31,11 @@ execute_process(COMMAND ${CMAKE_COMMAND} -S ${WORK}/none -B ${WORK}/none/build -
 if(status EQUAL 0 OR NOT output MATCHES "no component viewer")
   message(FATAL_ERROR "an unknown component is not refused by name:\n${output}")
 endif()
+run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix --component fem_reference)
+run(${CMAKE_COMMAND} -S ${SOURCE}/outside_fem -B ${WORK}/build_fem -G Ninja -DCMAKE_PREFIX_PATH=${WORK}/prefix)
+run(${CMAKE_COMMAND} --build ${WORK}/build_fem)
+run(${WORK}/build_fem/theirs)
+message(STATUS "${output}")
+run(${CMAKE_COMMAND} -S ${SOURCE}/subdirectory -B ${WORK}/subdirectory -G Ninja -DLIVERMARK=${SOURCE}/../..)
+run(${CMAKE_COMMAND} --build ${WORK}/subdirectory)
 file(REMOVE_RECURSE ${WORK})

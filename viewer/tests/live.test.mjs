@@ -290,7 +290,7 @@ test('a body that is held nowhere stays in the comparison, with a sentence', asy
   await page.waitForSelector('#stage[data-drawn]');
   await page.check('#mode [value=live]', { force: true });
   await page.waitForSelector('#message:not([hidden])');
-  assert.match(await message(), /does not hold the surface still anywhere/);
+  assert.match(await message(), /does not fix any part of the surface/);
   assert.equal(await page.locator('#compare').isVisible(), true);
 });
 

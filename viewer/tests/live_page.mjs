@@ -57,12 +57,14 @@ export function createLivePage(browser, address) {
       else await field.fill(text).then(() => field.press('Tab'));
       await page.waitForFunction(() => document.querySelector('#live').dataset.state !== 'choosing');
     },
-    /** A place on the screen: the middle of the right lobe. */
+    /** A place on the screen: the middle of the right lobe of the springs, which have half of a wide picture beside FEM. */
     async place() {
       const canvas = page.locator('#live-stage canvas');
       await canvas.scrollIntoViewIfNeeded();
-      const { x, y, width, height } = await canvas.boundingBox();
-      return [x + width / 2 - 0.15 * Math.min(width, height), y + 0.55 * height];
+      const box = await canvas.boundingBox();
+      const isHalved = (await at.isShown('names')) && box.width >= box.height;
+      const [width, height] = [isHalved ? box.width / 2 : box.width, box.height];
+      return [box.x + width / 2 - 0.15 * Math.min(width, height), box.y + 0.55 * height];
     },
     async press() {
       await page.mouse.move(...(await at.place()));

@@ -1,4 +1,4 @@
-// What of a file can be set in motion: the mesh, its materials, and where the load case holds it.
+// What of a file can be set in motion: the mesh, its materials, and where the load case fixes it.
 import type { File } from 'h5wasm';
 import { exactly, rows, text } from './hdf5.ts';
 import { readMesh } from './read_mesh.ts';
@@ -6,14 +6,14 @@ import { Fault, type SoftBody } from './types.ts';
 
 const prescribedDisplacement = 1; // of /load_case/condition
 
-/** 1 for each triangle that the load case holds still in all three components; whoever solves this decides likewise. */
+/** 1 for each triangle that the load case fixes in all three components; server/sessions/live_body.cpp decides likewise. */
 function readHeld(file: File, numTriangles: number): Uint8Array {
   const condition = exactly(numTriangles, '/load_case/condition', 1, rows(file, '/load_case/condition', 1));
   const value = exactly(numTriangles, '/load_case/value', 3, rows(file, '/load_case/value', 3));
   const held = Uint8Array.from({ length: numTriangles }, (_, t) =>
     Number(condition[t] === prescribedDisplacement && [0, 1, 2].every((i) => value[3 * t + i] === 0)));
   if (!held.includes(1))
-    throw new Fault(`Its load case ${text(file, '/load_case', 'name')} does not hold the surface still anywhere, and the body would fly away; choose a result in which it does, such as one of palpation.`);
+    throw new Fault(`Its load case ${text(file, '/load_case', 'name')} does not fix any part of the surface, and the body would fly away; choose a result of a load case that does, such as palpation.`);
   return held;
 }
 
