@@ -105,6 +105,37 @@ constexpr double step = 1e-6;
 
 } // namespace
 
+/// The mean of b_0^a b_1^b b_2^c b_3^d over a tetrahedron is 6 a! b! c! d! / (a + b + c + d + 3)!, with b the
+/// barycentric coordinates.
+TEST(HyperelasticElements, QuadratureRulesHaveTheirPointsAndDegrees) {
+    struct Rule {
+        TetrahedronRule rule;
+        std::size_t num_points;
+        int degree;
+    };
+    for (const auto &[rule, num_points, degree] : {Rule{TetrahedronRule::one_point, 1, 1},
+                                                   {TetrahedronRule::four_points, 4, 2},
+                                                   {TetrahedronRule::fourteen_points, 14, 5}}) {
+        const auto reference = hyperelastic::reference_tetrahedron(1, rule);
+        EXPECT_EQ(reference.weight.size(), num_points);
+        for (int a = 0; a <= degree; ++a)
+            for (int b = 0; a + b <= degree; ++b)
+                for (int c = 0; a + b + c <= degree; ++c) {
+                    const int d = degree - a - b - c;
+                    double mean = 0.0;
+                    for (std::size_t q = 0; q < reference.weight.size(); ++q) {
+                        const auto &shape = reference.linear_shape[q];
+                        mean += reference.weight[q] * std::pow(shape[0], a) * std::pow(shape[1], b) *
+                                std::pow(shape[2], c) * std::pow(shape[3], d);
+                    }
+                    EXPECT_NEAR(mean,
+                                6.0 * std::tgamma(a + 1) * std::tgamma(b + 1) * std::tgamma(c + 1) *
+                                    std::tgamma(d + 1) / std::tgamma(degree + 4),
+                                1e-14);
+                }
+    }
+}
+
 TEST_P(HyperelasticElements, ForcesAreDerivativesOfTheEnergy) {
     for (const auto &law : {hyperelastic::material_law("neo_hookean"), tests::calculix_neo_hooke()}) {
         const auto elements = this->elements(law);
