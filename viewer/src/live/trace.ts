@@ -34,9 +34,10 @@ export function drawTrace(canvas: HTMLCanvasElement, entries: readonly Entry[]):
   const x = (time: number) => margin.left + ((width - margin.left - margin.right) * (time - end + seconds)) / seconds;
   const y = (force: number) => height - margin.bottom - ((height - margin.top - margin.bottom) * force) / most;
 
-  context.font = getComputedStyle(canvas).font;
-  context.fillStyle = '#646b73';
-  context.strokeStyle = '#e2ded7';
+  const { font, color, borderTopColor, caretColor } = getComputedStyle(canvas); // of the page, light or dark
+  context.font = font;
+  context.fillStyle = color;
+  context.strokeStyle = borderTopColor;
   context.textBaseline = 'middle';
   for (const force of [0, most / 2, most]) {
     context.beginPath();
@@ -51,7 +52,7 @@ export function drawTrace(canvas: HTMLCanvasElement, entries: readonly Entry[]):
     context.textAlign = time === end ? 'right' : 'left';
     context.fillText(`${time.toFixed(1)} s`, x(time), height);
   }
-  context.strokeStyle = '#17605c';
+  context.strokeStyle = caretColor;
   context.lineWidth = 1.6;
   context.lineJoin = 'round';
   // What is older than the plot ends at its edge.

@@ -2,6 +2,7 @@
 import type { Result } from '../data/types.ts';
 import { byId } from '../page/elements.ts';
 import type { Skin } from '../picture/body.ts';
+import { watchPageColours } from '../picture/page_colours.ts';
 import { startFollowing, type Following } from './following.ts';
 import { atRest, goOn, letGo, take, toolOf, type Hand } from './hand.ts';
 import { createNodeReading } from './node_reading.ts';
@@ -100,6 +101,8 @@ export function createLiveView(say: (sentence: string) => void): LiveView {
     tracedAt = now;
     drawTrace(byId<HTMLCanvasElement>('live-trace'), entries);
   }
+
+  watchPageColours(() => drawTrace(byId<HTMLCanvasElement>('live-trace'), entries));
 
   const listener: Listener = {
     tool(elapsed) {
