@@ -70,8 +70,11 @@ TEST(Report, HasTheNumbersOfTheFiles) {
     data.stability = {sample_stability()};
     data.timings = {tests::sample_timings()};
     data.histories = {sample_histories()};
+    data.large = {tests::along_a_path(tests::sample_result())};
     const auto page = make_report(data, {}, "livermark report runs");
     expect_parts(page, {"<strong>12.35</strong>",
+                        "every model under every large load case",
+                        "pull_and_hang: z_max",
                         "± 3.01",
                         "up to 1.234 mm",
                         "pull_and_hang",
