@@ -35,7 +35,7 @@ double relative_difference(const core::TetraMesh &mesh, const std::vector<Vector
     return std::sqrt(difference / size);
 }
 
-std::string description(const FollowedPath &path) {
+std::string description(const FollowedPath &path, bool has_pressure) {
     std::size_t corrections = 0, linear = 0, most = 0;
     for (const auto &step : path.steps) {
         corrections += step.linear_iterations.size();
@@ -43,9 +43,9 @@ std::string description(const FollowedPath &path) {
         for (const int iterations : step.linear_iterations)
             linear += static_cast<std::size_t>(iterations);
     }
-    return fmt::format("Newton, {} load steps, {} linear solves, {} in a step at most; GMRES, {} iterations, {} "
-                       "factors by sparse Cholesky",
-                       path.steps.size(), corrections, most, linear, path.factorisations);
+    return fmt::format("Newton, {} load steps, {} linear solves, {} in a step at most; GMRES, {} iterations, {} {}",
+                       path.steps.size(), corrections, most, linear, path.factorisations,
+                       has_pressure ? "times two levels over CHOLMOD" : "factors by CHOLMOD");
 }
 
 } // namespace
@@ -88,7 +88,7 @@ PathSolution solve(const core::Problem &problem, const MaterialLaw &law, const D
     solution.degrees_of_freedom = elements.num_displacements() + elements.num_pressures();
     solution.setup_seconds = assembly.count() + followed.setup_seconds;
     solution.solve_seconds = followed.solve_seconds;
-    solution.solver = description(followed);
+    solution.solver = description(followed, elements.num_pressures() > 0);
     if (result.points.empty()) {
         solution.displacement.assign(mesh.points.size(), Vector3::Constant(nan));
         solution.reaction.assign(num_constraints, Vector3::Constant(nan));

@@ -19,6 +19,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 /// After so many linear iterations a new factor is worth its time.
 constexpr int refactor_after = 20;
+/// After so many times the iterations with new levels others are worth theirs.
+constexpr double renew_levels_after = 1.3;
 /// What linear solves may leave of a residual far from equilibrium (inexact Newton; Dembo, Eisenstat, Steihaug 1982).
 constexpr double largest_tolerance = 1e-3;
 
@@ -78,6 +80,7 @@ class Follower {
     TangentMatrices tangent_;
     FollowerPressure::LoadStiffness load_stiffness_;
     bool needs_factor_ = true;
+    double iterations_when_new_ = 0.0; ///< of levels, for each e-fold of the residual
     /// What the last digits of positions make of forces [N]: of a shear modulus on the square of the extent. Where a
     /// body moves as a rigid one there is nothing else.
     double rounding_force_ = 0.0;
@@ -127,19 +130,26 @@ bool Follower::factorise() {
 }
 
 std::optional<TangentSolver::Correction> Follower::solve(const State &right, double tolerance, LoadStep &step) {
-    const bool has_old_factor = !needs_factor_;
+    bool has_old_factor = !needs_factor_;
     if (needs_factor_ && !factorise())
         return std::nullopt;
     auto correction = solver_.solve(tangent_, load_stiffness_, right, tolerance);
     if (!correction.converged && has_old_factor) {
         if (!factorise())
             return std::nullopt;
+        has_old_factor = false;
         correction = solver_.solve(tangent_, load_stiffness_, right, tolerance);
     }
     step.linear_iterations.push_back(correction.iterations);
-    needs_factor_ = correction.iterations > refactor_after && elements_.num_pressures() == 0;
-    if (elements_.num_pressures() > 0)
-        needs_factor_ = correction.iterations > 2 * refactor_after;
+    if (solver_.is_direct()) {
+        needs_factor_ = correction.iterations > refactor_after;
+    } else {
+        // By what an iteration gains, because tolerances differ.
+        const double each = static_cast<double>(correction.iterations) / -std::log(tolerance);
+        if (!has_old_factor)
+            iterations_when_new_ = each;
+        needs_factor_ = each > renew_levels_after * iterations_when_new_;
+    }
     if (!correction.converged)
         return std::nullopt;
     return correction;

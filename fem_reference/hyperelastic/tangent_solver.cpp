@@ -6,12 +6,15 @@
 #include <deal.II/lac/vector.h>
 
 #include <Eigen/SparseCore>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 
+#include "fem_reference/linear/chosen_solver.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
 #include "fem_reference/solvers/multivector.hpp"
+#include "fem_reference/solvers/two_level.hpp"
 #include "support/sparse_cholesky.hpp"
 
 namespace livermark::hyperelastic {
@@ -34,6 +37,28 @@ double scale_of(const core::Body &body) {
 } // namespace
 
 struct TangentSolver::Impl {
+    /// Linear elements on the same tetrahedra below the quadratic ones.
+    struct Levels {
+        explicit Levels(const Elements &elements)
+            : linear(fem_reference::assemble(fem_reference::without_pressure(elements.body()), 1)),
+              from_linear(fem_reference::prolongation(linear, elements.system())) {}
+
+        bool set_up(const fem_reference::SymmetricBlocks<double> &stiffness, const std::vector<bool> &is_free) {
+            inverse.reset();
+            rounded = fem_reference::rounded(stiffness);
+            linear.stiffness = fem_reference::galerkin(from_linear, stiffness, linear.stiffness.rows);
+            coarse.emplace(linear, fem_reference::SolverChoice::automatic);
+            inverse = fem_reference::two_level(from_linear, rounded, coarse->inverse());
+            return inverse->set_up({.sets = {is_free}, .set = {0}});
+        }
+
+        fem_reference::ElasticSystem linear; ///< its stiffness is P^T K P
+        fem_reference::Prolongation from_linear;
+        fem_reference::SymmetricBlocks<float> rounded;
+        std::optional<fem_reference::ChosenSolver> coarse;
+        std::unique_ptr<fem_reference::Preconditioner> inverse;
+    };
+
     Impl(const Elements &of, const FollowerPressure &pressures, std::vector<bool> free)
         : elements(of), follower(pressures), is_free(std::move(free)), scale(scale_of(of.body())) {
         number.assign(is_free.size(), -1);
@@ -44,6 +69,8 @@ struct TangentSolver::Impl {
             norm.emplace(elements.pressure().norm);
             const std::vector<double> nothing_held(elements.num_pressures(), std::numeric_limits<double>::quiet_NaN());
             norm->factorise(nothing_held);
+            levels.emplace(elements);
+            return;
         }
         const auto &rows = elements.system().stiffness.rows;
         for (std::size_t a = 0; a < rows.num_nodes(); ++a)
@@ -68,6 +95,25 @@ struct TangentSolver::Impl {
     std::span<const double> pressures(const Vector &x) const {
         return std::span(x.begin(), x.size()).subspan(is_free.size());
     }
+    /// out = an approximate K^-1 times a force
+    void apply_inverse(std::span<const double> force, std::span<double> out) const {
+        if (levels) {
+            std::vector<float> residual(force.begin(), force.end()), correction(force.size());
+            for (std::size_t dof = 0; dof < residual.size(); ++dof)
+                if (!is_free[dof])
+                    residual[dof] = 0.0F;
+            levels->inverse->apply(residual, correction);
+            std::ranges::copy(correction, out.begin());
+            return;
+        }
+        Eigen::VectorXd of_free(num_free);
+        for (std::size_t dof = 0; dof < force.size(); ++dof)
+            if (number[dof] >= 0)
+                of_free[number[dof]] = force[dof];
+        of_free = cholesky.solve_single_precision(of_free);
+        for (std::size_t dof = 0; dof < force.size(); ++dof)
+            out[dof] = number[dof] >= 0 ? of_free[number[dof]] : 0.0;
+    }
     void hold(std::span<double> u) const {
         for (std::size_t dof = 0; dof < u.size(); ++dof)
             if (!is_free[dof])
@@ -84,6 +130,7 @@ struct TangentSolver::Impl {
     support::SparseCholesky cholesky;
     bool is_ordered = false;
     mutable std::optional<fem_reference::ConstrainedSolver> norm;
+    mutable std::optional<Levels> levels; ///< with a pressure
 };
 
 TangentSolver::TangentSolver(const Elements &elements, const FollowerPressure &follower, std::vector<bool> is_free)
@@ -94,7 +141,13 @@ double TangentSolver::pressure_scale() const {
     return impl_->scale;
 }
 
+bool TangentSolver::is_direct() const {
+    return !impl_->levels;
+}
+
 bool TangentSolver::factorise(const fem_reference::SymmetricBlocks<double> &stiffness) {
+    if (impl_->levels)
+        return impl_->levels->set_up(stiffness, impl_->is_free);
     std::vector<double> value;
     value.reserve(impl_->entry.size());
     const auto &rows = stiffness.rows;
@@ -153,13 +206,7 @@ TangentSolver::Correction TangentSolver::solve(const TangentMatrices &tangent,
         impl.hold(force);
     }};
     const Operator preconditioner{[&](Vector &out, const Vector &x) {
-        Eigen::VectorXd of_free(impl.num_free);
-        for (std::size_t dof = 0; dof < num_displacements; ++dof)
-            if (impl.number[dof] >= 0)
-                of_free[impl.number[dof]] = x[dof];
-        of_free = impl.cholesky.solve_single_precision(of_free);
-        for (std::size_t dof = 0; dof < num_displacements; ++dof)
-            out[dof] = impl.number[dof] >= 0 ? of_free[impl.number[dof]] : 0.0;
+        impl.apply_inverse(impl.displacements(x), impl.displacements(out));
         if (num_pressures > 0) {
             for (std::size_t k = 0; k < num_pressures; ++k)
                 scaled[k] = impl.pressures(x)[k] / impl.scale;

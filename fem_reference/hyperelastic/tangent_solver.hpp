@@ -12,9 +12,12 @@ namespace livermark::hyperelastic {
 ///     [K + L, D^T; D, -C] [du; dp] = [f; g]
 /// on free displacements and all pressures, with L the load stiffness of follower pressures, which need not be
 /// symmetric. Generalised minimal residuals (deal.II) solve them with the true matrix, preconditioned by the lower
-/// block triangle of a sparse Cholesky factor (CHOLMOD) of a K with the symmetric part of L, and of the norm of the
-/// pressure (fem_reference::PressureSystem) for the Schur complement. The factor may be that of an earlier state: then
-/// there are more iterations, and the solution is the same within the tolerance.
+/// block triangle of an approximate inverse of a K with the symmetric part of L, and of the norm of the pressure
+/// (fem_reference::PressureSystem) for the Schur complement. The approximate inverse is
+/// - in displacements alone a sparse Cholesky factor (CHOLMOD), because what is coarser locks;
+/// - with a pressure two levels (fem_reference::two_level()), the linear elements of the same tetrahedra below.
+/// It may be that of an earlier state: then there are more iterations, and the solution is the same within the
+/// tolerance.
 class TangentSolver {
   public:
     /// What is left of the first residual, as the preconditioner sees it, in the norm of displacements and scaled
@@ -31,8 +34,8 @@ class TangentSolver {
     /// root of the volume.
     double pressure_scale() const;
 
-    /// Factors K for the solves to come.
-    /// @return false if it is not positive definite; there is no factor then
+    /// Prepares the approximate inverse of K for the solves to come.
+    /// @return false if it, or the coarse level, is not positive definite; there is no inverse then
     /// @throws std::runtime_error if CHOLMOD runs out of memory
     bool factorise(const fem_reference::SymmetricBlocks<double> &stiffness);
 
@@ -53,6 +56,9 @@ class TangentSolver {
     /// (K + L) u and D u of displacements alone, whether free or not.
     State product(const TangentMatrices &tangent, const FollowerPressure::LoadStiffness &loads,
                   const std::vector<double> &u) const;
+
+    /// Whether the inverse is a factor of all unknowns.
+    bool is_direct() const;
 
   private:
     struct Impl;

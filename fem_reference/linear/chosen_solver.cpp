@@ -66,7 +66,8 @@ ChosenSolver::ChosenSolver(const ElasticSystem &fine, const ElasticSystem &coars
                            std::span<const int> parent)
     : stiffness_(&fine.stiffness),
       single_precision_(std::make_unique<SymmetricBlocks<float>>(rounded(fine.stiffness))) {
-    iterative_.emplace(fine.stiffness, two_level(fine, *single_precision_, coarse, coarse_solver.inverse(), parent));
+    iterative_.emplace(fine.stiffness,
+                       two_level(prolongation(coarse, fine, parent), *single_precision_, coarse_solver.inverse()));
 }
 
 void ChosenSolver::set_up(std::span<const double> prescribed) {

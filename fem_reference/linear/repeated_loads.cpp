@@ -19,7 +19,7 @@ struct RepeatedLoads::Impl {
         Levels(const core::Body &body, const ElasticSystem &fine)
             : coarse(assemble(body, 1)), coarse_solver(coarse, SolverChoice::automatic),
               rounded_fine(rounded(fine.stiffness)),
-              solver(fine.stiffness, two_level(fine, rounded_fine, coarse, coarse_solver.inverse())) {}
+              solver(fine.stiffness, two_level(prolongation(coarse, fine), rounded_fine, coarse_solver.inverse())) {}
 
         ElasticSystem coarse;
         ChosenSolver coarse_solver;

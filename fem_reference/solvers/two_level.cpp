@@ -1,7 +1,9 @@
 #include "fem_reference/solvers/two_level.hpp"
 
+#include <algorithm>
+#include <utility>
+
 #include "fem_reference/solvers/block_gauss_seidel.hpp"
-#include "fem_reference/solvers/prolongation.hpp"
 
 namespace livermark::fem_reference {
 
@@ -9,10 +11,9 @@ namespace {
 
 class TwoLevel : public Preconditioner {
   public:
-    TwoLevel(const ElasticSystem &fine, const SymmetricBlocks<float> &rounded_fine, const ElasticSystem &coarse,
-             Preconditioner &coarse_solver, std::span<const int> parent)
-        : coarse_solver_(coarse_solver), prolongation_(prolongation(coarse, fine, parent)), smoother_(rounded_fine),
-          num_fine_(3 * fine.points.size()), num_coarse_(3 * coarse.points.size()) {}
+    TwoLevel(Prolongation prolongation, const SymmetricBlocks<float> &rounded_fine, Preconditioner &coarse_solver)
+        : coarse_solver_(coarse_solver), prolongation_(std::move(prolongation)), smoother_(rounded_fine),
+          num_fine_(3 * rounded_fine.diagonal.size()), num_coarse_(3 * prolongation_.fine_node.size()) {}
 
     bool set_up(const FreeUnknowns &free) override {
         // A facet that is constrained is constrained at its coarse nodes too, and a coarse function that is zero there
@@ -65,10 +66,47 @@ class TwoLevel : public Preconditioner {
 
 } // namespace
 
-std::unique_ptr<Preconditioner> two_level(const ElasticSystem &fine, const SymmetricBlocks<float> &rounded_fine,
-                                          const ElasticSystem &coarse, Preconditioner &coarse_solver,
-                                          std::span<const int> parent) {
-    return std::make_unique<TwoLevel>(fine, rounded_fine, coarse, coarse_solver, parent);
+std::unique_ptr<Preconditioner> two_level(Prolongation prolongation, const SymmetricBlocks<float> &rounded_fine,
+                                          Preconditioner &coarse_solver) {
+    return std::make_unique<TwoLevel>(std::move(prolongation), rounded_fine, coarse_solver);
+}
+
+SymmetricBlocks<double> galerkin(const Prolongation &prolongation, const SymmetricBlocks<double> &stiffness,
+                                 const LowerRows &coarse_rows) {
+    SymmetricBlocks<double> coarse{coarse_rows, {}, {}};
+    coarse.below.assign(coarse_rows.column.size(), {});
+    coarse.diagonal.assign(coarse_rows.num_nodes(), {});
+    // Adds to the block of two coarse nodes, of which the first is not before the second.
+    const auto add = [&](int row, int column, double weight, const Block<double> &block, bool is_transposed) {
+        const auto first = coarse_rows.column.begin() + coarse_rows.row_start[row],
+                   last = coarse_rows.column.begin() + coarse_rows.row_start[row + 1];
+        auto &to = row == column ? coarse.diagonal[row]
+                                 : coarse.below[std::lower_bound(first, last, column) - coarse_rows.column.begin()];
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                to[3 * i + j] += weight * block[is_transposed ? 3 * j + i : 3 * i + j];
+    };
+    const auto for_each_pair = [&](std::size_t a, std::size_t b, const auto &action) {
+        for (int k = prolongation.row_start[a]; k < prolongation.row_start[a + 1]; ++k)
+            for (int l = prolongation.row_start[b]; l < prolongation.row_start[b + 1]; ++l)
+                action(prolongation.coarse_node[k], prolongation.coarse_node[l],
+                       prolongation.weight[k] * prolongation.weight[l]);
+    };
+    const auto &rows = stiffness.rows;
+    for (std::size_t a = 0; a < rows.num_nodes(); ++a) {
+        for_each_pair(a, a, [&](int i, int j, double weight) {
+            if (i >= j)
+                add(i, j, weight, stiffness.diagonal[a], false);
+        });
+        for (int k = rows.row_start[a]; k < rows.row_start[a + 1]; ++k)
+            for_each_pair(a, rows.column[k], [&](int i, int j, double weight) {
+                if (i >= j)
+                    add(i, j, weight, stiffness.below[k], false);
+                if (j >= i)
+                    add(j, i, weight, stiffness.below[k], true);
+            });
+    }
+    return coarse;
 }
 
 } // namespace livermark::fem_reference

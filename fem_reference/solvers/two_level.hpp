@@ -2,21 +2,24 @@
 
 #include <memory>
 
-#include "fem_reference/linear/elastic_system.hpp"
 #include "fem_reference/solvers/preconditioner.hpp"
+#include "fem_reference/solvers/prolongation.hpp"
+#include "fem_reference/solvers/symmetric_blocks.hpp"
 
 namespace livermark::fem_reference {
 
-/// Two-level preconditioner for the quadratic elements of a refined body: a Gauss-Seidel sweep, a correction from
-/// the quadratic elements of the body itself, and a sweep back. The coarse space is contained in the fine one, and its
-/// stiffness matrix is P^T K P, so that nothing has to be assembled.
-/// @param fine, coarse        kept alive and unchanged by the caller, like rounded_fine and coarse_solver
-/// @param rounded_fine        stiffness of the fine system, for the sweeps
-/// @param coarse_solver       solves on the coarse space, exactly or nearly so
-/// @param parent              see prolongation()
-/// @throws std::invalid_argument if the fine system is not that of the refined body
-std::unique_ptr<Preconditioner> two_level(const ElasticSystem &fine, const SymmetricBlocks<float> &rounded_fine,
-                                          const ElasticSystem &coarse, Preconditioner &coarse_solver,
-                                          std::span<const int> parent = {});
+/// Two-level preconditioner: a Gauss-Seidel sweep on the fine unknowns, a correction from a coarse space, and a sweep
+/// back. The coarse space is contained in the fine one, so a coarse stiffness matrix is P^T K P (see galerkin()) or
+/// that of the coarse elements themselves, which is the same where the material is linear.
+/// @param prolongation   from the coarse space
+/// @param rounded_fine   stiffness of the fine system, for the sweeps; kept alive and unchanged by the caller
+/// @param coarse_solver  solves on the coarse space, exactly or nearly so; kept alive by the caller
+std::unique_ptr<Preconditioner> two_level(Prolongation prolongation, const SymmetricBlocks<float> &rounded_fine,
+                                          Preconditioner &coarse_solver);
+
+/// P^T K P
+/// @param coarse_rows  which nodes of the coarse space share a cell, see lower_rows()
+SymmetricBlocks<double> galerkin(const Prolongation &prolongation, const SymmetricBlocks<double> &stiffness,
+                                 const LowerRows &coarse_rows);
 
 } // namespace livermark::fem_reference

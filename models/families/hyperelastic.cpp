@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "core/local_refinement.hpp"
-#include "core/observed_error.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "models/model_table.hpp"
+#include "models/refined_solution.hpp"
 #include "support/mpi_session.hpp"
 
 namespace livermark::models::families {
@@ -60,49 +60,24 @@ core::Solution solve(const core::Problem &problem, const std::string &law, const
     return solution;
 }
 
-/// The mesh and two finer ones: an order is observed on three.
-constexpr int finest_level = 2;
-
-/// The answer on the mesh that is refined so often at the rims, at the nodes of the mesh, which come first there.
-core::Solution solve_at_level(const core::Problem &problem, int level, const std::vector<double> &path,
-                              const std::string &law, const Discretisation &discretisation) {
-    const auto num_nodes = problem.body->mesh.points.size();
-    auto refined = core::refine_at_rims(problem, level);
-    refined.load_case.path = path;
-    auto solution = solve(refined, law, discretisation);
-    solution.displacement.resize(num_nodes);
-    for (auto &point : solution.path)
-        point.displacement.resize(num_nodes);
-    return solution;
-}
+/// One percent, where four meshes give it.
+constexpr Refinement refinement{.goal = 0.01, .finest_level = 3};
 
 /// On meshes that are finer and finer at the rims of places, where displacements are not smooth and most of the error
-/// is. Where the finest has no equilibrium, because tissue folds at a sharp rim, the one before is the answer, and no
-/// order is observed.
-core::Solution solve_refined(const core::Problem &problem, const std::string &law,
+/// is.
+core::Solution solve_at_rims(const core::Problem &problem, const std::string &law,
                              const Discretisation &discretisation) {
-    const std::vector only_the_end{0.5, 1.0};
-    const auto &path = problem.load_case.path;
-    std::vector<core::Solution> levels;
-    for (int level = 0; level < finest_level; ++level)
-        levels.push_back(solve_at_level(problem, level, only_the_end, law, discretisation));
-    levels.push_back(solve_at_level(problem, finest_level, path, law, discretisation));
-    double setup_seconds = 0.0, solve_seconds = 0.0;
-    for (const auto &solution : levels) {
-        setup_seconds += solution.setup_seconds;
-        solve_seconds += solution.solve_seconds;
-    }
-    auto finest = levels.back();
-    if (std::ranges::all_of(levels, [](const auto &level) { return level.status == core::SolutionStatus::ok; })) {
-        finest.observed_error = core::observed_error(problem.body->mesh, levels);
-    } else {
-        finest = solve_at_level(problem, finest_level - 1, path, law, discretisation);
-        setup_seconds += finest.setup_seconds;
-        solve_seconds += finest.solve_seconds;
-    }
-    finest.setup_seconds = setup_seconds;
-    finest.solve_seconds = solve_seconds;
-    return finest;
+    const auto num_nodes = problem.body->mesh.points.size();
+    auto refined = problem;
+    return solve_refined(problem.body->mesh, refinement, [&](int level) {
+        if (level > 0)
+            refined = core::refine_at_rims(refined).problem;
+        auto solution = solve(refined, law, discretisation);
+        solution.displacement.resize(num_nodes); // the nodes of the mesh come first
+        for (auto &point : solution.path)
+            point.displacement.resize(num_nodes);
+        return solution;
+    });
 }
 
 using Solve = core::Solution (*)(const core::Problem &, const std::string &, const Discretisation &);
@@ -128,9 +103,9 @@ std::vector<core::Model> models(const ModelOptions & /*options*/) {
         elements("fem_p2p1_neo_hookean", "neo-Hookean, quadratic tetrahedra with a linear pressure (Taylor and Hood)",
                  "neo_hookean", {.degree = 2, .formulation = Formulation::mixed}),
         elements("fem_p2p1_neo_hookean_refined",
-                 "neo-Hookean, Taylor and Hood on the mesh refined twice at the rims of places (the "
-                 "reference of large deformations)",
-                 "neo_hookean", {.degree = 2, .formulation = Formulation::mixed}, solve_refined),
+                 "neo-Hookean, Taylor and Hood on meshes refined at the rims of places (the reference of large "
+                 "deformations)",
+                 "neo_hookean", {.degree = 2, .formulation = Formulation::mixed}, solve_at_rims),
     };
 }
 
