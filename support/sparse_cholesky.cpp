@@ -91,7 +91,7 @@ struct SparseCholesky::Impl {
     std::span<const double> values() const { return {static_cast<const double *>(factor->x), factor->xsize}; }
     std::span<const int> order() const { return {static_cast<const int *>(factor->Perm), factor->n}; }
 
-    /// Q of hold(), which takes what is held out of L^-1 P b.
+    /// Q of constrain(), which takes what is constrained out of L^-1 P b.
     void project(Dense &half) const {
         const Dense on_constrained = gram.solve(reach.transpose() * half);
         half.noalias() -= reach * on_constrained;
@@ -118,7 +118,7 @@ void SparseCholesky::order(const Matrix &matrix) {
 }
 
 bool SparseCholesky::factorise(const Matrix &matrix) {
-    hold({});
+    constrain({});
     impl_->single = {};
     auto upper = view(matrix);
     cholmod_factorize(&upper, impl_->factor, &impl_->common);
@@ -130,7 +130,7 @@ double SparseCholesky::pivot_ratio() const {
     return cholmod_rcond(impl_->factor, &impl_->common);
 }
 
-void SparseCholesky::hold(std::vector<int> unknowns) {
+void SparseCholesky::constrain(std::vector<int> unknowns) {
     impl_->constrained = std::move(unknowns);
     const auto num_constrained = static_cast<Eigen::Index>(impl_->constrained.size());
     if (num_constrained == 0) {

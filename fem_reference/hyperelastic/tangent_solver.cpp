@@ -42,8 +42,9 @@ struct TangentSolver::Impl {
                 number[dof] = num_free++;
         if (elements.num_pressures() > 0) {
             norm.emplace(elements.pressure().norm);
-            const std::vector<double> nothing_held(elements.num_pressures(), std::numeric_limits<double>::quiet_NaN());
-            norm->factorise(nothing_held);
+            const std::vector<double> nothing_prescribed(elements.num_pressures(),
+                                                         std::numeric_limits<double>::quiet_NaN());
+            norm->factorise(nothing_prescribed);
         }
         const auto &rows = elements.system().stiffness.rows;
         for (std::size_t a = 0; a < rows.num_nodes(); ++a)
@@ -68,7 +69,7 @@ struct TangentSolver::Impl {
     std::span<const double> pressures(const Vector &x) const {
         return std::span(x.begin(), x.size()).subspan(is_free.size());
     }
-    void hold(std::span<double> u) const {
+    void constrain(std::span<double> u) const {
         for (std::size_t dof = 0; dof < u.size(); ++dof)
             if (!is_free[dof])
                 u[dof] = 0.0;
@@ -150,7 +151,7 @@ TangentSolver::Correction TangentSolver::solve(const TangentMatrices &tangent,
             for (std::size_t k = 0; k < num_pressures; ++k)
                 impl.pressures(out)[k] = impl.scale * volumes[k];
         }
-        impl.hold(force);
+        impl.constrain(force);
     }};
     const Operator preconditioner{[&](Vector &out, const Vector &x) {
         Eigen::VectorXd of_free(impl.num_free);
@@ -172,7 +173,7 @@ TangentSolver::Correction TangentSolver::solve(const TangentMatrices &tangent,
 
     Vector load(num_displacements + num_pressures), x(num_displacements + num_pressures);
     std::ranges::copy(right.displacement, load.begin());
-    impl.hold(impl.displacements(load));
+    impl.constrain(impl.displacements(load));
     for (std::size_t k = 0; k < num_pressures; ++k)
         impl.pressures(load)[k] = impl.scale * right.pressure[k];
 

@@ -44,7 +44,7 @@ Equilibrium find_equilibrium(const ElasticBody &body, const std::vector<core::Ve
                              const NodalConditions &conditions, const EquilibriumOptions &options = {});
 
 /// The same with a stiffness at rest that is there already.
-/// @param rest   of the body and positions; holds the components that the conditions prescribe
+/// @param rest   of the body and positions; constrains the components that the conditions prescribe
 /// @param start  shape (N) displacement from which it goes downhill [m], with what is prescribed; if empty, the answer
 ///   linearised at rest
 Equilibrium find_equilibrium(const ElasticBody &body, const std::vector<core::Vector3> &positions,
