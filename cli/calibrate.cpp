@@ -60,7 +60,7 @@ Command add_calibrate(CLI::App &parent, const std::string &command_line) {
     command->add_option("body", options->body, "A name as in 'livermark list bodies', or the path of a body .toml file")
         ->required();
     command->add_option("--law", options->law, "The spring law to start from")->capture_default_str();
-    command->add_option("--held", options->constrained, "The patch where the body is constrained")
+    command->add_option("--constrained", options->constrained, "The patch where the body is constrained")
         ->capture_default_str();
     command->add_option("--loads", options->num_loads, "How many loads; every fourth has no part in the fit")
         ->check(CLI::Range(studies::held_out_stride, 1000))

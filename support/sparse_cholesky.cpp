@@ -159,10 +159,10 @@ Eigen::MatrixXd SparseCholesky::solve(const Eigen::Ref<const Eigen::MatrixXd> &r
         return impl_->solve(CHOLMOD_A, right_hand_sides);
     Dense half = impl_->solve(CHOLMOD_L, impl_->solve(CHOLMOD_P, right_hand_sides));
     impl_->project(half);
-    Dense answers = impl_->solve(CHOLMOD_Pt, impl_->solve(CHOLMOD_Lt, std::move(half)));
+    Dense solutions = impl_->solve(CHOLMOD_Pt, impl_->solve(CHOLMOD_Lt, std::move(half)));
     for (const int unknown : impl_->constrained)
-        answers.row(unknown).setZero(); // they are, but for rounding
-    return answers;
+        solutions.row(unknown).setZero(); // they are, but for rounding
+    return solutions;
 }
 
 Eigen::MatrixXd
@@ -182,13 +182,13 @@ SparseCholesky::solve_single_precision(const Eigen::Ref<const Eigen::MatrixXd> &
         x = half.cast<float>();
     }
     solve_upper<float>(impl_->supernodes(), impl_->single, x);
-    Dense answers(x.rows(), x.cols());
+    Dense solutions(x.rows(), x.cols());
     for (Eigen::Index c = 0; c < x.cols(); ++c)
         for (Eigen::Index k = 0; k < x.rows(); ++k)
-            answers(order[k], c) = size[c] * static_cast<double>(x(k, c));
+            solutions(order[k], c) = size[c] * static_cast<double>(x(k, c));
     for (const int unknown : impl_->constrained)
-        answers.row(unknown).setZero();
-    return answers;
+        solutions.row(unknown).setZero();
+    return solutions;
 }
 
 std::optional<std::vector<int>> unknowns_to_constrain(const std::vector<bool> &has, const std::vector<bool> &free) {

@@ -198,7 +198,7 @@ bool Follower::advance(State &state, double from, double to, LoadStep &step) {
         right.displacement[dof] = -right.displacement[dof] - now.residual.displacement[dof];
     for (std::size_t k = 0; k < right.pressure.size(); ++k)
         right.pressure[k] = -right.pressure[k] - now.residual.pressure[k];
-    // The first one is the linearised answer to the whole load.
+    // The first one is the linearised solution of the whole load.
     const bool is_first = result_.linearised.empty();
     const auto predictor = solve(right, is_first ? TangentSolver::smallest_tolerance : largest_tolerance, step);
     if (!predictor)

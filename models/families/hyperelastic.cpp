@@ -63,7 +63,7 @@ core::Solution solve(const core::Problem &problem, const std::string &law, const
 /// The mesh and two finer ones: an order is observed on three.
 constexpr int finest_level = 2;
 
-/// The answer on the mesh that is refined so often at the rims, at the nodes of the mesh, which come first there.
+/// The solution on the mesh that is refined so often at the rims, at the nodes of the mesh, which come first there.
 core::Solution solve_at_level(const core::Problem &problem, int level, const std::vector<double> &path,
                               const std::string &law, const Discretisation &discretisation) {
     const auto num_nodes = problem.body->mesh.points.size();
@@ -77,7 +77,7 @@ core::Solution solve_at_level(const core::Problem &problem, int level, const std
 }
 
 /// On meshes that are finer and finer at the rims of places, where displacements are not smooth and most of the error
-/// is. Where the finest has no equilibrium, because tissue folds at a sharp rim, the one before is the answer, and no
+/// is. Where the finest has no equilibrium, because tissue folds at a sharp rim, the one before is the solution, and no
 /// order is observed.
 core::Solution solve_refined(const core::Problem &problem, const std::string &law,
                              const Discretisation &discretisation) {

@@ -33,7 +33,7 @@ class CalibrateCommand : public testing::Test {
     std::string in_folder(const std::string &name) const { return (folder_ / name).string(); }
 
     tests::Outcome calibrate(const std::string &arguments) const {
-        return livermark("calibrate " + in_folder("box.toml") + " --held x_min " + arguments);
+        return livermark("calibrate " + in_folder("box.toml") + " --constrained x_min " + arguments);
     }
 
     tests::Outcome run(const std::string &arguments) const {

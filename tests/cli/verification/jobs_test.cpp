@@ -75,7 +75,7 @@ TEST(Jobs, GiveTheSameBits) {
 
 /// The solutions of load cases that are solved together are those of each alone, and a run that goes on solves what
 /// lacks.
-TEST(Jobs, LoadCasesTogetherHaveTheAnswersOfEachAlone) {
+TEST(Jobs, LoadCasesTogetherHaveTheSolutionsOfEachAlone) {
     const auto folder = folder_with_bar_that_has_a_pressure("jobs_together");
     const auto temporary = folder / "temporary";
     fs::create_directory(temporary);
@@ -119,9 +119,9 @@ TEST(Jobs, LoadCasesTogetherHaveTheAnswersOfEachAlone) {
     EXPECT_NE(solution("resumed", "first", "fem_p2p1").solver.find("together"), std::string::npos);
 }
 
-/// Of load cases that hold a little more than another one, factors serve for both: answers are those of each alone but
-/// for rounding, and the same whoever solves them.
-TEST(Jobs, LoadCasesThatShareAFactorHaveTheAnswersOfEachAlone) {
+/// Of load cases that constrain a little more than another one, factors serve for both: solutions are those of each
+/// alone but for rounding, and the same whoever solves them.
+TEST(Jobs, LoadCasesThatShareAFactorHaveTheSolutionsOfEachAlone) {
     const auto folder = tests::folder_with_bar("jobs_shared", 0.01);
     write_pull(folder / "pull.toml", 10.0);
     std::ofstream(folder / "press.toml")

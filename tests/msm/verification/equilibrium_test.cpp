@@ -73,7 +73,7 @@ TEST(Equilibrium, MomentsBalanceAboutTheDeformedPositions) {
     EXPECT_LT(moment.norm(), 1e-9 * scale);
 }
 
-TEST(Equilibrium, ApproachesTheLinearAnswerInProportionToTheLoad) {
+TEST(Equilibrium, ApproachesTheLinearSolutionInProportionToTheLoad) {
     const auto relative_nonlinearity = [](double load) {
         const auto block = pulled_block({load, 0.0, -load}, Vector3::Zero());
         const auto result = msm::find_equilibrium(block.springs, block.problem.body->mesh.points, block.conditions);

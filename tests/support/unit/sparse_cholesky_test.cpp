@@ -76,7 +76,7 @@ TEST_F(SparseCholesky, SolvesForSeveralVectors) {
     EXPECT_GT(factor.pivot_ratio(), 1e-3);
 }
 
-TEST_F(SparseCholesky, KeepsWhatIsHeldAtZero) {
+TEST_F(SparseCholesky, KeepsConstrainedUnknownsAtZero) {
     for (const std::vector<int> &constrained : {std::vector{5}, std::vector{300, 2, 77, 511}}) {
         factor.constrain(constrained);
         expect_solutions_with(constrained);
@@ -111,7 +111,7 @@ TEST_F(SparseCholesky, SolvesRoughlyWithTheLastFactor) {
     EXPECT_LT((factor.solve_single_precision(right_hand_sides) - expected).norm(), 1e-5 * expected.norm());
 }
 
-TEST_F(SparseCholesky, ForgetsWhatWasHeld) {
+TEST_F(SparseCholesky, ClearsWhatWasConstrained) {
     const MatrixXd before = factor.solve(right_hand_sides);
     factor.constrain({1, 2, 3});
     factor.constrain({});
@@ -121,7 +121,7 @@ TEST_F(SparseCholesky, ForgetsWhatWasHeld) {
     EXPECT_EQ(factor.solve(right_hand_sides), before);
 }
 
-TEST_F(SparseCholesky, DoesNotLookAtTheLoadOfWhatIsHeld) {
+TEST_F(SparseCholesky, DoesNotLookAtTheLoadOfConstrainedUnknowns) {
     factor.constrain({10, 20});
     const MatrixXd before = factor.solve(right_hand_sides);
     right_hand_sides.row(10).setConstant(50.0);
