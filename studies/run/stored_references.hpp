@@ -1,0 +1,42 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/model.hpp"
+#include "results/result.hpp"
+
+namespace livermark::studies {
+
+/// Where references that were solved before are stored, below the root.
+std::filesystem::path stored_references_folder();
+
+/// Models that are solved once and stored: minutes each. Their solutions are read where a file fits model, mesh,
+/// materials, conditions and path; all others are solved as ever.
+/// @param folder  of reference files, see results::reference_path()
+void use_stored_references(std::vector<core::Model> &models, const std::filesystem::path &folder);
+
+/// For how many of some problems a model has a stored solution, for a note to the user.
+int count_stored(const std::vector<core::Problem> &problems, const std::string &model,
+                 const std::filesystem::path &folder);
+
+/// What `livermark reference` does with each model and problem.
+struct StoredReference {
+    std::filesystem::path file;
+    core::SolutionStatus status;
+    std::string message;              ///< why the status is not ok
+    double difference = 0.0;          ///< of the displacement from what was stored, relative; NaN if there was none
+    double reaction_difference = 0.0; ///< the same of the reactions
+};
+
+/// Solves, and writes the solution unless it is only to be checked.
+/// @throws support::InputError if the file cannot be written
+StoredReference solve_and_store_reference(const core::Model &model, const core::Problem &problem,
+                                          const std::filesystem::path &folder, bool only_check,
+                                          const std::string &command_line);
+
+/// The models whose solutions are stored.
+std::vector<core::Model> models_to_store();
+
+} // namespace livermark::studies
