@@ -31,7 +31,7 @@ class SparseCholesky {
     /// The square of the ratio of the smallest to the largest entry on the diagonal of L.
     double pivot_ratio() const;
 
-    /// Keeps some unknowns at zero in all solutions to come, and forgets what was constrained before: with E of their
+    /// Keeps some unknowns at zero in all solutions to come, and clears what was constrained before: with E of their
     /// unit vectors, W = L^-1 P E and the projector Q = I - W (W^T W)^-1 W^T, the solution is P^T L^-T Q L^-1 P b. It
     /// is that of the matrix without their rows and columns, but takes no other factor.
     /// @param unknowns  each once; none to constrain nothing

@@ -6,7 +6,7 @@
 
 namespace livermark::server {
 
-/// What the live page holds its springs against: the solution of moving_reference_model, quadratic elements, to the
+/// What the live page compares its springs with: the solution of moving_reference_model, quadratic elements, for the
 /// same tractions on the same body, constrained as open_live_body() says. Messages and their replies:
 ///
 ///     young_modulus=<Pa>&poisson_ratio=<nu>   other materials, see live::with_material(); until then those of the file

@@ -28,7 +28,7 @@ class SharedFem {
     SharedFem(const SharedFem &) = delete;
     SharedFem &operator=(const SharedFem &) = delete;
 
-    /// @param load_case  holds what was said
+    /// @param load_case  constrains what was said
     /// @param last       of this session, see fem_reference::RepeatedLoads::solve()
     /// @return shape (N) displacement of the nodes [m]
     /// @throws support::InputError if the body is not constrained, or iterations do not come to an end

@@ -83,7 +83,7 @@ void send_times(TimeSpent &spent, std::size_t load, const support::SendMessage &
         send(to_text(MessageKind::time, load, stage, seconds));
 }
 
-/// Holds the benchmark case of one problem and keeps the result, or what is there.
+/// Evaluates the benchmark case of one problem and keeps the result, or what is there.
 /// @throws support::InputError on one rank, if the result cannot be kept
 void run_case(const Run &run, std::size_t load, PreparedModels &prepared, const support::SendMessage &send) {
     const auto &problem = run.problems[load];

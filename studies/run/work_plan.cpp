@@ -9,7 +9,7 @@ namespace livermark::studies {
 
 namespace {
 
-/// Batches of one body, without what is not wanted.
+/// Case groups of one body, without what is not wanted.
 std::vector<CaseGroup> wanted_groups(const CaseGroups &all, int body,
                                      const std::function<bool(std::size_t)> &is_wanted) {
     std::vector<CaseGroup> wanted;

@@ -89,7 +89,7 @@ TEST(GoodInput, ThatTheRowsStartFromIsAccepted) {
     }
 }
 
-/// docs/bad_input.md says with which command it is made; what stays of each message is constrained here.
+/// docs/bad_input.md says with which command it is made; what stays of each message is checked here.
 TEST(BadInputTable, StandsInTheDocumentation) {
     std::map<std::string, std::string> documented;
     std::size_t num_rows = 0;
