@@ -69,7 +69,8 @@ TEST(WorkPlan, LeavesModelsThatSolveOneByOneToTheEvaluationUnlessModelByModel) {
 }
 
 TEST(WorkPlan, EvaluatesWhatNeedsNoSolutionAsWell) {
-    const Counts counts(plan_work(six_problems(), four_models(), true, [](std::size_t problem) { return problem > 3; }));
+    const Counts counts(
+        plan_work(six_problems(), four_models(), true, [](std::size_t problem) { return problem > 3; }));
     EXPECT_EQ(counts.evaluated.size(), 6u);
     for (const auto &[pair, count] : counts.solved)
         EXPECT_GT(pair.second, 3u);

@@ -8,7 +8,8 @@ namespace {
 TEST(WorkerMessages, ArriveAsTheyWereSent) {
     using enum MessageKind;
     for (const auto kind : {step, time, result, failure})
-        for (const std::string about : {"liver / palpation", "", "two\nlines  and two blanks", " begins with a blank"}) {
+        for (const std::string about :
+             {"liver / palpation", "", "two\nlines  and two blanks", " begins with a blank"}) {
             const WorkerMessage message(to_text(kind, 17, about, 0.015625));
             EXPECT_EQ(message.kind, kind);
             EXPECT_EQ(message.problem, 17u);
