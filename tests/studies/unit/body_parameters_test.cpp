@@ -16,7 +16,7 @@ namespace {
 constexpr double rounding = 1e-9;
 
 /// A box that is constrained at x_min, with a stiff and heavy lump in it or without.
-core::Problem box(bool has_lump, double young_modulus = 5e3) {
+core::Problem lumpy_box(bool has_lump, double young_modulus = 5e3) {
     auto mesh = tests::box_mesh({0.1, 0.08, 0.06}, {4, 3, 3});
     mesh.region_names = {"parenchyma", "tumour_1"};
     for (std::size_t t = 60; t < 90; ++t)
@@ -51,7 +51,7 @@ TEST(Spread, IsThatOfTheValues) {
 
 TEST(BodyParameters, HaveTheMassTheVolumeAndTheSpringsOfTheMesh) {
     for (const bool has_lump : {false, true}) {
-        const auto problem = box(has_lump);
+        const auto problem = lumpy_box(has_lump);
         const auto &body = *problem.body;
         const auto volumes = core::tetrahedron_volumes(body.mesh);
         double mass = 0.0, of_lump = 0.0, modulus = 0.0;
@@ -72,7 +72,7 @@ TEST(BodyParameters, HaveTheMassTheVolumeAndTheSpringsOfTheMesh) {
 }
 
 TEST(BodyParameters, DampersGoWithStiffnessAndMass) {
-    const auto found = parameters(box(true));
+    const auto found = parameters(lumpy_box(true));
     for (const auto part : {&Spread::sum, &Spread::mean, &Spread::median, &Spread::smallest, &Spread::largest}) {
         expect_close(found.dashpot.*part, found.damping.beta * found.stiffness.*part);
         expect_close(found.ground_damper.*part, found.damping.alpha * found.node_mass.*part);
@@ -80,7 +80,7 @@ TEST(BodyParameters, DampersGoWithStiffnessAndMass) {
 }
 
 TEST(BodyParameters, DampingHasTheRatioThatWasAskedFor) {
-    const auto problem = box(false);
+    const auto problem = lumpy_box(false);
     const double first = parameters(problem).modes.angular_frequency.front();
     const double last = parameters(problem).modes.angular_frequency.back();
     const auto by_mass = parameters(problem, {.kind = DampingKind::mass, .ratio = 0.1, .frequencies = {}});
@@ -98,27 +98,28 @@ TEST(BodyParameters, DampingHasTheRatioThatWasAskedFor) {
 }
 
 TEST(BodyParameters, FollowYoungsModulus) {
-    const auto soft = parameters(box(true)), stiff = parameters(box(true, 20e3)); // four times as stiff, the lump too
+    const auto soft = parameters(lumpy_box(true)),
+               stiff = parameters(lumpy_box(true, 20e3)); // four times as stiff, the lump too
     expect_close(stiff.stiffness.sum, 4.0 * soft.stiffness.sum);
     expect_close(stiff.frequency(0), 2.0 * soft.frequency(0));
     expect_close(stiff.critical_time_step, 0.5 * soft.critical_time_step);
     expect_close(soft.critical_time_step * soft.largest_angular_frequency, std::sqrt(8.0));
-    EXPECT_NE(parameters(box(true), {}, "lloyd_edge").stiffness.sum, soft.stiffness.sum);
+    EXPECT_NE(parameters(lumpy_box(true), {}, "lloyd_edge").stiffness.sum, soft.stiffness.sum);
 }
 
 TEST(BodyParameters, WithoutTumoursAreThoseOfOneMaterial) {
-    const auto problem = box(true);
+    const auto problem = lumpy_box(true);
     auto healthy = without_tumours(*problem.body);
     ASSERT_TRUE(healthy);
     const auto found = parameters({std::make_shared<const core::Body>(std::move(*healthy)), problem.load_case});
-    const auto expected = parameters(box(false));
+    const auto expected = parameters(lumpy_box(false));
     EXPECT_EQ(found.stiffness.sum, expected.stiffness.sum);
     EXPECT_EQ(found.node_mass.sum, expected.node_mass.sum);
     EXPECT_EQ(found.modes.angular_frequency, expected.modes.angular_frequency);
 }
 
 TEST(BodyParameters, OfABodyWithoutTumoursOrOfTumoursOnlyHaveNoHealthyTwin) {
-    auto body = *box(false).body;
+    auto body = *lumpy_box(false).body;
     body.mesh.region_names = {"parenchyma", "cyst"};
     EXPECT_FALSE(without_tumours(body));
     body.mesh.region_names = {"tumour_1", "tumour_2"};
@@ -126,7 +127,7 @@ TEST(BodyParameters, OfABodyWithoutTumoursOrOfTumoursOnlyHaveNoHealthyTwin) {
 }
 
 TEST(BodyParameters, RefuseADampingThatCannotBe) {
-    const auto problem = box(false);
+    const auto problem = lumpy_box(false);
     const auto refuses = [&](const DampingChoice &choice, const std::string &part) {
         tests::expect_input_error([&] { parameters(problem, choice); }, {part});
     };

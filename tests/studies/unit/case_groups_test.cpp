@@ -11,7 +11,7 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-std::shared_ptr<const core::Body> box(int bricks) {
+std::shared_ptr<const core::Body> bar_of(int bricks) {
     return tests::make_body(tests::box_mesh({0.1, 0.1, 0.1}, {bricks, 1, 1}), {1e3, 5e3, 0.3});
 }
 
@@ -28,7 +28,7 @@ core::Problem problem(const std::shared_ptr<const core::Body> &body, const std::
 }
 
 TEST(CaseGroups, HaveOneStaticSolutionEach) {
-    const auto body = box(1);
+    const auto body = bar_of(1);
     auto moving = problem(body, {"x_min"}, 10.0);
     moving.load_case.release = core::Release{.num_steps = 1, .output_interval = 0.1, .damping = {}, .probes = {}};
     const std::vector problems{problem(body, {"x_min"}, 10.0), problem(body, {"x_min"}, 20.0), moving};
@@ -38,20 +38,20 @@ TEST(CaseGroups, HaveOneStaticSolutionEach) {
 }
 
 TEST(CaseGroups, OfDifferentBodiesAreDifferentEvenWhereTheLoadIsTheSame) {
-    const auto one = box(1), twin = box(1);
+    const auto one = bar_of(1), twin = bar_of(1);
     const std::vector problems{problem(one, {"x_min"}, 10.0), problem(twin, {"x_min"}, 10.0)};
     EXPECT_EQ(case_groups_of(problems).body, (std::vector{0, 1}));
 }
 
 TEST(CaseGroups, ThatConstrainTheSameFollowEachOther) {
-    const auto body = box(1);
+    const auto body = bar_of(1);
     const std::vector problems{problem(body, {"x_min"}, 1.0), problem(body, {"y_min"}, 1.0),
                                problem(body, {"x_min"}, 2.0), problem(body, {"y_min"}, 2.0)};
     EXPECT_EQ(case_groups_of(problems).problems, (std::vector<CaseGroup>{{0}, {2}, {1}, {3}}));
 }
 
 TEST(CaseGroups, OfTheLargestBodyComeFirst) {
-    const auto small = box(1), large = box(3);
+    const auto small = bar_of(1), large = bar_of(3);
     const std::vector problems{problem(small, {"x_min"}, 1.0), problem(large, {"x_min"}, 1.0)};
     const auto found = case_groups_of(problems);
     EXPECT_EQ(found.problems, (std::vector<CaseGroup>{{1}, {0}}));
@@ -59,7 +59,7 @@ TEST(CaseGroups, OfTheLargestBodyComeFirst) {
 }
 
 TEST(MostShared, IsWhatMostLoadCasesConstrain) {
-    const auto body = box(2);
+    const auto body = bar_of(2);
     const std::vector problems{problem(body, {"x_min"}, 1.0), problem(body, {"x_min"}, 1.0, {"z_min"}),
                                problem(body, {"x_min", "y_min"}, 1.0), problem(body, {"z_max"}, 1.0)};
     const auto found = most_shared(problems);
@@ -68,14 +68,14 @@ TEST(MostShared, IsWhatMostLoadCasesConstrain) {
 }
 
 TEST(MostShared, IsNothingWhereNoLoadCaseConstrainsMoreThanAnother) {
-    const auto body = box(2);
+    const auto body = bar_of(2);
     EXPECT_TRUE(most_shared(std::vector{problem(body, {"x_min"}, 1.0), problem(body, {"x_min"}, 2.0),
                                         problem(body, {"y_min"}, 1.0)})
                     .empty());
 }
 
 TEST(MostShared, IsFoundForEachBody) {
-    const auto one = box(1), other = box(2);
+    const auto one = bar_of(1), other = bar_of(2);
     const std::vector problems{problem(one, {"x_min"}, 1.0), problem(one, {"x_min", "y_min"}, 1.0),
                                problem(other, {"y_min"}, 1.0), problem(other, {"x_min", "y_min"}, 1.0)};
     const auto found = most_shared(problems);
