@@ -9,8 +9,8 @@
 #include "cli/progress.hpp"
 #include "core/units.hpp"
 #include "results/tables/table_layout.hpp"
+#include "studies/run/kept_references.hpp"
 #include "studies/run/problems.hpp"
-#include "studies/run/stored_references.hpp"
 
 namespace livermark::cli {
 
@@ -23,7 +23,7 @@ struct ReferenceOptions {
     bool only_check = false;
 };
 
-/// A solution that differs by more from the stored one is another: a thousandth of the discretisation error.
+/// A solution that differs by more from the kept one is another: a thousandth of the discretisation error.
 constexpr double largest_difference = 1e-5;
 
 std::vector<core::Problem> large_problems(const ReferenceOptions &options) {
@@ -42,7 +42,7 @@ std::vector<core::Problem> large_problems(const ReferenceOptions &options) {
 }
 
 int solve_all(const ReferenceOptions &options, const std::string &command_line) {
-    auto models = studies::models_to_store();
+    auto models = studies::models_to_keep();
     if (!options.models.empty())
         std::erase_if(models, [&](const core::Model &model) {
             return std::ranges::find(options.models, model.name) == options.models.end();
@@ -51,21 +51,20 @@ int solve_all(const ReferenceOptions &options, const std::string &command_line) 
     const auto progress = print_progress();
     studies::Steps steps(static_cast<int>(problems.size() * models.size()), progress);
     results::Layout layout{
-        {{"body"}, {"load case"}, {"model"}, {"from stored: L2", true}, {"reactions", true}, {"status"}}, {}};
+        {{"body"}, {"load case"}, {"model"}, {"from kept: L2", true}, {"reactions", true}, {"status"}}, {}};
     bool all_is_well = true;
     for (const auto &problem : problems)
         for (const auto &model : models) {
             steps.next(fmt::format("{} / {} / {}", problem.body->name, problem.load_case.name, model.name));
-            const auto stored =
-                studies::solve_and_store_reference(model, problem, options.folder, options.only_check, command_line);
-            const bool is_same = !(stored.difference > largest_difference);
-            const bool is_known = !std::isnan(stored.difference);
-            all_is_well = all_is_well && stored.status == core::SolutionStatus::ok && is_same &&
-                          (is_known || !options.only_check);
+            const auto kept = studies::solve_and_keep(model, problem, options.folder, options.only_check, command_line);
+            const bool is_same = !(kept.difference > largest_difference);
+            const bool is_known = !std::isnan(kept.difference);
+            all_is_well =
+                all_is_well && kept.status == core::SolutionStatus::ok && is_same && (is_known || !options.only_check);
             layout.rows.push_back({problem.body->name, problem.load_case.name, model.name,
-                                   is_known ? fmt::format("{:.1e}", stored.difference) : "not stored",
-                                   is_known ? fmt::format("{:.1e}", stored.reaction_difference) : "-",
-                                   stored.message.empty() ? core::to_string(stored.status) : stored.message});
+                                   is_known ? fmt::format("{:.1e}", kept.difference) : "not kept",
+                                   is_known ? fmt::format("{:.1e}", kept.reaction_difference) : "-",
+                                   kept.message.empty() ? core::to_string(kept.status) : kept.message});
         }
     fmt::print("{}", results::to_text(layout));
     return all_is_well ? 0 : 1;
@@ -75,16 +74,15 @@ int solve_all(const ReferenceOptions &options, const std::string &command_line) 
 
 Command add_reference(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(
-        "reference",
-        "Solve the references of large deformations and store them, so that 'livermark run' and 'livermark "
-        "score' need not; minutes for each load case");
+        "reference", "Solve the references of large deformations and keep them, so that 'livermark run' and 'livermark "
+                     "score' need not; minutes for each load case");
     auto options = std::make_shared<ReferenceOptions>();
-    options->folder = studies::stored_references_folder().string();
+    options->folder = studies::kept_references_folder().string();
     command->add_option("--body", options->bodies, "Names as in 'livermark list bodies', or paths; all if left out");
     command->add_option("--load-case", options->load_cases,
                         "Names as in 'livermark list load-cases', or paths, of the large regime; all if left out");
     std::vector<std::string> names;
-    for (const auto &model : studies::models_to_store())
+    for (const auto &model : studies::models_to_keep())
         names.push_back(model.name);
     command->add_option("--model", options->models, "Which of the references; all if left out")
         ->check(CLI::IsMember(names));
@@ -92,9 +90,9 @@ Command add_reference(CLI::App &parent, const std::string &command_line) {
         ->add_option("--poisson", options->poisson_ratios,
                      "Poisson's ratios of every region; as the bodies say if left out")
         ->delimiter(',');
-    command->add_option("--folder", options->folder, "Where they are stored")->capture_default_str();
+    command->add_option("--folder", options->folder, "Where they are kept")->capture_default_str();
     command->add_flag("--check", options->only_check,
-                      "Write nothing; exit status 1 if a solution is not the one that is stored");
+                      "Write nothing; exit status 1 if a solution is not the one that is kept");
     return [options, command_line] { return solve_all(*options, command_line); };
 }
 

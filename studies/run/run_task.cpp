@@ -9,9 +9,9 @@
 
 #include "results/hdf5/calibration_file.hpp"
 #include "studies/run/benchmark_case.hpp"
+#include "studies/run/kept_references.hpp"
 #include "studies/run/output_folder.hpp"
 #include "studies/run/problems.hpp"
-#include "studies/run/stored_references.hpp"
 #include "support/input_error.hpp"
 #include "support/mpi_session.hpp"
 #include "support/root_folder.hpp"
@@ -75,7 +75,7 @@ RunTask prepare_on_this_rank(const RunOptions &options) {
         std::erase_if(task.problems,
                       [](const core::Problem &problem) { return problem.load_case.release.has_value(); });
     if (!options.solve_reference)
-        use_stored_references(task.models, stored_references_folder());
+        use_kept_references(task.models, kept_references_folder());
     if (support::mpi_rank() == 0) {
         for (const auto &problem : task.problems)
             for (const auto &model : task.models)

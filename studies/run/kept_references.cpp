@@ -1,4 +1,4 @@
-#include "studies/run/stored_references.hpp"
+#include "studies/run/kept_references.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -17,14 +17,14 @@ namespace livermark::studies {
 namespace {
 
 /// Those of linear elasticity are solved in every run.
-bool is_stored(const core::Model &model) {
+bool is_kept(const core::Model &model) {
     return std::ranges::any_of(models::references, [&](const models::Reference &reference) {
         return reference.regime == core::Regime::large &&
                (model.name == reference.on_mesh || model.name == reference.refined);
     });
 }
 
-/// Reads what is stored and prepares the model for the rest when there is one.
+/// Reads what is kept and prepares the model for the rest when there is one.
 class PreparedReference : public core::PreparedModel {
   public:
     PreparedReference(core::Model model, std::shared_ptr<const core::Body> body, std::filesystem::path folder)
@@ -35,8 +35,8 @@ class PreparedReference : public core::PreparedModel {
         for (const auto &load_case : load_cases) {
             const core::Problem problem{body_, load_case};
             const auto file = results::reference_path(folder_, problem, model_.name);
-            if (auto stored = results::read_reference(file, problem, model_.name)) {
-                solutions.push_back(std::move(*stored));
+            if (auto kept = results::read_reference(file, problem, model_.name)) {
+                solutions.push_back(std::move(*kept));
                 continue;
             }
             if (!prepared_)
@@ -55,23 +55,23 @@ class PreparedReference : public core::PreparedModel {
 
 } // namespace
 
-std::filesystem::path stored_references_folder() {
+std::filesystem::path kept_references_folder() {
     return support::root_folder() / "results" / "references";
 }
 
-void use_stored_references(std::vector<core::Model> &models, const std::filesystem::path &folder) {
+void use_kept_references(std::vector<core::Model> &models, const std::filesystem::path &folder) {
     for (auto &model : models)
-        if (is_stored(model)) {
-            auto stored = model;
-            stored.prepare = [model, folder](const std::shared_ptr<const core::Body> &body, const core::LoadCase *) {
+        if (is_kept(model)) {
+            auto kept = model;
+            kept.prepare = [model, folder](const std::shared_ptr<const core::Body> &body, const core::LoadCase *) {
                 return std::make_unique<PreparedReference>(model, body, folder);
             };
-            model = std::move(stored);
+            model = std::move(kept);
         }
 }
 
-int count_stored(const std::vector<core::Problem> &problems, const std::string &model,
-                 const std::filesystem::path &folder) {
+int count_kept(const std::vector<core::Problem> &problems, const std::string &model,
+               const std::filesystem::path &folder) {
     return static_cast<int>(std::ranges::count_if(problems, [&](const core::Problem &problem) {
         std::error_code nobody_cares;
         return problem.load_case.regime == core::Regime::large &&
@@ -79,30 +79,29 @@ int count_stored(const std::vector<core::Problem> &problems, const std::string &
     }));
 }
 
-StoredReference solve_and_store_reference(const core::Model &model, const core::Problem &problem,
-                                          const std::filesystem::path &folder, bool only_check,
-                                          const std::string &command_line) {
+KeptSolution solve_and_keep(const core::Model &model, const core::Problem &problem, const std::filesystem::path &folder,
+                            bool only_check, const std::string &command_line) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     const auto file = results::reference_path(folder, problem, model.name);
     const auto before = results::read_reference(file, problem, model.name);
     const auto solution = model.solve(problem);
-    StoredReference stored{file, solution.status, solution.message, nan, nan};
+    KeptSolution kept{file, solution.status, solution.message, nan, nan};
     if (before && solution.status == core::SolutionStatus::ok) {
-        const auto comparison = core::compare(problem.body->mesh, solution, *before, "stored");
-        stored.difference = comparison.relative_l2;
-        stored.reaction_difference = comparison.reaction_error;
+        const auto comparison = core::compare(problem.body->mesh, solution, *before, "kept");
+        kept.difference = comparison.relative_l2;
+        kept.reaction_difference = comparison.reaction_error;
     }
     if (only_check || solution.status != core::SolutionStatus::ok)
-        return stored;
+        return kept;
     std::error_code fault;
     std::filesystem::create_directories(file.parent_path(), fault);
     results::write_reference(file, solution, problem, model.name, results::current_provenance(command_line));
-    return stored;
+    return kept;
 }
 
-std::vector<core::Model> models_to_store() {
+std::vector<core::Model> models_to_keep() {
     auto models = models::all_models();
-    std::erase_if(models, [](const core::Model &model) { return !is_stored(model); });
+    std::erase_if(models, [](const core::Model &model) { return !is_kept(model); });
     return models;
 }
 

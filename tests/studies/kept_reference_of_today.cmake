@@ -1,5 +1,5 @@
-# Solves one of the stored references again, another one every day, and fails if the solution is not the stored one.
-# usage: cmake -DLIVERMARK=<program> -DSOURCE_DIR=<top of the repository> -P stored_reference_of_today.cmake
+# Solves one of the references that are kept again, another one every day, and fails if it is not what is kept.
+# usage: cmake -DLIVERMARK=<program> -DSOURCE_DIR=<top of the repository> -P kept_reference_of_today.cmake
 cmake_minimum_required(VERSION 3.25)
 file(GLOB kept ${SOURCE_DIR}/results/references/*/*.fem_p2p1_neo_hookean.*.h5)
 list(LENGTH kept num_kept)

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "results/hdf5/reference_file.hpp"
-#include "studies/run/stored_references.hpp"
+#include "studies/run/kept_references.hpp"
 #include "support/input_error.hpp"
 #include "tests/test_meshes.hpp"
 
@@ -26,32 +26,32 @@ core::Problem pulled() {
     return {body, std::move(load_case)};
 }
 
-class StoredReferences : public testing::Test {
+class KeptReferences : public testing::Test {
   protected:
     void SetUp() override { fs::create_directories(folder); }
     void TearDown() override { fs::remove_all(folder); }
 
-    core::Solution solve_with_stored(const core::Problem &problem) const {
-        auto models = studies::models_to_store();
+    core::Solution solve_with_kept(const core::Problem &problem) const {
+        auto models = studies::models_to_keep();
         std::erase_if(models, [](const core::Model &model) { return model.name != name; });
-        studies::use_stored_references(models, folder);
+        studies::use_kept_references(models, folder);
         return models.front().solve(problem);
     }
 
-    fs::path folder = fs::path(testing::TempDir()) / "livermark_stored_references" /
+    fs::path folder = fs::path(testing::TempDir()) / "livermark_kept_references" /
                       testing::UnitTest::GetInstance()->current_test_info()->name(); // several run at a time
     core::Problem problem = pulled();
 };
 
-TEST_F(StoredReferences, AreReadWhereTheyFitAndSaySo) {
-    const auto models = studies::models_to_store();
+TEST_F(KeptReferences, AreReadWhereTheyFitAndSaySo) {
+    const auto models = studies::models_to_keep();
     ASSERT_EQ(models.size(), 2U);
-    const auto solved = solve_with_stored(problem);
+    const auto solved = solve_with_kept(problem);
     EXPECT_EQ(solved.solver.find("kept since"), std::string::npos);
-    const auto stored = studies::solve_and_store_reference(models.front(), problem, folder, false, "test");
-    EXPECT_EQ(stored.status, core::SolutionStatus::ok);
-    EXPECT_EQ(studies::count_stored({problem}, name, folder), 1);
-    const auto read = solve_with_stored(problem);
+    const auto kept = studies::solve_and_keep(models.front(), problem, folder, false, "test");
+    EXPECT_EQ(kept.status, core::SolutionStatus::ok);
+    EXPECT_EQ(studies::count_kept({problem}, name, folder), 1);
+    const auto read = solve_with_kept(problem);
     EXPECT_TRUE(read.solver.starts_with("kept since 20")) << read.solver;
     EXPECT_EQ(read.displacement, solved.displacement);
     EXPECT_EQ(read.reaction, solved.reaction);
@@ -59,7 +59,7 @@ TEST_F(StoredReferences, AreReadWhereTheyFitAndSaySo) {
     EXPECT_EQ(read.path.front().displacement, solved.path.front().displacement);
 }
 
-TEST_F(StoredReferences, AreNotTakenForAnotherProblem) {
+TEST_F(KeptReferences, AreNotTakenForAnotherProblem) {
     const auto before = results::fingerprint(problem, name);
     const auto changed = [&](const std::function<void(core::Body &, core::LoadCase &)> &change) {
         auto body = *problem.body;
@@ -77,25 +77,25 @@ TEST_F(StoredReferences, AreNotTakenForAnotherProblem) {
     EXPECT_NE(results::fingerprint(problem, "another_model"), before);
 }
 
-TEST_F(StoredReferences, AreComparedWhenTheyAreChecked) {
-    const auto model = studies::models_to_store().front();
-    EXPECT_TRUE(std::isnan(studies::solve_and_store_reference(model, problem, folder, true, "test").difference));
-    EXPECT_EQ(studies::count_stored({problem}, name, folder), 0);
+TEST_F(KeptReferences, AreComparedWhenTheyAreChecked) {
+    const auto model = studies::models_to_keep().front();
+    EXPECT_TRUE(std::isnan(studies::solve_and_keep(model, problem, folder, true, "test").difference));
+    EXPECT_EQ(studies::count_kept({problem}, name, folder), 0);
     auto wrong = model.solve(problem);
     wrong.displacement.back() *= 1.5;
     const auto file = results::reference_path(folder, problem, name);
     fs::create_directories(file.parent_path());
     results::write_reference(file, wrong, problem, name, {});
-    EXPECT_GT(studies::solve_and_store_reference(model, problem, folder, true, "test").difference, 1e-3);
-    studies::solve_and_store_reference(model, problem, folder, false, "test");
-    EXPECT_LT(studies::solve_and_store_reference(model, problem, folder, true, "test").difference, 1e-9);
+    EXPECT_GT(studies::solve_and_keep(model, problem, folder, true, "test").difference, 1e-3);
+    studies::solve_and_keep(model, problem, folder, false, "test");
+    EXPECT_LT(studies::solve_and_keep(model, problem, folder, true, "test").difference, 1e-9);
 }
 
-TEST_F(StoredReferences, ThatAreDamagedAreRefused) {
+TEST_F(KeptReferences, ThatAreDamagedAreRefused) {
     const auto file = results::reference_path(folder, problem, name);
     fs::create_directories(file.parent_path());
     std::ofstream(file) << "no HDF5";
-    EXPECT_THROW(solve_with_stored(problem), support::InputError);
+    EXPECT_THROW(solve_with_kept(problem), support::InputError);
 }
 
 } // namespace

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/model.hpp"
+#include "results/result.hpp"
+
+namespace livermark::studies {
+
+/// Where references that were solved before are kept, below the root.
+std::filesystem::path kept_references_folder();
+
+/// Models that are solved once and kept: minutes each. Their solutions are read where a file fits model, mesh,
+/// materials, conditions and path; all others are solved as ever.
+/// @param folder  of reference files, see results::reference_path()
+void use_kept_references(std::vector<core::Model> &models, const std::filesystem::path &folder);
+
+/// For how many of some problems a model has a kept solution, for a note to the user.
+int count_kept(const std::vector<core::Problem> &problems, const std::string &model,
+               const std::filesystem::path &folder);
+
+/// What `livermark reference` does with each model and problem.
+struct KeptSolution {
+    std::filesystem::path file;
+    core::SolutionStatus status;
+    std::string message;              ///< why the status is not ok
+    double difference = 0.0;          ///< of the displacement from what was kept, relative; NaN if there was none
+    double reaction_difference = 0.0; ///< the same of the reactions
+};
+
+/// Solves, and writes the solution unless it is only to be checked.
+/// @throws support::InputError if the file cannot be written
+KeptSolution solve_and_keep(const core::Model &model, const core::Problem &problem, const std::filesystem::path &folder,
+                            bool only_check, const std::string &command_line);
+
+/// The models that are kept.
+std::vector<core::Model> models_to_keep();
+
+} // namespace livermark::studies
