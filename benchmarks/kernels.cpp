@@ -132,9 +132,9 @@ Run run_fast(const Scene &scene, const msm::ElasticBody &body, const std::string
 }
 
 /// @param options  nothing for the slow kernel
-Contestant kernel(std::string name, std::string precision, const Matter &matter,
+Competitor kernel(std::string name, std::string precision, const Matter &matter,
                   const std::optional<msm::FastStepOptions> &options) {
-    Contestant contestant{.name = std::move(name),
+    Competitor competitor{.name = std::move(name),
                           .summary = matter.summary + ", " + std::move(precision),
                           .source = "msm/kernels",
                           .methods = {}};
@@ -158,17 +158,17 @@ Contestant kernel(std::string name, std::string precision, const Matter &matter,
             const double tolerance = is_single ? tolerance_of_single(scene) : tolerance_of_double;
             return differs_from_oracle(scene, matter.make(scene), integrator, time_step, run, tolerance);
         };
-        contestant.methods.push_back(std::move(method));
+        competitor.methods.push_back(std::move(method));
     }
-    return contestant;
+    return competitor;
 }
 
 } // namespace
 
-std::vector<Contestant> our_kernels() {
+std::vector<Competitor> our_kernels() {
     using enum msm::ForcePrecision;
     const int num_cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-    std::vector<Contestant> kernels;
+    std::vector<Competitor> kernels;
     for (const auto &matter : all_matter()) {
         const auto add = [&](const std::string &name, const std::string &precision,
                              const std::optional<msm::FastStepOptions> &options) {

@@ -2,12 +2,12 @@
 
 #include <vector>
 
-#include "benchmarks/contestant.hpp"
+#include "benchmarks/competitor.hpp"
 
 namespace livermark::benchmarks {
 
 /// The kernels of msm/, each on springs alone and on springs with the volume around nodes and the inversion guard, on
 /// one thread and, the fast ones, on as many as the machine runs at a time.
-std::vector<Contestant> our_kernels();
+std::vector<Competitor> our_kernels();
 
 } // namespace livermark::benchmarks

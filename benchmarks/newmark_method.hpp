@@ -1,6 +1,6 @@
 #pragma once
 
-#include "benchmarks/contestant.hpp"
+#include "benchmarks/competitor.hpp"
 
 namespace livermark::benchmarks {
 

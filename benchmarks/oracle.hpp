@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "benchmarks/contestant.hpp"
+#include "benchmarks/competitor.hpp"
 #include "msm/elastic_body.hpp"
 
 namespace livermark::benchmarks {

@@ -10,7 +10,7 @@
 
 namespace livermark::benchmarks {
 
-/// What every contestant moves: a body that is stretched by 1 % along x, constrained at its back as it then is, and let
+/// What every competitor moves: a body that is stretched by 1 % along x, constrained at its back as it then is, and let
 /// go from rest without loads or damping. Its energy stays what it is, so it can be moved for as long as a timing
 /// takes.
 struct Scene {

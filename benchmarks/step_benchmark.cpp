@@ -1,11 +1,11 @@
-// Time of one step of everything that moves a body, as step/<integrator>/<contestant>/<body>; see README.md.
+// Time of one step of everything that moves a body, as step/<integrator>/<competitor>/<body>; see README.md.
 #include <benchmark/benchmark.h>
 #include <cmath>
 #include <fmt/format.h>
 #include <optional>
 
 #include "benchmarks/bodies.hpp"
-#include "benchmarks/contestant.hpp"
+#include "benchmarks/competitor.hpp"
 #include "benchmarks/kernels.hpp"
 #include "benchmarks/limits.hpp"
 #include "benchmarks/oracle.hpp"
@@ -14,7 +14,7 @@
 
 namespace {
 
-using livermark::benchmarks::Contestant;
+using livermark::benchmarks::Competitor;
 using livermark::benchmarks::Method;
 using livermark::benchmarks::Run;
 using livermark::benchmarks::Scene;
@@ -32,7 +32,7 @@ struct Stage {
 };
 
 /// Makes nothing twice that takes seconds: Google Benchmark calls a benchmark several times to find out how long it
-/// takes, and asks for all contestants of a body one after the other.
+/// takes, and asks for all competitors of a body one after the other.
 const Stage &stage_of(const std::string &body) {
     static std::optional<Stage> stage;
     if (!stage || stage->scene.problem.body->name != body) {
@@ -99,12 +99,12 @@ void time_steps(benchmark::State &state, const std::string &name, const Method &
     state.counters["real_time_factor"] = Counter(last->time_step, Counter::kIsIterationInvariantRate);
 }
 
-/// One contestant on one body. Bodies are the outer loop of main(), so that each is made once.
-void add(const Contestant &contestant, const std::string &body) {
-    for (const auto &method : contestant.methods) {
+/// One competitor on one body. Bodies are the outer loop of main(), so that each is made once.
+void add(const Competitor &competitor, const std::string &body) {
+    for (const auto &method : competitor.methods) {
         if (livermark::benchmarks::num_refinements(body) > method.max_refinements)
             continue;
-        const auto name = fmt::format("step/{}/{}/{}", method.integrator, contestant.name, body);
+        const auto name = fmt::format("step/{}/{}/{}", method.integrator, competitor.name, body);
         auto *added = benchmark::RegisterBenchmark(
             name.c_str(), [name, method, body](benchmark::State &state) { time_steps(state, name, method, body); });
         if (method.num_threads > 1)

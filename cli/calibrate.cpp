@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "cli/commands.hpp"
+#include "cli/common_options.hpp"
 #include "cli/progress.hpp"
 #include "core/units.hpp"
 #include "results/tables/table_layout.hpp"
@@ -60,7 +61,7 @@ Command add_calibrate(CLI::App &parent, const std::string &command_line) {
     command->add_option("body", options->body, "A name as in 'livermark list bodies', or the path of a body .toml file")
         ->required();
     command->add_option("--law", options->law, "The spring law to start from")->capture_default_str();
-    command->add_option("--held", options->constrained, "The patch where the body is constrained")
+    command->add_option("--constrained", options->constrained, "The patch where the body is constrained")
         ->capture_default_str();
     command->add_option("--loads", options->num_loads, "How many loads; every fourth has no part in the fit")
         ->check(CLI::Range(studies::held_out_stride, 1000))
@@ -85,9 +86,7 @@ Command add_calibrate(CLI::App &parent, const std::string &command_line) {
                      "Weight of the mean square of ln(k / start) beside the mean square relative error")
         ->check(CLI::Range(0.0, 1e6))
         ->capture_default_str();
-    command->add_option("--young", options->material.young_modulus,
-                        "Young's modulus of the first region [Pa]; the others keep their ratio to it");
-    command->add_option("--poisson", options->material.poisson_ratio, "Poisson's ratio of every region");
+    add_materials(*command, options->material);
     command->add_option("--output", options->output,
                         "The file to write, and to go on from; <body>.calibrated.h5 beside the body's .toml if it is "
                         "not given");

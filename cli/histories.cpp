@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "cli/commands.hpp"
+#include "cli/common_options.hpp"
 #include "cli/progress.hpp"
 #include "results/tables/history_table.hpp"
 #include "results/tables/table_layout.hpp"
@@ -30,9 +31,7 @@ Command add_histories(CLI::App &parent, const std::string &command_line) {
     auto options = std::make_shared<studies::HistoriesOptions>();
     auto markdown = std::make_shared<bool>(false);
     options->output = (support::root_folder() / "results" / "runs").string();
-    command->add_option("body", options->bodies,
-                        "Names as in 'livermark list bodies', or paths of body .toml files; all that ship if none is "
-                        "named");
+    add_bodies(*command, options->bodies);
     command->add_option("--law", options->law, "A name as in 'livermark list spring-laws'")->capture_default_str();
     command
         ->add_option("--load-case", options->load_case, "A load case with a [release]: what is let go, and the damping")
@@ -41,9 +40,7 @@ Command add_histories(CLI::App &parent, const std::string &command_line) {
         ->capture_default_str();
     command->add_option("--time-step", options->time_steps, "[s]")->check(CLI::Range(1e-6, 1e6))->capture_default_str();
     command->add_option("--duration", options->duration, "[s]")->check(CLI::Range(1e-3, 1e6))->capture_default_str();
-    command->add_option("--young", options->material.young_modulus,
-                        "Young's modulus of the first region [Pa]; the others keep their ratio to it");
-    command->add_option("--poisson", options->material.poisson_ratio, "Poisson's ratio of every region");
+    add_materials(*command, options->material);
     command->add_option("--output", options->output, "Folder for <body>/histories.<law>.h5")->capture_default_str();
     command->add_flag("--markdown", *markdown, "Print the table in Markdown");
     return [=] { return print_histories(*options, *markdown, command_line); };

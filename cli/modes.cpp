@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "cli/commands.hpp"
+#include "cli/common_options.hpp"
 #include "cli/progress.hpp"
 #include "models/model_table.hpp"
 #include "results/tables/modes_table.hpp"
@@ -32,18 +33,14 @@ Command add_modes(CLI::App &parent, const std::string &command_line) {
     auto options = std::make_shared<studies::ModesOptions>();
     auto markdown = std::make_shared<bool>(false);
     options->output = (support::root_folder() / "results" / "runs").string();
-    command->add_option("body", options->bodies,
-                        "Names as in 'livermark list bodies', or paths of body .toml files; all that ship if none is "
-                        "named");
+    add_bodies(*command, options->bodies);
     command->add_option("--load-case", options->load_case, "The load case that gives the constraints")
         ->capture_default_str();
     command->add_option("--model", options->models, "Models that can compute their modes")->capture_default_str();
     command->add_option("--count", options->count, "How many modes")
         ->check(CLI::Range(1, studies::most_modes))
         ->capture_default_str();
-    command->add_option("--young", options->material.young_modulus,
-                        "Young's modulus of the first region [Pa]; the others keep their ratio to it");
-    command->add_option("--poisson", options->material.poisson_ratio, "Poisson's ratio of every region");
+    add_materials(*command, options->material);
     command->add_option("--output", options->output, "Folder for <body>/modes.<load case>.h5")->capture_default_str();
     command->add_flag("--markdown", *markdown, "Print the tables in Markdown");
     return [=] { return print_modes(*options, *markdown, command_line); };

@@ -1,19 +1,18 @@
-#include <algorithm>
 #include <fmt/format.h>
 #include <map>
 #include <memory>
 
 #include "cli/commands.hpp"
+#include "cli/common_options.hpp"
 #include "cli/progress.hpp"
 #include "cli/usage.hpp"
 #include "core/units.hpp"
 #include "meshes/body_reader.hpp"
 #include "results/tables/table_layout.hpp"
-#include "studies/catalogue.hpp"
+#include "studies/msm_choice.hpp"
 #include "studies/parameters/body_parameters.hpp"
 #include "studies/run/problems.hpp"
 #include "studies/seed_paper/seed_paper.hpp"
-#include "support/input_error.hpp"
 
 namespace livermark::cli {
 
@@ -30,16 +29,6 @@ struct ParametersOptions {
 
 using core::percent;
 constexpr int num_compared_modes = 5;
-
-const msm::SpringLaw &find_law(const std::string &name) {
-    std::vector<std::string> known;
-    for (const auto &law : msm::all_spring_laws()) {
-        if (law.name == name)
-            return law;
-        known.push_back(law.name);
-    }
-    throw support::InputError(studies::unknown_name("spring law", name, known));
-}
 
 std::string number(double value) {
     return fmt::format("{:.5g}", value);
@@ -130,7 +119,7 @@ void print_effect(const studies::BodyParameters &healthy, const studies::BodyPar
 }
 
 int print_parameters(const ParametersOptions &options) {
-    const auto &law = find_law(options.law);
+    const auto law = studies::find_spring_law(options.law);
     const auto [problems, notes] = studies::read_scaled_problems(options.bodies, options.load_case, options.material);
     print_notes(notes);
     for (const auto &problem : problems) {
@@ -156,15 +145,11 @@ Command add_parameters(CLI::App &parent) {
         "Print masses, stiffnesses and damping of the springs of bodies, beside those that the seed paper "
         "printed");
     auto options = std::make_shared<ParametersOptions>();
-    command->add_option("body", options->bodies,
-                        "Names as in 'livermark list bodies', or paths of body .toml files; all that ship if none is "
-                        "named");
+    add_bodies(*command, options->bodies);
     command->add_option("--law", options->law, "A name as in 'livermark list spring-laws'")->capture_default_str();
     command->add_option("--load-case", options->load_case, "The load case that gives the constraints")
         ->capture_default_str();
-    command->add_option("--young", options->material.young_modulus,
-                        "Young's modulus of the first region [Pa]; the others keep their ratio to it");
-    command->add_option("--poisson", options->material.poisson_ratio, "Poisson's ratio of every region");
+    add_materials(*command, options->material);
     command->add_option("--damping-ratio", options->damping.ratio, "Of the critical damping")->capture_default_str();
     command
         ->add_option(
@@ -177,8 +162,8 @@ Command add_parameters(CLI::App &parent) {
         ->default_str("rayleigh");
     command
         ->add_option("--damping-frequencies", options->damping.frequencies,
-                     "The two frequencies [Hz] of --damping rayleigh; those of the first and the twentieth mode unless "
-                     "told otherwise")
+                     "The two frequencies [Hz] of --damping rayleigh; by default those of the first and the "
+                     "twentieth mode")
         ->expected(2);
     command->add_flag("--markdown", options->markdown, "Print the tables in Markdown");
     return [options] { return print_parameters(*options); };

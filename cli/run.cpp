@@ -93,7 +93,7 @@ std::string without_resume(std::string command_line) {
 Command add_run(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(
         "run", "Run models on load cases and compare them with the finite element reference; everything that ships "
-               "unless told otherwise");
+               "by default");
     auto options = std::make_shared<studies::RunOptions>();
     auto markdown = std::make_shared<bool>(false);
     options->output = (support::root_folder() / "results" / "runs").string();

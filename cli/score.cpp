@@ -40,7 +40,7 @@ Command add_score(CLI::App &parent, const std::string &command_line) {
     command->add_option("body", options->body, "As for 'livermark export'")->required();
     command->add_option("load-case", options->load_case, "As for 'livermark export'")->required();
     command
-        ->add_option("answer", options->solution,
+        ->add_option("solution", options->solution,
                      "Node displacements [m]: CSV with the header x,y,z,ux,uy,uz, HDF5 with the datasets points and "
                      "displacement, or VTU with the point data displacement; in any order")
         ->required();

@@ -84,7 +84,7 @@ int make_body_of_labels(const SegmentCommand &command) {
     std::size_t labelled = 0;
     for (const auto label : image.label)
         labelled += label != 0 ? 1 : 0;
-    // A lesion below the size of a tetrahedron cannot be constrained by the mesh.
+    // A lesion below the size of a tetrahedron cannot be resolved by the mesh.
     const double smallest_lesion =
         static_cast<double>(labelled) * segmentation::voxel_volume(image.grid) / command.tetrahedra;
     return make_body(command, body_file,

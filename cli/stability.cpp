@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "cli/commands.hpp"
+#include "cli/common_options.hpp"
 #include "cli/progress.hpp"
 #include "cli/usage.hpp"
 #include "core/units.hpp"
@@ -73,9 +74,7 @@ Command add_stability(CLI::App &parent, const std::string &command_line) {
     auto options = std::make_shared<studies::StabilityOptions>();
     auto markdown = std::make_shared<bool>(false);
     options->output = (support::root_folder() / "results" / "runs").string();
-    command->add_option("body", options->bodies,
-                        "Names as in 'livermark list bodies', or paths of body .toml files; all that ship if none is "
-                        "named");
+    add_bodies(*command, options->bodies);
     command->add_option("--law", options->law, "A name as in 'livermark list spring-laws'")->capture_default_str();
     command->add_option("--load-case", options->load_case, "The load case that gives the constraints")
         ->capture_default_str();
@@ -87,9 +86,7 @@ Command add_stability(CLI::App &parent, const std::string &command_line) {
     command->add_option("--damping-frequencies", options->damping_frequencies, "These two [Hz]")
         ->check(positive_number())
         ->capture_default_str();
-    command->add_option("--young", options->material.young_modulus,
-                        "Young's modulus of the first region [Pa]; the others keep their ratio to it");
-    command->add_option("--poisson", options->material.poisson_ratio, "Poisson's ratio of every region");
+    add_materials(*command, options->material);
     command->add_option("--output", options->output, "Folder for <body>/stability.<law>.h5")->capture_default_str();
     command->add_flag("--markdown", *markdown, "Print the tables in Markdown");
     command->add_flag("--no-observed", options->no_observed, "Only predict, without runs: quicker");

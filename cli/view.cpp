@@ -58,10 +58,12 @@ int view(const ViewOptions &options) {
         .token = server::new_token(),
         .is_result_file = server::remembered(results::is_result_file),
         .sessions = {
-            {"/live/fem", [folder](const server::Fields &query,
-                                   const server::TellProgress &tell) { return server::live_fem(folder, query, tell); }},
+            {"/live/fem",
+             [folder](const server::Fields &query, const server::ReportProgress &report) {
+                 return server::live_fem(folder, query, report);
+             }},
             {"/live/springs", [folder](const server::Fields &query,
-                                       const server::TellProgress &) { return server::live_springs(folder, query); }},
+                                       const server::ReportProgress &) { return server::live_springs(folder, query); }},
         }};
     const auto files = server::result_files(site);
     const auto num_files = files.paths.size();

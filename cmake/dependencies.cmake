@@ -1,14 +1,18 @@
 # Everything comes from Debian packages; scripts/bootstrap installs them and names them.
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(fmt REQUIRED)
-find_package(CLI11 REQUIRED)
-find_package(tomlplusplus REQUIRED)
 find_package(Spectra 1.0 REQUIRED)
-find_package(NLopt 2.7 REQUIRED)
-find_package(PNG REQUIRED)
 find_package(Threads REQUIRED)
 find_package(hwy 1.0 REQUIRED)
 find_package(Boost REQUIRED)
+if(NOT LIVERMARK_WITH_FEM_REFERENCE)
+  return()
+endif()
+
+find_package(CLI11 REQUIRED)
+find_package(tomlplusplus REQUIRED)
+find_package(NLopt 2.7 REQUIRED)
+find_package(PNG REQUIRED)
 
 # The openmpi flavour of HDF5 is the one that deal.II and gmsh link; the serial one beside it breaks both.
 set(HDF5_PREFER_PARALLEL ON)
@@ -30,14 +34,14 @@ target_link_libraries(livermark_gmsh INTERFACE ${GMSH_LIBRARY})
 
 if(BUILD_TESTING)
   find_package(GTest REQUIRED)
-  # The eigensolver that the tests hold Spectra against.
+  # The eigensolver that the tests compare Spectra with.
   find_library(ARPACK_LIBRARY arpack REQUIRED)
   find_path(ARPACK_INCLUDE_DIR arpack/arpack.hpp REQUIRED)
   add_library(livermark_arpack INTERFACE)
   target_include_directories(livermark_arpack SYSTEM INTERFACE ${ARPACK_INCLUDE_DIR})
   target_link_libraries(livermark_arpack INTERFACE ${ARPACK_LIBRARY})
 endif()
-if(LIVERMARK_BENCHMARKS)
+if(LIVERMARK_WITH_BENCHMARKS)
   find_package(benchmark REQUIRED)
 endif()
 
@@ -45,11 +49,13 @@ include(finite_elements)
 
 # From images to bodies: without both, `livermark mesh labels` says what to install. Only these parts of ITK, because its
 # HDF5 is the serial one.
-set(CMAKE_MESSAGE_LOG_LEVEL ERROR) # it warns of that HDF5 on its way
-find_package(ITK 5.2 QUIET COMPONENTS ITKIOGDCM ITKIOMeta ITKIONIFTI ITKIONRRD ITKConnectedComponents
-  ITKBinaryMathematicalMorphology ITKImageGrid ITKSmoothing)
-unset(CMAKE_MESSAGE_LOG_LEVEL)
-find_package(CGAL 5.5 QUIET)
+if(LIVERMARK_WITH_SEGMENTATION)
+  set(CMAKE_MESSAGE_LOG_LEVEL ERROR) # it warns of that HDF5 on its way
+  find_package(ITK 5.2 QUIET COMPONENTS ITKIOGDCM ITKIOMeta ITKIONIFTI ITKIONRRD ITKConnectedComponents
+    ITKBinaryMathematicalMorphology ITKImageGrid ITKSmoothing)
+  unset(CMAKE_MESSAGE_LOG_LEVEL)
+  find_package(CGAL 5.5 QUIET)
+endif()
 if(ITK_FOUND AND CGAL_FOUND)
   set(LIVERMARK_SEGMENTATION ON)
   add_library(livermark_itk INTERFACE)
@@ -62,5 +68,5 @@ if(ITK_FOUND AND CGAL_FOUND)
   target_link_libraries(livermark_itk INTERFACE ${ITK_LIBRARIES} ${GDCM_LIBRARY})
 else()
   set(LIVERMARK_SEGMENTATION OFF)
-  message(STATUS "No ITK or no CGAL: bodies cannot be made of segmentations; see libinsighttoolkit5-dev, libcgal-dev")
+  message(STATUS "Without ITK and CGAL bodies cannot be made of segmentations; see libinsighttoolkit5-dev, libcgal-dev")
 endif()

@@ -43,18 +43,24 @@ function(livermark_install_headers component folder)
   endforeach()
 endfunction()
 
+# What livermark_msm_solvers has the sources of.
+set(factorising_statics "statics/(dynamic|equilibrium|load_path|rest|surface_pressure)")
 livermark_install_headers(core support ONLY "^input_error")
 livermark_install_headers(core core)
 livermark_install_headers(msm msm
   EXCEPT "-inl" "^kernels/(layout|simd|threads)/" "step_workspace" "^calibration" "^implicit" "dynamics/(release|spectrum)"
-    "statics/(dynamic|equilibrium|rest)")
-livermark_install_headers(fem_reference msm
-  ONLY "^calibration" "^implicit" "dynamics/(release|spectrum)" "statics/(dynamic|equilibrium|rest)")
-livermark_install_headers(fem_reference support ONLY "^(sparse_cholesky|supernodes|mpi_session|openmp)")
-livermark_install_headers(fem_reference fem_reference)
+    "${factorising_statics}")
+set(components core msm)
+if(LIVERMARK_WITH_FEM_REFERENCE)
+  list(APPEND components fem_reference)
+  livermark_install_headers(fem_reference msm
+    ONLY "^calibration" "^implicit" "dynamics/(release|spectrum)" "${factorising_statics}")
+  livermark_install_headers(fem_reference support ONLY "^(sparse_cholesky|supernodes|mpi_session|openmp)")
+  livermark_install_headers(fem_reference fem_reference)
+endif()
 
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/Livermark)
-foreach(component core msm fem_reference)
+foreach(component IN LISTS components)
   install(EXPORT livermark_${component} NAMESPACE livermark:: FILE Livermark-${component}.cmake DESTINATION ${package}
     COMPONENT ${component})
 endforeach()
@@ -63,12 +69,14 @@ configure_package_config_file(${livermark_SOURCE_DIR}/cmake/LivermarkConfig.cmak
 write_basic_package_version_file(LivermarkConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${livermark_BINARY_DIR}/LivermarkConfig.cmake ${livermark_BINARY_DIR}/LivermarkConfigVersion.cmake
   DESTINATION ${package} COMPONENT core)
-install(FILES ${livermark_SOURCE_DIR}/cmake/finite_elements.cmake DESTINATION ${package} COMPONENT fem_reference)
 foreach(component core msm)
   install(FILES ${livermark_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR}-${component} COMPONENT ${component})
 endforeach()
-install(FILES ${livermark_SOURCE_DIR}/LICENSE ${livermark_SOURCE_DIR}/NOTICE
-  DESTINATION ${CMAKE_INSTALL_DOCDIR}-fem-reference COMPONENT fem_reference)
+if(LIVERMARK_WITH_FEM_REFERENCE)
+  install(FILES ${livermark_SOURCE_DIR}/cmake/finite_elements.cmake DESTINATION ${package} COMPONENT fem_reference)
+  install(FILES ${livermark_SOURCE_DIR}/LICENSE ${livermark_SOURCE_DIR}/NOTICE
+    DESTINATION ${CMAKE_INSTALL_DOCDIR}-fem-reference COMPONENT fem_reference)
+endif()
 
 if(NOT PROJECT_IS_TOP_LEVEL)
   return()
@@ -80,7 +88,7 @@ set(CPACK_RESOURCE_FILE_LICENSE ${livermark_SOURCE_DIR}/LICENSE)
 set(CPACK_GENERATOR DEB)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
-set(CPACK_COMPONENTS_ALL core msm fem_reference)
+set(CPACK_COMPONENTS_ALL ${components})
 set(CPACK_COMPONENT_CORE_DESCRIPTION "Mesh, material, load case and solution of Livermark. Licence: Apache-2.0 alone.")
 set(CPACK_COMPONENT_MSM_DESCRIPTION
   "Mass-spring models of Livermark: spring laws, volume terms, vector kernels, critical time steps. Licence: Apache-2.0 alone.")

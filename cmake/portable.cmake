@@ -20,5 +20,5 @@ function(livermark_portable_sources target top)
   target_compile_definitions(${target} PRIVATE HWY_COMPILE_ONLY_STATIC LIVERMARK_EXACT_ROOTS
     EIGEN_DONT_VECTORIZE FMT_HEADER_ONLY NDEBUG)
   target_compile_options(${target} PRIVATE -ffp-contract=off)
-  set_target_properties(${target} PROPERTIES UNITY_BUILD OFF) # take_steps.cpp includes itself
+  set_source_files_properties(${top}/msm/kernels/simd/take_steps.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON) # includes itself
 endfunction()

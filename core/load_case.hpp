@@ -63,7 +63,7 @@ struct LoadCase {
     std::vector<std::string> constraint_names; ///< (P) the places where displacement is prescribed
     std::vector<int> constraint;               ///< (T) index into constraint_names, -1 where nothing is prescribed
     std::optional<Release> release;            ///< only in a time-dependent load case
-    /// (L) parts of the loads at which answers are kept, ascending to 1; all that drives the body grows with them.
+    /// (L) parts of the loads at which solutions are kept, ascending to 1; all that drives the body grows with them.
     /// Empty in the small regime.
     std::vector<double> path;
 
@@ -80,18 +80,18 @@ LoadCase without_tractions(LoadCase load_case);
 /// the last bit.
 bool are_statically_equal(const LoadCase &a, const LoadCase &b);
 
-/// Whether two load cases on one mesh hold the same components of the displacement, wherever to: a factor of what is
-/// free under one then serves the other.
+/// Whether two load cases on one mesh constrain the same components of the displacement, wherever to: a factor of what
+/// is free under one then serves the other.
 bool constrain_the_same(const LoadCase &a, const LoadCase &b);
 
-/// Whether every component that one load case on a mesh holds is constrained under the other too, wherever to.
+/// Whether every component that one load case on a mesh constrains is constrained under the other too, wherever to.
 bool constrains_all_of(const LoadCase &more, const LoadCase &less);
 
 /// The same with everything that drives it multiplied: tractions, accelerations and the prescribed displacements that
 /// are not zero. A linear body then moves by the factor.
 LoadCase scaled(LoadCase load_case, double factor);
 
-/// Whether anything drives it: if not, every answer is zero and no factor changes that.
+/// Whether anything drives it: if not, every solution is zero and no factor changes that.
 bool is_driven(const LoadCase &load_case);
 
 } // namespace livermark::core

@@ -24,8 +24,8 @@ BisectedBody bisect(const Body &body, const std::set<std::array<int, 2>> &edges)
 /// A load case on the parts of the boundary triangles that it was put on.
 LoadCase on_parts(const LoadCase &load_case, const std::vector<int> &parent_triangle);
 
-/// Nodes where the condition of the boundary changes: from held to free, from one constraint or traction to another.
-/// Displacements and tractions are not smooth there.
+/// Nodes where the condition of the boundary changes: from constrained to free, from one constraint or traction to
+/// another. Displacements and tractions are not smooth there.
 std::vector<bool> rim_nodes(const TetraMesh &mesh, const LoadCase &load_case);
 
 /// A problem on a mesh that is finer in places. The nodes of the mesh come first.

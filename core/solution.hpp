@@ -24,7 +24,7 @@ struct SpringNetwork {
     std::vector<double> rest_length;       ///< (S) [m]
 };
 
-/// What a model answers to a time-dependent load case: the motion of its probes. A record is made at t = 0 and after
+/// What a model finds for a time-dependent load case: the motion of its probes. A record is made at t = 0 and after
 /// each output interval, K in all.
 struct History {
     std::vector<double> time;           ///< (K) [s]
@@ -72,7 +72,7 @@ struct ExplicitSteps {
     std::string kernel{};          ///< what evaluated the forces
 };
 
-/// What a model answers to a problem, in the numbering of the mesh file. To a time-dependent load case that is the
+/// What a model finds for a problem, in the numbering of the mesh file. To a time-dependent load case that is the
 /// static start, and the history if the model can move in time.
 struct Solution {
     SolutionStatus status = SolutionStatus::ok;

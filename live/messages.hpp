@@ -6,7 +6,7 @@
 
 #include "live/scene.hpp"
 
-/// What the live page says to a scene, and how it is answered, as numbers in a row: the same to the kernel in the page
+/// What the live page says to a scene, and how it replies, as numbers in a row: the same to the kernel in the page
 /// and to the one behind a socket. Numbers are float64, little-endian; so are the integers among them.
 namespace livermark::live {
 
@@ -16,13 +16,13 @@ namespace livermark::live {
 /// @throws support::InputError if it is not that, or for what Scene refuses
 std::unique_ptr<Scene> scene_of(std::span<const double> message);
 
-/// Answers one message by its first number.
+/// Replies to one message by its first number.
 ///
 ///     1, law, keeps volume, E [Pa], nu, alpha [1/s], beta [s], time step [s]
-///         law is an index into msm::all_spring_laws(). Answer: time step, the longest one, the critical one [s],
+///         law is an index into msm::all_spring_laws(). Reply: time step, the longest one, the critical one [s],
 ///         number of springs
 ///     2, tool, target (3) [m], radius [m], node, number of steps
-///         Answer: time [s], tool (3) [m], force (3) [N], indentation [m], smallest volume, largest speed [m/s],
+///         Reply: time [s], tool (3) [m], force (3) [N], indentation [m], smallest volume, largest speed [m/s],
 ///         restarts, seconds that the steps took, N, K, L; node (K), force (K,3) [N], facet (L), traction (L,3) [Pa];
 ///         and as float32 displacement (N,3) [m]
 ///     3

@@ -81,10 +81,10 @@ void Scene::take_up(const Tool &tool) {
     if (is_same)
         return;
     take_load_off();
-    hand_ = {.position = tool.target, .target = tool.target};
+    proxy_ = {.position = tool.target, .target = tool.target};
     if (tool.kind == ToolKind::pull) {
         grip_ = grip_around(surface_, body_.mesh.points, tool.node, tool.radius);
-        hand_.position = hand_.target = mean_over(grip_, surface_, [&](int i) { return position(i); });
+        proxy_.position = proxy_.target = mean_over(grip_, surface_, [&](int i) { return position(i); });
     }
     fit_tool();
 }
@@ -113,13 +113,13 @@ void Scene::touch(int step) {
     clear(load_);
     const auto position_of = [&](int node) { return position(node); };
     if (tool_.kind == ToolKind::probe) {
-        const Sphere sphere{hand_.position, tool_.radius};
+        const Sphere sphere{proxy_.position, tool_.radius};
         if (step % steps_between_searches == 0)
             near_ = near_triangles(surface_, sphere, search_margin, position_of);
         add_contact(surface_, near_, sphere, contact_modulus_, position_of, load_);
     } else {
-        const core::Vector3 held = mean_over(grip_, surface_, position_of);
-        add_pull(grip_, surface_, grip_stiffness_ * (hand_.position - held), load_);
+        const core::Vector3 gripped = mean_over(grip_, surface_, position_of);
+        add_pull(grip_, surface_, grip_stiffness_ * (proxy_.position - gripped), load_);
     }
     for (const int node : before)
         if (load_.nodal[node].isZero(0.0))
@@ -142,9 +142,9 @@ Frame Scene::move(const Tool &tool, int num_steps) {
     if (tool.kind == ToolKind::none)
         steps_->take(num_steps);
     for (int step = 0; step < num_steps && tool.kind != ToolKind::none; ++step) {
-        follow(hand_, goal, time_step_);
+        follow(proxy_, goal, time_step_);
         touch(step);
-        advance(hand_, -load_.total, time_step_);
+        advance(proxy_, -load_.total, time_step_);
         steps_->take(1);
     }
     time_ += num_steps * time_step_;
@@ -160,11 +160,11 @@ Frame Scene::frame() {
     }
     Frame frame;
     frame.time = time_;
-    frame.tool = hand_.position;
+    frame.tool = proxy_.position;
     frame.force = -load_.total;
     frame.largest_speed = largest_speed(state.velocity);
     if (tool_.kind != ToolKind::none)
-        frame.largest_speed = std::max(frame.largest_speed, hand_.velocity.norm());
+        frame.largest_speed = std::max(frame.largest_speed, proxy_.velocity.norm());
     frame.restarts = restarts_;
     frame.displacement = msm::to_field(state.displacement);
     frame.smallest_volume = smallest_volume_ratio(body_.mesh, frame.displacement);
@@ -177,7 +177,7 @@ Frame Scene::frame() {
 bool Scene::is_lost(const msm::State &state) const {
     // Written so that what is no number counts as lost.
     return !(state.displacement.lpNorm<Eigen::Infinity>() < largest_motion * extent_ && state.velocity.allFinite() &&
-             hand_.position.allFinite());
+             proxy_.position.allFinite());
 }
 
 void Scene::take_load_off() {
@@ -194,13 +194,13 @@ void Scene::reset() {
     take_load_off();
     steps_->set_state({Eigen::VectorXd::Zero(size), Eigen::VectorXd::Zero(size)});
     tool_ = {};
-    hand_ = {};
+    proxy_ = {};
 }
 
 void Scene::keep() {
     if (!steps_)
         throw support::InputError("nothing has been chosen yet that could be kept; choose a spring law first");
-    kept_ = {.state = steps_->state(), .tool = tool_, .hand = hand_, .grip = grip_, .load = load_};
+    kept_ = {.state = steps_->state(), .tool = tool_, .proxy = proxy_, .grip = grip_, .load = load_};
 }
 
 void Scene::restore() {
@@ -209,7 +209,7 @@ void Scene::restore() {
     take_load_off();
     steps_->set_state(kept_->state);
     tool_ = kept_->tool;
-    hand_ = kept_->hand;
+    proxy_ = kept_->proxy;
     grip_ = kept_->grip;
     load_ = kept_->load;
     for (const int node : load_.nodes)

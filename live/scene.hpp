@@ -88,7 +88,7 @@ class Scene {
     struct Moment {
         msm::State state;
         Tool tool;
-        Proxy hand;
+        Proxy proxy;
         Grip grip;
         Load load;
     };
@@ -104,7 +104,7 @@ class Scene {
     double young_modulus_ = 0.0;    ///< [Pa]
     double time_step_ = 0.0;        ///< [s]
     Tool tool_;
-    Proxy hand_;
+    Proxy proxy_;
     Grip grip_;
     std::vector<int> near_;               ///< triangles that the probe may reach
     std::vector<double> contact_modulus_; ///< (L) [Pa/m]

@@ -7,7 +7,7 @@
 
 namespace livermark::live {
 
-/// What of a body can be touched: boundary triangles that nothing holds.
+/// What of a body can be touched: boundary triangles that are not constrained.
 struct Surface {
     std::vector<std::array<int, 3>> triangles; ///< (L) node numbers of the mesh, right-handed seen from outside
     std::vector<int> facet;                    ///< (L) which boundary triangles of the mesh these are

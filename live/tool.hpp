@@ -4,7 +4,7 @@
 
 namespace livermark::live {
 
-/// What the hand does. The numbers are those of the messages.
+/// What the tool does. The numbers are those of the messages.
 enum class ToolKind {
     none = 0,
     probe = 1, ///< a sphere that follows the target and is stopped by the surface
@@ -14,7 +14,7 @@ enum class ToolKind {
 struct Tool {
     ToolKind kind = ToolKind::none;
     core::Vector3 target = core::Vector3::Zero(); ///< of the centre of the sphere, or of the node [m]
-    double radius = 0.01;                         ///< of the sphere, or of what is held [m], > 0
+    double radius = 0.01;                         ///< of the sphere, or of what is gripped [m], > 0
     int node = 0;                                 ///< of the surface; looked at by a pull alone
 };
 

@@ -8,7 +8,7 @@ namespace livermark::live {
 namespace {
 
 /// The coupling comes to rest without swinging.
-const double hand_damping = 2.0 * std::sqrt(coupling_stiffness * coupling_mass);
+const double coupling_damping = 2.0 * std::sqrt(coupling_stiffness * coupling_mass);
 
 constexpr std::array<double, 3> thirds{1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0};
 
@@ -19,14 +19,14 @@ core::Vector3 shortened(const core::Vector3 &vector, double longest) {
 
 } // namespace
 
-void follow(Proxy &hand, const core::Vector3 &target, double time_step) {
-    hand.target += shortened(target - hand.target, fastest_target * time_step);
+void follow(Proxy &proxy, const core::Vector3 &target, double time_step) {
+    proxy.target += shortened(target - proxy.target, fastest_target * time_step);
 }
 
-void advance(Proxy &hand, const core::Vector3 &force, double time_step) {
-    const core::Vector3 drawn = shortened(coupling_stiffness * (hand.target - hand.position), strongest_coupling);
-    hand.velocity += time_step / coupling_mass * (drawn - hand_damping * hand.velocity + force);
-    hand.position += time_step * hand.velocity;
+void advance(Proxy &proxy, const core::Vector3 &force, double time_step) {
+    const core::Vector3 drawn = shortened(coupling_stiffness * (proxy.target - proxy.position), strongest_coupling);
+    proxy.velocity += time_step / coupling_mass * (drawn - coupling_damping * proxy.velocity + force);
+    proxy.position += time_step * proxy.velocity;
 }
 
 Grip grip_around(const Surface &surface, const std::vector<core::Vector3> &points, int node, double radius) {
@@ -46,7 +46,7 @@ Grip grip_around(const Surface &surface, const std::vector<core::Vector3> &point
         const core::Vector3 middle = (points[a] + points[b] + points[c]) / 3.0;
         const double distance = (middle - points[node]).norm() / radius;
         const bool is_at_node = a == node || b == node || c == node;
-        // Triangles at the node are held, however large they are; those on the far side of an edge are not.
+        // Triangles at the node are gripped, however large they are; those on the far side of an edge are not.
         if (!is_at_node && (distance >= 1.0 || normal(t).dot(outwards) <= 0.0))
             continue;
         const double nearness = std::max(1.0 - distance * distance, 0.1);

@@ -21,26 +21,26 @@ inline constexpr double strongest_coupling = 12.0;  ///< [N]
 inline constexpr double fastest_target = 0.5;       ///< [m/s]
 
 /// Moves the target on, no faster than it may go.
-void follow(Proxy &hand, const core::Vector3 &target, double time_step);
+void follow(Proxy &proxy, const core::Vector3 &target, double time_step);
 
 /// One step of symplectic Euler.
-/// @param force  of the body on the hand [N]
-void advance(Proxy &hand, const core::Vector3 &force, double time_step);
+/// @param force  of the body on the proxy [N]
+void advance(Proxy &proxy, const core::Vector3 &force, double time_step);
 
-/// What a pull holds: its share of the force on each triangle, largest at the node and zero at the radius.
+/// What a pull grips: its part of the force on each triangle, largest at the node and zero at the radius.
 struct Grip {
     std::vector<int> triangles;                 ///< of the surface; empty if the node is not on it
     std::vector<double> share;                  ///< of each; they add up to one
-    core::Vector3 rest = core::Vector3::Zero(); ///< mean place of what is held, at rest [m]
+    core::Vector3 rest = core::Vector3::Zero(); ///< mean place of what the tool grips, at rest [m]
 };
 
 /// @param points  shape (N), at rest [m]
 Grip grip_around(const Surface &surface, const std::vector<core::Vector3> &points, int node, double radius);
 
-/// Mean of a nodal field over what is held.
+/// Mean of a nodal field over what the tool grips.
 core::Vector3 mean_over(const Grip &grip, const Surface &surface, const PositionOf &field);
 
-/// Puts a force on what is held.
+/// Puts a force on what the tool grips.
 void add_pull(const Grip &grip, const Surface &surface, const core::Vector3 &force, Load &load);
 
 } // namespace livermark::live

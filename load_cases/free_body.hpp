@@ -8,7 +8,8 @@
 namespace livermark::load_cases {
 
 /// Refuses a body that can move as a whole without any prescribed displacement being in the way: it has no static
-/// answer. A rigid motion u(x) = t + w x (x - c) leaves all constrained components alone if it is in the null space of
+/// solution. A rigid motion u(x) = t + w x (x - c) leaves all constrained components alone if it is in the null space
+/// of
 ///   sum over the constrained components i of the nodes x of  a a^T,   a = (e_i, (x - c) x e_i / r)
 /// with c the centroid of the constrained nodes and r their root mean square distance from it.
 /// @param mesh       num_boundary_triangles facets

@@ -25,7 +25,7 @@ core::Regime regime_of(const toml::table &table) {
                                           support::place_of(*table.get("regime")), word));
 }
 
-/// The parts of the loads at which answers are kept.
+/// The parts of the loads at which solutions are kept.
 std::vector<double> read_path(const toml::table &table, core::Regime regime) {
     if (!table.contains("path"))
         return regime == core::Regime::large ? std::vector{0.2, 0.4, 0.6, 0.8, 1.0} : std::vector<double>{};

@@ -162,7 +162,7 @@ class PreparedMassSprings : public core::PreparedModel {
                           common_ ? common_->displacement : std::vector<core::Vector3>{});
             stiffness_seconds_ = seconds(Clock::now() - start);
         }
-        rest_->hold(conditions.displacement);
+        rest_->constrain(conditions.displacement);
         return *rest_;
     }
 

@@ -92,9 +92,9 @@ CalibrationObjective::CalibrationObjective(const CalibrationTask &task)
     force_.resize(free_.size(), num_loads);
     wanted_.resize(free_.size(), num_loads);
     for (Eigen::Index l = 0; l < num_loads; ++l) {
-        const auto &answer = l < num_training_ ? task.training[l] : task.held_out[l - num_training_];
-        force_.col(l) = free_.gather(answer.force);
-        wanted_.col(l) = free_.gather(answer.displacement);
+        const auto &solution = l < num_training_ ? task.training[l] : task.held_out[l - num_training_];
+        force_.col(l) = free_.gather(solution.force);
+        wanted_.col(l) = free_.gather(solution.displacement);
     }
     wanted_square_ = wanted_.cwiseAbs2().transpose() * volume_;
     factor_->solver.cholmod().print = 0;

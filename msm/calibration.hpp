@@ -9,7 +9,7 @@
 #include "core/solution.hpp"
 #include "msm/statics/free_components.hpp"
 
-/// Stiffnesses of springs fitted to given answers.
+/// Stiffnesses of springs fitted to given solutions.
 ///
 /// The body is linearised at rest, K(k) = sum over springs s of k_s b_s b_s^T + K_0, and what is constrained does not
 /// move. Of each load l the solution r_l is given, and the stiffnesses minimise

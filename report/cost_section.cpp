@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "core/units.hpp"
-#include "report/contestants.hpp"
 #include "report/html.hpp"
+#include "report/models_of_results.hpp"
 #include "report/sections.hpp"
 #include "results/tables/accuracy.hpp"
 #include "results/tables/overview.hpp"

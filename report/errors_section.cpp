@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "core/units.hpp"
-#include "report/contestants.hpp"
 #include "report/html.hpp"
+#include "report/models_of_results.hpp"
 #include "report/sections.hpp"
 #include "results/tables/overview.hpp"
 
@@ -42,10 +42,10 @@ std::string uncertainty_cell(const results::Result &result) {
                                         : "not known";
 }
 
-bool is_contestant_of(const std::vector<const results::Result *> &cases, const std::string &name) {
+bool is_spring_model_of(const std::vector<const results::Result *> &cases, const std::string &name) {
     return std::ranges::any_of(cases, [&](const results::Result *result) {
         const auto *model = find_model(*result, name);
-        return model && is_contestant(*model);
+        return model && is_spring_model(*model);
     });
 }
 
@@ -69,13 +69,13 @@ std::string table_of(const ReportData &data, const std::vector<const results::Re
             row.push_back(cell_of(*result, name));
             if (model && std::isfinite(error_of(*model)))
                 errors.push_back(error_of(*model));
-            if (model && model == best_contestant(*result))
+            if (model && model == best_spring_model(*result))
                 strong.insert({layout.rows.size(), row.size() - 1});
         }
         if (!is_there)
             continue;
         const bool has_mean = errors.size() == cases.size();
-        if (has_mean && is_contestant_of(cases, name) && mean(errors) < smallest_mean) {
+        if (has_mean && is_spring_model_of(cases, name) && mean(errors) < smallest_mean) {
             smallest_mean = mean(errors);
             best_mean = {layout.rows.size(), row.size()};
         }

@@ -5,8 +5,8 @@
 #include <map>
 
 #include "core/units.hpp"
-#include "report/contestants.hpp"
 #include "report/html.hpp"
+#include "report/models_of_results.hpp"
 #include "report/sections.hpp"
 #include "results/tables/overview.hpp"
 
@@ -48,7 +48,7 @@ Finding find(const ReportData &data, const std::string &label) {
             found.uncertainties.push_back(result.reference_uncertainty->relative_l2);
         for (const auto &model : result.models)
             if (const double error = error_of(model); std::isfinite(error)) {
-                if (is_contestant(model))
+                if (is_spring_model(model))
                     found.springs[model.name].push_back(error);
                 else if (model.name == "fem_p1")
                     found.baseline.push_back(error);

@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "core/units.hpp"
-#include "report/contestants.hpp"
 #include "report/html.hpp"
+#include "report/models_of_results.hpp"
 #include "report/sections.hpp"
 #include "results/tables/large_table.hpp"
 #include "results/tables/overview.hpp"

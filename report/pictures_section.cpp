@@ -6,8 +6,8 @@
 #include "core/bounding_box.hpp"
 #include "core/units.hpp"
 #include "report/colour_map.hpp"
-#include "report/contestants.hpp"
 #include "report/html.hpp"
+#include "report/models_of_results.hpp"
 #include "report/sections.hpp"
 #include "report/surface_picture.hpp"
 #include "report/ticks.hpp"
@@ -67,7 +67,7 @@ std::vector<const results::ModelResult *> models_to_show(const results::Result &
             can_be_drawn(model->comparison->error, result.problem.body->mesh))
             shown.push_back(model);
     };
-    show(best_contestant(result));
+    show(best_spring_model(result));
     show(find_model(result, simplest));
     for (const auto &model : result.models)
         if (shown.empty())

@@ -5,8 +5,8 @@
 #include <map>
 
 #include "core/units.hpp"
-#include "report/contestants.hpp"
 #include "report/html.hpp"
+#include "report/models_of_results.hpp"
 #include "report/sections.hpp"
 #include "results/tables/overview.hpp"
 

@@ -40,7 +40,7 @@ struct ErrorBand {
     bool operator==(const ErrorBand &) const = default;
 };
 
-/// What one model answered, and how it did.
+/// The solution of one model, and how good it is.
 struct ModelResult {
     std::string name; ///< name of the model; no '/' and no '.'
     std::string summary;

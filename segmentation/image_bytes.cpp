@@ -68,18 +68,18 @@ void check_meta_image(const fs::path &file, double data_bytes) {
             data_file = value;
     }
     std::error_code error;
-    double constrained = 0.0;
+    double present = 0.0;
     if (data_file == "LOCAL")
-        constrained = static_cast<double>(fs::file_size(file, error)) - static_cast<double>(stream.tellg());
+        present = static_cast<double>(fs::file_size(file, error)) - static_cast<double>(stream.tellg());
     else if (data_file != "LIST" && data_file.find('%') == std::string::npos)
-        constrained = static_cast<double>(fs::file_size(file.parent_path() / data_file, error));
+        present = static_cast<double>(fs::file_size(file.parent_path() / data_file, error));
     else
         return; // a file for each slice: ITK misses one that is not whole
     if (error)
         refuse(file, fmt::format("there is no file '{}' with its voxels", support::shown(data_file)));
     const double wanted = is_compressed ? compressed : data_bytes;
-    if (constrained < wanted || (is_compressed && wanted == 0.0))
-        refuse(file, fmt::format("it holds {:.0f} bytes of voxels where {:.0f} are said", constrained, wanted));
+    if (present < wanted || (is_compressed && wanted == 0.0))
+        refuse(file, fmt::format("it holds {:.0f} bytes of voxels where {:.0f} are said", present, wanted));
 }
 
 } // namespace

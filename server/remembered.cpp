@@ -24,12 +24,12 @@ std::optional<State> state_of(const std::filesystem::path &path) {
 
 struct Memory {
     static constexpr std::size_t most_files = 100'000;
-    struct Response {
+    struct Reply {
         State state;
         bool is;
     };
     std::mutex mutex; ///< of what follows
-    std::map<std::string, Response> answers;
+    std::map<std::string, Reply> replies;
 };
 
 } // namespace
@@ -42,15 +42,15 @@ AskAboutFile remembered(AskAboutFile ask) {
             return false;
         {
             const std::lock_guard lock(memory->mutex);
-            if (const auto known = memory->answers.find(path.native());
-                known != memory->answers.end() && known->second.state == *state)
+            if (const auto known = memory->replies.find(path.native());
+                known != memory->replies.end() && known->second.state == *state)
                 return known->second.is;
         }
         const bool is = ask(path);
         const std::lock_guard lock(memory->mutex);
-        if (memory->answers.size() >= Memory::most_files)
-            memory->answers.clear(); // names that are long gone
-        memory->answers.insert_or_assign(path.native(), Memory::Response{*state, is});
+        if (memory->replies.size() >= Memory::most_files)
+            memory->replies.clear(); // names that are long gone
+        memory->replies.insert_or_assign(path.native(), Memory::Reply{*state, is});
         return is;
     };
 }

@@ -25,7 +25,7 @@ struct Site {
     std::map<std::string, BeginSession> sessions{}; ///< by the path that WebSockets ask for
 };
 
-/// The lines of an HTTP request that decide on its solution.
+/// The lines of an HTTP request that decide on its response.
 struct Request {
     std::string method;
     std::string target;                      ///< path as the browser sends it, percent-encoded

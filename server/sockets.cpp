@@ -20,9 +20,9 @@ namespace {
 
 using tcp = boost::asio::ip::tcp;
 
-Session begun(const BeginSession &begin, const Fields &query, const TellProgress &tell) {
+Session begun(const BeginSession &begin, const Fields &query, const ReportProgress &report) {
     try {
-        return begin(query, tell);
+        return begin(query, report);
     } catch (const support::InputError &error) {
         return [error](const Message &) -> Message { throw error; };
     }
@@ -75,7 +75,7 @@ void Sockets::converse(Line &line, int handle, const RequestHead &head, const Be
     Talk talk(handle, patience_.silence);
     if (!talk.accept(head))
         return;
-    const TellProgress tell = [&talk](const std::string &sentence) {
+    const ReportProgress report = [&talk](const std::string &sentence) {
         // Whether anybody is there to hear it shows when the reply is written.
         talk.write({.is_binary = false, .bytes = fields_text({{"progress", sentence}})});
     };
@@ -85,7 +85,7 @@ void Sockets::converse(Line &line, int handle, const RequestHead &head, const Be
         line.silent_since = is_waiting ? std::optional(Clock::now()) : std::nullopt;
     };
     try {
-        const auto session = begun(begin, query, tell);
+        const auto session = begun(begin, query, report);
         while (true) {
             wait(true);
             const auto message = talk.read();
@@ -122,7 +122,7 @@ void Sockets::open(tcp::socket socket, RequestHead head, BeginSession begin, Fie
                 try {
                     converse(line, handle, head, begin, query);
                 } catch (const std::exception &fault) { // no descriptors are left
-                    fmt::print(stderr, "livermark: a conversation failed to begin: {}\n", fault.what());
+                    fmt::print(stderr, "livermark: a session failed to begin: {}\n", fault.what());
                 }
                 const std::lock_guard ending(mutex_);
                 ::close(line.handle);

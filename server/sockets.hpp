@@ -24,7 +24,7 @@ inline constexpr auto replaced =
     "Another page took the place of this one, which had been silent; open the file again to go on.";
 
 /// Why a session did not begin. It goes to the page as `fault=<sentence>` and as the reason of the close frame.
-inline constexpr auto no_room = "Eight conversations are under way already; close a page that has one, and try again.";
+inline constexpr auto no_room = "Eight sessions are open already; close a page that has one, and try again.";
 
 class Talk;
 

@@ -192,13 +192,13 @@ double available_memory() {
 } // namespace
 
 void run_in_process_pool(std::span<const int> group, int num_workers, const Work &work,
-                         const std::function<void(int, const std::string &)> &told,
+                         const std::function<void(int, const std::string &)> &receive,
                          std::span<const std::vector<int>> waits_for) {
     WorkQueue queue(group, waits_for);
     if (num_workers == 1 || group.size() < 2) {
         int at = -1;
         while (const auto item = queue.next(at)) {
-            work(*item, [&](const std::string &text) { told(*item, text); });
+            work(*item, [&](const std::string &text) { receive(*item, text); });
             queue.done(*item);
         }
         return;
@@ -225,7 +225,7 @@ void run_in_process_pool(std::span<const int> group, int num_workers, const Work
                 continue;
             switch (at_work[w]->receive(text).kind) {
             case Kind::text:
-                told(at_work[w]->item(), text);
+                receive(at_work[w]->item(), text);
                 break;
             case Kind::done:
                 queue.done(at_work[w]->item());

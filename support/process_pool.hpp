@@ -20,13 +20,13 @@ using SendMessage = std::function<void(const std::string &text)>;
 /// @param group        shape (I) the group of each item, >= 0
 /// @param waits_for    of each item the items before it that have to be done before it begins; may be shorter
 /// @param num_workers  >= 1
-/// @param work         called for an item; what it changes in memory may stay in the worker, what it tells comes home
-/// @param told         called in this process with an item and each text, in the order of the telling
+/// @param work         called for an item; what it changes in memory may stay in the worker, what it sends comes home
+/// @param receive      called in this process with an item and each text, in the order of sending
 /// @throws InputError or std::runtime_error as the work threw first; std::runtime_error if a worker is killed; the
 ///   other workers are then stopped
 void run_in_process_pool(std::span<const int> group, int num_workers,
                          const std::function<void(int item, const SendMessage &)> &work,
-                         const std::function<void(int item, const std::string &text)> &told,
+                         const std::function<void(int item, const std::string &text)> &receive,
                          std::span<const std::vector<int>> waits_for = {});
 
 /// How many workers this process has cores for, and the machine memory.

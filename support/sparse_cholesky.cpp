@@ -91,7 +91,7 @@ struct SparseCholesky::Impl {
     std::span<const double> values() const { return {static_cast<const double *>(factor->x), factor->xsize}; }
     std::span<const int> order() const { return {static_cast<const int *>(factor->Perm), factor->n}; }
 
-    /// Q of hold(), which takes what is held out of L^-1 P b.
+    /// Q of constrain(), which takes what is constrained out of L^-1 P b.
     void project(Dense &half) const {
         const Dense on_constrained = gram.solve(reach.transpose() * half);
         half.noalias() -= reach * on_constrained;
@@ -118,7 +118,7 @@ void SparseCholesky::order(const Matrix &matrix) {
 }
 
 bool SparseCholesky::factorise(const Matrix &matrix) {
-    hold({});
+    constrain({});
     impl_->single = {};
     auto upper = view(matrix);
     cholmod_factorize(&upper, impl_->factor, &impl_->common);
@@ -130,7 +130,7 @@ double SparseCholesky::pivot_ratio() const {
     return cholmod_rcond(impl_->factor, &impl_->common);
 }
 
-void SparseCholesky::hold(std::vector<int> unknowns) {
+void SparseCholesky::constrain(std::vector<int> unknowns) {
     impl_->constrained = std::move(unknowns);
     const auto num_constrained = static_cast<Eigen::Index>(impl_->constrained.size());
     if (num_constrained == 0) {
@@ -159,10 +159,10 @@ Eigen::MatrixXd SparseCholesky::solve(const Eigen::Ref<const Eigen::MatrixXd> &r
         return impl_->solve(CHOLMOD_A, right_hand_sides);
     Dense half = impl_->solve(CHOLMOD_L, impl_->solve(CHOLMOD_P, right_hand_sides));
     impl_->project(half);
-    Dense answers = impl_->solve(CHOLMOD_Pt, impl_->solve(CHOLMOD_Lt, std::move(half)));
+    Dense solutions = impl_->solve(CHOLMOD_Pt, impl_->solve(CHOLMOD_Lt, std::move(half)));
     for (const int unknown : impl_->constrained)
-        answers.row(unknown).setZero(); // they are, but for rounding
-    return answers;
+        solutions.row(unknown).setZero(); // they are, but for rounding
+    return solutions;
 }
 
 Eigen::MatrixXd
@@ -182,13 +182,13 @@ SparseCholesky::solve_single_precision(const Eigen::Ref<const Eigen::MatrixXd> &
         x = half.cast<float>();
     }
     solve_upper<float>(impl_->supernodes(), impl_->single, x);
-    Dense answers(x.rows(), x.cols());
+    Dense solutions(x.rows(), x.cols());
     for (Eigen::Index c = 0; c < x.cols(); ++c)
         for (Eigen::Index k = 0; k < x.rows(); ++k)
-            answers(order[k], c) = size[c] * static_cast<double>(x(k, c));
+            solutions(order[k], c) = size[c] * static_cast<double>(x(k, c));
     for (const int unknown : impl_->constrained)
-        answers.row(unknown).setZero();
-    return answers;
+        solutions.row(unknown).setZero();
+    return solutions;
 }
 
 std::optional<std::vector<int>> unknowns_to_constrain(const std::vector<bool> &has, const std::vector<bool> &free) {

@@ -31,11 +31,11 @@ class SparseCholesky {
     /// The square of the ratio of the smallest to the largest entry on the diagonal of L.
     double pivot_ratio() const;
 
-    /// Keeps some unknowns at zero in all solutions to come, and forgets what was constrained before: with E of their
+    /// Keeps some unknowns at zero in all solutions to come, and clears what was constrained before: with E of their
     /// unit vectors, W = L^-1 P E and the projector Q = I - W (W^T W)^-1 W^T, the solution is P^T L^-T Q L^-1 P b. It
     /// is that of the matrix without their rows and columns, but takes no other factor.
-    /// @param unknowns  each once; none to hold nothing
-    void hold(std::vector<int> unknowns);
+    /// @param unknowns  each once; none to constrain nothing
+    void constrain(std::vector<int> unknowns);
 
     /// Only after a factorise() that returned true.
     /// @param right_hand_sides  shape (n, any); what is constrained is not looked at
@@ -52,10 +52,11 @@ class SparseCholesky {
     std::unique_ptr<Impl> impl_;
 };
 
-/// Where a factor is to serve fewer unknowns than it has, which of its unknowns to hold.
+/// Where a factor is to serve fewer unknowns than it has, which of its unknowns to constrain.
 /// @param has   shape (n) whether each unknown of a larger system is one of the factor
 /// @param free  shape (n) whether it is one of what is to be solved
-/// @return nothing if the factor lacks one, or if there are so many to hold that another factor would take less time
+/// @return nothing if the factor lacks one, or if there are so many to constrain that another factor
+///   would take less time
 std::optional<std::vector<int>> unknowns_to_constrain(const std::vector<bool> &has, const std::vector<bool> &free);
 
 } // namespace livermark::support

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "benchmarks/contestant.hpp"
+#include "benchmarks/competitor.hpp"
 
 /// What both peers from Bullet do alike.
 namespace livermark::benchmarks {

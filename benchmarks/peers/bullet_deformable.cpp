@@ -57,7 +57,7 @@ constexpr double tolerance = 2e-3;
 
 } // namespace
 
-Contestant bullet_deformable() {
+Competitor bullet_deformable() {
     Method method;
     method.integrator = integrator;
     method.critical_time_step = [](const Scene &scene) {

@@ -67,7 +67,7 @@ Run make(const Scene &scene, double time_step) {
 
 } // namespace
 
-Contestant bullet_soft_body() {
+Competitor bullet_soft_body() {
     Method method;
     method.integrator = "position_based";
     method.critical_time_step = [](const Scene &) { return std::numeric_limits<double>::infinity(); };

@@ -73,7 +73,7 @@ constexpr double tolerance = 1e-11;
 
 } // namespace
 
-Contestant eigen_loop() {
+Competitor eigen_loop() {
     return {.name = {},
             .summary = "a plain loop over springs with Eigen, double precision",
             .source = "what a competent user writes first",

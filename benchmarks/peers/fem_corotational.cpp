@@ -159,7 +159,7 @@ std::string check(const Scene &scene, double time_step, Run &run) {
 
 } // namespace
 
-Contestant fem_corotational() {
+Competitor fem_corotational() {
     Method method;
     method.integrator = "symplectic_euler";
     method.critical_time_step = critical_step;

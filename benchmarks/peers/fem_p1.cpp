@@ -2,7 +2,7 @@
 
 namespace livermark::benchmarks::peers {
 
-Contestant fem_p1() {
+Competitor fem_p1() {
     return {.name = {},
             .summary = "linear elasticity, linear tetrahedra, a step of Newmark's with a factor that is kept (CHOLMOD)",
             .source = "fem_reference/, with deal.II and SuiteSparse",

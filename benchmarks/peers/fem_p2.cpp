@@ -2,7 +2,7 @@
 
 namespace livermark::benchmarks::peers {
 
-Contestant fem_p2() {
+Competitor fem_p2() {
     return {.name = {},
             .summary =
                 "linear elasticity, quadratic tetrahedra, a step of Newmark's with a factor that is kept (CHOLMOD)",

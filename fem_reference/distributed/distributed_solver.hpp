@@ -7,7 +7,8 @@ namespace livermark::fem_reference {
 
 /// What StaticSolver does, by all ranks of MPI_COMM_WORLD together: the tetrahedra are cut among them with METIS, each
 /// rank holds its rows of the matrix, and conjugate gradients with smoothed aggregation multigrid (Trilinos ML) solve.
-/// Collective: every rank calls it, with the same problem, while an MpiSession lives. Every rank gets the whole answer.
+/// Collective: every rank calls it, with the same problem, while an MpiSession lives. Every rank gets the whole
+/// solution.
 ///
 /// If a rank fails where the others cannot know of it (out of memory), it says so and ends them all.
 /// @param degree          1 or 2

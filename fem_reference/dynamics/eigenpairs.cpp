@@ -23,8 +23,8 @@ constexpr double relative_tolerance = 1e-13;
 constexpr int most_restarts = 1000;
 
 /// Between vectors of all unknowns and of the free ones.
-struct UnheldUnknowns {
-    explicit UnheldUnknowns(std::span<const double> prescribed) : num_all(prescribed.size()) {
+struct UnconstrainedUnknowns {
+    explicit UnconstrainedUnknowns(std::span<const double> prescribed) : num_all(prescribed.size()) {
         for (std::size_t i = 0; i < num_all; ++i)
             if (std::isnan(prescribed[i]))
                 free_dofs.push_back(i);
@@ -49,7 +49,7 @@ struct UnheldUnknowns {
 class InverseStiffness {
   public:
     using Scalar = double;
-    InverseStiffness(ConstrainedSolver &solver, const UnheldUnknowns &unknowns)
+    InverseStiffness(ConstrainedSolver &solver, const UnconstrainedUnknowns &unknowns)
         : solver_(solver), unknowns_(unknowns) {}
 
     Eigen::Index rows() const { return unknowns_.num_free(); }
@@ -64,7 +64,7 @@ class InverseStiffness {
 
   private:
     ConstrainedSolver &solver_;
-    const UnheldUnknowns &unknowns_;
+    const UnconstrainedUnknowns &unknowns_;
     mutable std::vector<double> load_, u_;
 };
 
@@ -72,7 +72,7 @@ class InverseStiffness {
 class Mass {
   public:
     using Scalar = double;
-    Mass(const SymmetricMatrix &mass, const UnheldUnknowns &unknowns) : mass_(mass), unknowns_(unknowns) {}
+    Mass(const SymmetricMatrix &mass, const UnconstrainedUnknowns &unknowns) : mass_(mass), unknowns_(unknowns) {}
 
     Eigen::Index rows() const { return unknowns_.num_free(); }
     Eigen::Index cols() const { return unknowns_.num_free(); }
@@ -85,7 +85,7 @@ class Mass {
 
   private:
     const SymmetricMatrix &mass_;
-    const UnheldUnknowns &unknowns_;
+    const UnconstrainedUnknowns &unknowns_;
     mutable std::vector<double> in_, out_;
 };
 
@@ -103,7 +103,7 @@ void normalise(std::vector<double> &shape, const SymmetricMatrix &mass) {
 
 EigenPairs lowest_eigenpairs(const SymmetricMatrix &stiffness, const SymmetricMatrix &mass,
                              std::span<const double> prescribed, int count) {
-    const UnheldUnknowns unknowns(prescribed);
+    const UnconstrainedUnknowns unknowns(prescribed);
     if (count < 1 || count >= unknowns.num_free())
         throw support::InputError("a body with " + std::to_string(unknowns.num_free()) +
                                   " free unknowns does not have the " + std::to_string(count) +

@@ -62,11 +62,11 @@ PathSolution solve(const core::Problem &problem, const MaterialLaw &law, const D
     const std::chrono::duration<double> assembly = std::chrono::steady_clock::now() - start;
     const auto num_constraints = static_cast<int>(problem.load_case.constraint_names.size());
     const bool is_constrained = fem_reference::holds_every_part(problem.load_case, mesh);
-    const auto followed = is_constrained
-                              ? follow(elements, conditions, num_constraints, follower_pressure, path)
-                              : FollowedPath{.status = core::SolutionStatus::not_converged,
-                                             .message = "the prescribed displacements leave the body, or a part of "
-                                                        "it, free to move as a rigid body; hold it in all six ways"};
+    const auto followed =
+        is_constrained ? follow(elements, conditions, num_constraints, follower_pressure, path)
+                       : FollowedPath{.status = core::SolutionStatus::not_converged,
+                                      .message = "the prescribed displacements leave the body, or a part of "
+                                                 "it, free to move as a rigid body; constrain it in all six ways"};
 
     const auto at_mesh_nodes = [&](const std::vector<double> &displacement) {
         std::vector<Vector3> result;

@@ -208,7 +208,7 @@ bool Follower::advance(State &state, double from, double to, LoadStep &step) {
         right.displacement[dof] = -right.displacement[dof] - now.residual.displacement[dof];
     for (std::size_t k = 0; k < right.pressure.size(); ++k)
         right.pressure[k] = -right.pressure[k] - now.residual.pressure[k];
-    // The first one is the linearised answer to the whole load.
+    // The first one is the linearised solution of the whole load.
     const bool is_first = result_.linearised.empty();
     const auto predictor = solve(right, is_first ? TangentSolver::smallest_tolerance : largest_tolerance, step);
     if (!predictor)
@@ -262,7 +262,7 @@ FollowedPath Follower::run() {
     if (!is_constrained) {
         result_.status = core::SolutionStatus::not_converged;
         result_.message = "the tangent stiffness at rest is singular: the prescribed displacements leave the body, or "
-                          "a part of it, free to move as a rigid body; hold it in all six ways";
+                          "a part of it, free to move as a rigid body; constrain it in all six ways";
         return std::move(result_);
     }
     for (const double fraction : path_.fractions) {
@@ -288,7 +288,7 @@ FollowedPath Follower::run() {
                 result_.message = fmt::format(
                     "Newton's method finds no equilibrium beyond {:.1f} % of the load, in steps of {:.2f} % either: "
                     "the "
-                    "body may buckle or fold there; take a smaller load, a finer mesh or hold more of the body",
+                    "body may buckle or fold there; take a smaller load, a finer mesh or constrain more of the body",
                     100.0 * reached, 100.0 * length);
                 result_.points.push_back(point(state, reached));
                 result_.solve_seconds = seconds_since(start);

@@ -49,7 +49,7 @@ struct FollowedPath {
 };
 
 /// Follows equilibrium as the loads grow, by Newton's method with the consistent tangent. A step begins with a
-/// predictor, the tangent's answer to the increments of load and prescribed displacement. Iterations then go as far
+/// predictor, the tangent's solution for the increments of load and prescribed displacement. Iterations then go as far
 /// along their correction as the residual, or its component along it, becomes less and no point of integration turns
 /// inside out. A step that does not converge is taken again at half its length.
 /// @param conditions         at the whole load; of dof_conditions(), or any of the same sizes

@@ -67,8 +67,9 @@ struct TangentSolver::Impl {
                 number[dof] = num_free++;
         if (elements.num_pressures() > 0) {
             norm.emplace(elements.pressure().norm);
-            const std::vector<double> nothing_held(elements.num_pressures(), std::numeric_limits<double>::quiet_NaN());
-            norm->factorise(nothing_held);
+            const std::vector<double> nothing_prescribed(elements.num_pressures(),
+                                                         std::numeric_limits<double>::quiet_NaN());
+            norm->factorise(nothing_prescribed);
             levels.emplace(elements);
             return;
         }
@@ -114,7 +115,7 @@ struct TangentSolver::Impl {
         for (std::size_t dof = 0; dof < force.size(); ++dof)
             out[dof] = number[dof] >= 0 ? of_free[number[dof]] : 0.0;
     }
-    void hold(std::span<double> u) const {
+    void constrain(std::span<double> u) const {
         for (std::size_t dof = 0; dof < u.size(); ++dof)
             if (!is_free[dof])
                 u[dof] = 0.0;
@@ -203,7 +204,7 @@ TangentSolver::Correction TangentSolver::solve(const TangentMatrices &tangent,
             for (std::size_t k = 0; k < num_pressures; ++k)
                 impl.pressures(out)[k] = impl.scale * volumes[k];
         }
-        impl.hold(force);
+        impl.constrain(force);
     }};
     const Operator preconditioner{[&](Vector &out, const Vector &x) {
         impl.apply_inverse(impl.displacements(x), impl.displacements(out));
@@ -219,7 +220,7 @@ TangentSolver::Correction TangentSolver::solve(const TangentMatrices &tangent,
 
     Vector load(num_displacements + num_pressures), x(num_displacements + num_pressures);
     std::ranges::copy(right.displacement, load.begin());
-    impl.hold(impl.displacements(load));
+    impl.constrain(impl.displacements(load));
     for (std::size_t k = 0; k < num_pressures; ++k)
         impl.pressures(load)[k] = impl.scale * right.pressure[k];
 

@@ -172,8 +172,8 @@ std::vector<core::Solution> StaticSolver::solve(std::span<const core::LoadCase> 
         load_cases = load_cases.subspan(some.size());
         auto found = some.size() > 1 ? impl_->solve_together(some) : std::vector<core::Solution>{};
         // One that leaves the body free to move keeps the others from their solutions.
-        const auto is_answered = [](const core::Solution &solution) { return !std::isnan(solution.strain_energy); };
-        if (found.empty() || !std::ranges::all_of(found, is_answered)) {
+        const auto is_solved = [](const core::Solution &solution) { return !std::isnan(solution.strain_energy); };
+        if (found.empty() || !std::ranges::all_of(found, is_solved)) {
             found.clear();
             for (const auto &load_case : some)
                 found.push_back(solve(load_case));

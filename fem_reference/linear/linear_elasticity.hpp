@@ -45,7 +45,7 @@ class StaticSolver {
     StaticSolver(StaticSolver &&) noexcept;
     StaticSolver &operator=(StaticSolver &&) noexcept;
 
-    /// Tells a load case that holds what many of those to come hold too, maybe among more: see
+    /// Takes a load case that constrains what many of those to come constrain too, maybe among more: see
     /// ConstrainedSolver::prepare(). Does nothing where there is no direct solver.
     void prepare(const core::LoadCase &load_case);
 

@@ -34,23 +34,23 @@ struct RepeatedLoads::Impl {
 };
 
 RepeatedLoads::RepeatedLoads(const core::Body &body, const core::LoadCase &constrained,
-                             const std::function<void(const std::string &)> &tell, int largest)
+                             const std::function<void(const std::string &)> &report, int largest)
     : impl_(std::make_unique<Impl>()) {
     check_facets(constrained, body.mesh);
-    tell(fmt::format("Quadratic elements are being assembled: {} tetrahedra.", body.mesh.num_tetrahedra()));
+    report(fmt::format("Quadratic elements are being assembled: {} tetrahedra.", body.mesh.num_tetrahedra()));
     auto &[num_mesh_nodes, system, factor, levels] = *impl_;
     num_mesh_nodes = body.mesh.num_nodes();
     system = assemble(body, 2, NodeOrder::by_distance);
     const auto prescribed = dof_conditions(constrained, system).prescribed;
     const auto num_unknowns = prescribed.size();
     if (num_unknowns <= static_cast<std::size_t>(largest)) {
-        tell(fmt::format("Their stiffness is being factorised, once for all answers: {} unknowns.", num_unknowns));
+        report(fmt::format("Their stiffness is being factorised, once for all solutions: {} unknowns.", num_unknowns));
         factor.emplace(compressed_rows(system.stiffness));
         system.stiffness = {}; // the solver has its own
         factor->factorise(prescribed);
     } else {
-        tell(
-            fmt::format("Two levels of elements are being prepared, once for all answers: {} unknowns.", num_unknowns));
+        report(fmt::format("Two levels of elements are being prepared, once for all solutions: {} unknowns.",
+                           num_unknowns));
         levels.emplace(body, system);
         levels->solver.set_up(prescribed);
     }
@@ -58,25 +58,25 @@ RepeatedLoads::RepeatedLoads(const core::Body &body, const core::LoadCase &const
 
 RepeatedLoads::~RepeatedLoads() = default;
 
-RepeatedLoads::Answer RepeatedLoads::solve(const core::LoadCase &load_case, std::vector<double> &last) {
+RepeatedLoads::Solution RepeatedLoads::solve(const core::LoadCase &load_case, std::vector<double> &last) {
     auto &[num_mesh_nodes, system, factor, levels] = *impl_;
     const auto conditions = dof_conditions(load_case, system);
     auto found = factor ? factor->solve(conditions.prescribed, conditions.load)
                         : levels->solver.solve(conditions.prescribed, conditions.load, {last, tolerance});
-    Answer answer{.is_unique = found.unique,
-                  .has_converged = found.unique && found.converged,
-                  .iterations = found.iterations,
-                  .displacement = {}};
+    Solution solution{.is_unique = found.unique,
+                      .has_converged = found.unique && found.converged,
+                      .iterations = found.iterations,
+                      .displacement = {}};
     if (!found.unique)
-        return answer;
-    answer.displacement.resize(num_mesh_nodes);
+        return solution;
+    solution.displacement.resize(num_mesh_nodes);
     for (int node = 0; node < num_mesh_nodes; ++node)
         for (int i = 0; i < 3; ++i)
-            answer.displacement[node][i] = found.displacement[3 * system.mesh_node[node] + i];
+            solution.displacement[node][i] = found.displacement[3 * system.mesh_node[node] + i];
     last.clear();
-    if (answer.has_converged)
+    if (solution.has_converged)
         last = std::move(found.displacement);
-    return answer;
+    return solution;
 }
 
 } // namespace livermark::fem_reference

@@ -9,15 +9,15 @@
 
 namespace livermark::fem_reference {
 
-/// Static linear elasticity of one body with quadratic elements, as StaticSolver has it, for many load cases that hold
-/// the same facets and follow each other as somebody leads a tool: displacements only, the same factor for all, and
-/// where iterations are cheaper than a factor, iterations that begin with the last answer.
+/// Static linear elasticity of one body with quadratic elements, as StaticSolver has it, for many load cases that
+/// constrain the same facets and follow each other as somebody leads a tool: displacements only, the same factor for
+/// all, and where iterations are cheaper than a factor, iterations that begin with the last solution.
 class RepeatedLoads {
   public:
     /// Beyond so many unknowns, edge midpoints included, there is no factor of the quadratic elements but one of the
     /// linear ones on the same body, the coarse level of conjugate gradients. On the liver that ships (70,000 unknowns)
-    /// a factor takes 685 MB and 6.8 s of a core, then 0.12 s for each answer; two levels take 92 MB and 0.9 s, then
-    /// 0.25 s near the last answer (0.46 s at a Poisson's ratio of 0.49).
+    /// a factor takes 685 MB and 6.8 s of a core, then 0.12 s for each solution; two levels take 92 MB and 0.9 s, then
+    /// 0.25 s near the last solution (0.46 s at a Poisson's ratio of 0.49).
     static constexpr int largest_factor = 30'000;
 
     /// Norm of the residual over that of the loads at which iterations stop.
@@ -25,27 +25,27 @@ class RepeatedLoads {
 
     /// Assembles and factorises.
     /// @param body  as for StaticSolver
-    /// @param constrained  what every load case to come holds
-    /// @param tell  is told, in a sentence, each stage as it begins
+    /// @param constrained  what every load case to come constrains
+    /// @param report  called with a sentence as each stage begins
     /// @throws std::invalid_argument if a boundary triangle is not an outer face, or the load case is not for the mesh
     /// @throws std::runtime_error if the memory does not hold the factor
     RepeatedLoads(const core::Body &body, const core::LoadCase &constrained,
-                  const std::function<void(const std::string &sentence)> &tell, int largest = largest_factor);
+                  const std::function<void(const std::string &sentence)> &report, int largest = largest_factor);
     ~RepeatedLoads();
     RepeatedLoads(const RepeatedLoads &) = delete;
     RepeatedLoads &operator=(const RepeatedLoads &) = delete;
 
-    struct Answer {
+    struct Solution {
         bool is_unique = false; ///< whether what is constrained keeps the body from moving as a rigid one
         bool has_converged = false;
         int iterations = 0;                      ///< 0 with a factor
         std::vector<core::Vector3> displacement; ///< (N) of the mesh nodes [m]; empty unless unique
     };
 
-    /// @param load_case  holds what the first one did, at zero
+    /// @param load_case  constrains what the first one did, at zero
     /// @param last       (n) all unknowns of the solution before, from which iterations begin; empty before the first
     ///   one. It becomes those of this one.
-    Answer solve(const core::LoadCase &load_case, std::vector<double> &last);
+    Solution solve(const core::LoadCase &load_case, std::vector<double> &last);
 
   private:
     struct Impl;

@@ -112,7 +112,7 @@ void ConstrainedSolver::Impl::factorise(std::span<const double> prescribed) {
     }
     const auto start = Clock::now();
     if (unique && !rows.empty())
-        factor.hold(std::move(constrained).value_or(std::vector<int>{}));
+        factor.constrain(std::move(constrained).value_or(std::vector<int>{}));
     constrain_seconds = seconds_since(start);
     is_free = std::move(wanted);
 }

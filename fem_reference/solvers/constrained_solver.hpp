@@ -19,7 +19,7 @@ struct ConstrainedSolution {
     double relative_residual = 0.0;   ///< at which it stopped
 };
 
-/// What a solve is to answer, for n rows.
+/// The conditions of a solve, for n rows.
 struct Conditions {
     std::span<const double> prescribed; ///< (n) NaN where an unknown is free
     std::span<const double> load;       ///< (n)
@@ -36,8 +36,9 @@ class ConstrainedSolver {
     ConstrainedSolver(ConstrainedSolver &&) noexcept;
     ConstrainedSolver &operator=(ConstrainedSolver &&) noexcept;
 
-    /// Tells what more than one of the solves to come have prescribed, maybe among more: one factor serves them then,
-    /// see support::SparseCholesky::hold(). Their answers differ from those of a factor of their own by rounding.
+    /// Takes what more than one of the solves to come have prescribed, maybe among more: one factor serves them then,
+    /// see support::SparseCholesky::constrain(). Their solutions differ from those of a factor of their own by
+    /// rounding.
     /// @param prescribed  shape (n), NaN where an unknown is free
     void prepare(std::span<const double> prescribed);
 

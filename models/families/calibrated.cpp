@@ -18,7 +18,7 @@ core::SpringNetwork springs_of(const core::CalibratedSprings &calibration, const
 
 } // namespace
 
-/// Springs whose stiffnesses were fitted to answers of finite elements on this very mesh, and the nodal volume that
+/// Springs whose stiffnesses were fitted to solutions of finite elements on this very mesh, and the nodal volume that
 /// they were fitted beside. It is there for whoever has such stiffnesses.
 ModelFamily calibrated() {
     return {.name = {}, .models = [](const ModelOptions &options) -> std::vector<core::Model> {

@@ -24,7 +24,7 @@ using fem_reference::Formulation;
 using fem_reference::SolverChoice;
 using fem_reference::StaticSolver;
 
-/// Linear answers grow with the load.
+/// Linear solutions grow with the load.
 void add_path(core::Solution &solution, const core::LoadCase &load_case) {
     if (solution.status != core::SolutionStatus::ok)
         return;

@@ -34,8 +34,8 @@ std::optional<StepScheme> find_scheme(const std::string &integrator, int num_sta
         {"velocity_verlet", {.kind = Kind::velocity_verlet}}};
     if (integrator == "runge_kutta_chebyshev")
         return StepScheme{.kind = Kind::runge_kutta_chebyshev, .chebyshev = chebyshev_stages(num_stages)};
-    const auto place = schemes.find(integrator);
-    return place == schemes.end() ? std::nullopt : std::optional(place->second);
+    const auto found = schemes.find(integrator);
+    return found == schemes.end() ? std::nullopt : std::optional(found->second);
 }
 
 /// Positions less their mean: rows of single precision are finest near the origin.
@@ -89,7 +89,7 @@ template <class T> class Steps : public FastSteps::Implementation {
             for (auto &rows : at_.stress)
                 rows.assign(4 * static_cast<std::size_t>(at_.body.num_rows + 1), T(0));
         }
-        if (!at_.body.mean_change.start.empty()) {
+        if (!at_.body.mean_change.offset.empty()) {
             at_.change.assign(at_.body.volume_row.size(), T(0));
             at_.mean_change = at_.change;
         }

@@ -82,7 +82,7 @@ struct Partition {
 
 /// Cache lines of rows.
 struct CacheLines {
-    std::vector<int> place;  ///< of the first number of each
+    std::vector<int> index;  ///< of the first number of each
     std::size_t at_once = 0; ///< how many to ask for before each pair of slices
 };
 
@@ -90,7 +90,7 @@ struct CacheLines {
 /// have time to move theirs, and what they have written has time to come.
 struct PairPartition {
     std::vector<int> order;
-    std::size_t num_inner = 0;
+    std::size_t num_interior = 0;
     CacheLines ghost;  ///< rows of other threads that it reads
     CacheLines shared; ///< its own rows that others read
 };

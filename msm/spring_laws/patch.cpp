@@ -34,7 +34,7 @@ using Components = Eigen::Matrix<double, 15, 1>; // of a symmetric fourth-order 
 // thirds.
 constexpr double weight_of_forces = 0.2;
 constexpr double weight_of_tensors = 1.0;
-/// Draws every spring a little to Van Gelder's, so that one answer is best on any mesh.
+/// Draws every spring a little to Van Gelder's, so that one solution is best on any mesh.
 constexpr double weight_of_van_gelder = 0.1;
 constexpr double floor_of_van_gelder = 0.05;
 constexpr int rows_per_node = 6 * 3 + 15;

@@ -23,19 +23,19 @@ struct Equilibrium {
     core::SolutionStatus status = core::SolutionStatus::ok;
     std::string message;                            ///< why the status is not ok
     std::vector<core::Vector3> displacement;        ///< (N) [m]
-    std::vector<core::Vector3> linear_displacement; ///< (N) answer linearised at rest [m]
+    std::vector<core::Vector3> linear_displacement; ///< (N) solution linearised at rest [m]
     std::vector<core::Vector3> constraint_force;    ///< (N) [N], of the constraints on the nodes; zero on free ones
     int num_iterations = 0;                         ///< steps downhill
     int num_factors = 0;                            ///< factorisations beside that of the body at rest
 };
 
 /// Where an elastic body comes to rest under dead loads: a minimum of U(x) - f . u over the free components, from the
-/// answer linearised at rest downhill. The steps are those of Newton's method with one sparse Cholesky factor for many
-/// of them, which the steps themselves correct (limited-memory BFGS), and a backtracking line search. The first factor
-/// is that of the body at rest; where it does not lead on quickly, one of the second derivative where the body is now
-/// follows. The body is geometrically non-linear. Where the exact second derivative is not positive definite, a part of
-/// what compression makes negative is left out of the step (not out of the solution).
-/// Of a body that gives way under its load (buckles) this finds where it comes to rest after that.
+/// solution linearised at rest downhill. The steps are those of Newton's method with one sparse Cholesky factor for
+/// many of them, which the steps themselves correct (limited-memory BFGS), and a backtracking line search. The first
+/// factor is that of the body at rest; where it does not lead on quickly, one of the second derivative where the body
+/// is now follows. The body is geometrically non-linear. Where the exact second derivative is not positive definite, a
+/// part of what compression makes negative is left out of the step (not out of the solution). Of a body that gives way
+/// under its load (buckles) this finds where it comes to rest after that.
 /// @param body        at rest at the positions
 /// @param positions   shape (N) [m]
 /// @param conditions  loads and prescribed displacements of the nodes
@@ -44,9 +44,9 @@ Equilibrium find_equilibrium(const ElasticBody &body, const std::vector<core::Ve
                              const NodalConditions &conditions, const EquilibriumOptions &options = {});
 
 /// The same with a stiffness at rest that is there already.
-/// @param rest   of the body and positions; holds the components that the conditions prescribe
-/// @param start  shape (N) displacement from which it goes downhill [m], with what is prescribed; if empty, the answer
-///   linearised at rest
+/// @param rest   of the body and positions; constrains the components that the conditions prescribe
+/// @param start  shape (N) displacement from which it goes downhill [m], with what is prescribed; if empty, the
+///   solution linearised at rest
 Equilibrium find_equilibrium(const ElasticBody &body, const std::vector<core::Vector3> &positions,
                              const NodalConditions &conditions, const RestStiffness &rest,
                              const EquilibriumOptions &options = {}, std::vector<core::Vector3> start = {});

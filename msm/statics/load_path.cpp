@@ -136,7 +136,7 @@ class Follower {
     const std::vector<double> &node_mass_;
     const RestStiffness &rest_;
     bool has_followers_;
-    Field linear_; ///< answer linearised at rest to the whole load
+    Field linear_; ///< solution linearised at rest to the whole load
     Equilibrium last_;
     double fraction_ = 0.0; ///< where it has come to
     int num_steps_ = 0, num_iterations_ = 0, num_factors_ = 0;

@@ -28,7 +28,7 @@ RestStiffness::RestStiffness(Eigen::SparseMatrix<double> stiffness, const std::v
 RestStiffness::RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions,
                              const std::vector<core::Vector3> &prescribed)
     : RestStiffness(elastic_hessian(body, positions, Tangent::exact), positions, {}) {
-    hold(prescribed);
+    constrain(prescribed);
 }
 
 /// @return whether the stiffness of these components is positive definite
@@ -45,8 +45,8 @@ bool RestStiffness::factorise(const FreeComponents &rows) {
     return rows_are_definite_;
 }
 
-void RestStiffness::hold(const std::vector<core::Vector3> &prescribed) {
-    if (holds(prescribed))
+void RestStiffness::constrain(const std::vector<core::Vector3> &prescribed) {
+    if (constrains(prescribed))
         return;
     free_ = FreeComponents(prescribed);
     double square = 0.0;
@@ -65,7 +65,7 @@ void RestStiffness::hold(const std::vector<core::Vector3> &prescribed) {
     }
     const auto start = Clock::now();
     if (is_definite_)
-        factor_.hold(std::move(constrained).value_or(std::vector<int>{}));
+        factor_.constrain(std::move(constrained).value_or(std::vector<int>{}));
     constrain_seconds_ = seconds_since(start);
 }
 
@@ -79,14 +79,14 @@ Eigen::VectorXd RestStiffness::inverse_times(const Eigen::VectorXd &force, suppo
         if (free_.is_free(c))
             of_rows[rows_->number(c)] = force[free_.number(c)];
     of_rows = (factor_.*solve)(of_rows);
-    Eigen::VectorXd answer(force.size());
+    Eigen::VectorXd solution(force.size());
     for (Eigen::Index c = 0; c < stiffness_.rows(); ++c)
         if (free_.is_free(c))
-            answer[free_.number(c)] = of_rows[rows_->number(c)];
-    return answer;
+            solution[free_.number(c)] = of_rows[rows_->number(c)];
+    return solution;
 }
 
-bool RestStiffness::holds(const std::vector<core::Vector3> &prescribed) const {
+bool RestStiffness::constrains(const std::vector<core::Vector3> &prescribed) const {
     return rows_ && free_ == FreeComponents(prescribed);
 }
 

@@ -10,28 +10,28 @@
 
 namespace livermark::msm {
 
-/// The stiffness of a body at rest, and its factor on the components that are free. Load cases that hold the same
-/// components share one, and those that hold few more than a common part one of that.
+/// The stiffness of a body at rest, and its factor on the components that are free. Load cases that constrain the
+/// same components share one, and those that constrain few more than a common part one of that.
 class RestStiffness {
   public:
-    /// Holds nothing yet.
+    /// Constrains nothing yet.
     /// @param stiffness   (3N, 3N) elastic_hessian() at rest, exact [N/m]
     /// @param positions   shape (N) of rest [m]
-    /// @param common      shape (N) as for hold(), what more than one of the load cases to come hold, maybe among more;
-    ///                    empty if there is no such thing
+    /// @param common      shape (N) as for constrain(), what more than one of the load cases to come constrain, maybe
+    ///                    among more; empty if there is no such thing
     RestStiffness(Eigen::SparseMatrix<double> stiffness, const std::vector<core::Vector3> &positions,
                   std::vector<core::Vector3> common);
     /// Of a single set of constrained components.
     /// @param positions   shape (N) of rest [m]
-    /// @param prescribed  see hold()
+    /// @param prescribed  see constrain()
     RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions,
                   const std::vector<core::Vector3> &prescribed);
 
     /// Factors, unless the same components are constrained.
     /// @param prescribed  shape (N) displacement [m], NaN where a component is free; the values do not matter
-    void hold(const std::vector<core::Vector3> &prescribed);
+    void constrain(const std::vector<core::Vector3> &prescribed);
     /// Whether the same components are constrained.
-    bool holds(const std::vector<core::Vector3> &prescribed) const;
+    bool constrains(const std::vector<core::Vector3> &prescribed) const;
     const FreeComponents &free() const { return free_; }
     /// If not, the body is not stiff in every direction and there is no factor.
     bool is_definite() const { return is_definite_; }
@@ -42,7 +42,7 @@ class RestStiffness {
     double factor_seconds() const { return factor_seconds_ + constrain_seconds_; }
     /// The forces that the last digit of the positions makes [N].
     double rounding_force() const { return rounding_force_; }
-    /// Answer of the linear body: K_ff u_f = f_f - K_fc u_c.
+    /// Solution of the linear body: K_ff u_f = f_f - K_fc u_c.
     /// @param force  shape (N) [N]
     /// @return shape (N) [m]; where it is not definite, the prescribed displacements alone
     std::vector<core::Vector3> solve(const std::vector<core::Vector3> &prescribed,

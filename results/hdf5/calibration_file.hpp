@@ -16,7 +16,7 @@ struct Calibration {
     std::string body;
     std::string spring_law;      ///< the stiffnesses that it started from
     std::string volume_term;     ///< what was beside the springs
-    std::string reference;       ///< the model whose answers they were fitted to
+    std::string reference;       ///< the model whose solutions they were fitted to
     std::string constrained;     ///< the patch where the body was constrained
     std::int64_t seed = 0;       ///< of the random loads
     std::int64_t iterations = 0; ///< so far
@@ -24,7 +24,7 @@ struct Calibration {
     core::CalibratedSprings springs;
     std::vector<double> start_stiffness; ///< (S) [N/m]
     std::vector<std::uint8_t> held_out;  ///< (L) 1 for a load that had no part in the fit, else 0
-    std::vector<double> error_before;    ///< (L) relative L2 error of each load's answer
+    std::vector<double> error_before;    ///< (L) relative L2 error of each load's solution
     std::vector<double> error_after;     ///< (L)
 };
 

@@ -17,7 +17,7 @@ std::vector<std::filesystem::path> hdf5_files_below(const std::filesystem::path 
 /// @throws support::InputError if a folder cannot be listed, a file that is named cannot be read, or nothing is there
 std::vector<Result> read_results(std::span<const std::filesystem::path> paths);
 
-/// Whether a file says that it holds what models answered; reading it may still find a fault.
+/// Whether a file says that it contains solutions of models; reading it may still find a fault.
 bool is_result_file(const std::filesystem::path &path);
 
 } // namespace livermark::results

@@ -7,9 +7,9 @@
 
 namespace livermark::results {
 
-/// The result file of a benchmark case that was constrained before, if holding it again would give the same: made by
+/// The result file of a benchmark case that was evaluated before, if evaluating it again would give the same: made by
 /// the same command and commit, on the same mesh, materials and loads.
-/// @return empty if there is no such file, or if it is damaged: the benchmark case has to be constrained again
+/// @return empty if there is no such file, or if it is damaged: the benchmark case has to be evaluated again
 std::optional<Result> resumable_result(const std::filesystem::path &file, const core::Problem &problem,
                                        const Provenance &provenance);
 

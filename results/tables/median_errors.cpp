@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/units.hpp"
+#include "results/tables/overview.hpp"
 
 namespace livermark::results {
 
@@ -109,22 +110,14 @@ bool is_pressure_on_whole_surface(const core::LoadCase &load_case, const core::T
 Layout median_errors(std::span<const Result> results) {
     const auto last = last_of_each(results);
     std::set<double, std::greater<>> ratios;
-    std::vector<std::pair<std::string, std::string>> entries; // body and model
-    for (const auto &result : results) {
-        if (!is_counted(result))
-            continue;
-        ratios.insert(poisson_ratio(result));
-        for (const auto &model : result.models)
-            if (const std::pair entry{result.problem.body->name, model.name};
-                std::ranges::find(entries, entry) == entries.end())
-                entries.push_back(entry);
-    }
-    std::ranges::stable_sort(entries, {}, &std::pair<std::string, std::string>::first);
+    for (const auto &result : results)
+        if (is_counted(result))
+            ratios.insert(poisson_ratio(result));
     Layout layout{{{"body"}, {"model"}}, {}};
     for (const double ratio : ratios)
         for (const auto *const title : {"median [%]", "pressure [%]"})
             layout.columns.push_back({fmt::format("nu {:g}: {}", ratio, title), true});
-    for (const auto &[body, name] : entries) {
+    for (const auto &[body, name] : bodies_and_models(results, is_counted)) {
         auto &row = layout.rows.emplace_back(std::vector{body, name});
         for (const double ratio : ratios) {
             MedianCases others, pressed;

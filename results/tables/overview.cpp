@@ -84,6 +84,18 @@ std::string body_label(const Result &result, std::span<const Result> all) {
     return is_unique ? name : fmt::format("{}, nu {:g}", name, poisson_ratio(result));
 }
 
+std::vector<std::pair<std::string, std::string>> bodies_and_models(std::span<const Result> results,
+                                                                   bool (*takes_part)(const Result &)) {
+    std::vector<std::pair<std::string, std::string>> entries;
+    for (const auto &result : results)
+        for (const auto &model : result.models)
+            if (const std::pair entry{result.problem.body->name, model.name};
+                (!takes_part || takes_part(result)) && std::ranges::find(entries, entry) == entries.end())
+                entries.push_back(entry);
+    std::ranges::stable_sort(entries, {}, &std::pair<std::string, std::string>::first);
+    return entries;
+}
+
 bool has_several_poisson_ratios(std::span<const Result> results) {
     return std::ranges::any_of(
         results, [&](const Result &result) { return body_label(result, results) != result.problem.body->name; });
@@ -91,21 +103,14 @@ bool has_several_poisson_ratios(std::span<const Result> results) {
 
 Layout overview(std::span<const Result> results) {
     std::set<double> ratios;
-    std::vector<std::pair<std::string, std::string>> entries; // body and model
-    for (const auto &result : results) {
+    for (const auto &result : results)
         ratios.insert(poisson_ratio(result));
-        for (const auto &model : result.models)
-            if (const std::pair entry{result.problem.body->name, model.name};
-                std::ranges::find(entries, entry) == entries.end())
-                entries.push_back(entry);
-    }
-    std::ranges::stable_sort(entries, {}, &std::pair<std::string, std::string>::first);
     Layout layout{{{"body"}, {"model"}}, {}};
     for (const double ratio : ratios)
         for (const auto *const title : {"mean [%]", "worst [%]", "mean react. [%]", "worst react. [%]", "step [ms]"})
             layout.columns.push_back({fmt::format("nu {:g}: {}", ratio, title), true});
     layout.columns.push_back({"per step [us]", true});
-    for (const auto &[body, model] : entries) {
+    for (const auto &[body, model] : bodies_and_models(results)) {
         auto &row = layout.rows.emplace_back(std::vector{body, model});
         std::vector<double> step_seconds;
         for (const double ratio : ratios) {

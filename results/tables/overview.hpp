@@ -2,6 +2,8 @@
 
 #include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "results/result.hpp"
 #include "results/tables/table_layout.hpp"
@@ -10,6 +12,12 @@ namespace livermark::results {
 
 /// The name of the body of a result, with Poisson's ratio of its first region where the results have it with several.
 std::string body_label(const Result &result, std::span<const Result> all);
+
+/// The names of bodies and the names of their models, each pair once: bodies by their names, models in the
+/// order in which they appear.
+/// @param takes_part  whether a result takes part; all do if there is none
+std::vector<std::pair<std::string, std::string>> bodies_and_models(std::span<const Result> results,
+                                                                   bool (*takes_part)(const Result &) = nullptr);
 
 /// Whether a body is there with several Poisson's ratios.
 bool has_several_poisson_ratios(std::span<const Result> results);

@@ -20,7 +20,7 @@ core::LoadCase support_only(const core::LoadCase &load_case) {
     core::LoadCase constrained;
     constrained.name = load_case.name + ", constraints only";
     constrained.title = load_case.title;
-    constrained.constraint_names = {"held"};
+    constrained.constraint_names = {"constrained"};
     constrained.condition.assign(num_facets, core::FacetCondition::free);
     constrained.value.assign(num_facets, core::Vector3::Constant(nan));
     constrained.constraint.assign(num_facets, -1);

@@ -71,7 +71,8 @@ Message binary(const std::vector<Eigen::Vector3f> &displacement) {
 
 class LiveFem {
   public:
-    LiveFem(LiveBody opened, const TellProgress &tell) : opened_(std::move(opened)), tell_(tell), body_(opened_.body) {}
+    LiveFem(LiveBody opened, const ReportProgress &report)
+        : opened_(std::move(opened)), report_(report), body_(opened_.body) {}
 
     Message reply(const Message &message) { return message.is_binary ? respond(message.bytes) : choose(message.bytes); }
 
@@ -100,8 +101,8 @@ class LiveFem {
             return binary(displacement);
         const auto load_case = with_tractions(opened_.constrained, rows, 1.0 / stiffening_);
         if (!elements_)
-            elements_ = SharedFem::of(body_, opened_.constrained, tell_);
-        const auto solution = elements_->solve(load_case, last_, tell_);
+            elements_ = SharedFem::of(body_, opened_.constrained, report_);
+        const auto solution = elements_->solve(load_case, last_, report_);
         std::ranges::transform(solution, displacement.begin(),
                                [](const core::Vector3 &u) { return Eigen::Vector3f(u.cast<float>()); });
         if (!std::ranges::all_of(displacement, [](const Eigen::Vector3f &u) { return u.allFinite(); })) {
@@ -112,18 +113,18 @@ class LiveFem {
     }
 
     LiveBody opened_;
-    TellProgress tell_;
+    ReportProgress report_;
     std::shared_ptr<const core::Body> body_; ///< with the Young's moduli of the file
     std::shared_ptr<SharedFem> elements_;    ///< of that body; none before the first solution
-    std::vector<double> last_;               ///< answer, of all unknowns
+    std::vector<double> last_;               ///< solution, of all unknowns
     double stiffening_ = 1.0;                ///< of the chosen Young's moduli over those
     std::optional<double> poisson_ratio_;    ///< chosen; none while it is that of the file
 };
 
 } // namespace
 
-Session live_fem(const std::filesystem::path &folder, const Fields &query, const TellProgress &tell) {
-    return [fem = std::make_shared<LiveFem>(open_live_body(folder, query), tell)](const Message &message) {
+Session live_fem(const std::filesystem::path &folder, const Fields &query, const ReportProgress &report) {
+    return [fem = std::make_shared<LiveFem>(open_live_body(folder, query), report)](const Message &message) {
         return fem->reply(message);
     };
 }

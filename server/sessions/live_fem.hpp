@@ -6,7 +6,7 @@
 
 namespace livermark::server {
 
-/// What the live page holds its springs against: the solution of moving_reference_model, quadratic elements, to the
+/// What the live page compares its springs with: the solution of moving_reference_model, quadratic elements, for the
 /// same tractions on the same body, constrained as open_live_body() says. Messages and their replies:
 ///
 ///     young_modulus=<Pa>&poisson_ratio=<nu>   other materials, see live::with_material(); until then those of the file
@@ -17,16 +17,16 @@ namespace livermark::server {
 ///
 /// What is not in the message has no traction; tractions on facets that are constrained move nothing. The first
 /// solution pays for the factor of the stiffness, and so does the first one after another Poisson's ratio, unless
-/// another session has it already: they share it, see SharedFem. Answers of several sessions wait for each other.
+/// another session has it already: they share it, see SharedFem. Solutions of several sessions wait for each other.
 /// Before a reply that takes long there are texts
 ///
 ///     progress=<sentence>                     what it waits for: another page, the assembly, the factor
 ///
-/// which are no replies. Beyond RepeatedLoads::largest_factor unknowns answers are those of iterations to a relative
+/// which are no replies. Beyond RepeatedLoads::largest_factor unknowns solutions are those of iterations to a relative
 /// residual of RepeatedLoads::tolerance, and begin with the last one of the session.
 /// @param folder  that is served; absolute, without symlinks and dots
 /// @param query   `file=<path>`, of the server's list
 /// @throws support::InputError for what open_live_body() refuses; the session, for what is not as above
-Session live_fem(const std::filesystem::path &folder, const Fields &query, const TellProgress &tell);
+Session live_fem(const std::filesystem::path &folder, const Fields &query, const ReportProgress &report);
 
 } // namespace livermark::server

@@ -13,11 +13,11 @@ namespace {
 
 /// CHOLMOD, METIS and BLAS, as they are packaged, do not say that several threads may use them at once; and two factors
 /// in the making need the memory of both.
-std::unique_lock<std::mutex> alone(const TellProgress &tell) {
+std::unique_lock<std::mutex> alone(const ReportProgress &report) {
     static std::mutex mutex;
     std::unique_lock lock(mutex, std::try_to_lock);
     if (!lock) {
-        tell("Another page is being answered.");
+        report("Another page is being served.");
         lock.lock();
     }
     return lock;
@@ -59,9 +59,9 @@ SharedFem::SharedFem(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 SharedFem::~SharedFem() = default;
 
 std::shared_ptr<SharedFem> SharedFem::of(const std::shared_ptr<const core::Body> &body,
-                                         const core::LoadCase &constrained, const TellProgress &tell) {
+                                         const core::LoadCase &constrained, const ReportProgress &report) {
     // Whoever wants the same waits here until the first one has made it.
-    const auto lock = alone(tell);
+    const auto lock = alone(report);
     const std::lock_guard looking(known().mutex);
     auto &all = known().all;
     std::erase_if(all, [](const auto &one) { return one.expired(); });
@@ -69,7 +69,7 @@ std::shared_ptr<SharedFem> SharedFem::of(const std::shared_ptr<const core::Body>
         if (auto shared = one.lock(); shared && core::are_statically_equal(shared->impl_->constrained, constrained) &&
                                       are_equal(*shared->impl_->body, *body))
             return shared;
-    std::unique_ptr<Impl> impl(new Impl{body, constrained, {*body, constrained, tell}});
+    std::unique_ptr<Impl> impl(new Impl{body, constrained, {*body, constrained, report}});
     std::shared_ptr<SharedFem> made(new SharedFem(std::move(impl)));
     all.push_back(made);
     return made;
@@ -81,16 +81,16 @@ int SharedFem::count() {
 }
 
 std::vector<core::Vector3> SharedFem::solve(const core::LoadCase &load_case, std::vector<double> &last,
-                                            const TellProgress &tell) {
-    const auto lock = alone(tell);
-    auto answer = impl_->loads.solve(load_case, last);
-    if (!answer.is_unique)
+                                            const ReportProgress &report) {
+    const auto lock = alone(report);
+    auto solution = impl_->loads.solve(load_case, last);
+    if (!solution.is_unique)
         throw support::InputError(
-            "what is held leaves the body, or a part of it, free to move as a rigid body; choose a "
-            "result whose load case holds it in all six ways");
-    if (!answer.has_converged)
+            "what is constrained leaves the body, or a part of it, free to move as a rigid body; choose a "
+            "result whose load case constrains it in all six ways");
+    if (!solution.has_converged)
         throw support::InputError("the iterations do not come to an end; choose a smaller Poisson's ratio");
-    return std::move(answer.displacement);
+    return std::move(solution.displacement);
 }
 
 } // namespace livermark::server

@@ -12,14 +12,14 @@ namespace livermark::server {
 
 /// The stiffness of one body, constrained one way, and its factor, which fills hundreds of megabytes: all sessions that
 /// are about the same share it, whatever file they have it from, and it goes with the last of them. Sessions in
-/// several threads may ask at once; answers wait for each other.
+/// several threads may ask at once; solutions wait for each other.
 class SharedFem {
   public:
     /// That of a body, which is made now if nobody has it.
     /// @param constrained  see LiveBody::constrained
-    /// @param tell  is told what it waits for
+    /// @param report  called with what it waits for
     static std::shared_ptr<SharedFem> of(const std::shared_ptr<const core::Body> &body,
-                                         const core::LoadCase &constrained, const TellProgress &tell);
+                                         const core::LoadCase &constrained, const ReportProgress &report);
 
     /// How many there are, of which each has a factor.
     static int count();
@@ -28,12 +28,12 @@ class SharedFem {
     SharedFem(const SharedFem &) = delete;
     SharedFem &operator=(const SharedFem &) = delete;
 
-    /// @param load_case  holds what was said
+    /// @param load_case  constrains what was said
     /// @param last       of this session, see fem_reference::RepeatedLoads::solve()
     /// @return shape (N) displacement of the nodes [m]
     /// @throws support::InputError if the body is not constrained, or iterations do not come to an end
     std::vector<core::Vector3> solve(const core::LoadCase &load_case, std::vector<double> &last,
-                                     const TellProgress &tell);
+                                     const ReportProgress &report);
 
   private:
     struct Impl;

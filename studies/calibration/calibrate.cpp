@@ -76,7 +76,7 @@ results::Calibration resume(const std::filesystem::path &file, const results::Ca
     return earlier;
 }
 
-/// What finite elements answer to each load, both scaled to the same peak.
+/// The solution of finite elements for each load, both scaled to the same peak.
 std::vector<msm::ExpectedSolution> reference_solutions(const std::shared_ptr<const core::Body> &body,
                                                        const std::vector<core::LoadCase> &loads,
                                                        const results::Calibration &calibration,
@@ -85,7 +85,7 @@ std::vector<msm::ExpectedSolution> reference_solutions(const std::shared_ptr<con
     const auto models = models::all_models();
     const auto &reference = *std::ranges::find(models, calibration.reference, &core::Model::name);
     PreparedModels prepared;
-    std::vector<msm::ExpectedSolution> answers;
+    std::vector<msm::ExpectedSolution> solutions;
     Steps steps(static_cast<int>(loads.size()), report);
     for (const auto &load : loads) {
         steps.next(fmt::format("{} / {}", load.name, reference.name));
@@ -97,12 +97,12 @@ std::vector<msm::ExpectedSolution> reference_solutions(const std::shared_ptr<con
         if (solution.status != core::SolutionStatus::ok || !(peak > 0.0))
             throw std::runtime_error(fmt::format("{} ends with status {} on {}: {}", reference.name,
                                                  core::to_string(solution.status), load.name, solution.message));
-        answers.push_back({msm::nodal_conditions(problem, node_mass).force, std::move(solution.displacement)});
-        for (auto *field : {&answers.back().force, &answers.back().displacement})
+        solutions.push_back({msm::nodal_conditions(problem, node_mass).force, std::move(solution.displacement)});
+        for (auto *field : {&solutions.back().force, &solutions.back().displacement})
             for (auto &value : *field)
                 value *= peak_displacement / peak;
     }
-    return answers;
+    return solutions;
 }
 
 msm::CalibrationTask make_task(const std::shared_ptr<const core::Body> &body, const CalibrateOptions &options,
@@ -117,9 +117,9 @@ msm::CalibrationTask make_task(const std::shared_ptr<const core::Body> &body, co
     task.constrained = msm::nodal_conditions({body, loads.front()}, task.springs.node_mass).displacement;
     task.nodal_volume = core::nodal_volumes(body->mesh);
     task.penalty = options.penalty;
-    auto answers = reference_solutions(body, loads, calibration, task.springs.node_mass, report);
-    for (std::size_t l = 0; l < answers.size(); ++l)
-        (calibration.held_out[l] != 0 ? task.held_out : task.training).push_back(std::move(answers[l]));
+    auto solutions = reference_solutions(body, loads, calibration, task.springs.node_mass, report);
+    for (std::size_t l = 0; l < solutions.size(); ++l)
+        (calibration.held_out[l] != 0 ? task.held_out : task.training).push_back(std::move(solutions[l]));
     return task;
 }
 

@@ -62,8 +62,9 @@ std::vector<core::LoadCase> random_patch_loads(const core::TetraMesh &mesh, cons
                                                std::int64_t seed) {
     const auto found = std::ranges::find(mesh.patch_names, constrained);
     if (found == mesh.patch_names.end())
-        throw support::InputError(fmt::format("the body has no patch '{}' to constrain; choose with --held among {}",
-                                              constrained, fmt::join(mesh.patch_names, ", ")));
+        throw support::InputError(
+            fmt::format("the body has no patch '{}' to constrain; choose with --constrained among {}", constrained,
+                        fmt::join(mesh.patch_names, ", ")));
     const auto at_rest = constrained_only(mesh, static_cast<int>(found - mesh.patch_names.begin()));
     std::vector<int> free;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
@@ -71,7 +72,7 @@ std::vector<core::LoadCase> random_patch_loads(const core::TetraMesh &mesh, cons
             free.push_back(f);
     if (free.empty())
         throw support::InputError(fmt::format("all of the surface belongs to patch '{}'; constrain a smaller one "
-                                              "with --held",
+                                              "with --constrained",
                                               constrained));
     Random random(seed);
     std::vector<core::LoadCase> loads;

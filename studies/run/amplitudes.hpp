@@ -9,7 +9,7 @@
 
 namespace livermark::studies {
 
-/// A model that is farther than this from its own linearised answer is not to be compared with linear elasticity.
+/// A model that is farther than this from its own linearised solution is not to be compared with linear elasticity.
 inline constexpr double fair_nonlinearity = 0.05;
 
 /// The problem at multiples of its load, as load cases "<name>@<amplitude>"; just itself if there are no amplitudes.
@@ -17,7 +17,7 @@ inline constexpr double fair_nonlinearity = 0.05;
 std::vector<core::Problem> at_amplitudes(const core::Problem &problem, std::span<const double> amplitudes);
 
 /// Where linear elasticity stops being a fair reference: a row for each body, load case and non-linear model, its
-/// distance from its own linearised answer [%] in a column for each amplitude, and the amplitude up to which all are
+/// distance from its own linearised solution [%] in a column for each amplitude, and the amplitude up to which all are
 /// below fair_nonlinearity.
 /// @param results     of problems from at_amplitudes(), those that failed missing
 /// @param amplitudes  ascending

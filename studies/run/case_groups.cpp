@@ -56,7 +56,7 @@ CaseGroups case_groups_of(std::span<const core::Problem> problems) {
 std::vector<core::Problem> most_shared(std::span<const core::Problem> problems) {
     struct Candidate {
         const core::Problem *problem;
-        std::ptrdiff_t num_sharing; ///< problems that hold as much or more
+        std::ptrdiff_t num_sharing; ///< problems that constrain as much or more
     };
     std::vector<Candidate> best; // of each body
     for (const auto &problem : problems) {

@@ -78,19 +78,19 @@ struct Run {
     std::optional<SolutionStore> store{}; ///< if models solve before the benchmark cases
 };
 
-void send_times(TimeSpent &spent, std::size_t load, const support::SendMessage &tell) {
+void send_times(TimeSpent &spent, std::size_t load, const support::SendMessage &send) {
     for (const auto &[stage, seconds] : spent.stages())
-        tell(to_text(MessageKind::time, load, stage, seconds));
+        send(to_text(MessageKind::time, load, stage, seconds));
 }
 
-/// Holds the benchmark case of one problem and keeps the result, or what is there.
+/// Evaluates the benchmark case of one problem and keeps the result, or what is there.
 /// @throws support::InputError on one rank, if the result cannot be kept
-void run_case(const Run &run, std::size_t load, PreparedModels &prepared, const support::SendMessage &tell) {
+void run_case(const Run &run, std::size_t load, PreparedModels &prepared, const support::SendMessage &send) {
     const auto &problem = run.problems[load];
     TimeSpent spent;
     spent.begin(other_work);
     const auto step = [&](const std::string &what) {
-        tell(to_text(MessageKind::step, load, fmt::format("{} / {}", name_of(problem), what)));
+        send(to_text(MessageKind::step, load, fmt::format("{} / {}", name_of(problem), what)));
     };
     try {
         const auto file = file_of(problem, run.options);
@@ -111,27 +111,27 @@ void run_case(const Run &run, std::size_t load, PreparedModels &prepared, const 
             spent.begin(other_work);
             keep(file, result);
         }
-        tell(to_text(MessageKind::result, load, file.string()));
+        send(to_text(MessageKind::result, load, file.string()));
     } catch (const support::InputError &error) {
         // All else was checked before: results have no place any more. Other ranks would wait for this one.
         if (support::mpi_num_ranks() == 1)
             throw;
-        tell(to_text(MessageKind::failure, load, fmt::format("{}: {}", name_of(problem), error.what())));
+        send(to_text(MessageKind::failure, load, fmt::format("{}: {}", name_of(problem), error.what())));
     } catch (const std::exception &error) {
-        tell(to_text(MessageKind::failure, load, fmt::format("{}: {}", name_of(problem), error.what())));
+        send(to_text(MessageKind::failure, load, fmt::format("{}: {}", name_of(problem), error.what())));
     }
-    send_times(spent, load, tell);
+    send_times(spent, load, send);
 }
 
-void solve_item(const Run &run, const WorkItem &item, PreparedModels &prepared, const support::SendMessage &tell) {
+void solve_item(const Run &run, const WorkItem &item, PreparedModels &prepared, const support::SendMessage &send) {
     const auto load = item.case_groups.front().front();
     TimeSpent spent;
     solve_and_store(item, run.task.models, run.problems, prepared, *run.store,
                     [&](const std::string &model, const std::string &about) {
-                        tell(to_text(MessageKind::step, load, fmt::format("{} / {}", about, model)));
+                        send(to_text(MessageKind::step, load, fmt::format("{} / {}", about, model)));
                         spent.begin(model);
                     });
-    send_times(spent, load, tell);
+    send_times(spent, load, send);
 }
 
 /// What each worker has of its own.
@@ -140,17 +140,17 @@ struct Worker {
     int at_group = -1; ///< of the item before
 };
 
-void do_item(const Run &run, int item, Worker &worker, const support::SendMessage &tell) {
+void do_item(const Run &run, int item, Worker &worker, const support::SendMessage &send) {
     const auto &work = run.plan.items[item];
     if (work.models.empty())
-        return run_case(run, work.case_groups.front().front(), worker.prepared, tell);
+        return run_case(run, work.case_groups.front().front(), worker.prepared, send);
     if (run.is_model_by_model && run.plan.group[item] != worker.at_group)
         worker.prepared.clear(); // what comes is by other models
     worker.at_group = run.plan.group[item];
-    solve_item(run, work, worker.prepared, tell);
+    solve_item(run, work, worker.prepared, send);
 }
 
-/// How many steps all of it is told in.
+/// How many steps all of it is reported in.
 int num_steps(const Run &run) {
     std::size_t num = 0;
     for (const auto &item : run.plan.items) {
@@ -199,22 +199,22 @@ Outcomes run_cases(const RunTask &task, const RunOptions &options, const std::st
     Steps steps(num_steps(run), report);
     std::vector<Outcome> of_load(run.loads.size()); // they end in any order
     support::run_in_process_pool(
-        run.plan.group, workers, [&](int item, const support::SendMessage &tell) { do_item(run, item, worker, tell); },
+        run.plan.group, workers, [&](int item, const support::SendMessage &send) { do_item(run, item, worker, send); },
         [&](int /*item*/, const std::string &text) {
-            const WorkerMessage told(text);
-            auto &outcome = of_load[told.problem];
-            switch (told.news) {
+            const WorkerMessage message(text);
+            auto &outcome = of_load[message.problem];
+            switch (message.kind) {
             case MessageKind::step:
-                steps.next(told.about);
+                steps.next(message.about);
                 break;
             case MessageKind::time:
-                outcomes.spent.add(told.about, told.seconds);
+                outcomes.spent.add(message.about, message.seconds);
                 break;
             case MessageKind::result:
-                outcome.done.push_back(results::read_result(told.about));
+                outcome.done.push_back(results::read_result(message.about));
                 break;
             case MessageKind::failure:
-                outcome.failures.push_back(told.about);
+                outcome.failures.push_back(message.about);
                 break;
             }
         },

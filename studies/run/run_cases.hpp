@@ -22,9 +22,9 @@ struct Outcomes {
     TimeSpent spent;                 ///< by all workers together
 };
 
-/// Holds the benchmark cases of a run, after what models solve together: side by side where cores and memory allow and
-/// the options do not say otherwise, and keeps each in its file as soon as it is done. The numbers do not depend on how
-/// many are constrained side by side.
+/// Evaluates the benchmark cases of a run, after what models solve together: in several processes where cores and
+/// memory allow and the options do not say otherwise, and writes each to its file as soon as it is done. The numbers do
+/// not depend on how many processes there are.
 /// @param command_line  kept in the result files
 /// @throws support::InputError if a result cannot be kept
 /// @throws std::runtime_error if a worker is killed, as happens where the memory ends

@@ -9,7 +9,7 @@
 
 namespace livermark::studies {
 
-/// A folder for temporary files, in which workers leave answers of models for each other. It goes with the object.
+/// A folder for temporary files, in which workers leave solutions of models for each other. It goes with the object.
 class SolutionStore {
   public:
     /// @throws support::InputError if there is no place for it

@@ -15,7 +15,7 @@ std::vector<CaseGroup> part_of(const core::Model &model, const std::vector<CaseG
                                const std::vector<core::Problem> &problems);
 
 /// Lets models solve the problems of an item, and stores the solutions. What fails has none: the benchmark case tries
-/// again, and tells.
+/// again, and says so.
 /// @param starting  called with the name of each model and what it is about to solve
 void solve_and_store(const WorkItem &item, const std::vector<core::Model> &models,
                      const std::vector<core::Problem> &problems, PreparedModels &prepared, const SolutionStore &store,

@@ -9,7 +9,7 @@ namespace livermark::studies {
 
 namespace {
 
-/// Batches of one body, without what is not wanted.
+/// Case groups of one body, without what is not wanted.
 std::vector<CaseGroup> wanted_groups(const CaseGroups &all, int body,
                                      const std::function<bool(std::size_t)> &is_wanted) {
     std::vector<CaseGroup> wanted;
@@ -49,7 +49,7 @@ bool is_about(const WorkItem &item, std::size_t problem) {
         item.case_groups, [&](const CaseGroup &case_group) { return std::ranges::count(case_group, problem) > 0; });
 }
 
-/// Contests of some case groups, which wait for what has answered their problems.
+/// Evaluations of some case groups, which wait for what has solved their problems.
 void add_evaluations(WorkPlan &plan, const std::vector<CaseGroup> &case_groups) {
     const int group = new_group(plan), num_solves = static_cast<int>(plan.items.size());
     for (const auto &case_group : case_groups)

@@ -9,9 +9,10 @@
 
 namespace livermark::studies {
 
-/// What a worker does in one go: lets models answer problems, or holds the benchmark case of one.
+/// What a worker does in one go: lets models solve problems, or evaluates the benchmark case of
+/// one.
 struct WorkItem {
-    std::vector<std::size_t> models; ///< numbers of those that answer; none in a benchmark case
+    std::vector<std::size_t> models; ///< numbers of those that solve; none in a benchmark case
     /// Numbers of problems of one body, those with the same static solution together. In a benchmark case a single one.
     std::vector<CaseGroup> case_groups;
 };
@@ -25,9 +26,9 @@ struct WorkPlan {
 
 /// Of each body first the solutions, then the benchmark cases, which find theirs there. A group is what shares
 /// something that models keep: models that solve problems together share one, and each of the others has its own if
-/// they answer by themselves.
-/// @param is_wanted    whether a problem needs answers
-/// @param model_by_model  whether those that solve one problem at a time answer before the benchmark cases: that takes
+/// they solve problems one by one.
+/// @param is_wanted    whether a problem needs solutions
+/// @param model_by_model  whether those that solve one problem at a time do so before the benchmark cases: that takes
 ///   less time and memory than benchmark case by benchmark case where there are several workers, because none makes
 ///   factors that another one has, or keeps those of all models; but files come late
 WorkPlan plan_work(std::span<const core::Problem> problems, std::span<const core::Model> models, bool model_by_model,

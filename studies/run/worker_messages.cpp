@@ -5,8 +5,8 @@
 
 namespace livermark::studies {
 
-std::string to_text(MessageKind news, std::size_t problem, const std::string &about, double seconds) {
-    return fmt::format("{} {} {} {}", static_cast<char>(news), problem, seconds, about);
+std::string to_text(MessageKind kind, std::size_t problem, const std::string &about, double seconds) {
+    return fmt::format("{} {} {} {}", static_cast<char>(kind), problem, seconds, about);
 }
 
 WorkerMessage::WorkerMessage(const std::string &text) {
@@ -15,7 +15,7 @@ WorkerMessage::WorkerMessage(const std::string &text) {
     words >> letter >> problem >> seconds;
     words.ignore();
     std::getline(words, about, '\0');
-    news = static_cast<MessageKind>(letter);
+    kind = static_cast<MessageKind>(letter);
 }
 
 } // namespace livermark::studies

@@ -1,5 +1,5 @@
-# Checks that every room includes the headers of the rooms below it only, that studies do not print, and that
-# CONTRIBUTING.md names every folder.
+# Checks that every room includes the headers of the rooms below it only, that studies do not print, that tests lie as the
+# folders do, and that CONTRIBUTING.md names every folder.
 # usage: cmake -DSOURCE_DIR=<top of the repository> -P allowed_includes.cmake
 cmake_minimum_required(VERSION 3.25)
 
@@ -66,9 +66,22 @@ endforeach()
 # Every folder with sources is a room.
 file(GLOB tops RELATIVE ${SOURCE_DIR} ${SOURCE_DIR}/*)
 foreach(top IN LISTS tops)
-  file(GLOB sources ${SOURCE_DIR}/${top}/*.cpp ${SOURCE_DIR}/${top}/*/*.cpp)
+  file(GLOB sources ${SOURCE_DIR}/${top}/*.[ch]pp ${SOURCE_DIR}/${top}/*/*.[ch]pp ${SOURCE_DIR}/${top}/*/*/*.[ch]pp)
   if(sources AND NOT top IN_LIST folders AND NOT top MATCHES "^build|^viewer$")
     string(APPEND faults "${top}/ is no room of this test\n")
+  endif()
+endforeach()
+# The tests of a folder lie in tests/<folder>/; those of all that ships, and of the house itself, have folders of their own.
+file(GLOB test_folders LIST_DIRECTORIES ON RELATIVE ${SOURCE_DIR}/tests ${SOURCE_DIR}/tests/*)
+foreach(folder IN LISTS test_folders)
+  if(IS_DIRECTORY ${SOURCE_DIR}/tests/${folder} AND NOT folder IN_LIST folders AND NOT folder MATCHES "^(house|package|peer|validation)$")
+    string(APPEND faults "tests/${folder}/ is named as no folder; put its tests where the folder is named that they test\n")
+  endif()
+endforeach()
+foreach(folder IN LISTS folders)
+  file(GLOB_RECURSE tests ${SOURCE_DIR}/tests/${folder}/*_test.cpp)
+  if(NOT tests AND NOT folder MATCHES "^(tests|benchmarks|examples)$")
+    string(APPEND faults "${folder}/ has no tests in tests/${folder}/\n")
   endif()
 endforeach()
 file(READ ${SOURCE_DIR}/CONTRIBUTING.md contributing)

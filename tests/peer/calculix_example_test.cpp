@@ -31,7 +31,7 @@ TEST(CalculixExample, ScoresAsLinearElements) {
     {
         std::ifstream dat(here / "palpation.dat");
         const auto u = tests::read_dat(dat, static_cast<int>(points.size()));
-        std::ofstream csv(here / "answer.csv");
+        std::ofstream csv(here / "solution.csv");
         csv << "x,y,z,ux,uy,uz\n";
         for (std::size_t i = 0; i < points.size(); ++i)
             fmt::print(csv, "{},{},{},{},{},{}\n", points[i].x(), points[i].y(), points[i].z(), u[i].x(), u[i].y(),
@@ -39,7 +39,7 @@ TEST(CalculixExample, ScoresAsLinearElements) {
     }
     const auto scored =
         tests::livermark(fmt::format("score liver_healthy palpation {} --name calculix --no-uncertainty --output {}",
-                                     (here / "answer.csv").string(), folder.string()));
+                                     (here / "solution.csv").string(), folder.string()));
     ASSERT_EQ(scored.status, 0) << scored.output;
     const auto result = results::read_result(folder / "liver_healthy" / "palpation.calculix.h5");
     const auto error_of = [&](const std::string &name) {

@@ -22,13 +22,13 @@ using core::Vector3;
 constexpr auto reference = models::references.front();
 
 /// A body and a load case that ship and fit each other; `livermark run` has made their result file before these tests.
-struct Contest {
+struct BenchmarkCase {
     std::string body;
     std::string load_case;
 };
 
-void PrintTo(const Contest &contest, std::ostream *out) {
-    *out << contest.body << "_" << contest.load_case;
+void PrintTo(const BenchmarkCase &benchmark_case, std::ostream *out) {
+    *out << benchmark_case.body << "_" << benchmark_case.load_case;
 }
 
 bool fits(const std::string &load_case, const core::TetraMesh &mesh) {
@@ -41,18 +41,18 @@ bool fits(const std::string &load_case, const core::TetraMesh &mesh) {
 }
 
 /// All small deformations that ship.
-std::vector<Contest> all_contests() {
-    std::vector<Contest> contests;
+std::vector<BenchmarkCase> all_benchmark_cases() {
+    std::vector<BenchmarkCase> cases;
     for (const auto &name : support::list_toml(LIVERMARK_SOURCE_DIR "/meshes")) {
         const auto body = meshes::read_body(LIVERMARK_SOURCE_DIR "/meshes/" + name + ".toml");
         for (const auto &load_case : support::list_toml(LIVERMARK_SOURCE_DIR "/load_cases"))
             if (fits(load_case, body.mesh))
-                contests.push_back({name, load_case});
+                cases.push_back({name, load_case});
     }
-    return contests;
+    return cases;
 }
 
-class ModelsAgainstFem : public testing::TestWithParam<Contest> {
+class ModelsAgainstFem : public testing::TestWithParam<BenchmarkCase> {
   protected:
     void SetUp() override {
         result = results::read_result(std::filesystem::path(LIVERMARK_VALIDATION_RUNS) / GetParam().body /
@@ -187,7 +187,7 @@ TEST_P(ModelsAgainstFem, LoadIsInTheLinearRange) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Runs, ModelsAgainstFem, testing::ValuesIn(all_contests()),
+INSTANTIATE_TEST_SUITE_P(Runs, ModelsAgainstFem, testing::ValuesIn(all_benchmark_cases()),
                          [](const auto &info) { return info.param.body + "_" + info.param.load_case; });
 
 } // namespace

@@ -159,10 +159,10 @@ test('what FEM waits for is said where its picture waits', async () => {
 
 test('a socket that the server closes says why', async () => {
   await live.goLive({});
-  await pretend((socket) => socket.close({ code: 1013, reason: 'Too many pages are in conversation already; close one of them.' }));
+  await pretend((socket) => socket.close({ code: 1013, reason: 'Too many pages have a session already; close one of them.' }));
   await live.page.check('#live-fem');
   await live.poke();
   await live.page.waitForSelector('#message:not([hidden])');
-  assert.match(await live.page.locator('#message').textContent(), /Too many pages are in conversation already/);
+  assert.match(await live.page.locator('#message').textContent(), /Too many pages have a session already/);
   assert.equal(await live.page.isChecked('#live-fem'), false);
 });

@@ -12,7 +12,7 @@ std::vector<int> rows_of_lanes(const std::vector<SpringLane> &lanes, int num_nod
     std::vector<int> row(num_nodes);
     for (std::size_t l = 0; l < lanes.size(); ++l)
         for (const int side : {0, 1})
-            if (const int node = lanes[l].node[side]; node != none)
+            if (const int node = lanes[l].node[side]; node != padding)
                 row[node] =
                     static_cast<int>(l / slice_size) * pair_size + side * slice_size + static_cast<int>(l % slice_size);
     return row;

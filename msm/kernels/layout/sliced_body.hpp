@@ -34,7 +34,7 @@ struct SpringLines {
 
 /// A sparse matrix whose rows and columns are control volumes of a SlicedBody, 16 of which are a slice.
 template <class T> struct SlicedMatrix {
-    std::vector<int> start; ///< (slices + 1) entries of the longest row of each, in units of 16
+    std::vector<int> offset; ///< (slices + 1) entries of the longest row of each, in units of 16
     Aligned<std::int32_t> column;
     Aligned<T> value; ///< 0 where a row is filled up
 };
@@ -63,13 +63,13 @@ template <class T> struct SlicedBody {
     int first_copy = 0;          ///< the row of the first
 
     std::vector<SpringLines> spring_lines; ///< (slices / 2); empty if there are no springs
-    Aligned<std::int32_t> neighbour;       ///< (lines, 16) place of the other end: four times its row
+    Aligned<std::int32_t> neighbour;       ///< (lines, 16) index of the other end: four times its row
     Aligned<T> spring;                     ///< (lines, 2, 16) k [N/m] and k l0 / 2 [N]
 
     /// (fan slices + 1) tetrahedra of 16 fans, one of each on a line, in units of 16; short fans are filled up with
     /// tetrahedra without volume
     std::vector<int> fan_start;
-    /// (lines + 3 for each fan slice, 16) places of the nodes: both ends of the axis, and the rim
+    /// (lines + 3 for each fan slice, 16) indices of the nodes: both ends of the axis, and the rim
     Aligned<std::int32_t> corner;
     Aligned<std::int32_t> force_slot; ///< of the same shape: where the force on each is added
     Aligned<T> rest_volume;           ///< (lines, 16) [m^3]

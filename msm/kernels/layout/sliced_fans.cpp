@@ -65,9 +65,9 @@ template <class T> Lines lines_of(const std::vector<Fan> &fans, SlicedBody<T> &b
     for (std::size_t first = 0; first < fans.size(); first += slice_size) {
         const std::size_t length = fans[first].tetrahedra.size(); // the longest of the slice comes first
         const std::size_t first_tetrahedron = lines.tetrahedron.size(), first_node = lines.node.size();
-        lines.tetrahedron.resize(first_tetrahedron + length * slice_size, none);
-        lines.node.resize(first_node + (length + 3) * slice_size, none);
-        lines.owner.resize(lines.node.size(), none);
+        lines.tetrahedron.resize(first_tetrahedron + length * slice_size, padding);
+        lines.node.resize(first_node + (length + 3) * slice_size, padding);
+        lines.owner.resize(lines.node.size(), padding);
         body.fan_start.push_back(body.fan_start.back() + static_cast<int>(length));
         for (std::size_t lane = 0; lane < slice_size; ++lane) {
             const auto &[axis, rim, tetrahedra] = fans[first + lane];
@@ -95,7 +95,7 @@ std::vector<std::vector<int>> tetrahedra_of_rows(const StepParts &parts, const s
                                                  const Lines &lines, int num_rows) {
     std::vector<std::vector<int>> of_rows(num_rows);
     for (std::size_t at = 0; at < lines.tetrahedron.size(); ++at)
-        if (lines.tetrahedron[at] != none)
+        if (lines.tetrahedron[at] != padding)
             for (const int c : parts.corner_volume[lines.tetrahedron[at]])
                 of_rows[row_of_volume[c]].push_back(static_cast<int>(at));
     return of_rows;
@@ -108,7 +108,7 @@ template <class T> std::vector<std::vector<int>> corners_of_rows(const Lines &li
         const std::size_t first = first_corner(body, slice);
         for (auto at = first; at < first_corner(body, slice + 1); ++at) {
             const bool is_filled_up = at >= first + 3 * slice_size && lines.node[at] == lines.node[at - slice_size];
-            if (lines.node[at] != none && !is_filled_up)
+            if (lines.node[at] != padding && !is_filled_up)
                 of_rows[body.corner[at] / 4].push_back(static_cast<int>(at));
         }
     }
@@ -164,7 +164,7 @@ template <class T> void slice_sums(const Lines &lines, SlicedBody<T> &body) {
         for (auto at = first_corner(body, body.chunk_fans[chunk]); at < end; ++at) {
             auto &slot = body.force_slot[at];
             slot = 4 * body.chunk_start.back(); // a fan of nothing adds nothing
-            if (lines.node[at] == none)
+            if (lines.node[at] == padding)
                 continue;
             auto &of_node = places[body.row_of_node[lines.node[at]]];
             if (of_node.empty() || of_node.back() < 4 * body.chunk_start.back())
@@ -198,7 +198,7 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
 
     body.corner.assign(lines.node.size(), 0);
     for (std::size_t at = 0; at < lines.node.size(); ++at) {
-        if (lines.node[at] == none)
+        if (lines.node[at] == padding)
             continue;
         int row = body.row_of_node[lines.node[at]];
         if (!parts.centre.empty()) {

@@ -24,12 +24,12 @@ template <class T> SlicedMatrix<T> sliced_matrix(const std::vector<Entry> &entri
     std::vector<int> length(num_rows, 0);
     for (const auto &entry : entries)
         ++length[entry.row];
-    SlicedMatrix<T> matrix{starts(length), {}, {}};
-    matrix.column.assign(static_cast<std::size_t>(matrix.start.back()) * slice_size, 0);
+    SlicedMatrix<T> matrix{slice_offsets(length), {}, {}};
+    matrix.column.assign(static_cast<std::size_t>(matrix.offset.back()) * slice_size, 0);
     matrix.value.assign(matrix.column.size(), T(0));
     std::vector<int> used(num_rows, 0);
     for (const auto &[row, column, value] : entries) {
-        const auto at = place(matrix.start, row, used[row]);
+        const auto at = next_index(matrix.offset, row, used[row]);
         matrix.column[at] = column;
         matrix.value[at] = static_cast<T>(value);
     }

@@ -33,7 +33,7 @@ Aligned<T> values_on_lines(const Lines &lines, const SlicedBody<T> &body, const 
     for (std::size_t slice = 0; slice + 1 < body.fan_start.size(); ++slice)
         for (int line = body.fan_start[slice]; line < body.fan_start[slice + 1]; ++line)
             for (std::size_t lane = 0; lane < slice_size; ++lane) {
-                if (lines.tetrahedron[static_cast<std::size_t>(line) * slice_size + lane] == none)
+                if (lines.tetrahedron[static_cast<std::size_t>(line) * slice_size + lane] == padding)
                     continue;
                 const auto start = static_cast<std::size_t>(body.fan_start[slice]) + 3 * slice;
                 const auto from = static_cast<std::size_t>(line) + 3 * slice + 2;

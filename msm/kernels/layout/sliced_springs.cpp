@@ -27,8 +27,8 @@ template <class T> class PairLines {
             if (used < count.shared) {
                 put_shared(used++, number, n);
             } else {
-                alone[0].push_back({n.node, {n.spring[0], none}});
-                alone[1].push_back({n.node, {none, n.spring[1]}});
+                alone[0].push_back({n.node, {n.spring[0], padding}});
+                alone[1].push_back({n.node, {padding, n.spring[1]}});
             }
         int line = count.shared, spring_line = lines_.first_spring + 1 + 2 * count.shared;
         for (const int side : {0, 1}) {
@@ -58,7 +58,7 @@ template <class T> class PairLines {
         body_.neighbour[at + number] = 4 * body_.row_of_node[node];
     }
     void put_spring(int line, int number, int spring) {
-        if (spring == none)
+        if (spring == padding)
             return;
         T *at = body_.spring.data() + static_cast<std::size_t>(line) * 2 * slice_size + number;
         at[0] = static_cast<T>(parts_.stiffness[spring]);

@@ -8,27 +8,27 @@
 /// How lists of different lengths are put side by side in slices of 16 rows.
 namespace livermark::msm {
 
-/// Where a slice is filled up.
-inline constexpr int none = -1;
+/// The number of what fills up a slice.
+inline constexpr int padding = -1;
 
 constexpr int padded(int count, int size = slice_size) {
     return (count + size - 1) / size * size;
 }
 
-/// Where the longest list of each slice ends, counted in lines of 16.
-inline std::vector<int> starts(const std::vector<int> &length_of_row) {
-    std::vector<int> start{0};
+/// Slice offsets: where the longest list of each slice ends, counted in lines of 16.
+inline std::vector<int> slice_offsets(const std::vector<int> &length_of_row) {
+    std::vector<int> offset{0};
     for (std::size_t first = 0; first < length_of_row.size(); first += slice_size) {
         const auto begin = length_of_row.begin() + static_cast<std::ptrdiff_t>(first);
-        start.push_back(start.back() + *std::max_element(begin, begin + slice_size));
+        offset.push_back(offset.back() + *std::max_element(begin, begin + slice_size));
     }
-    return start;
+    return offset;
 }
 
 /// Puts lists side by side, 16 to a slice, behind those that are there.
-/// @param start    (slices + 1) where the entries of each begin, in units of 16; at first {0}
-/// @param filling  what stands behind the end of a short list
-inline void append_lists(std::vector<std::vector<int>> lists, int filling, std::vector<int> &start,
+/// @param filler   what stands behind the end of a short list
+/// @param offset   (slices + 1) where the entries of each begin, in units of 16; at first {0}
+inline void append_lists(std::vector<std::vector<int>> lists, int filler, std::vector<int> &offset,
                          Aligned<std::int32_t> &entries) {
     lists.resize(padded(static_cast<int>(lists.size())));
     for (std::size_t first = 0; first < lists.size(); first += slice_size) {
@@ -36,24 +36,25 @@ inline void append_lists(std::vector<std::vector<int>> lists, int filling, std::
         for (std::size_t lane = 0; lane < slice_size; ++lane)
             longest = std::max(longest, lists[first + lane].size());
         const std::size_t at = entries.size();
-        entries.resize(at + longest * slice_size, filling);
-        start.push_back(start.back() + static_cast<int>(longest));
+        entries.resize(at + longest * slice_size, filler);
+        offset.push_back(offset.back() + static_cast<int>(longest));
         for (std::size_t lane = 0; lane < slice_size; ++lane)
             for (std::size_t k = 0; k < lists[first + lane].size(); ++k)
                 entries[at + k * slice_size + lane] = lists[first + lane][k];
     }
 }
 
-/// Place of the next entry of a row, of which it has `used` already.
-inline std::size_t place(const std::vector<int> &start, int row, int &used) {
-    const auto line = static_cast<std::size_t>(start[row / slice_size]) + static_cast<std::size_t>(used++);
+/// Index of the next entry of a row, of which it has `used` already.
+/// @param offset  slice offsets
+inline std::size_t next_index(const std::vector<int> &offset, int row, int &used) {
+    const auto line = static_cast<std::size_t>(offset[row / slice_size]) + static_cast<std::size_t>(used++);
     return line * slice_size + row % slice_size;
 }
 
 /// Which tetrahedron stands where on the lines, and which node stands where among the corners.
 struct Lines {
-    std::vector<int> tetrahedron; ///< number, none where a fan is filled up
-    std::vector<int> node;        ///< number; where a fan is filled up its last one, and none in a fan of nothing
+    std::vector<int> tetrahedron; ///< number, padding where a fan is filled up
+    std::vector<int> node;        ///< number; where a fan is filled up its last one, and padding in a fan of nothing
     std::vector<int> owner;       ///< a tetrahedron that the node belongs to there
 };
 
@@ -61,7 +62,7 @@ struct Lines {
 template <class T> Aligned<T> on_lines(const std::vector<double> &values, const Lines &lines) {
     Aligned<T> result(values.empty() ? 0 : lines.tetrahedron.size(), T(0));
     for (std::size_t at = 0; at < result.size(); ++at)
-        if (lines.tetrahedron[at] != none)
+        if (lines.tetrahedron[at] != padding)
             result[at] = static_cast<T>(values[lines.tetrahedron[at]]);
     return result;
 }

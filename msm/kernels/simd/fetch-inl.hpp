@@ -23,15 +23,15 @@ template <class D> struct Rows { hn::Vec<D> x, y, z, w; };
 
 #if HWY_TARGET == HWY_SCALAR
 
-template <class D, class T> HWY_INLINE Rows<D> fetch(D d, const T *rows, const std::int32_t *place) {
-    const T *at = rows + *place;
+template <class D, class T> HWY_INLINE Rows<D> fetch(D d, const T *rows, const std::int32_t *index) {
+    const T *at = rows + *index;
     return {hn::Set(d, at[0]), hn::Set(d, at[1]), hn::Set(d, at[2]), hn::Set(d, at[3])};
 }
 
 template <class D, class V, class T>
-HWY_INLINE void scatter_add(D d, V x, V y, V z, T *rows, const std::int32_t *place) {
-    const auto was = fetch(d, rows, place);
-    hn::StoreInterleaved4(hn::Add(was.x, x), hn::Add(was.y, y), hn::Add(was.z, z), was.w, d, rows + *place);
+HWY_INLINE void scatter_add(D d, V x, V y, V z, T *rows, const std::int32_t *index) {
+    const auto was = fetch(d, rows, index);
+    hn::StoreInterleaved4(hn::Add(was.x, x), hn::Add(was.y, y), hn::Add(was.z, z), was.w, d, rows + *index);
 }
 
 #else
@@ -50,12 +50,12 @@ HWY_INLINE hn::Vec<D> joined(D d, hn::Vec<hn::Half<D>> upper, hn::Vec<hn::Half<D
         return hn::Combine(d, upper, lower);
 }
 
-/// 16 bytes from each of several places: block b of the result from the place of lane `stride * b`. A place is four
+/// 16 bytes from each of several places: block b of the result from the index of lane `stride * b`. An index is four
 /// times a row: the processor would need an instruction more for each to find that out.
 template <class D, class T = hn::TFromD<D>>
-HWY_INLINE hn::Vec<D> blocks(D d, const T *rows, const std::int32_t *place, int stride) {
+HWY_INLINE hn::Vec<D> blocks(D d, const T *rows, const std::int32_t *index, int stride) {
     constexpr hn::Full128<T> block;
-    const auto load = [&](int b) HWY_ATTR { return hn::LoadU(block, rows + place[b]); };
+    const auto load = [&](int b) HWY_ATTR { return hn::LoadU(block, rows + index[b]); };
     if constexpr (hn::MaxLanes(d) * sizeof(T) == 16) {
         return load(0);
     } else if constexpr (hn::MaxLanes(d) * sizeof(T) == 32) {
@@ -68,10 +68,10 @@ HWY_INLINE hn::Vec<D> blocks(D d, const T *rows, const std::int32_t *place, int 
 }
 
 /// Hardware gathers three vectors in three times the time that these loads and the transposition take.
-template <class D> HWY_INLINE Rows<D> fetch(D d, const float *rows, const std::int32_t *place) {
+template <class D> HWY_INLINE Rows<D> fetch(D d, const float *rows, const std::int32_t *index) {
     const hn::RepartitionToWide<decltype(hn::RebindToUnsigned<D>())> pairs;
-    const auto r0 = blocks(d, rows, place, 4), r1 = blocks(d, rows, place + 1, 4);
-    const auto r2 = blocks(d, rows, place + 2, 4), r3 = blocks(d, rows, place + 3, 4);
+    const auto r0 = blocks(d, rows, index, 4), r1 = blocks(d, rows, index + 1, 4);
+    const auto r2 = blocks(d, rows, index + 2, 4), r3 = blocks(d, rows, index + 3, 4);
     const auto xy01 = hn::BitCast(pairs, hn::InterleaveLower(d, r0, r1));
     const auto zw01 = hn::BitCast(pairs, hn::InterleaveUpper(d, r0, r1));
     const auto xy23 = hn::BitCast(pairs, hn::InterleaveLower(d, r2, r3));
@@ -81,9 +81,9 @@ template <class D> HWY_INLINE Rows<D> fetch(D d, const float *rows, const std::i
         hn::BitCast(d, hn::InterleaveLower(pairs, zw01, zw23)), hn::BitCast(d, hn::InterleaveUpper(pairs, zw01, zw23))};
 }
 
-template <class D> HWY_INLINE Rows<D> fetch(D d, const double *rows, const std::int32_t *place) {
-    const auto xy0 = blocks(d, rows, place, 2), xy1 = blocks(d, rows, place + 1, 2);
-    const auto zw0 = blocks(d, rows + 2, place, 2), zw1 = blocks(d, rows + 2, place + 1, 2);
+template <class D> HWY_INLINE Rows<D> fetch(D d, const double *rows, const std::int32_t *index) {
+    const auto xy0 = blocks(d, rows, index, 2), xy1 = blocks(d, rows, index + 1, 2);
+    const auto zw0 = blocks(d, rows + 2, index, 2), zw1 = blocks(d, rows + 2, index + 1, 2);
     return {hn::InterleaveLower(d, xy0, xy1), hn::InterleaveUpper(d, xy0, xy1), hn::InterleaveLower(d, zw0, zw1),
             hn::InterleaveUpper(d, zw0, zw1)};
 }
@@ -91,37 +91,37 @@ template <class D> HWY_INLINE Rows<D> fetch(D d, const double *rows, const std::
 /// Adds 16 bytes to each of several places, one after the other, so that two of these may be one. The compiler makes
 /// operations on registers of the way through memory; if it may not, everything with tetrahedra is a tenth slower.
 template <class D, class V, class T = hn::TFromD<D>>
-HWY_INLINE void add_blocks(D d, V blocks, T *rows, const std::int32_t *place, int stride) {
+HWY_INLINE void add_blocks(D d, V blocks, T *rows, const std::int32_t *index, int stride) {
     constexpr hn::Full128<T> block;
     constexpr int block_size = 16 / sizeof(T);
     HWY_ALIGN T parts[hn::MaxLanes(D())];
     hn::Store(blocks, d, parts);
     for (int b = 0; b < static_cast<int>(hn::MaxLanes(D())) / block_size; ++b) {
-        T *at = rows + place[b * stride];
+        T *at = rows + index[b * stride];
         hn::StoreU(hn::Add(hn::LoadU(block, at), hn::Load(block, parts + b * block_size)), block, at);
     }
 }
 
 /// Adds rows (x, y, z, 0) at scattered places.
-template <class D, class V> HWY_INLINE void scatter_add(D d, V x, V y, V z, float *rows, const std::int32_t *place) {
+template <class D, class V> HWY_INLINE void scatter_add(D d, V x, V y, V z, float *rows, const std::int32_t *index) {
     const hn::RepartitionToWide<decltype(hn::RebindToUnsigned<D>())> pairs;
     const auto zero = hn::Zero(d);
     const auto xy01 = hn::BitCast(pairs, hn::InterleaveLower(d, x, y));
     const auto xy23 = hn::BitCast(pairs, hn::InterleaveUpper(d, x, y));
     const auto zw01 = hn::BitCast(pairs, hn::InterleaveLower(d, z, zero));
     const auto zw23 = hn::BitCast(pairs, hn::InterleaveUpper(d, z, zero));
-    add_blocks(d, hn::BitCast(d, hn::InterleaveLower(pairs, xy01, zw01)), rows, place, 4);
-    add_blocks(d, hn::BitCast(d, hn::InterleaveUpper(pairs, xy01, zw01)), rows, place + 1, 4);
-    add_blocks(d, hn::BitCast(d, hn::InterleaveLower(pairs, xy23, zw23)), rows, place + 2, 4);
-    add_blocks(d, hn::BitCast(d, hn::InterleaveUpper(pairs, xy23, zw23)), rows, place + 3, 4);
+    add_blocks(d, hn::BitCast(d, hn::InterleaveLower(pairs, xy01, zw01)), rows, index, 4);
+    add_blocks(d, hn::BitCast(d, hn::InterleaveUpper(pairs, xy01, zw01)), rows, index + 1, 4);
+    add_blocks(d, hn::BitCast(d, hn::InterleaveLower(pairs, xy23, zw23)), rows, index + 2, 4);
+    add_blocks(d, hn::BitCast(d, hn::InterleaveUpper(pairs, xy23, zw23)), rows, index + 3, 4);
 }
 
-template <class D, class V> HWY_INLINE void scatter_add(D d, V x, V y, V z, double *rows, const std::int32_t *place) {
+template <class D, class V> HWY_INLINE void scatter_add(D d, V x, V y, V z, double *rows, const std::int32_t *index) {
     const auto zero = hn::Zero(d);
-    add_blocks(d, hn::InterleaveLower(d, x, y), rows, place, 2);
-    add_blocks(d, hn::InterleaveUpper(d, x, y), rows, place + 1, 2);
-    add_blocks(d, hn::InterleaveLower(d, z, zero), rows + 2, place, 2);
-    add_blocks(d, hn::InterleaveUpper(d, z, zero), rows + 2, place + 1, 2);
+    add_blocks(d, hn::InterleaveLower(d, x, y), rows, index, 2);
+    add_blocks(d, hn::InterleaveUpper(d, x, y), rows, index + 1, 2);
+    add_blocks(d, hn::InterleaveLower(d, z, zero), rows + 2, index, 2);
+    add_blocks(d, hn::InterleaveUpper(d, z, zero), rows + 2, index + 1, 2);
 }
 
 #endif

@@ -14,13 +14,13 @@
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
 
-/// Numbers at scattered places.
-template <class D, class T> HWY_INLINE hn::Vec<D> gather(D d, const T *values, const std::int32_t *place) {
-    const auto places = hn::Load(hn::Rebind<std::int32_t, D>(), place);
+/// Numbers at scattered indices.
+template <class D, class T> HWY_INLINE hn::Vec<D> gather(D d, const T *values, const std::int32_t *index) {
+    const auto indices = hn::Load(hn::Rebind<std::int32_t, D>(), index);
     if constexpr (sizeof(T) == 4)
-        return hn::GatherIndex(d, values, places);
+        return hn::GatherIndex(d, values, indices);
     else
-        return hn::GatherIndex(d, values, hn::PromoteTo(hn::RebindToSigned<D>(), places));
+        return hn::GatherIndex(d, values, hn::PromoteTo(hn::RebindToSigned<D>(), indices));
 }
 
 /// Sixteen rows of a matrix times a vector.
@@ -28,8 +28,8 @@ template <class T>
 HWY_INLINE void multiply(const SlicedMatrix<T> &matrix, const Aligned<T> &vector, int slice, T *result) {
     using D = Lanes<T>;
     constexpr D d;
-    const std::size_t first = static_cast<std::size_t>(matrix.start[slice]) * slice_size;
-    const std::size_t end = static_cast<std::size_t>(matrix.start[slice + 1]) * slice_size;
+    const std::size_t first = static_cast<std::size_t>(matrix.offset[slice]) * slice_size;
+    const std::size_t end = static_cast<std::size_t>(matrix.offset[slice + 1]) * slice_size;
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         auto sum = hn::Zero(d);
         for (std::size_t m = first + lane; m < end; m += slice_size)

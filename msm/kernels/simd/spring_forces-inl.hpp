@@ -18,12 +18,12 @@ namespace livermark::msm::HWY_NAMESPACE {
 template <bool is_damped, class D> struct Ends { Rows<D> position, velocity; };
 
 template <bool is_damped, class T>
-HWY_INLINE Ends<is_damped, Lanes<T>> fetch_ends(const StepWorkspace<T> &at, int now, const std::int32_t *place) {
+HWY_INLINE Ends<is_damped, Lanes<T>> fetch_ends(const StepWorkspace<T> &at, int now, const std::int32_t *index) {
     constexpr Lanes<T> d;
     Ends<is_damped, Lanes<T>> ends;
-    ends.position = fetch(d, at.rows[now].data(), place);
+    ends.position = fetch(d, at.rows[now].data(), index);
     if constexpr (is_damped)
-        ends.velocity = fetch(d, at.velocity_rows[now].data(), place);
+        ends.velocity = fetch(d, at.velocity_rows[now].data(), index);
     return ends;
 }
 
@@ -90,7 +90,7 @@ HWY_INLINE PairForces<Lanes<T>> spring_forces(const StepWorkspace<T> &at, int no
         return force;
     constexpr std::ptrdiff_t spring_line = 2 * slice_size;
     const SpringLines &lines = body.spring_lines[pair];
-    const auto *place = body.neighbour.data() + static_cast<std::ptrdiff_t>(lines.first_neighbour) * slice_size + lane;
+    const auto *index = body.neighbour.data() + static_cast<std::ptrdiff_t>(lines.first_neighbour) * slice_size + lane;
     const T *spring = body.spring.data() + lines.first_spring * spring_line + lane;
     const auto first = own_ends<is_damped>(at, now, 2 * pair, lane);
     const auto second = own_ends<is_damped>(at, now, 2 * pair + 1, lane);
@@ -99,15 +99,15 @@ HWY_INLINE PairForces<Lanes<T>> spring_forces(const StepWorkspace<T> &at, int no
     force.first = scaled<Lanes<T>>(between.tension, between.span);
     force.second = minus(force.second, force.first);
     spring += spring_line;
-    for (int line = 0; line < lines.count.shared; ++line, place += slice_size, spring += 2 * spring_line) {
-        const auto there = fetch_ends<is_damped>(at, now, place);
+    for (int line = 0; line < lines.count.shared; ++line, index += slice_size, spring += 2 * spring_line) {
+        const auto there = fetch_ends<is_damped>(at, now, index);
         add(pull<is_damped>(at, spring, first, there), force.first);
         add(pull<is_damped>(at, spring + spring_line, second, there), force.second);
     }
-    for (int line = 0; line < lines.count.alone[0]; ++line, place += slice_size, spring += spring_line)
-        add(pull<is_damped>(at, spring, first, fetch_ends<is_damped>(at, now, place)), force.first);
-    for (int line = 0; line < lines.count.alone[1]; ++line, place += slice_size, spring += spring_line)
-        add(pull<is_damped>(at, spring, second, fetch_ends<is_damped>(at, now, place)), force.second);
+    for (int line = 0; line < lines.count.alone[0]; ++line, index += slice_size, spring += spring_line)
+        add(pull<is_damped>(at, spring, first, fetch_ends<is_damped>(at, now, index)), force.first);
+    for (int line = 0; line < lines.count.alone[1]; ++line, index += slice_size, spring += spring_line)
+        add(pull<is_damped>(at, spring, second, fetch_ends<is_damped>(at, now, index)), force.second);
     return force;
 }
 

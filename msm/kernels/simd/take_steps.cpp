@@ -88,9 +88,9 @@ HWY_INLINE void move_pair(const Scheme &scheme, StepWorkspace<T> &at, int now, i
 /// @param way  pairs of slices since it began to ask
 template <class T, int for_writing>
 HWY_INLINE void ask_for(const Aligned<T> &rows, const CacheLines &lines, std::size_t way) {
-    const std::size_t end = std::min(lines.place.size(), lines.at_once * (way + 1));
+    const std::size_t end = std::min(lines.index.size(), lines.at_once * (way + 1));
     for (std::size_t k = lines.at_once * way; k < end; ++k)
-        __builtin_prefetch(rows.data() + lines.place[k], for_writing);
+        __builtin_prefetch(rows.data() + lines.index[k], for_writing);
 }
 
 /// The nodes of a thread to their rows of the next stage: first those that do not need others. Half the way through
@@ -106,7 +106,7 @@ HWY_INLINE void move_nodes(const Scheme &scheme, StepWorkspace<T> &at, int now, 
     };
     if (pairs.order.empty())
         wait();
-    const std::size_t half = pairs.num_inner / 2;
+    const std::size_t half = pairs.num_interior / 2;
     for (std::size_t s = 0; s < pairs.order.size(); ++s) {
         if (s == half)
             wait();

@@ -47,8 +47,8 @@ std::array<double, 6> six_numbers(const std::string &line, const std::string &pl
     return numbers;
 }
 
-std::string guess_of_fault(const Answer &answer, const core::TetraMesh &mesh) {
-    const double ratio = core::extent(answer.points) / core::extent(mesh.points);
+std::string guess_of_fault(const OutsideSolution &solution, const core::TetraMesh &mesh) {
+    const double ratio = core::extent(solution.points) / core::extent(mesh.points);
     constexpr double close = 0.05;
     for (const auto &[factor, unit] : {std::pair{1000.0, "millimetres"}, {100.0, "centimetres"}})
         if (std::abs(ratio / factor - 1.0) < close)
@@ -58,40 +58,41 @@ std::string guess_of_fault(const Answer &answer, const core::TetraMesh &mesh) {
 
 } // namespace
 
-Answer parse_outside_solution(const std::string &text, const std::string &file) {
+OutsideSolution parse_outside_solution(const std::string &text, const std::string &file) {
     std::istringstream stream(text);
     std::string line;
     if (!std::getline(stream, line) || without_blanks(line) != header)
         throw support::InputError(fmt::format("{}:1: the first line has to be {}; add it", file, header));
-    Answer answer;
+    OutsideSolution solution;
     for (int number = 2; std::getline(stream, line); ++number) {
         line = without_blanks(line);
         if (line.empty())
             continue;
         const auto values = six_numbers(line, fmt::format("{}:{}", file, number));
-        answer.points.emplace_back(values[0], values[1], values[2]);
-        answer.displacement.emplace_back(values[3], values[4], values[5]);
+        solution.points.emplace_back(values[0], values[1], values[2]);
+        solution.displacement.emplace_back(values[3], values[4], values[5]);
     }
-    if (answer.points.empty())
+    if (solution.points.empty())
         throw support::InputError(fmt::format("{}: there are no nodes in it; give a line for each", file));
-    return answer;
+    return solution;
 }
 
-Answer read_outside_solution(const std::filesystem::path &file) {
+OutsideSolution read_outside_solution(const std::filesystem::path &file) {
     if (!std::ifstream(file))
         throw support::InputError(fmt::format("{}: cannot be read ({}); check the path and who may read it",
                                               file.string(), std::strerror(errno)));
     if (file.extension() == ".csv")
         return parse_outside_solution(support::read_text(file), file.string());
-    const auto converted =
-        support::convert_by_script("convert_answer", file, "give CSV, HDF5 or VTU with the displacement of the nodes");
+    const auto converted = support::convert_by_script("convert_solution", file,
+                                                      "give CSV, HDF5 or VTU with the displacement of the nodes");
     return parse_outside_solution(converted.text, file.string() + ", converted");
 }
 
-std::vector<Vector3> displacement_at_nodes(const Answer &answer, const core::TetraMesh &mesh, const std::string &file) {
-    std::vector<int> by_x(answer.points.size());
+std::vector<Vector3> displacement_at_nodes(const OutsideSolution &solution, const core::TetraMesh &mesh,
+                                           const std::string &file) {
+    std::vector<int> by_x(solution.points.size());
     std::iota(by_x.begin(), by_x.end(), 0);
-    const auto x_of = [&](int i) { return answer.points[i].x(); };
+    const auto x_of = [&](int i) { return solution.points[i].x(); };
     std::ranges::sort(by_x, {}, x_of);
     const double reach = largest_distance * core::extent(mesh.points);
     std::vector<Vector3> displacement;
@@ -101,9 +102,9 @@ std::vector<Vector3> displacement_at_nodes(const Answer &answer, const core::Tet
         int found = -1;
         for (auto at = std::ranges::lower_bound(by_x, point.x() - reach, {}, x_of);
              at != by_x.end() && x_of(*at) <= point.x() + reach; ++at) {
-            if ((answer.points[*at] - point).norm() > reach)
+            if ((solution.points[*at] - point).norm() > reach)
                 continue;
-            if (found >= 0 && answer.displacement[found] != answer.displacement[*at])
+            if (found >= 0 && solution.displacement[found] != solution.displacement[*at])
                 throw support::InputError(
                     fmt::format("{}: there are two displacements for the node at ({:g}, {:g}, {:g}) m; "
                                 "keep one",
@@ -113,8 +114,8 @@ std::vector<Vector3> displacement_at_nodes(const Answer &answer, const core::Tet
         if (found < 0)
             throw support::InputError(
                 fmt::format("{}: there is no displacement for node {} at ({:g}, {:g}, {:g}) m; {}", file, node,
-                            point.x(), point.y(), point.z(), guess_of_fault(answer, mesh)));
-        displacement.push_back(answer.displacement[found]);
+                            point.x(), point.y(), point.z(), guess_of_fault(solution, mesh)));
+        displacement.push_back(solution.displacement[found]);
     }
     return displacement;
 }

@@ -61,7 +61,7 @@ INSTANTIATE_TEST_SUITE_P(Bodies, BadInputs, testing::ValuesIn(bad_bodies()), nam
 INSTANTIATE_TEST_SUITE_P(LoadCases, BadInputs, testing::ValuesIn(bad_load_cases()), name_of);
 INSTANTIATE_TEST_SUITE_P(Releases, BadInputs, testing::ValuesIn(bad_releases()), name_of);
 INSTANTIATE_TEST_SUITE_P(Hdf5Files, BadInputs, testing::ValuesIn(bad_hdf5_files()), name_of);
-INSTANTIATE_TEST_SUITE_P(Answers, BadInputs, testing::ValuesIn(bad_answers()), name_of);
+INSTANTIATE_TEST_SUITE_P(Solutions, BadInputs, testing::ValuesIn(bad_solutions()), name_of);
 INSTANTIATE_TEST_SUITE_P(Images, BadInputs,
                          testing::ValuesIn(LIVERMARK_SEGMENTATION ? bad_images() : std::vector<BadInput>()), name_of);
 INSTANTIATE_TEST_SUITE_P(CommandLines, BadInputs, testing::ValuesIn(bad_command_lines()), name_of);
@@ -89,7 +89,7 @@ TEST(GoodInput, ThatTheRowsStartFromIsAccepted) {
     }
 }
 
-/// docs/bad_input.md says with which command it is made; what stays of each message is constrained here.
+/// docs/bad_input.md says with which command it is made; what stays of each message is checked here.
 TEST(BadInputTable, StandsInTheDocumentation) {
     std::map<std::string, std::string> documented;
     std::size_t num_rows = 0;

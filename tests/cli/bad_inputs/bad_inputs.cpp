@@ -129,7 +129,7 @@ std::vector<BadInputGroup> all_bad_inputs() {
             {"Releases", "Load cases with a release", bad_releases()},
             {"Hdf5Files", "Result and calibration files (`.h5`)", bad_hdf5_files()},
             {"Images", "Label images and surfaces (`livermark mesh --labels`, `--surfaces`)", bad_images()},
-            {"Answers", "Solutions of other models (`livermark score`)", bad_answers()},
+            {"Solutions", "Solutions of other models (`livermark score`)", bad_solutions()},
             {"CommandLines", "Command lines", bad_command_lines()},
             {"Places", "Files and places without permission or room", bad_places()}};
 }

@@ -36,7 +36,7 @@ std::vector<BadInput> bad_load_cases();
 std::vector<BadInput> bad_releases();
 std::vector<BadInput> bad_hdf5_files();
 std::vector<BadInput> bad_images(); ///< and surfaces; need ITK and CGAL
-std::vector<BadInput> bad_answers();
+std::vector<BadInput> bad_solutions();
 std::vector<BadInput> bad_command_lines();
 std::vector<BadInput> bad_places();
 std::vector<BadInputGroup> all_bad_inputs();

@@ -92,7 +92,7 @@ std::vector<BadInput> bad_releases() {
                        ":9:", "add one with a name and a patch"),
         load_case("ProbeWithoutRelease", "a probe without a release",
                   good_case + "[[probe]]\nname = \"end\"\npatch = \"x_max\"\n", ":9:", "add one or remove the probe"),
-        spoilt_release("ProbeThatIsHeld", "a probe at a constrained node", "\"end\"\npatch = \"x_max\"",
+        spoilt_release("ProbeThatIsConstrained", "a probe at a constrained node", "\"end\"\npatch = \"x_max\"",
                        "\"end\"\npatch = \"x_min\"", ":14:", "choose a patch that moves"),
         spoilt_release("DurationInMicroseconds", "a duration in microseconds", "duration = 1.0", "duration = 1000000",
                        ":9:", "from 1 to 1000000"),

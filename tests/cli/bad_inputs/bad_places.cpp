@@ -19,7 +19,7 @@ BadInput without_rights(std::string name, std::string what, std::string argument
             .file = std::move(file),
             .place = "Permission denied",
             .remedy = std::move(remedy),
-            .files = {{"case.toml", good_case}, {"two.msh", good_msh}, {"answer.csv", "x,y,z,ux,uy,uz\n"}},
+            .files = {{"case.toml", good_case}, {"two.msh", good_msh}, {"solution.csv", "x,y,z,ux,uy,uz\n"}},
             .prepare =
                 [=](const fs::path &folder) {
                     write_bar(folder);
@@ -79,9 +79,9 @@ std::vector<BadInput> bad_places() {
                        "case.toml:", "who may read it", "case.toml"),
         without_rights("UnreadableResult", "a result file that may not be read", "table result.h5",
                        "result.h5:", "who may read it", "result.h5"),
-        without_rights("UnreadableAnswer", "an answer that may not be read",
-                       "score bar.toml case.toml answer.csv --output locked", "answer.csv:", "who may read it",
-                       "answer.csv"),
+        without_rights("UnreadableSolution", "a solution that may not be read",
+                       "score bar.toml case.toml solution.csv --output locked", "solution.csv:", "who may read it",
+                       "solution.csv"),
         without_rights("LockedFolderForResults", "results into a folder that may not be written to", run_to + "locked",
                        "locked/bar:", "choose another --output", "locked"),
         without_rights("LockedFolderForAMesh", "a mesh into a folder that may not be written to",

@@ -30,7 +30,7 @@ class Exchange : public testing::Test {
 
     void write_csv(const results::Result &result, const std::string &model) const {
         const auto found = std::ranges::find(result.models, model, &results::ModelResult::name);
-        std::ofstream out(folder_ / "answer.csv");
+        std::ofstream out(folder_ / "solution.csv");
         out << "x,y,z,ux,uy,uz\n";
         for (std::size_t i = 0; i < result.problem.body->mesh.points.size(); ++i) {
             const auto &x = result.problem.body->mesh.points[i];
@@ -47,14 +47,14 @@ const results::ModelResult &find(const results::Result &result, const std::strin
 }
 
 /// Displacements of our own springs come back with the same error as in a run.
-TEST_F(Exchange, AnAnswerIsScoredAsOurOwnModelsAre) {
+TEST_F(Exchange, ASolutionIsScoredAsOurOwnModelsAre) {
     const auto ran = tests::livermark(fmt::format("run --body {} --load-case {} --model lloyd --output {}",
                                                   at("bar.toml"), at("pull.toml"), at("runs")));
     ASSERT_EQ(ran.status, 0) << ran.output;
     const auto run = results::read_result(folder_ / "runs" / "bar" / "pull.h5");
     write_csv(run, "lloyd");
     const auto outcome = tests::livermark(
-        fmt::format("score {} {} --name outside --output {}", problem(), at("answer.csv"), at("scores")));
+        fmt::format("score {} {} --name outside --output {}", problem(), at("solution.csv"), at("scores")));
     ASSERT_EQ(outcome.status, 0) << outcome.output;
     const auto scored = results::read_result(folder_ / "scores" / "bar" / "pull.outside.h5");
     const auto &ours = *find(run, "lloyd").comparison;
@@ -91,13 +91,13 @@ TEST_F(Exchange, AProblemIsWrittenInThreeFormats) {
 }
 
 TEST_F(Exchange, WhatCannotBeScoredIsRefused) {
-    std::ofstream(folder_ / "answer.csv") << "x,y,z,ux,uy,uz\n1,2,3,0,0,0\n";
+    std::ofstream(folder_ / "solution.csv") << "x,y,z,ux,uy,uz\n1,2,3,0,0,0\n";
     for (const auto &[arguments, part] : {
-             std::pair{fmt::format("score {} {}", problem(), at("answer.csv")), "belongs to another mesh"},
+             std::pair{fmt::format("score {} {}", problem(), at("solution.csv")), "belongs to another mesh"},
              {fmt::format("score {} {}", problem(), at("no.csv")), "check the path"},
-             {fmt::format("score {} {} --name fem_p1", problem(), at("answer.csv")), "choose another --name"},
-             {fmt::format("score {} {} --name a/b", problem(), at("answer.csv")), "letters, digits"},
-             {fmt::format("score {}", problem()), "answer"},
+             {fmt::format("score {} {} --name fem_p1", problem(), at("solution.csv")), "choose another --name"},
+             {fmt::format("score {} {} --name a/b", problem(), at("solution.csv")), "letters, digits"},
+             {fmt::format("score {}", problem()), "solution"},
              {fmt::format("export {} palpatoin", at("bar.toml")), "did you mean 'palpation'?"},
              {fmt::format("export {} palpation", at("bar.toml")), "no patch"},
          }) {

@@ -59,11 +59,11 @@ TEST(Jobs, GiveTheSameBits) {
         return results;
     };
     const auto one_by_one = run(1);
-    const auto run_in_process_pool = run(3);
+    const auto in_a_pool = run(3);
     for (std::size_t r = 0; r < one_by_one.size(); ++r) {
-        ASSERT_EQ(one_by_one[r].models.size(), run_in_process_pool[r].models.size());
+        ASSERT_EQ(one_by_one[r].models.size(), in_a_pool[r].models.size());
         for (std::size_t m = 0; m < one_by_one[r].models.size(); ++m) {
-            const auto &a = one_by_one[r].models[m], &b = run_in_process_pool[r].models[m];
+            const auto &a = one_by_one[r].models[m], &b = in_a_pool[r].models[m];
             SCOPED_TRACE(a.name + " on " + one_by_one[r].problem.load_case.name);
             EXPECT_EQ(a.name, b.name);
             EXPECT_EQ(a.solution.solver, b.solution.solver);
@@ -75,7 +75,7 @@ TEST(Jobs, GiveTheSameBits) {
 
 /// The solutions of load cases that are solved together are those of each alone, and a run that goes on solves what
 /// lacks.
-TEST(Jobs, LoadCasesTogetherHaveTheAnswersOfEachAlone) {
+TEST(Jobs, LoadCasesTogetherHaveTheSolutionsOfEachAlone) {
     const auto folder = folder_with_bar_that_has_a_pressure("jobs_together");
     const auto temporary = folder / "temporary";
     fs::create_directory(temporary);
@@ -119,9 +119,9 @@ TEST(Jobs, LoadCasesTogetherHaveTheAnswersOfEachAlone) {
     EXPECT_NE(solution("resumed", "first", "fem_p2p1").solver.find("together"), std::string::npos);
 }
 
-/// Of load cases that hold a little more than another one, factors serve for both: answers are those of each alone but
-/// for rounding, and the same whoever solves them.
-TEST(Jobs, LoadCasesThatShareAFactorHaveTheAnswersOfEachAlone) {
+/// Of load cases that constrain a little more than another one, factors serve for both: solutions are those of each
+/// alone but for rounding, and the same whoever solves them.
+TEST(Jobs, LoadCasesThatShareAFactorHaveTheSolutionsOfEachAlone) {
     const auto folder = tests::folder_with_bar("jobs_shared", 0.01);
     write_pull(folder / "pull.toml", 10.0);
     std::ofstream(folder / "press.toml")
@@ -144,11 +144,11 @@ TEST(Jobs, LoadCasesThatShareAFactorHaveTheAnswersOfEachAlone) {
                 std::ranges::find(result.models, model, &results::ModelResult::name)->solution.displacement);
         return displacement;
     };
-    const auto shared = solutions("pull press", 1), run_in_process_pool = solutions("pull press", 2),
+    const auto shared = solutions("pull press", 1), in_a_pool = solutions("pull press", 2),
                alone = solutions("press", 1);
     for (std::size_t m = 0; m < shared.size(); ++m) {
         SCOPED_TRACE(m);
-        EXPECT_TRUE(tests::same_bits(shared[m], run_in_process_pool[m]));
+        EXPECT_TRUE(tests::same_bits(shared[m], in_a_pool[m]));
         EXPECT_FALSE(tests::same_bits(shared[m], alone[m])) << "no factor was shared";
         EXPECT_LT(tests::relative_difference(shared[m], alone[m]), 1e-10);
     }

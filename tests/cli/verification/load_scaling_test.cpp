@@ -89,7 +89,7 @@ TEST_F(ScaledRun, AmplitudesMultiplyTheScaledLoad) {
     const auto &u = displacement_of(small, "fem_p2"), &u_large = displacement_of(large, "fem_p2");
     for (std::size_t i = 0; i < u.size(); ++i)
         EXPECT_LT((u_large[i] - 4.0 * u[i]).norm(), 1e-10 * target_peak);
-    // The springs leave their linearised answer in proportion to the load, at first.
+    // The springs leave their linearised solution in proportion to the load, at first.
     const auto nonlinearity = [](const results::Result &result) {
         return std::ranges::find(result.models, "lloyd", &results::ModelResult::name)->solution.nonlinearity;
     };

@@ -45,7 +45,7 @@ TEST(LoadScaling, MultipliesAllThatDrivesAndLeavesTheRest) {
         }
 }
 
-TEST(LoadScaling, NothingDrivesWhatIsOnlyHeld) {
+TEST(LoadScaling, NothingDrivesWhatIsOnlyConstrained) {
     const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {1, 1, 1});
     auto load_case = tests::empty_load_case(mesh);
     tests::prescribe(load_case, mesh, "x_min", {0.0, nan, 0.0});

@@ -145,7 +145,7 @@ TEST(FemBlocks, CompressedRowsAreTheWholeMatrix) {
     EXPECT_EQ(matrix.value.size(), 9 * (2 * blocks.below.size() + blocks.diagonal.size()));
 }
 
-/// Sweeps are triangular solves; columns hold a whole node, single components of others, or nothing.
+/// Sweeps are triangular solves; columns constrain a whole node, single components of others, or nothing.
 TEST(FemBlocks, SweepsAreTriangularSolves) {
     const auto matrix = box_system().stiffness;
     const int size = matrix.num_rows();

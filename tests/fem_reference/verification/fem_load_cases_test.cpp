@@ -189,7 +189,7 @@ TEST_P(FemLoadCases, BodyFreeToMoveIsReported) {
     EXPECT_EQ(fem_reference::solve_static({body, load_case}, GetParam()).status, core::SolutionStatus::ok);
 }
 
-TEST_P(FemLoadCases, SlenderBodyHeldAtOneEndIsNotTakenForAFreeOne) {
+TEST_P(FemLoadCases, SlenderBodyConstrainedAtOneEndIsNotTakenForAFreeOne) {
     const core::Material hard_to_compress{1060.0, 5000.0, 0.499};
     const auto rod = tests::make_body(tests::box_mesh({1.0, 0.01, 0.01}, {100, 1, 1}), hard_to_compress);
     auto loads = tests::empty_load_case(rod->mesh);

@@ -30,7 +30,7 @@ core::Problem rod(double left_poisson_ratio, double right_poisson_ratio, const s
             x += 0.25 * mesh.points[node].x();
         return x > 0.5 * tests::rod_size.x();
     };
-    auto problem = tests::held_rod(mesh, {left_poisson_ratio, right_poisson_ratio}, is_right);
+    auto problem = tests::constrained_rod(mesh, {left_poisson_ratio, right_poisson_ratio}, is_right);
     tests::pull(problem.load_case, problem.body->mesh, "x_max", {20.0, -10.0, 5.0});
     return problem;
 }
@@ -104,17 +104,17 @@ TEST(FemMixed, AgreesWithADenseSolve) {
             if (problem.load_case.condition[k / num_local] == core::FacetCondition::traction)
                 right_hand_side.segment<3>(3 * system.facet_nodes[k]) +=
                     system.facet_integral[k] * problem.load_case.value[k / num_local];
-        const auto hold = [&](Eigen::Index row, double value) {
+        const auto prescribe = [&](Eigen::Index row, double value) {
             matrix.row(row).setZero();
             matrix(row, row) = 1.0;
             right_hand_side[row] = value;
         };
         for (int a = 0; a < system.num_nodes(); ++a) {
             if (std::abs(system.points[a].y()) < 1e-12)
-                hold(3 * a + 1, 0.001);
+                prescribe(3 * a + 1, 0.001);
             for (int i = 0; i < 3; ++i)
                 if (std::abs(system.points[a].x()) < 1e-12)
-                    hold(3 * a + i, 0.0);
+                    prescribe(3 * a + i, 0.0);
         }
         const Eigen::VectorXd exact = matrix.partialPivLu().solve(right_hand_side);
         const auto found = fem_reference::solve_static(problem, 2, SolverChoice::direct, Formulation::mixed);
@@ -154,7 +154,7 @@ TEST(FemMixed, SolversAgree) {
     expect_agreement(in_haste.solve(fine.load_case), exact, tolerance);
 }
 
-/// Load cases that hold different components, and one that leaves the body free to move.
+/// load cases that constrain different components, and one that leaves the body free to move.
 class FemTogether : public testing::Test {
   protected:
     FemTogether() {
@@ -185,7 +185,7 @@ class FemTogether : public testing::Test {
     std::vector<core::LoadCase> load_cases;
 };
 
-TEST_F(FemTogether, AnswersAreThoseOfOneByOne) {
+TEST_F(FemTogether, SolutionsAreThoseOfOneByOne) {
     fem_reference::StaticSolver solver(problem.body, 2, SolverChoice::automatic, Formulation::mixed);
     ASSERT_EQ(solver.max_columns(), 8u);
     const auto together = solver.solve(std::span(load_cases));
@@ -198,7 +198,7 @@ TEST_F(FemTogether, AnswersAreThoseOfOneByOne) {
     EXPECT_NE(together.back().solver.find("2 load cases together"), std::string::npos) << together.back().solver;
 }
 
-TEST_F(FemTogether, AnswersOnTheRefinedMeshAreThoseOfOneByOne) {
+TEST_F(FemTogether, SolutionsOnTheRefinedMeshAreThoseOfOneByOne) {
     const auto refined = std::make_shared<const core::Body>(core::refine(*problem.body));
     fem_reference::StaticSolver coarse(problem.body, 2, SolverChoice::automatic, Formulation::mixed);
     fem_reference::StaticSolver fine(refined, coarse, 1e-9);
@@ -213,7 +213,7 @@ TEST_F(FemTogether, AnswersOnTheRefinedMeshAreThoseOfOneByOne) {
     }
 }
 
-TEST_F(FemTogether, OneThatIsFreeToMoveLeavesTheOthersTheirAnswers) {
+TEST_F(FemTogether, OneThatIsFreeToMoveLeavesTheOthersTheirSolutions) {
     auto floating = tests::empty_load_case(mesh);
     tests::prescribe(floating, mesh, "x_min", {0.0, 0.0, nan});
     floating.acceleration = {0.0, 0.0, 1.0};

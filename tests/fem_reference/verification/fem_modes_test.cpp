@@ -29,8 +29,8 @@ using core::Vector3;
 using tests::nan;
 
 /// A body that is constrained, as matrices.
-struct Held {
-    Held(const std::shared_ptr<const core::Body> &body, const core::LoadCase &load_case, int degree)
+struct ConstrainedBody {
+    ConstrainedBody(const std::shared_ptr<const core::Body> &body, const core::LoadCase &load_case, int degree)
         : system(fem_reference::assemble(*body, degree)), stiffness(compressed_rows(system.stiffness)),
           mass(fem_reference::consistent_mass(*body, system)),
           prescribed(fem_reference::dof_conditions(load_case, system).prescribed) {}
@@ -41,7 +41,7 @@ struct Held {
 };
 
 /// A shaken box constrained at one side, without any symmetry.
-Held shaken_box(int degree) {
+ConstrainedBody shaken_box(int degree) {
     const auto body = tests::make_body(tests::shaken_box_mesh({0.1, 0.08, 0.06}, {5, 4, 3}), {1060.0, 5000.0, 0.45});
     auto load_case = tests::empty_load_case(body->mesh);
     tests::prescribe(load_case, body->mesh, "x_min", Vector3::Zero());
@@ -49,7 +49,7 @@ Held shaken_box(int degree) {
 }
 
 /// Two equal boxes that do not touch, so that every frequency comes twice.
-Held twins(int degree) {
+ConstrainedBody twins(int degree) {
     auto mesh = tests::shaken_box_mesh({0.1, 0.08, 0.06}, {4, 3, 3});
     const auto one = mesh;
     for (const auto &point : one.points)
@@ -76,7 +76,7 @@ constexpr double beam_length = 0.2;
 constexpr double beam_width = 0.01;
 const core::Material beam_material{1000.0, 5000.0, 0.0};
 
-Held cantilever(int degree, int bricks_along, int bricks_across) {
+ConstrainedBody cantilever(int degree, int bricks_along, int bricks_across) {
     const auto body = tests::make_body(
         tests::box_mesh({beam_length, beam_width, beam_width}, {bricks_along, bricks_across, bricks_across}),
         beam_material);
@@ -118,7 +118,7 @@ double timoshenko_frequency(double guess) {
 
 /// How many eigenvalues omega^2 lie below a square, by Sylvester's law of inertia: as many as K - square M has negative
 /// pivots.
-int num_modes_below(const Held &constrained, double square) {
+int num_modes_below(const ConstrainedBody &constrained, double square) {
     const auto shifted = fem_reference::combine(1.0, constrained.stiffness, -square, constrained.mass);
     std::vector<int> free_index(constrained.prescribed.size(), -1);
     int num_free = 0;
@@ -137,7 +137,7 @@ int num_modes_below(const Held &constrained, double square) {
     return static_cast<int>((factor.vectorD().array() < 0.0).count());
 }
 
-void expect_agreement_with_arpack(const Held &constrained, int count) {
+void expect_agreement_with_arpack(const ConstrainedBody &constrained, int count) {
     const auto pairs =
         fem_reference::lowest_eigenpairs(constrained.stiffness, constrained.mass, constrained.prescribed, count);
     const auto other =
@@ -285,7 +285,7 @@ double largest_error_of_axial_modes(int degree, int bricks) {
     tests::prescribe(load_case, body->mesh, "x_min", Vector3::Zero());
     for (const char *side : {"y_min", "y_max", "z_min", "z_max"})
         tests::prescribe(load_case, body->mesh, side, {nan, 0.0, 0.0});
-    const Held constrained(body, load_case, degree);
+    const ConstrainedBody constrained(body, load_case, degree);
     const auto pairs =
         fem_reference::lowest_eigenpairs(constrained.stiffness, constrained.mass, constrained.prescribed, 3);
     const double speed = std::sqrt(beam_material.young_modulus / beam_material.density);
@@ -346,7 +346,7 @@ TEST_P(FemModes, OfTheLiversAgreeWithArpack) {
         const auto body = std::make_shared<const core::Body>(
             meshes::read_body(std::filesystem::path(LIVERMARK_SOURCE_DIR "/meshes") / (name + ".toml"), {}));
         const auto load_case = load_cases::read_load_case(LIVERMARK_SOURCE_DIR "/load_cases/release.toml", body->mesh);
-        expect_agreement_with_arpack(Held(body, load_case, GetParam()), 20);
+        expect_agreement_with_arpack(ConstrainedBody(body, load_case, GetParam()), 20);
     }
 }
 

@@ -54,7 +54,7 @@ TEST(RigidModes, TakeNoForce) {
     }
 }
 
-/// Columns that hold one end, or three nodes in six ways, and that begin out of balance by chance.
+/// Columns that constrain one end, or three nodes in six ways, and that begin out of balance by chance.
 class Balance : public testing::Test {
   protected:
     Balance() {

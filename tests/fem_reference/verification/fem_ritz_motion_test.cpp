@@ -194,7 +194,7 @@ TEST_P(FemRitzMotion, HasNoMoreVectorsThanUnknownsAndIsExactWithThem) {
     expect_same_motion(pulled.fast(), slow, 1e-4);
 }
 
-TEST_P(FemRitzMotion, SpaceIsOrthonormalAndBeginsWithTheStaticAnswer) {
+TEST_P(FemRitzMotion, SpaceIsOrthonormalAndBeginsWithTheStaticSolution) {
     const auto body = swinging_beam();
     PulledBody pulled(body, GetParam(), constrained_elsewhere(*body));
     auto space = pulled.space();

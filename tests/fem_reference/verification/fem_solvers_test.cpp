@@ -29,7 +29,7 @@ core::Problem stretched_rod(double poisson_ratio, const std::array<int, 3> &bric
     return problem;
 }
 
-void expect_same_answer(const core::Solution &a, const core::Solution &b) {
+void expect_same_solution(const core::Solution &a, const core::Solution &b) {
     ASSERT_EQ(a.status, core::SolutionStatus::ok) << a.message;
     ASSERT_EQ(b.status, core::SolutionStatus::ok) << b.message;
     EXPECT_LT(tests::relative_difference(a.displacement, b.displacement), 1e-8);
@@ -141,7 +141,7 @@ TEST_P(FemSolvers, TwoLevelsAgreeWithTheDirectSolver) {
     fem_reference::StaticSolver coarse(problem.body, 2);
     fem_reference::StaticSolver two_levels(fine.body, coarse);
     const auto found = two_levels.solve(fine.load_case);
-    expect_same_answer(found, fem_reference::solve_static(fine, 2, SolverChoice::direct));
+    expect_same_solution(found, fem_reference::solve_static(fine, 2, SolverChoice::direct));
     EXPECT_NE(found.solver.find("two levels over CHOLMOD"), std::string::npos) << found.solver;
 
     // Other constraints on the coarse body in between must not disturb the fine one, nor the other way round.
@@ -149,16 +149,16 @@ TEST_P(FemSolvers, TwoLevelsAgreeWithTheDirectSolver) {
     tests::prescribe(other, problem.body->mesh, "z_min", Vector3::Zero());
     other.acceleration = {0.0, 1.0, 0.0};
     coarse.solve(other);
-    expect_same_answer(two_levels.solve(fine.load_case), found);
-    expect_same_answer(two_levels.solve(core::refine(other)),
-                       fem_reference::solve_static({fine.body, core::refine(other)}, 2, SolverChoice::direct));
+    expect_same_solution(two_levels.solve(fine.load_case), found);
+    expect_same_solution(two_levels.solve(core::refine(other)),
+                         fem_reference::solve_static({fine.body, core::refine(other)}, 2, SolverChoice::direct));
 }
 
 TEST_P(FemSolvers, AlgebraicMultigridAgreesWithTheDirectSolver) {
     const auto problem = stretched_rod(GetParam());
     for (const int degree : {1, 2}) {
         const auto found = fem_reference::solve_static(problem, degree, SolverChoice::iterative);
-        expect_same_answer(found, fem_reference::solve_static(problem, degree, SolverChoice::direct));
+        expect_same_solution(found, fem_reference::solve_static(problem, degree, SolverChoice::direct));
         EXPECT_NE(found.solver.find("ML"), std::string::npos) << found.solver;
     }
 }
@@ -173,7 +173,7 @@ TEST(FemSolver, ThreeLevelsAgreeWithTheDirectSolver) {
     fem_reference::StaticSolver first(problem.body, 2);
     fem_reference::StaticSolver second(middle.body, first);
     fem_reference::StaticSolver third(fine.body, second);
-    expect_same_answer(third.solve(fine.load_case), fem_reference::solve_static(fine, 2, SolverChoice::direct));
+    expect_same_solution(third.solve(fine.load_case), fem_reference::solve_static(fine, 2, SolverChoice::direct));
 }
 
 TEST(FemSolver, IsDirectAtThisSizeUnlessForced) {
@@ -259,7 +259,7 @@ class FemFactorOfFewer : public testing::Test {
                 std::fill_n(&prescribed[3 * node], 3, 0.0);
         more = prescribed;
         for (const std::size_t node : {last_constrained - 1, last_constrained}) {
-            EXPECT_TRUE(std::isnan(more[3 * node])) << "held already";
+            EXPECT_TRUE(std::isnan(more[3 * node])) << "constrained already";
             more[3 * node] = 0.001;
             more[3 * node + 2] = -0.002;
         }
@@ -278,7 +278,7 @@ class FemFactorOfFewer : public testing::Test {
     std::vector<double> prescribed, load, more;
 };
 
-TEST_F(FemFactorOfFewer, AnswersAsAFactorOfAllDoes) {
+TEST_F(FemFactorOfFewer, SolvesAsAFactorOfAllDoes) {
     fem_reference::ConstrainedSolver own(compressed_rows(system.stiffness)), shared(compressed_rows(system.stiffness));
     shared.prepare(prescribed);
     const auto expected = own.solve(more, load), found = shared.solve(more, load);
@@ -290,7 +290,7 @@ TEST_F(FemFactorOfFewer, AnswersAsAFactorOfAllDoes) {
     EXPECT_EQ(found.displacement[3 * last_constrained], 0.001);
 
     const auto first = shared.solve(prescribed, load);
-    EXPECT_EQ(first.displacement, own.solve(prescribed, load).displacement) << "nothing more is held now";
+    EXPECT_EQ(first.displacement, own.solve(prescribed, load).displacement) << "nothing more is constrained now";
     EXPECT_EQ(shared.solve(more, load).displacement, found.displacement) << "it depends on what was solved before";
 }
 

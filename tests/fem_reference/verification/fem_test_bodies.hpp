@@ -39,7 +39,7 @@ inline core::TetraMesh shaken_box_mesh(const core::Vector3 &size, const std::arr
 /// @param poisson    of the soft part and of the stiff part
 /// @param is_stiff   whether a tetrahedron is, by its number
 template <class IsStiff>
-core::Problem held_rod(core::TetraMesh mesh, const std::array<double, 2> &poisson, IsStiff &&is_stiff) {
+core::Problem constrained_rod(core::TetraMesh mesh, const std::array<double, 2> &poisson, IsStiff &&is_stiff) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     mesh.region_names = {"soft", "stiff"};
     for (int t = 0; t < mesh.num_tetrahedra(); ++t)
@@ -57,8 +57,8 @@ core::Problem held_rod(core::TetraMesh mesh, const std::array<double, 2> &poisso
 
 /// The same, shaken, every fifth tetrahedron stiff.
 inline core::Problem shaken_rod(double poisson_ratio, const std::array<int, 3> &bricks) {
-    return held_rod(shaken_box_mesh(rod_size, bricks), {poisson_ratio, poisson_ratio},
-                    [](int t) { return t % 5 == 0; });
+    return constrained_rod(shaken_box_mesh(rod_size, bricks), {poisson_ratio, poisson_ratio},
+                           [](int t) { return t % 5 == 0; });
 }
 
 /// Largest distance between two fields over the largest vector of the second.

@@ -232,7 +232,7 @@ TEST(HyperelasticPath, BendsSlenderBarsInFewSteps) {
         }
 }
 
-/// Neighbouring answers of one energy: where nothing locks, displacements alone and the mixed formulation agree.
+/// Neighbouring solutions of one energy: where nothing locks, displacements alone and the mixed formulation agree.
 TEST(HyperelasticPath, MixedElementsAgreeWithDisplacementsAlone) {
     const auto body = tests::make_body(tests::shaken_box_mesh({0.1, 0.03, 0.03}, {6, 3, 3}), {1000.0, 5000.0, 0.35});
     auto load_case = tests::empty_load_case(body->mesh);
@@ -264,7 +264,7 @@ TEST(HyperelasticPath, GivesUpAndSaysSo) {
     EXPECT_EQ(found.solution.displacement, found.points.back().displacement);
 }
 
-TEST(HyperelasticPath, RefusesWhatHasNoAnswer) {
+TEST(HyperelasticPath, RefusesWhatHasNoSolution) {
     const Bar bar;
     auto load_case = tests::empty_load_case(bar.body->mesh);
     tests::prescribe(load_case, bar.body->mesh, "x_min", {0.0, 0.0, free_component});

@@ -63,7 +63,7 @@ TEST(RepeatedLoads, AgreeWithTheStaticSolverWithAndWithoutAFactor) {
     }
 }
 
-TEST(RepeatedLoads, NeedFewerIterationsNearTheLastAnswer) {
+TEST(RepeatedLoads, NeedFewerIterationsNearTheLastSolution) {
     const Pulled pulled(0.45);
     RepeatedLoads levels(
         *pulled.body, pulled.constrained, [](const std::string &) {}, no_factor);
@@ -77,7 +77,7 @@ TEST(RepeatedLoads, NeedFewerIterationsNearTheLastAnswer) {
     EXPECT_LT(near.iterations, first.iterations);
 }
 
-TEST(RepeatedLoads, ForgetTheLastAnswerWhenNothingPulls) {
+TEST(RepeatedLoads, ClearTheLastSolutionWhenNothingPulls) {
     const Pulled pulled(0.45);
     for (const int largest : {no_factor, RepeatedLoads::largest_factor}) {
         RepeatedLoads loads(
@@ -96,9 +96,9 @@ TEST(RepeatedLoads, SayWhenNothingHoldsTheBody) {
         RepeatedLoads loads(
             *pulled.body, free, [](const std::string &) {}, largest);
         std::vector<double> last;
-        const auto answer = loads.solve(free, last);
-        EXPECT_FALSE(answer.is_unique);
-        EXPECT_FALSE(answer.has_converged);
+        const auto solution = loads.solve(free, last);
+        EXPECT_FALSE(solution.is_unique);
+        EXPECT_FALSE(solution.has_converged);
         EXPECT_TRUE(last.empty());
     }
 }

@@ -29,7 +29,7 @@ TEST(FuzzSeeds, AreReadOrRefused) {
     const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
     EXPECT_GE(num_read("msh", [](const auto &file) { meshes::read_msh(file); }), 2);
     EXPECT_GE(num_read("load_case", [&](const auto &file) { load_cases::read_load_case(file, mesh); }), 3);
-    EXPECT_GE(num_read("answer", [](const auto &file) { studies::read_outside_solution(file); }), 1);
+    EXPECT_GE(num_read("solution", [](const auto &file) { studies::read_outside_solution(file); }), 1);
 }
 
 } // namespace

@@ -111,30 +111,30 @@ TEST(LiveContact, LeavesAloneWhatTheSphereDoesNotReach) {
     EXPECT_TRUE(box.contact({{0.02, 0.02, 0.03}, 0.0199}).triangles.empty());
 }
 
-TEST(LiveHand, ComesToItsTargetWithoutSwinging) {
-    Proxy hand{.target = {0.01, 0.0, 0.0}};
+TEST(LiveProxy, ComesToItsTargetWithoutSwinging) {
+    Proxy proxy{.target = {0.01, 0.0, 0.0}};
     double left = 0.01;
     for (int step = 0; step < 2000; ++step) {
-        advance(hand, Vector3::Zero(), 5e-4);
-        EXPECT_LE(std::abs(hand.target.x() - hand.position.x()), left + 1e-12);
-        left = std::abs(hand.target.x() - hand.position.x());
+        advance(proxy, Vector3::Zero(), 5e-4);
+        EXPECT_LE(std::abs(proxy.target.x() - proxy.position.x()), left + 1e-12);
+        left = std::abs(proxy.target.x() - proxy.position.x());
     }
     EXPECT_LT(left, 1e-8);
 }
 
-TEST(LiveHand, IsHeldOffItsTargetByTheForceOverItsStiffness) {
-    Proxy hand;
+TEST(LiveProxy, IsKeptOffItsTargetByTheForceOverItsStiffness) {
+    Proxy proxy;
     for (int step = 0; step < 2000; ++step)
-        advance(hand, {0.0, 2.0, 0.0}, 5e-4);
-    EXPECT_NEAR(hand.position.y(), 2.0 / coupling_stiffness, 1e-9);
+        advance(proxy, {0.0, 2.0, 0.0}, 5e-4);
+    EXPECT_NEAR(proxy.position.y(), 2.0 / coupling_stiffness, 1e-9);
 }
 
-TEST(LiveHand, IsNeitherStrongerNorFasterThanItMayBe) {
-    Proxy hand{.target = {1.0, 0.0, 0.0}};
-    advance(hand, Vector3::Zero(), 1e-3);
-    EXPECT_NEAR(hand.velocity.x(), strongest_coupling / coupling_mass * 1e-3, 1e-12);
-    follow(hand, {9.0, 0.0, 0.0}, 1e-3);
-    EXPECT_NEAR(hand.target.x(), 1.0 + fastest_target * 1e-3, 1e-12);
+TEST(LiveProxy, IsNeitherStrongerNorFasterThanItMayBe) {
+    Proxy proxy{.target = {1.0, 0.0, 0.0}};
+    advance(proxy, Vector3::Zero(), 1e-3);
+    EXPECT_NEAR(proxy.velocity.x(), strongest_coupling / coupling_mass * 1e-3, 1e-12);
+    follow(proxy, {9.0, 0.0, 0.0}, 1e-3);
+    EXPECT_NEAR(proxy.target.x(), 1.0 + fastest_target * 1e-3, 1e-12);
 }
 
 TEST(LiveGrip, HoldsTheSurfaceAroundItsNodeAndSharesTheForce) {

@@ -193,7 +193,7 @@ const std::vector<BadLoadCase> bad_load_cases{
     {"ReleaseWithoutProbe", letting_go.substr(0, letting_go.find("[[probe]]")), {"without a [[probe]]"}},
     {"ProbeOnUnknownPatch", replaced(letting_go, "patch = \"x_max\"", "patch = \"xmax\""), {"no patch 'xmax'"}},
     {"TwoProbesOfOneName", replaced(letting_go, "\"side\"", "\"middle\""), {"a name of its own"}},
-    {"ProbeThatIsHeld",
+    {"ProbeThatIsConstrained",
      replaced(replaced(letting_go, "\"free\"", "0.0"), "patch = \"x_max\"", "patch = \"x_min\""),
      {"at a constrained node"}},
     {"NothingToScale",

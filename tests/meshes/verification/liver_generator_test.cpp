@@ -125,7 +125,7 @@ TEST_P(CanonicalLiver, HasConnectedPatches) {
         EXPECT_EQ(pieces[p].size(), 1u) << mesh_.patch_names[p];
 }
 
-TEST_P(CanonicalLiver, IsHeldOverAnEighthToAFifthOfItsSurface) {
+TEST_P(CanonicalLiver, IsConstrainedOverAnEighthToAFifthOfItsSurface) {
     std::map<std::string, double> area;
     double total = 0.0;
     for (int t = 0; t < mesh_.num_boundary_triangles(); ++t) {

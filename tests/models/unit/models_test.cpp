@@ -47,7 +47,7 @@ TEST(ModelTable, HasTheReferenceTheBaselineAndEverySpringLaw) {
 
 /// A constrained block under an acceleration small enough to be linear: every model says where it is in the problem's
 /// shapes.
-TEST(EveryModel, AnswersInTheShapesOfTheProblem) {
+TEST(EveryModel, SolvesInTheShapesOfTheProblem) {
     const auto body = tests::make_body(tests::box_mesh({0.1, 0.05, 0.05}, {4, 2, 2}), {1060.0, 5e3, 0.25});
     auto load_case = tests::empty_load_case(body->mesh);
     tests::prescribe(load_case, body->mesh, "x_min", core::Vector3::Zero());

@@ -26,7 +26,7 @@ std::shared_ptr<const core::Body> material_box() {
     return body;
 }
 
-core::Solution answer(const std::string &name, const core::Problem &problem) {
+core::Solution solution(const std::string &name, const core::Problem &problem) {
     for (const auto &model : models::all_models())
         if (model.name == name)
             return model.solve(problem);
@@ -140,9 +140,9 @@ TEST(PatchSpringLaw, IsNearerToFiniteElementsThanVanGeldersUnderTraction) {
         tests::prescribe(load_case, material_box()->mesh, "x_min", Vector3::Zero());
         tests::pull(load_case, material_box()->mesh, "x_max", 10.0 * Vector3::Unit(axis));
         const core::Problem problem{material_box(), load_case};
-        const auto reference = answer("fem_p2", problem);
+        const auto reference = solution("fem_p2", problem);
         const auto error = [&](const std::string &law) {
-            return core::compare(material_box()->mesh, answer(law, problem), reference, "fem_p2").relative_l2;
+            return core::compare(material_box()->mesh, solution(law, problem), reference, "fem_p2").relative_l2;
         };
         EXPECT_LT(error("patch"), 0.9 * error("van_gelder")) << "axis " << axis;
     }

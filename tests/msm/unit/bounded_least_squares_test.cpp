@@ -110,7 +110,7 @@ TEST(BoundedLeastSquares, MeetsTheConditionsOfKarushKuhnAndTucker) {
     }
 }
 
-TEST(BoundedLeastSquares, GivesTheSameAnswerTwice) {
+TEST(BoundedLeastSquares, GivesTheSameSolutionTwice) {
     std::mt19937 random(13);
     const auto [matrix, target, lower] = random_problem(random, 200, 150, 0.5);
     EXPECT_EQ(solve(matrix, target, lower).x, solve(matrix, target, lower).x);

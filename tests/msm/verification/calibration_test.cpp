@@ -113,10 +113,10 @@ TEST_F(Calibration, ErrorsAreThoseOfTheComparisonWithTheReference) {
     const Eigen::VectorXd point =
         Eigen::VectorXd::Map(other.stiffness.data(), static_cast<Eigen::Index>(other.stiffness.size())).array().log();
     const auto state = objective.evaluate(point);
-    const auto expected = [&](const msm::ExpectedSolution &answer) {
+    const auto expected = [&](const msm::ExpectedSolution &solution) {
         core::Solution found, reference;
-        found.displacement = linear_solution(other, answer.force);
-        reference.displacement = answer.displacement;
+        found.displacement = linear_solution(other, solution.force);
+        reference.displacement = solution.displacement;
         return core::compare(body_->mesh, found, reference, "reference").relative_l2;
     };
     ASSERT_EQ(state.training_errors.size(), 2u);
@@ -130,7 +130,7 @@ TEST_F(Calibration, ErrorsAreThoseOfTheComparisonWithTheReference) {
     EXPECT_NEAR(state.objective, mean_square, 1e-12);
 }
 
-TEST_F(Calibration, FindsTheSpringsThatMadeTheAnswers) {
+TEST_F(Calibration, FindsTheSpringsThatMadeTheSolutions) {
     const auto wanted = perturbed(0.5);
     add_solves(wanted, 20, 4);
     msm::CalibrationObjective objective(task_);

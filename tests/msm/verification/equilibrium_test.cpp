@@ -73,7 +73,7 @@ TEST(Equilibrium, MomentsBalanceAboutTheDeformedPositions) {
     EXPECT_LT(moment.norm(), 1e-9 * scale);
 }
 
-TEST(Equilibrium, ApproachesTheLinearAnswerInProportionToTheLoad) {
+TEST(Equilibrium, ApproachesTheLinearSolutionInProportionToTheLoad) {
     const auto relative_nonlinearity = [](double load) {
         const auto block = pulled_block({load, 0.0, -load}, Vector3::Zero());
         const auto result = msm::find_equilibrium(block.springs, block.problem.body->mesh.points, block.conditions);
@@ -161,7 +161,7 @@ TEST(Equilibrium, IsTheSameWithTheFactorThatAnotherLoadLeft) {
     const auto other = pulled_block({0.0, 5.0, 0.0}, Vector3::Zero());
     const auto &points = block.problem.body->mesh.points;
     const msm::RestStiffness rest(other.springs, points, other.conditions.displacement);
-    ASSERT_TRUE(rest.holds(block.conditions.displacement));
+    ASSERT_TRUE(rest.constrains(block.conditions.displacement));
     const auto expected = msm::find_equilibrium(block.springs, points, block.conditions);
     const auto found = msm::find_equilibrium(block.springs, points, block.conditions, rest);
     EXPECT_EQ(found.displacement, expected.displacement);
@@ -176,10 +176,10 @@ TEST(Equilibrium, IsTheSameWithAFactorOfFewerConstraints) {
     ASSERT_TRUE(prescribed.array().isNaN().all());
     prescribed.y() = 0.002;
     msm::RestStiffness shared(msm::elastic_hessian(block.springs, points, msm::Tangent::exact), points, common);
-    shared.hold(block.conditions.displacement);
+    shared.constrain(block.conditions.displacement);
     ASSERT_TRUE(shared.is_definite());
-    EXPECT_TRUE(shared.holds(block.conditions.displacement));
-    EXPECT_FALSE(shared.holds(common));
+    EXPECT_TRUE(shared.constrains(block.conditions.displacement));
+    EXPECT_FALSE(shared.constrains(common));
     const msm::RestStiffness own(block.springs, points, block.conditions.displacement);
     EXPECT_EQ(shared.rounding_force(), own.rounding_force());
     const auto expected = msm::find_equilibrium(block.springs, points, block.conditions, own);
@@ -199,10 +199,10 @@ TEST(Equilibrium, KnowsThatAFactorIsOfOtherConstraints) {
     auto fewer = moved;
     for (auto &node : moved)
         node *= 2.0;
-    EXPECT_TRUE(rest.holds(moved)) << "values do not matter";
+    EXPECT_TRUE(rest.constrains(moved)) << "values do not matter";
     for (auto &node : fewer)
         node.x() = std::nan("");
-    EXPECT_FALSE(rest.holds(fewer));
+    EXPECT_FALSE(rest.constrains(fewer));
 }
 
 TEST(Equilibrium, SaysSoWhereNothingHoldsTheBody) {

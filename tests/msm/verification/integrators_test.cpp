@@ -194,7 +194,7 @@ TEST_P(Integrators, EvaluateTheForcesAsOftenAsTheySay) {
     }
 }
 
-TEST_P(Integrators, LeaveHeldUnknownsAlone) {
+TEST_P(Integrators, LeaveConstrainedUnknownsAlone) {
     Lump lump;
     lump.conditions.displacement[3] = {0.0, nan, nan};
     lump.conditions.displacement[8] = Vector3::Zero();

@@ -11,9 +11,9 @@ namespace {
 using core::Vector3;
 using Field = std::vector<Vector3>;
 
-/// A block of springs held at x_min.
-struct HeldBlock {
-    HeldBlock() {
+/// A block of springs constrained at x_min.
+struct ConstrainedBlock {
+    ConstrainedBlock() {
         body = tests::make_body(tests::box_mesh({0.1, 0.04, 0.05}, {6, 3, 3}), {1060.0, 5e3, 0.25});
         springs = msm::spring_network(*body, msm::all_spring_laws().front());
         load_case = tests::empty_load_case(body->mesh);
@@ -54,7 +54,7 @@ struct HeldBlock {
 };
 
 TEST(LoadPath, ComesToTheSameEquilibriaAsTheLoadsAlone) {
-    HeldBlock block;
+    ConstrainedBlock block;
     tests::pull(block.load_case, block.body->mesh, "x_max", {150.0, 60.0, -90.0});
     block.load_case.acceleration = {0.0, 1.0, 0.0};
     const auto path = block.follow();
@@ -76,7 +76,7 @@ TEST(LoadPath, ComesToTheSameEquilibriaAsTheLoadsAlone) {
 }
 
 TEST(LoadPath, FollowerPressureBalancesTheSpringsWhereTheyAreAlsoAtItsRim) {
-    HeldBlock block;
+    ConstrainedBlock block;
     block.blow("y_max", 60.0);
     const auto path = block.follow();
     ASSERT_EQ(path.end.status, core::SolutionStatus::ok) << path.end.message;
@@ -99,7 +99,7 @@ TEST(LoadPath, FollowerPressureBalancesTheSpringsWhereTheyAreAlsoAtItsRim) {
 }
 
 TEST(LoadPath, EndsWhereThereIsNoEquilibriumAndKeepsThePointsBefore) {
-    HeldBlock block;
+    ConstrainedBlock block;
     for (const auto *const patch : {"y_min", "y_max", "z_min", "z_max", "x_max"})
         block.blow(patch, -2e4); // blown up without bound: springs soften as they turn
     block.load_case.path = {0.001, 1.0};
@@ -110,7 +110,7 @@ TEST(LoadPath, EndsWhereThereIsNoEquilibriumAndKeepsThePointsBefore) {
 }
 
 TEST(SurfacePressure, IsTheDerivativeOfItsEnergyButForTheRim) {
-    HeldBlock block;
+    ConstrainedBlock block;
     block.blow("y_max", 100.0);
     const msm::SurfacePressure open({block.body, block.load_case});
     for (const auto *const patch : {"x_min", "x_max", "y_min", "z_min", "z_max"})

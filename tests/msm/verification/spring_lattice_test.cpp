@@ -59,7 +59,7 @@ Lattice make_lattice() {
     return lattice;
 }
 
-/// Uniaxial traction along x on rollers: the linearised answer is the affine field of the continuum.
+/// Uniaxial traction along x on rollers: the linearised solution is the affine field of the continuum.
 TEST(SpringLattice, With18NeighboursIsIsotropicElasticityWithPoissonOneQuarter) {
     const auto lattice = make_lattice();
     const double stress = 3.0;

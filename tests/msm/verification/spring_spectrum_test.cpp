@@ -51,10 +51,10 @@ double chain_frequency(int mode, int num_masses) {
     return 2.0 * std::sqrt(chain_stiffness / chain_mass) * std::sin(mode * std::numbers::pi / (2.0 * (num_masses + 1)));
 }
 
-enum class Hold { nothing, side, rollers };
+enum class Constrained { nothing, side, rollers };
 
 /// A box without symmetry whose springs differ by a factor of six and its masses by two.
-Springs shaken_springs(Hold hold) {
+Springs shaken_springs(Constrained constrained) {
     const auto body = tests::make_body(tests::shaken_box_mesh({0.1, 0.08, 0.06}, {4, 3, 3}), {1060.0, 5000.0, 0.25});
     Springs springs{msm::spring_network(*body, msm::all_spring_laws().front()), body->mesh.points, {}};
     for (std::size_t s = 0; s < springs.network.stiffness.size(); ++s)
@@ -64,8 +64,8 @@ Springs shaken_springs(Hold hold) {
     springs.conditions.displacement.assign(springs.positions.size(), Vector3::Constant(nan));
     for (std::size_t i = 0; i < springs.positions.size(); ++i)
         for (int c = 0; c < 3; ++c)
-            if ((hold == Hold::side && springs.positions[i].x() == 0.0) ||
-                (hold == Hold::rollers && springs.positions[i][c] == 0.0))
+            if ((constrained == Constrained::side && springs.positions[i].x() == 0.0) ||
+                (constrained == Constrained::rollers && springs.positions[i][c] == 0.0))
                 springs.conditions.displacement[i][c] = 0.001; // is constrained at zero all the same
     return springs;
 }
@@ -114,8 +114,8 @@ TEST(SpringSpectrum, LargestFrequencyOfAChainIsTheKnownOne) {
 }
 
 TEST(SpringSpectrum, LowestModesAreThoseOfTheFullMatrix) {
-    for (const auto hold : {Hold::side, Hold::rollers}) {
-        const auto springs = shaken_springs(hold);
+    for (const auto constrained : {Constrained::side, Constrained::rollers}) {
+        const auto springs = shaken_springs(constrained);
         const auto expected = dense_frequencies(springs);
         const auto modes = lowest(springs, 20);
         for (int mode = 0; mode < 20; ++mode)
@@ -124,21 +124,21 @@ TEST(SpringSpectrum, LowestModesAreThoseOfTheFullMatrix) {
 }
 
 TEST(SpringSpectrum, LargestFrequencyIsThatOfTheFullMatrix) {
-    for (const auto hold : {Hold::nothing, Hold::side, Hold::rollers}) {
-        const auto springs = shaken_springs(hold);
+    for (const auto constrained : {Constrained::nothing, Constrained::side, Constrained::rollers}) {
+        const auto springs = shaken_springs(constrained);
         const auto expected = dense_frequencies(springs);
         EXPECT_NEAR(largest_frequency(springs) / expected[expected.size() - 1], 1.0, 1e-9);
     }
 }
 
-/// Held at its side, the box has another highest mode than free, or not, depending on where it is.
-TEST(SpringSpectrum, LargestFrequencyIsFoundFromTheBodyHeldLess) {
-    const auto free = shaken_springs(Hold::nothing);
+/// Constrained at its side, the box has another highest mode than free, or not, depending on where it is.
+TEST(SpringSpectrum, LargestFrequencyIsFoundFromTheBodyConstrainedLess) {
+    const auto free = shaken_springs(Constrained::nothing);
     const auto mode = msm::highest_mode(free.network, free.positions, free.conditions);
     EXPECT_EQ(mode.angular_frequency, largest_frequency(free));
     EXPECT_NEAR(mode.shape.norm(), 1.0, 1e-12);
-    for (const auto hold : {Hold::nothing, Hold::side, Hold::rollers}) {
-        const auto springs = shaken_springs(hold);
+    for (const auto constrained : {Constrained::nothing, Constrained::side, Constrained::rollers}) {
+        const auto springs = shaken_springs(constrained);
         const double found =
             msm::largest_angular_frequency(springs.network, springs.positions, springs.conditions, mode);
         EXPECT_NEAR(found / largest_frequency(springs), 1.0, 1e-9);
@@ -146,7 +146,7 @@ TEST(SpringSpectrum, LargestFrequencyIsFoundFromTheBodyHeldLess) {
 }
 
 /// A stiff spring near one end swings by itself: whether its mode is looked for again depends on what is constrained.
-TEST(SpringSpectrum, LocalHighestModeIsThatOfTheBodyHeldMore) {
+TEST(SpringSpectrum, LocalHighestModeIsThatOfTheBodyConstrainedMore) {
     auto springs = chain(60);
     springs.network.stiffness[50] *= 100.0;
     springs.conditions.displacement.front().setConstant(nan);
@@ -177,7 +177,7 @@ TEST(SpringSpectrum, LocalHighestModeIsThatOfTheBodyHeldMore) {
 
 /// K phi = omega^2 M phi on the free components, zero on the constrained ones, and phi^T M psi = 1 or 0.
 TEST(SpringSpectrum, ShapesSolveTheEigenproblem) {
-    const auto springs = shaken_springs(Hold::rollers);
+    const auto springs = shaken_springs(Constrained::rollers);
     const auto modes = lowest(springs, 8);
     const auto num_nodes = springs.positions.size();
     ASSERT_EQ(modes.shape.size(), 8 * num_nodes);
@@ -206,7 +206,7 @@ TEST(SpringSpectrum, ShapesSolveTheEigenproblem) {
 
 /// Two equal networks that do not touch have every frequency twice.
 TEST(SpringSpectrum, FindsBothCopiesOfARepeatedFrequency) {
-    auto twins = shaken_springs(Hold::side);
+    auto twins = shaken_springs(Constrained::side);
     const auto one = twins;
     const int shift = static_cast<int>(one.positions.size());
     for (const auto &[i, j] : one.network.edges)
@@ -225,8 +225,8 @@ TEST(SpringSpectrum, FindsBothCopiesOfARepeatedFrequency) {
 }
 
 TEST(SpringSpectrum, BoundIsAboveTheLargestFrequencyAndBelowTheRowSums) {
-    for (const auto hold : {Hold::nothing, Hold::side, Hold::rollers}) {
-        const auto springs = shaken_springs(hold);
+    for (const auto constrained : {Constrained::nothing, Constrained::side, Constrained::rollers}) {
+        const auto springs = shaken_springs(constrained);
         std::vector<double> row_sum(springs.positions.size(), 0.0);
         for (std::size_t s = 0; s < springs.network.edges.size(); ++s)
             for (const int node : springs.network.edges[s])
@@ -240,8 +240,8 @@ TEST(SpringSpectrum, BoundIsAboveTheLargestFrequencyAndBelowTheRowSums) {
     EXPECT_NEAR(bound(chain(300)), 2.0 * std::sqrt(chain_stiffness / chain_mass), 1e-12);
 }
 
-TEST(ExplicitSteps, HeldOtherwiseAreLongerOrShorterButTakeAsLong) {
-    const auto springs = shaken_springs(Hold::side);
+TEST(ExplicitSteps, ConstrainedOtherwiseAreLongerOrShorterButTakeAsLong) {
+    const auto springs = shaken_springs(Constrained::side);
     const double highest = largest_frequency(springs);
     const auto steps = msm::explicit_steps(springs.network, springs.positions, springs.conditions, highest);
     EXPECT_NEAR(steps.critical_time_step, 2.0 / highest, 1e-12 * steps.critical_time_step);
@@ -254,12 +254,12 @@ TEST(ExplicitSteps, HeldOtherwiseAreLongerOrShorterButTakeAsLong) {
 }
 
 TEST(SpringSpectrum, IsTheSameEveryTime) {
-    const auto springs = shaken_springs(Hold::side);
+    const auto springs = shaken_springs(Constrained::side);
     EXPECT_EQ(largest_frequency(springs), largest_frequency(springs));
     EXPECT_EQ(lowest(springs, 5).angular_frequency, lowest(springs, 5).angular_frequency);
 }
 
-TEST(SpringSpectrum, OfSpringsThatAreHeldEverywhereIsEmpty) {
+TEST(SpringSpectrum, OfSpringsThatAreConstrainedEverywhereIsEmpty) {
     auto springs = chain(5);
     for (auto &displacement : springs.conditions.displacement)
         displacement.setZero();
@@ -269,8 +269,9 @@ TEST(SpringSpectrum, OfSpringsThatAreHeldEverywhereIsEmpty) {
 }
 
 TEST(SpringSpectrum, RefusesSpringsThatAreFreeToMove) {
-    tests::expect_input_error([] { lowest(shaken_springs(Hold::nothing), 3); }, {"free to move", "constrain all six"});
-    auto hinged = shaken_springs(Hold::nothing);
+    tests::expect_input_error([] { lowest(shaken_springs(Constrained::nothing), 3); },
+                              {"free to move", "constrain all six"});
+    auto hinged = shaken_springs(Constrained::nothing);
     for (const std::size_t node : {0U, 1U}) // it can still turn about the line between them
         hinged.conditions.displacement[node].setZero();
     tests::expect_input_error([&] { lowest(hinged, 3); }, {"free to move", "constrain all six"});

@@ -17,7 +17,7 @@ Field constant(const core::Vector3 &value) {
     return Field(modes_mesh.points.size(), value);
 }
 
-TEST(ModalAssurance, IsOneForOneShapeAndNoughtForOthersThatShareNothing) {
+TEST(ModalAssurance, IsOneForOneShapeAndZeroForOthersThatShareNothing) {
     const auto along = constant({0.0, 1.0, 0.0});
     EXPECT_NEAR(core::modal_assurance(modes_mesh, along, constant({0.0, -3.0, 0.0})), 1.0, 1e-14);
     EXPECT_EQ(core::modal_assurance(modes_mesh, along, constant({1.0, 0.0, 2.0})), 0.0);

@@ -91,7 +91,7 @@ class Served {
                               .port = 0,
                               .token = tests::token,
                               .is_result_file = {},
-                              .sessions = {{"/solve", [](const server::Fields &, const server::TellProgress &) {
+                              .sessions = {{"/solve", [](const server::Fields &, const server::ReportProgress &) {
                                                 return [](const server::Message &) -> server::Message {
                                                     return {false, solved_by_iterations().solver};
                                                 };

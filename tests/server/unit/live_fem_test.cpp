@@ -62,10 +62,11 @@ class LiveFemTest : public testing::Test {
     }
     ~LiveFemTest() override { fs::remove_all(folder); }
 
-    static constexpr auto tell_nobody = [](const std::string &) {};
+    static constexpr auto report_to_nobody = [](const std::string &) {};
 
-    server::Session begin(const std::string &file = "box.h5", const server::TellProgress &tell = tell_nobody) const {
-        return server::live_fem(folder, {{"file", file}}, tell);
+    server::Session begin(const std::string &file = "box.h5",
+                          const server::ReportProgress &report = report_to_nobody) const {
+        return server::live_fem(folder, {{"file", file}}, report);
     }
 
     /// The same by the model itself, on a body and a load case made here.
@@ -138,7 +139,7 @@ TEST_F(LiveFemTest, SharesTheElementsOfABodyThatIsHeldAsAnother) {
     EXPECT_EQ(server::SharedFem::count(), 0);
 }
 
-TEST_F(LiveFemTest, TellsWhatTheFirstAnswerWaitsFor) {
+TEST_F(LiveFemTest, ReportsWhatTheFirstSolutionWaitsFor) {
     std::vector<std::string> told;
     const auto converse = begin("box.h5", [&](const std::string &sentence) { told.push_back(sentence); });
     const Rows rows{{1.0 * free[0], 30.0, -20.0, 10.0}};
@@ -192,7 +193,7 @@ TEST_F(LiveFemTest, RefusesFilesThatTheServerDoesNotShow) {
     fs::create_symlink("/etc/passwd", folder / "secret.h5");
     for (const auto *file : {"", "none.h5", "text.h5", "secret.h5", "../box.h5", "./box.h5", "/etc/passwd", "box"})
         EXPECT_NE(fault_of([&] { begin(file); }), "no fault") << file;
-    EXPECT_EQ(fault_of([&] { server::live_fem(folder, {}, tell_nobody); }), "file is missing; add file=...");
+    EXPECT_EQ(fault_of([&] { server::live_fem(folder, {}, report_to_nobody); }), "file is missing; add file=...");
 }
 
 TEST_F(LiveFemTest, RefusesABodyThatNothingHoldsStill) {

@@ -37,15 +37,15 @@ constexpr auto *target_of_echo = "/echo?name=a%20b";
 struct Echo {
     std::latch is_waiting{1};
     std::latch goes_on{1};
-    Session begin(const Fields &query, const TellProgress &tell);
+    Session begin(const Fields &query, const ReportProgress &report);
 };
 
-Session Echo::begin(const Fields &query, const TellProgress &tell) {
+Session Echo::begin(const Fields &query, const ReportProgress &report) {
     const auto name = required_text(query, "name");
-    return [this, name, tell](const Message &message) -> Message {
+    return [this, name, report](const Message &message) -> Message {
         if (message.bytes == "tell") {
-            tell("1 & 2");
-            tell("2");
+            report("1 & 2");
+            report("2");
         }
         if (message.bytes == "fault")
             throw support::InputError("50 % of a & b: say something else");
@@ -73,8 +73,8 @@ class Served {
                       .port = 0,
                       .token = tests::token,
                       .is_result_file = {},
-                      .sessions = {{"/echo", [this](const Fields &query, const TellProgress &tell) {
-                                        return echo.begin(query, tell);
+                      .sessions = {{"/echo", [this](const Fields &query, const ReportProgress &report) {
+                                        return echo.begin(query, report);
                                     }}}};
             serve(
                 std::move(site), [&](std::uint16_t port) { is_ready.set_value(port); }, patience);
@@ -206,7 +206,7 @@ void expect_no_room(std::uint16_t port) {
     ASSERT_TRUE(client.open(target_of_echo));
     const auto fault = client.receive();
     ASSERT_TRUE(fault);
-    EXPECT_NE(parse_fields(fault->bytes).at("fault").find("Eight conversations are under way"), std::string::npos);
+    EXPECT_NE(parse_fields(fault->bytes).at("fault").find("Eight sessions are open"), std::string::npos);
     EXPECT_FALSE(client.receive());
     EXPECT_EQ(client.close_code, websocket::close_code::try_again_later);
     EXPECT_EQ(client.close_reason, parse_fields(fault->bytes).at("fault"));

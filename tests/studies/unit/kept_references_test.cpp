@@ -38,7 +38,8 @@ class KeptReferences : public testing::Test {
         return models.front().solve(problem);
     }
 
-    fs::path folder = fs::path(testing::TempDir()) / "livermark_kept_references";
+    fs::path folder = fs::path(testing::TempDir()) / "livermark_kept_references" /
+                      testing::UnitTest::GetInstance()->current_test_info()->name(); // several run at a time
     core::Problem problem = pulled();
 };
 

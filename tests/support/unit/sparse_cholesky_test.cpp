@@ -76,14 +76,14 @@ TEST_F(SparseCholesky, SolvesForSeveralVectors) {
     EXPECT_GT(factor.pivot_ratio(), 1e-3);
 }
 
-TEST_F(SparseCholesky, KeepsWhatIsHeldAtZero) {
+TEST_F(SparseCholesky, KeepsConstrainedUnknownsAtZero) {
     for (const std::vector<int> &constrained : {std::vector{5}, std::vector{300, 2, 77, 511}}) {
-        factor.hold(constrained);
+        factor.constrain(constrained);
         expect_solutions_with(constrained);
     }
     std::vector<int> many(150); // more than are solved for at once
     std::iota(many.begin(), many.end(), 100);
-    factor.hold(many);
+    factor.constrain(many);
     expect_solutions_with(many);
 }
 
@@ -91,7 +91,7 @@ TEST_F(SparseCholesky, SolvesRoughlyToSinglePrecision) {
     right_hand_sides.col(1) *= 1e60; // beyond single precision
     right_hand_sides.col(2).setZero();
     for (const std::vector<int> &constrained : {std::vector<int>{}, {300, 2, 77, 511}}) {
-        factor.hold(constrained);
+        factor.constrain(constrained);
         for (const Eigen::Index num_columns : {1, 3}) { // vectors and matrices go different ways
             const MatrixXd some = right_hand_sides.leftCols(num_columns);
             const MatrixXd expected = factor.solve(some), found = factor.solve_single_precision(some);
@@ -111,18 +111,18 @@ TEST_F(SparseCholesky, SolvesRoughlyWithTheLastFactor) {
     EXPECT_LT((factor.solve_single_precision(right_hand_sides) - expected).norm(), 1e-5 * expected.norm());
 }
 
-TEST_F(SparseCholesky, ForgetsWhatWasHeld) {
+TEST_F(SparseCholesky, ClearsWhatWasConstrained) {
     const MatrixXd before = factor.solve(right_hand_sides);
-    factor.hold({1, 2, 3});
-    factor.hold({});
+    factor.constrain({1, 2, 3});
+    factor.constrain({});
     EXPECT_EQ(factor.solve(right_hand_sides), before);
-    factor.hold({1, 2, 3});
+    factor.constrain({1, 2, 3});
     EXPECT_TRUE(factor.factorise(matrix));
     EXPECT_EQ(factor.solve(right_hand_sides), before);
 }
 
-TEST_F(SparseCholesky, DoesNotLookAtTheLoadOfWhatIsHeld) {
-    factor.hold({10, 20});
+TEST_F(SparseCholesky, DoesNotLookAtTheLoadOfConstrainedUnknowns) {
+    factor.constrain({10, 20});
     const MatrixXd before = factor.solve(right_hand_sides);
     right_hand_sides.row(10).setConstant(50.0);
     EXPECT_LT((factor.solve(right_hand_sides) - before).norm(), 1e-12 * before.norm());

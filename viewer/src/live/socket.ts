@@ -33,7 +33,7 @@ export function openSocket(path: string, file: string, onProgress: (sentence: st
     if (progress !== null) return onProgress(progress);
     const fault = fields.get('fault');
     const question = waiting.shift();
-    if (fault && !question) reason = fault; // the server has no room for this conversation
+    if (fault && !question) reason = fault; // the server has no room for this session
     if (fault) question?.reject(new Fault(fault));
     else question?.resolve(data);
   };

@@ -26,10 +26,10 @@ const results::ModelResult *find_model(const results::Result &result, const std:
 double error_of(const results::ModelResult &model);
 
 /// Whether it is made of springs or moves in explicit steps, so that finite elements are what it is measured by.
-bool is_contestant(const results::ModelResult &model);
+bool is_spring_model(const results::ModelResult &model);
 
-/// The contestant with the smallest error; none if there is none with an error.
-const results::ModelResult *best_contestant(const results::Result &result);
+/// The spring model with the smallest error; none if there is none with an error.
+const results::ModelResult *best_spring_model(const results::Result &result);
 
 /// The same colour and marker for a model wherever it is drawn: finite elements in greys, others in colours.
 SeriesStyle style_of(const std::string &model, const std::vector<std::string> &all);

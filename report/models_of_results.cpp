@@ -1,4 +1,4 @@
-#include "report/contestants.hpp"
+#include "report/models_of_results.hpp"
 
 #include <algorithm>
 #include <array>
@@ -56,14 +56,14 @@ double error_of(const results::ModelResult &model) {
                : std::numeric_limits<double>::quiet_NaN();
 }
 
-bool is_contestant(const results::ModelResult &model) {
+bool is_spring_model(const results::ModelResult &model) {
     return model.solution.springs || model.solution.explicit_steps;
 }
 
-const results::ModelResult *best_contestant(const results::Result &result) {
+const results::ModelResult *best_spring_model(const results::Result &result) {
     const results::ModelResult *best = nullptr;
     for (const auto &model : result.models)
-        if (is_contestant(model) && std::isfinite(error_of(model)) && (!best || error_of(model) < error_of(*best)))
+        if (is_spring_model(model) && std::isfinite(error_of(model)) && (!best || error_of(model) < error_of(*best)))
             best = &model;
     return best;
 }

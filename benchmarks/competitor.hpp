@@ -38,7 +38,7 @@ struct Method {
 
 /// One that takes part among the models for the shortest step: a kernel of ours, or what people would pick instead.
 /// Peers have one file each in peers/, named as the peer.
-struct Contestant {
+struct Competitor {
     std::string name;    ///< the file stem; set by the table
     std::string summary; ///< one line
     std::string source;  ///< who made it
@@ -46,6 +46,6 @@ struct Contestant {
 };
 
 /// Every peer of peers/, in alphabetical order.
-std::span<const Contestant> all_peers();
+std::span<const Competitor> all_peers();
 
 } // namespace livermark::benchmarks

@@ -1,0 +1,141 @@
+#include "studies/run/benchmark_case.hpp"
+
+#include <algorithm>
+#include <gtest/gtest.h>
+
+#include "tests/bad_input.hpp"
+#include "tests/test_meshes.hpp"
+
+namespace livermark::studies {
+namespace {
+
+using core::Vector3;
+
+const std::shared_ptr<const core::Body> bar =
+    tests::make_body(tests::box_mesh({0.1, 0.05, 0.05}, {3, 1, 1}), {1e3, 5e3, 0.3});
+
+core::Problem pulled_bar() {
+    auto load_case = tests::empty_load_case(bar->mesh);
+    load_case.name = "pull";
+    tests::prescribe(load_case, bar->mesh, "x_min", Vector3::Zero());
+    tests::pull(load_case, bar->mesh, "x_max", {10.0, 0.0, 0.0});
+    return {bar, std::move(load_case)};
+}
+
+core::Model named(std::string name) {
+    core::Model model;
+    model.name = std::move(name);
+    return model;
+}
+
+/// The bar, stretched by 1 % times a factor; no solution if that is zero.
+core::Solution stretched(double factor) {
+    core::Solution solution;
+    if (factor == 0.0)
+        solution.status = core::SolutionStatus::not_converged;
+    for (const auto &point : bar->mesh.points)
+        solution.displacement.push_back(0.01 * factor * point);
+    solution.reaction.assign(1, Vector3(-factor, 0.0, 0.0));
+    solution.strain_energy = factor * factor;
+    return solution;
+}
+
+/// @param models  names, with the factor by which the solution of each is stretched
+results::Result evaluated(const std::vector<std::pair<std::string, double>> &models,
+                          const results::ErrorBands &bands = {}) {
+    std::vector<core::Model> all;
+    for (const auto &[name, factor] : models)
+        all.push_back(named(name));
+    const auto solve = [&](const core::Model &model, const core::Problem &) {
+        const auto found = std::ranges::find(models, model.name, &std::pair<std::string, double>::first);
+        return stretched(found->second);
+    };
+    return evaluate(pulled_bar(), all, solve, bands, {});
+}
+
+const results::ModelResult &of(const results::Result &result, const std::string &name) {
+    return *std::ranges::find(result.models, name, &results::ModelResult::name);
+}
+
+TEST(BenchmarkCase, ComparesEveryModelWithTheReference) {
+    const auto result = evaluated({{"springs", 1.1}, {"fem_p2p1", 1.0}, {"fem_p2", 0.9}});
+    EXPECT_FALSE(of(result, "fem_p2p1").comparison);
+    EXPECT_NEAR(of(result, "springs").comparison->relative_l2, 0.1, 1e-12);
+    EXPECT_NEAR(of(result, "fem_p2").comparison->relative_l2, 0.1, 1e-12);
+    EXPECT_EQ(of(result, "springs").comparison->reference, "fem_p2p1");
+    EXPECT_FALSE(result.reference_uncertainty);
+}
+
+TEST(BenchmarkCase, ComparesWithTheRefinedReferenceWhereTheOtherIsNotGoodEnough) {
+    const auto result = evaluated({{"fem_p2p1", 1.02}, {"fem_p2p1_refined", 1.0}, {"springs", 0.5}});
+    EXPECT_EQ(result.reference_uncertainty->reference, "fem_p2p1_refined");
+    EXPECT_EQ(of(result, "springs").comparison->reference, "fem_p2p1_refined");
+    EXPECT_NEAR(of(result, "springs").comparison->relative_l2, 0.5, 1e-12);
+    EXPECT_FALSE(of(result, "fem_p2p1_refined").comparison);
+    EXPECT_NEAR(of(result, "fem_p2p1").comparison->relative_l2, 0.02, 1e-12);
+}
+
+TEST(BenchmarkCase, ComparesWithTheReferenceOnTheMeshWhereThatIsGoodEnough) {
+    const auto result = evaluated({{"fem_p2p1", 1.002}, {"fem_p2p1_refined", 1.0}, {"springs", 0.5}});
+    EXPECT_EQ(of(result, "springs").comparison->reference, "fem_p2p1");
+    EXPECT_NEAR(result.reference_uncertainty->refinement_difference, 0.002, 1e-12);
+}
+
+TEST(BenchmarkCase, TakesTheNextReferenceWhereTheFirstOneFindsNoSolution) {
+    const auto result = evaluated({{"fem_p2p1", 0.0}, {"fem_p2", 1.0}, {"springs", 1.2}});
+    EXPECT_EQ(of(result, "springs").comparison->reference, "fem_p2");
+}
+
+TEST(BenchmarkCase, ComparesNothingWithoutAReference) {
+    const auto result = evaluated({{"fem_p2p1", 0.0}, {"fem_p2", 0.0}, {"springs", 1.2}});
+    EXPECT_FALSE(of(result, "springs").comparison);
+    EXPECT_EQ(of(result, "fem_p2").solution.status, core::SolutionStatus::not_converged);
+}
+
+TEST(BenchmarkCase, LeavesOutModelsOfAnotherRegime) {
+    auto models = std::vector{named("fem_p2p1"), named("springs")};
+    models[1].only = core::Regime::large;
+    const auto result = evaluate(pulled_bar(), models,
+                                 [](const core::Model &, const core::Problem &) { return stretched(1.0); }, {}, {});
+    ASSERT_EQ(result.models.size(), 1u);
+    EXPECT_EQ(result.models[0].name, "fem_p2p1");
+}
+
+TEST(BenchmarkCase, HasTheBandOfEachModel) {
+    results::ErrorBands bands;
+    bands.bands[{bar->name, "pull", "springs"}] = {0.1, 0.002, "here"};
+    const auto result = evaluated({{"springs", 1.1}, {"fem_p2p1", 1.0}}, bands);
+    EXPECT_TRUE(results::meets_band(of(result, "springs")).value());
+    EXPECT_FALSE(of(result, "fem_p2p1").band);
+}
+
+std::vector<std::string> names_of(const std::vector<core::Model> &models) {
+    std::vector<std::string> names;
+    for (const auto &model : models)
+        names.push_back(model.name);
+    return names;
+}
+
+bool has(const std::vector<std::string> &names, const std::string &name) {
+    return std::ranges::find(names, name) != names.end();
+}
+
+TEST(ChosenModels, HaveReferencesAndBaselineBesideThem) {
+    const auto names = names_of(choose_models({"lloyd"}, {}, true));
+    for (const auto *name : {"lloyd", "fem_p1", "fem_p2", "fem_p2p1", "fem_p2p1_refined"})
+        EXPECT_TRUE(has(names, name)) << name;
+    EXPECT_FALSE(has(names, "van_gelder"));
+    EXPECT_EQ(baseline_of(choose_models({"lloyd"}, {}, true)).name, "fem_p1");
+}
+
+TEST(ChosenModels, HaveTheRefinedReferenceWithoutUncertaintyOnlyIfItIsNamed) {
+    EXPECT_FALSE(has(names_of(choose_models({}, {}, false)), "fem_p2p1_refined"));
+    EXPECT_TRUE(has(names_of(choose_models({"fem_p2p1_refined"}, {}, false)), "fem_p2p1_refined"));
+}
+
+TEST(ChosenModels, AreRefusedWithTheNearestName) {
+    tests::expect_input_error([] { choose_models({"loyd"}, {}, true); }, {"no model 'loyd'", "did you mean 'lloyd'?"});
+}
+
+} // namespace
+} // namespace livermark::studies

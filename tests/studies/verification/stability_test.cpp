@@ -1,0 +1,75 @@
+#include "studies/stability/stability.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include "tests/bad_input.hpp"
+#include "tests/small_bar.hpp"
+
+namespace livermark::studies {
+namespace {
+
+StabilityOptions of_bar(const std::string &suite) {
+    const auto folder = tests::folder_with_bar(suite);
+    std::ofstream(folder / "pull.toml")
+        << "title = \"pull\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"x_min\"\n"
+           "displacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"x_max\"\ntraction = [10.0, 0.0, 0.0]\n";
+    StabilityOptions options;
+    options.bodies = {(folder / "bar.toml").string()};
+    options.load_case = (folder / "pull.toml").string();
+    options.output = (folder / "runs").string();
+    return options;
+}
+
+TEST(Stability, OfRunsIsAsPredictedFromTheLargestFrequency) {
+    auto options = of_bar("stability_runs");
+    options.integrators = {"symplectic_euler", "runge_kutta_4", "implicit_euler"};
+    const auto found = find_stability(options, "test", {});
+    ASSERT_EQ(found.of_body.size(), 1u);
+    const auto &bar = found.of_body[0];
+    ASSERT_EQ(bar.limits.size(), 3u);
+    EXPECT_NEAR(bar.limits[0].undamped.predicted * bar.largest_frequency, 2.0, 1e-6);
+    EXPECT_NEAR(bar.limits[1].undamped.predicted * bar.largest_frequency, std::sqrt(8.0), 1e-6);
+    EXPECT_FALSE(bar.limits[2].undamped.has_number());
+    for (const auto &limits : {bar.limits[0], bar.limits[1]}) {
+        EXPECT_LT(std::abs(limits.undamped.difference()), largest_difference) << limits.integrator;
+        EXPECT_LT(std::abs(limits.damped.difference()), largest_difference) << limits.integrator;
+        EXPECT_LT(limits.damped.predicted, limits.undamped.predicted) << limits.integrator;
+    }
+    EXPECT_TRUE(is_as_predicted(bar));
+    EXPECT_GE(bar.largest_frequency_bound, bar.largest_frequency);
+    EXPECT_LT(bar.lowest_frequency, bar.largest_frequency);
+    const auto read = results::read_stability(std::filesystem::path(options.output) / "bar" / "stability.lloyd.h5");
+    EXPECT_EQ(read.largest_frequency, bar.largest_frequency);
+}
+
+TEST(Stability, WithoutRunsHasPredictionsOnlyAndIsNotContradicted) {
+    auto options = of_bar("stability_predicted");
+    options.no_observed = true;
+    int num_steps = 0;
+    const auto found = find_stability(options, "test", [&](int, int, const std::string &) { ++num_steps; });
+    EXPECT_GT(num_steps, 1);
+    for (const auto &limits : found.of_body.at(0).limits)
+        EXPECT_TRUE(std::isnan(limits.undamped.observed)) << limits.integrator;
+    EXPECT_TRUE(is_as_predicted(found.of_body[0]));
+}
+
+TEST(Stability, IsNotAsPredictedWhereARunDiffers) {
+    results::Stability stability;
+    stability.limits = {{"heun", {.predicted = 1.0, .observed = 0.985}, {.predicted = 1.0, .observed = 1.015}}};
+    EXPECT_TRUE(is_as_predicted(stability));
+    stability.limits[0].damped.observed = 1.03;
+    EXPECT_FALSE(is_as_predicted(stability));
+}
+
+TEST(Stability, RefusesIntegratorsThatThereAreNot) {
+    auto options = of_bar("stability_refused");
+    options.integrators = {"huen"};
+    tests::expect_input_error([&] { find_stability(options, "test", {}); }, {"'huen'", "did you mean 'heun'?"});
+    options.integrators = {"heun", "heun"};
+    tests::expect_input_error([&] { find_stability(options, "test", {}); }, {"'heun'", "twice"});
+}
+
+} // namespace
+} // namespace livermark::studies
