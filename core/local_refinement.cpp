@@ -71,7 +71,7 @@ bool are_alike(const LoadCase &load_case, int a, int b) {
 
 BisectedBody bisect(const Body &body, const std::set<Edge> &edges) {
     const auto &coarse = body.mesh;
-    BisectedBody result{{.name = body.name, .mesh = {}, .materials = body.materials}, {}};
+    BisectedBody result{{.name = body.name, .mesh = {}, .materials = body.materials}, {}, {}};
     auto &fine = result.body.mesh;
     fine.points = coarse.points;
     fine.region_names = coarse.region_names;
@@ -81,6 +81,7 @@ BisectedBody bisect(const Body &body, const std::set<Edge> &edges) {
         middles.cut(coarse.tetrahedra[t], [&](const auto &part) {
             fine.tetrahedra.push_back(part);
             fine.region.push_back(coarse.region[t]);
+            result.parent_tetrahedron.push_back(static_cast<int>(t));
         });
     for (int f = 0; f < coarse.num_boundary_triangles(); ++f)
         middles.cut(coarse.boundary_triangles[f], [&](const auto &part) {
@@ -120,19 +121,23 @@ std::vector<bool> rim_nodes(const TetraMesh &mesh, const LoadCase &load_case) {
     return is_rim;
 }
 
+BisectedProblem refine_at_rims(const Problem &problem) {
+    const auto is_rim = rim_nodes(problem.body->mesh, problem.load_case);
+    std::set<Edge> edges;
+    for (const auto &nodes : problem.body->mesh.tetrahedra)
+        if (std::ranges::any_of(nodes, [&](int node) { return is_rim[node]; }))
+            for (const auto &[i, j] : tetrahedron_edges)
+                edges.insert(edge_of(nodes[i], nodes[j]));
+    auto bisected = bisect(*problem.body, edges);
+    return {
+        {std::make_shared<const Body>(std::move(bisected.body)), on_parts(problem.load_case, bisected.parent_triangle)},
+        std::move(bisected.parent_tetrahedron)};
+}
+
 Problem refine_at_rims(const Problem &problem, int levels) {
     auto refined = problem;
-    for (int level = 0; level < levels; ++level) {
-        const auto is_rim = rim_nodes(refined.body->mesh, refined.load_case);
-        std::set<Edge> edges;
-        for (const auto &nodes : refined.body->mesh.tetrahedra)
-            if (std::ranges::any_of(nodes, [&](int node) { return is_rim[node]; }))
-                for (const auto &[i, j] : tetrahedron_edges)
-                    edges.insert(edge_of(nodes[i], nodes[j]));
-        auto bisected = bisect(*refined.body, edges);
-        refined.load_case = on_parts(refined.load_case, bisected.parent_triangle);
-        refined.body = std::make_shared<const Body>(std::move(bisected.body));
-    }
+    for (int level = 0; level < levels; ++level)
+        refined = refine_at_rims(refined).problem;
     return refined;
 }
 

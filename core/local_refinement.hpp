@@ -11,7 +11,8 @@ namespace livermark::core {
 /// A body with some of its tetrahedra bisected. Its first nodes are those of the body that it was made from.
 struct BisectedBody {
     Body body;
-    std::vector<int> parent_triangle; ///< (T') the boundary triangle that each is a part of
+    std::vector<int> parent_tetrahedron; ///< (M') the tetrahedron that each is a part of, ascending
+    std::vector<int> parent_triangle;    ///< (T') the boundary triangle that each is a part of
 };
 
 /// Bisects edges, the longest first in each tetrahedron, with all tetrahedra and boundary triangles at them. Which one
@@ -27,8 +28,16 @@ LoadCase on_parts(const LoadCase &load_case, const std::vector<int> &parent_tria
 /// Displacements and tractions are not smooth there.
 std::vector<bool> rim_nodes(const TetraMesh &mesh, const LoadCase &load_case);
 
-/// A problem on a finer mesh, where each tetrahedron at the rim of a place has all its edges cut in two, again and
-/// again. The nodes of the mesh come first.
+/// A problem on a mesh that is finer in places. The nodes of the mesh come first.
+struct BisectedProblem {
+    Problem problem;
+    std::vector<int> parent_tetrahedron; ///< (M') see BisectedBody
+};
+
+/// Each tetrahedron at the rim of a place has all its edges cut in two.
+BisectedProblem refine_at_rims(const Problem &problem);
+
+/// The same again and again.
 /// @param levels  how often
 Problem refine_at_rims(const Problem &problem, int levels);
 

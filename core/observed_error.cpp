@@ -3,10 +3,44 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <vector>
 
 #include "core/error_norms.hpp"
 
 namespace livermark::core {
+
+namespace {
+
+/// What is left after the last step, over that step.
+double share_of(double believed_factor) {
+    return believed_factor / (1.0 - believed_factor);
+}
+
+bool is_believed(double factor) {
+    return factor >= smallest_believed_factor && factor <= largest_believed_factor;
+}
+
+/// What to add to the last of three numbers, over the last step: nothing where the order is not clean.
+double share_to_add(double first_step, double second_step) {
+    const double factor = std::abs(second_step) / std::abs(first_step);
+    return is_believed(factor) ? share_of(factor) : 0.0;
+}
+
+/// out += share * (out - before)
+template <class Vector> void add_share(double share, const std::vector<Vector> &before, std::vector<Vector> &out) {
+    using Scalar = typename Vector::Scalar;
+    for (std::size_t i = 0; i < out.size(); ++i)
+        out[i] += static_cast<Scalar>(share) * (out[i] - before[i]).eval();
+}
+
+double distance(const std::vector<Vector3> &a, const std::vector<Vector3> &b) {
+    double squares = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        squares += (a[i] - b[i]).squaredNorm();
+    return std::sqrt(squares);
+}
+
+} // namespace
 
 ObservedError observed_error(const TetraMesh &mesh, std::span<const Solution> levels) {
     if (levels.size() < 3)
@@ -15,13 +49,44 @@ ObservedError observed_error(const TetraMesh &mesh, std::span<const Solution> le
     const auto first_step = compare(mesh, last[0], last[1], "the middle mesh");
     const auto second_step = compare(mesh, last[1], last[2], "the finest mesh");
     const double factor = second_step.relative_l2 / first_step.relative_l2;
-    const double believed = std::clamp(factor, smallest_believed_factor, largest_believed_factor);
-    const double share = believed / (1.0 - believed);
+    const double share = share_of(std::clamp(factor, smallest_believed_factor, largest_believed_factor));
     return {.order = -std::log2(factor),
             .difference = second_step.relative_l2,
             .relative_l2 = share * second_step.relative_l2,
             .energy = share * std::abs(second_step.energy_error),
             .reaction = std::isnan(second_step.reaction_error) ? 0.0 : share * second_step.reaction_error};
+}
+
+Solution extrapolated(const TetraMesh &mesh, std::span<const Solution> levels) {
+    auto error = observed_error(mesh, levels);
+    const auto last = levels.last(3);
+    auto result = last[2];
+    const double factor = std::exp2(-error.order);
+    if (is_believed(factor)) {
+        const double share = share_of(factor);
+        add_share(share, last[1].displacement, result.displacement);
+        for (std::size_t k = 0; k < result.path.size(); ++k)
+            add_share(share, last[1].path[k].displacement, result.path[k].displacement);
+        error.relative_l2 *= doubt;
+    }
+    if (const double share =
+            share_to_add(distance(last[0].reaction, last[1].reaction), distance(last[1].reaction, last[2].reaction));
+        share > 0.0) {
+        add_share(share, last[1].reaction, result.reaction);
+        for (std::size_t k = 0; k < result.path.size(); ++k)
+            add_share(share, last[1].path[k].reaction, result.path[k].reaction);
+        error.reaction *= doubt;
+    }
+    if (const double share =
+            share_to_add(last[1].strain_energy - last[0].strain_energy, last[2].strain_energy - last[1].strain_energy);
+        share > 0.0) {
+        result.strain_energy += share * (last[2].strain_energy - last[1].strain_energy);
+        for (std::size_t k = 0; k < result.path.size(); ++k)
+            result.path[k].strain_energy += share * (last[2].path[k].strain_energy - last[1].path[k].strain_energy);
+        error.energy *= doubt;
+    }
+    result.observed_error = error;
+    return result;
 }
 
 } // namespace livermark::core

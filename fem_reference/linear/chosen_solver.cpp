@@ -62,10 +62,11 @@ ChosenSolver::ChosenSolver(const ElasticSystem &system, SolverChoice choice) : s
     }
 }
 
-ChosenSolver::ChosenSolver(const ElasticSystem &fine, const ElasticSystem &coarse, ChosenSolver &coarse_solver)
+ChosenSolver::ChosenSolver(const ElasticSystem &fine, const ElasticSystem &coarse, ChosenSolver &coarse_solver,
+                           std::span<const int> parent)
     : stiffness_(&fine.stiffness),
       single_precision_(std::make_unique<SymmetricBlocks<float>>(rounded(fine.stiffness))) {
-    iterative_.emplace(fine.stiffness, two_level(fine, *single_precision_, coarse, coarse_solver.inverse()));
+    iterative_.emplace(fine.stiffness, two_level(fine, *single_precision_, coarse, coarse_solver.inverse(), parent));
 }
 
 void ChosenSolver::set_up(std::span<const double> prescribed) {

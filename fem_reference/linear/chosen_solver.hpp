@@ -19,7 +19,9 @@ class ChosenSolver {
 
     /// Conjugate gradients on two levels, see two_level().
     /// @param fine, coarse, coarse_solver  kept alive by the caller, the systems unchanged
-    ChosenSolver(const ElasticSystem &fine, const ElasticSystem &coarse, ChosenSolver &coarse_solver);
+    /// @param parent                       see prolongation()
+    ChosenSolver(const ElasticSystem &fine, const ElasticSystem &coarse, ChosenSolver &coarse_solver,
+                 std::span<const int> parent = {});
 
     /// Factors or prepares, unless the same unknowns were prescribed last time.
     /// @param prescribed  shape (n), NaN where an unknown is free

@@ -36,13 +36,13 @@ struct StaticSolver::Impl {
             mixed.emplace(matrices.system, solver, matrices.pressure);
         assembly_seconds = seconds_since(start);
     }
-    Impl(std::shared_ptr<const core::Body> refined, Impl &coarse, double tolerance)
+    Impl(std::shared_ptr<const core::Body> refined, Impl &coarse, double tolerance, std::span<const int> parent)
         : body(std::move(refined)), formulation(coarse.formulation), start(Clock::now()),
-          matrices(*body, 2, formulation), solver(matrices.system, coarse.matrices.system, coarse.solver) {
+          matrices(*body, 2, formulation), solver(matrices.system, coarse.matrices.system, coarse.solver, parent) {
         if (matrices.pressure.num_pressures() > 0)
-            mixed.emplace(
-                matrices.system, solver, matrices.pressure, tolerance, *coarse.mixed,
-                nested_iteration(coarse.matrices.system, coarse.matrices.pressure, matrices.system, matrices.pressure));
+            mixed.emplace(matrices.system, solver, matrices.pressure, tolerance, *coarse.mixed,
+                          nested_iteration(coarse.matrices.system, coarse.matrices.pressure, matrices.system,
+                                           matrices.pressure, parent));
         assembly_seconds = seconds_since(start);
     }
 
@@ -74,8 +74,9 @@ struct StaticSolver::Impl {
 StaticSolver::StaticSolver(std::shared_ptr<const core::Body> body, int degree, SolverChoice choice,
                            Formulation formulation)
     : impl_(std::make_unique<Impl>(std::move(body), degree, choice, formulation)) {}
-StaticSolver::StaticSolver(std::shared_ptr<const core::Body> refined_body, StaticSolver &coarse, double tolerance)
-    : impl_(std::make_unique<Impl>(std::move(refined_body), *coarse.impl_, tolerance)) {}
+StaticSolver::StaticSolver(std::shared_ptr<const core::Body> refined_body, StaticSolver &coarse, double tolerance,
+                           std::span<const int> parent)
+    : impl_(std::make_unique<Impl>(std::move(refined_body), *coarse.impl_, tolerance, parent)) {}
 StaticSolver::~StaticSolver() = default;
 StaticSolver::StaticSolver(StaticSolver &&) noexcept = default;
 StaticSolver &StaticSolver::operator=(StaticSolver &&) noexcept = default;

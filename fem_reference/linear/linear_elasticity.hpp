@@ -32,13 +32,15 @@ class StaticSolver {
 
     /// Quadratic elements on a refined body in the formulation of the coarse solver, by iterations that correct
     /// themselves with the solver of the body before refinement.
-    /// @param refined_body  core::refine(body of the coarse solver)
+    /// @param refined_body  the body of the coarse solver with its tetrahedra in parts
     /// @param coarse        of degree 2; kept alive by the caller, and used by this solver
     /// @param tolerance     of the iterations of the mixed formulation, see MixedSolver; the reactions balance the
-    /// loads
-    ///   whatever it is
+    ///   loads whatever it is
+    /// @param parent        (M_refined) the tetrahedron that each is a part of, see core::bisect(); empty for
+    ///   core::refine(body)
     /// @throws std::invalid_argument if the body is not that, or if a boundary triangle is not an outer face
-    StaticSolver(std::shared_ptr<const core::Body> refined_body, StaticSolver &coarse, double tolerance = 1e-7);
+    StaticSolver(std::shared_ptr<const core::Body> refined_body, StaticSolver &coarse, double tolerance = 1e-7,
+                 std::span<const int> parent = {});
     ~StaticSolver();
     StaticSolver(StaticSolver &&) noexcept;
     StaticSolver &operator=(StaticSolver &&) noexcept;

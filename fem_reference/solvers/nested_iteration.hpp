@@ -27,10 +27,12 @@ struct NestedIteration {
     std::vector<double> prolonged_pressure(std::span<const double> coarse, int lanes) const;
 };
 
-/// @param coarse, fine                    systems of degree 2 of a body and of core::refine(body)
+/// @param coarse, fine                    systems of degree 2 of a body and of one that is refined
 /// @param coarse_pressure, fine_pressure  assembled on them
+/// @param parent                          see prolongation()
 /// @throws std::invalid_argument if the fine system is not that of the refined body
 NestedIteration nested_iteration(const ElasticSystem &coarse, const PressureSystem &coarse_pressure,
-                                 const ElasticSystem &fine, const PressureSystem &fine_pressure);
+                                 const ElasticSystem &fine, const PressureSystem &fine_pressure,
+                                 std::span<const int> parent = {});
 
 } // namespace livermark::fem_reference

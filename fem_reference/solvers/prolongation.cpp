@@ -14,7 +14,8 @@ namespace {
 constexpr int num_children = 8;
 constexpr int nodes_of_linear = 4;
 constexpr int nodes_of_quadratic = 10;
-constexpr const char *no_pair = "the fine system is neither that of the refined body nor the quadratic one of the same";
+constexpr const char *no_pair =
+    "the fine system is not the quadratic one of the same body or of parts of its tetrahedra";
 
 /// Shape functions in the order of ElasticSystem::cell_nodes; those of linear elements are zero from the fifth on.
 std::array<double, nodes_of_quadratic> shape_functions(const Eigen::Vector4d &bary, int nodes_per_cell) {
@@ -67,27 +68,38 @@ template <class T> void gather(const Prolongation &p, std::span<const T> fine, s
 
 } // namespace
 
-Prolongation prolongation(const ElasticSystem &coarse, const ElasticSystem &fine) {
+std::vector<int> parents_by_number(const ElasticSystem &coarse, const ElasticSystem &fine) {
+    const int children = coarse.nodes_per_cell == nodes_of_linear ? 1 : num_children;
+    const auto num_coarse = coarse.cell_nodes.size() / coarse.nodes_per_cell;
+    std::vector<int> parent(fine.cell_nodes.size() / fine.nodes_per_cell);
+    if (parent.size() != children * num_coarse)
+        throw std::invalid_argument(no_pair);
+    for (std::size_t child = 0; child < parent.size(); ++child)
+        parent[child] = static_cast<int>(child) / children;
+    return parent;
+}
+
+Prolongation prolongation(const ElasticSystem &coarse, const ElasticSystem &fine, std::span<const int> parent) {
     const int nodes_per_cell = coarse.nodes_per_cell;
-    const int children = nodes_per_cell == nodes_of_linear ? 1 : num_children;
-    const auto num_coarse_cells = coarse.cell_nodes.size() / nodes_per_cell;
-    const auto nodes_of_children = static_cast<std::size_t>(children) * nodes_of_quadratic;
-    if (fine.nodes_per_cell != nodes_of_quadratic || fine.cell_nodes.size() != num_coarse_cells * nodes_of_children)
+    const auto by_number = parent.empty() ? parents_by_number(coarse, fine) : std::vector<int>{};
+    if (parent.empty())
+        parent = by_number;
+    if (fine.nodes_per_cell != nodes_of_quadratic || fine.cell_nodes.size() != parent.size() * nodes_of_quadratic)
         throw std::invalid_argument(no_pair);
     std::vector<std::array<double, nodes_of_quadratic>> shape(fine.points.size());
     std::vector<int> cell(fine.points.size(), -1);
-    for (std::size_t t = 0; t < num_coarse_cells; ++t) {
-        const int *const corners = coarse.cell_nodes.data() + t * nodes_per_cell;
+    for (std::size_t child = 0; child < parent.size(); ++child) {
+        const int *const corners = coarse.cell_nodes.data() + static_cast<std::size_t>(parent[child]) * nodes_per_cell;
         const auto &origin = coarse.points[corners[0]];
         Eigen::Matrix3d edges;
         for (int d = 0; d < 3; ++d)
             edges.col(d) = coarse.points[corners[d + 1]] - origin;
         const Eigen::Matrix3d inverse = edges.inverse();
-        for (std::size_t k = 0; k < nodes_of_children; ++k) {
-            const int node = fine.cell_nodes[t * nodes_of_children + k];
+        for (int k = 0; k < nodes_of_quadratic; ++k) {
+            const int node = fine.cell_nodes[child * nodes_of_quadratic + k];
             if (cell[node] >= 0)
                 continue;
-            cell[node] = static_cast<int>(t);
+            cell[node] = parent[child];
             shape[node] = shape_functions(barycentric(inverse, fine.points[node] - origin), nodes_per_cell);
         }
     }

@@ -30,9 +30,15 @@ struct Prolongation {
     void restrict_to(std::span<const float> fine, std::span<float> coarse) const;
 };
 
-/// The prolongation from a body's system to one of degree 2: from degree 2 to that of core::refine(body), or from
-/// degree 1 to that of the same body.
-/// @throws std::invalid_argument if the fine system is neither
-Prolongation prolongation(const ElasticSystem &coarse, const ElasticSystem &fine);
+/// The prolongation from a body's system to one of degree 2: from degree 2 to that of a body whose tetrahedra are parts
+/// of the coarse ones, or from degree 1 to that of the same body.
+/// @param parent  (M_fine) the coarse tetrahedron that each is a part of, whose edges were cut in two at most once
+///                (core::bisect()); empty for all of the same body in order, or for core::refine(body)
+/// @throws std::invalid_argument if the fine system is not of such parts
+Prolongation prolongation(const ElasticSystem &coarse, const ElasticSystem &fine, std::span<const int> parent = {});
+
+/// The parents of prolongation() where they are not given.
+/// @throws std::invalid_argument if the fine system has neither as many tetrahedra nor eight times as many
+std::vector<int> parents_by_number(const ElasticSystem &coarse, const ElasticSystem &fine);
 
 } // namespace livermark::fem_reference

@@ -10,8 +10,8 @@ namespace {
 class TwoLevel : public Preconditioner {
   public:
     TwoLevel(const ElasticSystem &fine, const SymmetricBlocks<float> &rounded_fine, const ElasticSystem &coarse,
-             Preconditioner &coarse_solver)
-        : coarse_solver_(coarse_solver), prolongation_(prolongation(coarse, fine)), smoother_(rounded_fine),
+             Preconditioner &coarse_solver, std::span<const int> parent)
+        : coarse_solver_(coarse_solver), prolongation_(prolongation(coarse, fine, parent)), smoother_(rounded_fine),
           num_fine_(3 * fine.points.size()), num_coarse_(3 * coarse.points.size()) {}
 
     bool set_up(const FreeUnknowns &free) override {
@@ -66,8 +66,9 @@ class TwoLevel : public Preconditioner {
 } // namespace
 
 std::unique_ptr<Preconditioner> two_level(const ElasticSystem &fine, const SymmetricBlocks<float> &rounded_fine,
-                                          const ElasticSystem &coarse, Preconditioner &coarse_solver) {
-    return std::make_unique<TwoLevel>(fine, rounded_fine, coarse, coarse_solver);
+                                          const ElasticSystem &coarse, Preconditioner &coarse_solver,
+                                          std::span<const int> parent) {
+    return std::make_unique<TwoLevel>(fine, rounded_fine, coarse, coarse_solver, parent);
 }
 
 } // namespace livermark::fem_reference

@@ -21,7 +21,9 @@ class Relaxation : public testing::TestWithParam<std::string> {};
 
 } // namespace
 
-/// Time stepping under damping and Newton's method find the same rest, on every load case that ships.
+/// Time stepping under damping and Newton's method find the same rest, on every small load case that ships. Springs
+/// that are pressed or pulled by centimetres fold, and have several places of rest near each other: then the two may
+/// end in different ones, or creep from one to the next.
 TEST_P(Relaxation, ComesToTheEquilibriumThatNewtonFinds) {
     const auto body = std::make_shared<const core::Body>(
         meshes::read_body(std::filesystem::path(LIVERMARK_SOURCE_DIR "/meshes") / (GetParam() + ".toml")));
@@ -41,6 +43,8 @@ TEST_P(Relaxation, ComesToTheEquilibriumThatNewtonFinds) {
         } catch (const load_cases::NotOnBody &) {
             continue;
         }
+        if (problem.load_case.regime == core::Regime::large)
+            continue;
         problem.load_case.release.reset();
         // As large as a run makes it.
         const auto baseline = solve(std::string(models::baseline_model), {}, problem);

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "core/solution.hpp"
+#include "core/tetra_mesh.hpp"
+
+namespace livermark::models {
+
+/// How far a solution on ever finer meshes goes.
+struct Refinement {
+    double goal;      ///< of core::ObservedError::relative_l2, where it stops
+    int finest_level; ///< that it does not go beyond; at least 2
+};
+
+/// Solves on the mesh, and on meshes that are finer and finer, at least three, until the error is known to be below the
+/// goal; see core::extrapolated(). A level without a solution ends it: what comes before is the answer then, without an
+/// observed error if there are fewer than three.
+/// @param mesh   whose nodes solutions are given at
+/// @param solve  the solution on the mesh that is refined so often, at the nodes of the mesh; asked for in ascending
+///   order
+/// @return with the seconds of all levels
+core::Solution solve_refined(const core::TetraMesh &mesh, const Refinement &refinement,
+                             const std::function<core::Solution(int level)> &solve);
+
+} // namespace livermark::models
