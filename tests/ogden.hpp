@@ -6,13 +6,9 @@
 
 namespace livermark::tests {
 
-/// One-term Ogden law of exponent a in the principal stretches l_i, compressible as the project's neo-Hookean law is:
-///     W = 2 mu / a^2 (l_1^a + l_2^a + l_3^a - 3) - 2 mu / a ln J + lambda / 2 (ln J)^2.
-/// Its exponents are chosen for tests and are no fit to a tissue.
-/// (R. W. Ogden 1972, Large deformation isotropic elasticity: on the correlation of theory and experiment for
-/// compressible rubberlike solids, Proc. R. Soc. Lond. A 328, 567-583)
+/// The law of hyperelastic::OgdenTerm, with an exponent that is chosen for tests and is no fit to a tissue.
 struct OgdenLaw {
-    int exponent;
+    double exponent;
     hyperelastic::MaterialLaw law;
 };
 

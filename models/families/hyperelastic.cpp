@@ -106,6 +106,9 @@ std::vector<core::Model> models(const ModelOptions & /*options*/) {
                  "neo-Hookean, Taylor and Hood on meshes refined at the rims of places (the reference of large "
                  "deformations)",
                  "neo_hookean", {.degree = 2, .formulation = Formulation::mixed}, solve_at_rims),
+        elements("fem_p2p1_ogden",
+                 "Ogden's law with a fit to porcine liver, Taylor and Hood: how far the law itself matters", "ogden",
+                 {.degree = 2, .formulation = Formulation::mixed}),
     };
 }
 

@@ -1,7 +1,10 @@
 #include "studies/exchange/formats/calculix_input.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/ostream.h>
+#include <map>
 #include <ostream>
 
 #include "studies/exchange/formats/nodal_loads.hpp"
@@ -10,10 +13,58 @@ namespace livermark::studies {
 
 using core::Vector3;
 
+namespace {
+
+/// The corners of each face of a tetrahedron, P1 to P4.
+constexpr std::array<std::array<int, 3>, 4> face_corners{{{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}}};
+
+void write_elastic(std::ostream &out, const core::Material &material) {
+    fmt::print(out, "*ELASTIC\n{:.12e}, {:.12e}\n", material.young_modulus, material.poisson_ratio);
+}
+
+/// W = C10 (J^(-2/3) I1 - 3) + (J - 1)^2 / D1
+void write_neo_hooke(std::ostream &out, const core::Material &material) {
+    const double bulk_modulus = material.lame_lambda() + 2.0 / 3.0 * material.shear_modulus();
+    fmt::print(out, "*HYPERELASTIC, NEO HOOKE\n{:.12e}, {:.12e}\n", 0.5 * material.shear_modulus(), 2.0 / bulk_modulus);
+}
+
+/// Pressures on faces follow them where *STEP says NLGEOM.
+void write_follower_pressures(std::ostream &out, const core::TetraMesh &mesh, const core::LoadCase &load_case) {
+    const auto sorted = [](std::array<int, 3> nodes) {
+        std::ranges::sort(nodes);
+        return nodes;
+    };
+    std::map<std::array<int, 3>, double> pressure;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (load_case.follows_surface(f))
+            pressure[sorted(mesh.boundary_triangles[f])] =
+                -load_case.value[f].dot(core::area_vector(mesh, f).normalized());
+    if (pressure.empty())
+        return;
+    fmt::print(out, "*DLOAD\n");
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
+        for (std::size_t face = 0; face < face_corners.size(); ++face) {
+            const auto &[a, b, c] = face_corners[face];
+            const auto &nodes = mesh.tetrahedra[t];
+            if (const auto found = pressure.find(sorted({nodes[a], nodes[b], nodes[c]})); found != pressure.end())
+                fmt::print(out, "{}, P{}, {:.12e}\n", t + 1, face + 1, found->second);
+        }
+}
+
+core::LoadCase without_follower_pressures(core::LoadCase load_case) {
+    for (std::size_t f = 0; f < load_case.condition.size(); ++f)
+        if (load_case.follows_surface(static_cast<int>(f)))
+            load_case.condition[f] = core::FacetCondition::free;
+    return load_case;
+}
+
+} // namespace
+
 // CalculiX reads the first twenty characters of a number, so thirteen digits have to do.
 void write_inp(std::ostream &out, const core::Problem &problem, int degree) {
     const auto &mesh = problem.body->mesh;
     const auto &load_case = problem.load_case;
+    const bool is_large = load_case.regime == core::Regime::large;
     const auto fem = discretise(mesh, degree);
     fmt::print(out, "** body {}, load case {}\n*NODE, NSET=ALL_NODES\n", problem.body->name, load_case.name);
     for (std::size_t node = 0; node < fem.points.size(); ++node)
@@ -30,23 +81,30 @@ void write_inp(std::ostream &out, const core::Problem &problem, int degree) {
                 fmt::print(out, "\n");
             }
         const auto &material = problem.body->materials[region];
-        fmt::print(out,
-                   "*MATERIAL, NAME=MATERIAL_{0}\n*ELASTIC\n{1:.12e}, {2:.12e}\n*DENSITY\n{3:.12e}\n"
-                   "*SOLID SECTION, ELSET=REGION_{0}, MATERIAL=MATERIAL_{0}\n",
-                   region, material.young_modulus, material.poisson_ratio, material.density);
+        fmt::print(out, "*MATERIAL, NAME=MATERIAL_{}\n", region);
+        (is_large ? write_neo_hooke : write_elastic)(out, material);
+        fmt::print(out, "*DENSITY\n{1:.12e}\n*SOLID SECTION, ELSET=REGION_{0}, MATERIAL=MATERIAL_{0}\n", region,
+                   material.density);
     }
-    fmt::print(out, "*STEP\n*STATIC\n*BOUNDARY\n");
+    // Increments grow to the whole load, and Newton's method goes on until its corrections are a ten thousandth of one.
+    fmt::print(out, "{}",
+               is_large ? "*STEP, NLGEOM, INC=1000\n*STATIC\n0.35, 1.0\n"
+                          "*CONTROLS, PARAMETERS=FIELD\n1e-5, 1e-4\n"
+                        : "*STEP\n*STATIC\n");
+    fmt::print(out, "*BOUNDARY\n");
     const auto prescribed = prescribed_displacement(load_case, fem);
     for (std::size_t node = 0; node < prescribed.size(); ++node)
         for (int i = 0; i < 3; ++i)
             if (!std::isnan(prescribed[node][i]))
                 fmt::print(out, "{}, {}, {}, {:.12e}\n", node + 1, i + 1, i + 1, prescribed[node][i]);
     fmt::print(out, "*CLOAD\n");
-    const auto force = traction_forces(mesh, load_case, fem);
+    const auto force = traction_forces(mesh, is_large ? without_follower_pressures(load_case) : load_case, fem);
     for (std::size_t node = 0; node < force.size(); ++node)
         for (int i = 0; i < 3; ++i)
             if (force[node][i] != 0.0)
                 fmt::print(out, "{}, {}, {:.12e}\n", node + 1, i + 1, force[node][i]);
+    if (is_large)
+        write_follower_pressures(out, mesh, load_case);
     if (const double size = load_case.acceleration.norm(); size > 0.0) {
         const Vector3 direction = load_case.acceleration / size;
         fmt::print(out, "*DLOAD\n");
@@ -54,7 +112,7 @@ void write_inp(std::ostream &out, const core::Problem &problem, int degree) {
             fmt::print(out, "REGION_{}, GRAV, {:.12e}, {:.12e}, {:.12e}, {:.12e}\n", region, size, direction.x(),
                        direction.y(), direction.z());
     }
-    fmt::print(out, "*NODE PRINT, NSET=ALL_NODES\nU\n*END STEP\n");
+    fmt::print(out, "*NODE PRINT, NSET=ALL_NODES{}\nU\n*END STEP\n", is_large ? ", FREQUENCY=1000" : "");
 }
 
 } // namespace livermark::studies
