@@ -18,7 +18,7 @@ struct HistoryComparison {
     /// r_kq over the norms of both, of those that still meet, is greatest; between records by a parabola, and not
     /// beyond a quarter of the time.
     double lag = 0.0;
-    std::vector<Eigen::Vector3f> error{}; ///< (F, N) u - r of the frames [m]
+    std::vector<Eigen::Vector3f> error{}; ///< (F, N) u - r of the frames [m]; empty where one of them has none
 
     bool operator==(const HistoryComparison &) const = default;
 };

@@ -49,9 +49,12 @@ struct Model {
     /// before the first one is solved. Empty if nothing can be wrong.
     std::function<void(const Problem &)> check{};
     std::optional<Regime> only{}; ///< the regime that it takes part in; both if not set
+    bool only_moving = false;     ///< whether it takes part only where something moves in time
     bool is_collective = false;   ///< of several MPI ranks all have to call solve, and all get the solution
 
-    bool takes_part_in(Regime regime) const { return !only || *only == regime; }
+    bool takes_part_in(const LoadCase &load_case) const {
+        return (!only || *only == load_case.regime) && (!only_moving || load_case.release);
+    }
 
     /// Prepares, solves one problem and keeps nothing.
     Solution solve(const Problem &problem) const;

@@ -42,7 +42,7 @@ struct History {
     double setup_seconds = 0.0; ///< all that precedes the first step, or its space, and is not in those of the Solution
     double solve_seconds = 0.0; ///< the steps, and the space that they are taken in if it is not that of all unknowns
     /// (F, N) displacement of all nodes [m], frame after frame, for pictures: see Release::is_frame(). Single
-    /// precision.
+    /// precision. Empty where only the probes were kept.
     std::vector<Eigen::Vector3f> frames{};
 };
 

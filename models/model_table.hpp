@@ -32,6 +32,11 @@ inline constexpr std::array<Reference, 3> references{
 /// The one that knows modes and motion.
 inline constexpr std::string_view moving_reference_model = "fem_p2";
 
+/// The model that the motion of others is compared with.
+inline constexpr std::string_view moving_reference(core::Regime regime) {
+    return regime == core::Regime::small ? moving_reference_model : "fem_p2_neo_hookean";
+}
+
 /// The one that a mass-spring model has to beat.
 inline constexpr std::string_view baseline_model = "fem_p1";
 

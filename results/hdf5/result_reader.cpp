@@ -147,8 +147,9 @@ core::Comparison read_comparison(const InputFile &file, const std::string &model
         comparison.history = {.reference = file.text(group, "history_reference"),
                               .relative_l2 = file.number(group, "history_relative_l2"),
                               .amplitude_error = file.number(group, "history_amplitude_error"),
-                              .lag = file.number(group, "history_lag"),
-                              .error = file.dataset<Eigen::Vector3f>(error_frames_of(model), num_frame_rows(problem))};
+                              .lag = file.number(group, "history_lag")};
+        if (file.has(frames_of(model)) && file.has(frames_of(comparison.history->reference)))
+            comparison.history->error = file.dataset<Eigen::Vector3f>(error_frames_of(model), num_frame_rows(problem));
     }
     if (file.has_attribute(group, "reaction_bias"))
         comparison.path = {.reaction_bias = file.number(group, "reaction_bias"),

@@ -51,8 +51,9 @@ void check_model(const ModelResult &model, const core::Problem &problem) {
         require_size(history->kinetic_energy.size(), num_records, "the history of the energy of " + model.name);
         require_size(history->strain_energy.size(), num_records, "the history of the energy of " + model.name);
         const std::size_t num_rows = static_cast<std::size_t>(problem.load_case.release->num_frames()) * num_nodes;
-        require_size(history->frames.size(), num_rows, "the list of frames of " + model.name);
-        if (model.comparison && model.comparison->history)
+        if (!history->frames.empty())
+            require_size(history->frames.size(), num_rows, "the list of frames of " + model.name);
+        if (model.comparison && model.comparison->history && !model.comparison->history->error.empty())
             require_size(model.comparison->history->error.size(), num_rows, "the error in the frames of " + model.name);
     }
     for (const auto &point : model.solution.path) {
@@ -215,7 +216,8 @@ void write_comparison(hdf5::OutputFile &file, const ModelResult &model, const Re
             file.number(group, "history_amplitude_error", motion->amplitude_error);
             file.number(group, "history_lag", motion->lag);
             file.text(group, "history_reference", motion->reference);
-            file.dataset(error_frames_of(model.name), motion->error, "m");
+            if (!motion->error.empty())
+                file.dataset(error_frames_of(model.name), motion->error, "m");
         }
         if (const auto &path = comparison->path) {
             file.number(group, "reaction_bias", path->reaction_bias);

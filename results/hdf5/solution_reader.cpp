@@ -47,7 +47,8 @@ core::History read_history(const InputFile &file, const std::string &model, cons
         file.blocks<core::Vector3>(group + "/displacement", num_records, load_case.release->probes.size());
     history.kinetic_energy = file.dataset<double>(group + "/kinetic_energy", num_records);
     history.strain_energy = file.dataset<double>(group + "/strain_energy", num_records);
-    history.frames = file.dataset<Eigen::Vector3f>(frames_of(model), num_frame_rows(problem));
+    if (file.has(frames_of(model))) // references that are kept have none
+        history.frames = file.dataset<Eigen::Vector3f>(frames_of(model), num_frame_rows(problem));
     return history;
 }
 

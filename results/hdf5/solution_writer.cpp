@@ -24,7 +24,8 @@ void write_history(hdf5::OutputFile &file, const std::string &model, const core:
     file.blocks(group + "/displacement", history.displacement, release.probes.size(), "m");
     file.dataset(group + "/kinetic_energy", history.kinetic_energy, "J");
     file.dataset(group + "/strain_energy", history.strain_energy, "J");
-    file.dataset(frames_of(model), history.frames, "m");
+    if (!history.frames.empty())
+        file.dataset(frames_of(model), history.frames, "m");
 }
 
 void write_path(hdf5::OutputFile &file, const std::string &model, const std::vector<core::PathPoint> &path) {

@@ -43,7 +43,7 @@ void compare_with_reference(results::Result &result) {
         if (result.reference_uncertainty->reference == refined->name)
             reference = refined;
     }
-    const auto *moving = find_solved(result, models::moving_reference_model);
+    const auto *moving = find_solved(result, models::moving_reference(regime));
     for (auto &model : result.models) {
         if (&model != reference)
             model.comparison = core::compare(mesh, model.solution, reference->solution, reference->name);
@@ -64,6 +64,9 @@ std::vector<core::Model> choose_models(const std::vector<std::string> &wanted, c
     for (const auto &name : wanted)
         if (std::ranges::find(known, name) == known.end())
             throw support::InputError(unknown_name("model", name, known));
+    const auto measures_motion = [](const core::Model &model) {
+        return model.name == models::moving_reference(core::Regime::large);
+    };
     std::erase_if(models, [&](const core::Model &model) {
         if (std::ranges::find(wanted, model.name) != wanted.end())
             return false;
@@ -72,8 +75,11 @@ std::vector<core::Model> choose_models(const std::vector<std::string> &wanted, c
         const bool is_measure = std::ranges::find(models::references, model.name, &models::Reference::on_mesh) !=
                                     models::references.end() ||
                                 model.name == models::baseline_model;
-        return is_refined ? !with_uncertainty : !wanted.empty() && !is_measure;
+        return is_refined ? !with_uncertainty : !wanted.empty() && !is_measure && !measures_motion(model);
     });
+    for (auto &model : models)
+        if (measures_motion(model) && !wanted.empty() && std::ranges::find(wanted, model.name) == wanted.end())
+            model.only_moving = true;
     return models;
 }
 
@@ -87,7 +93,7 @@ results::Result evaluate(const core::Problem &problem, const std::vector<core::M
         .provenance = std::move(provenance), .problem = problem, .models = {}, .reference_uncertainty = {}};
     std::vector<const core::Model *> taking_part;
     for (const auto &model : models)
-        if (model.takes_part_in(problem.load_case.regime))
+        if (model.takes_part_in(problem.load_case))
             taking_part.push_back(&model);
     for (const auto *model : taking_part)
         result.models.push_back({.name = model->name,

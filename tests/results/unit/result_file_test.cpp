@@ -235,6 +235,15 @@ TEST_F(ResultFile, HoldsAStaticLoadCase) {
     expect_equal(read_result(path_), written);
 }
 
+/// A reference that was kept has the probes and no frames; there is no error in frames then.
+TEST_F(ResultFile, HoldsAMotionWithoutFrames) {
+    Result written = tests::sample_result();
+    written.models[0].solution.history->frames.clear();
+    written.models[1].comparison->history->error.clear();
+    write_result(path_, written);
+    expect_equal(read_result(path_), written);
+}
+
 TEST_F(ResultFile, ReplacesAnEarlierFile) {
     Result result = tests::sample_result();
     write_result(path_, result);
