@@ -173,9 +173,11 @@ HistoryComparison compare(const History &history, const History &reference, cons
     HistoryComparison result{.reference = reference_name,
                              .relative_l2 = std::sqrt(difference / total),
                              .amplitude_error = std::sqrt(own / total) - 1.0};
-    if (have_frames)
+    if (have_frames) {
+        result.frames_reference = reference_name;
         for (std::size_t i = 0; i < history.frames.size(); ++i)
             result.error.emplace_back(history.frames[i] - reference.frames[i]);
+    }
     if (!std::isfinite(result.relative_l2)) {
         result.lag = std::numeric_limits<double>::quiet_NaN();
         return result;

@@ -52,8 +52,12 @@ struct Model {
     bool only_moving = false;     ///< whether it takes part only where something moves in time
     bool is_collective = false;   ///< of several MPI ranks all have to call solve, and all get the solution
 
-    bool takes_part_in(const LoadCase &load_case) const {
-        return (!only || *only == load_case.regime) && (!only_moving || load_case.release);
+    /// Whether it takes part in a problem that it could; empty if it always does.
+    std::function<bool(const Problem &)> is_wanted{};
+
+    bool takes_part_in(const Problem &problem) const {
+        return (!only || *only == problem.load_case.regime) && (!only_moving || problem.load_case.release) &&
+               (!is_wanted || is_wanted(problem));
     }
 
     /// Prepares, solves one problem and keeps nothing.

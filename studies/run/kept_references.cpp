@@ -27,7 +27,23 @@ bool judges_large_deformations(const core::Model &model) {
 
 /// What large motions are judged by.
 bool judges_large_motion(const core::Model &model) {
-    return model.name == models::moving_reference(core::Regime::large);
+    return model.name == models::moving_reference(core::Regime::large).on_mesh;
+}
+
+/// What tells how good the motion is that others are judged by. It is solved where somebody asks for it alone: that
+/// takes longer than a run.
+bool refines_motion(const core::Model &model) {
+    return model.name == models::moving_reference(core::Regime::small).refined ||
+           model.name == models::moving_reference(core::Regime::large).refined;
+}
+
+bool can_be_kept(const core::Model &model) {
+    return judges_large_deformations(model) || judges_large_motion(model) || refines_motion(model);
+}
+
+bool is_there(const std::filesystem::path &folder, const core::Problem &problem, const std::string &model) {
+    std::error_code nobody_cares;
+    return std::filesystem::exists(results::reference_path(folder, problem, model), nobody_cares);
 }
 
 /// Reads what is kept and prepares the model for the rest when there is one.
@@ -65,9 +81,12 @@ class PreparedReference : public core::PreparedModel {
 } // namespace
 
 bool is_kept(const core::Model &model, const core::Problem &problem) {
-    if (!model.takes_part_in(problem.load_case) || problem.load_case.regime != core::Regime::large)
+    if (!model.takes_part_in(problem))
         return false;
-    return judges_large_deformations(model) || (judges_large_motion(model) && problem.load_case.release);
+    if (refines_motion(model))
+        return problem.load_case.release.has_value();
+    return problem.load_case.regime == core::Regime::large &&
+           (judges_large_deformations(model) || (judges_large_motion(model) && problem.load_case.release));
 }
 
 std::filesystem::path kept_references_folder() {
@@ -76,11 +95,15 @@ std::filesystem::path kept_references_folder() {
 
 void use_kept_references(std::vector<core::Model> &models, const std::filesystem::path &folder) {
     for (auto &model : models)
-        if (judges_large_deformations(model) || judges_large_motion(model)) {
+        if (can_be_kept(model)) {
             auto kept = model;
             kept.prepare = [model, folder](const std::shared_ptr<const core::Body> &body, const core::LoadCase *) {
                 return std::make_unique<PreparedReference>(model, body, folder);
             };
+            if (refines_motion(model))
+                kept.is_wanted = [name = model.name, folder](const core::Problem &problem) {
+                    return is_there(folder, problem, name);
+                };
             model = std::move(kept);
         }
 }
@@ -88,9 +111,7 @@ void use_kept_references(std::vector<core::Model> &models, const std::filesystem
 int count_kept(const std::vector<core::Problem> &problems, const std::string &model,
                const std::filesystem::path &folder) {
     return static_cast<int>(std::ranges::count_if(problems, [&](const core::Problem &problem) {
-        std::error_code nobody_cares;
-        return problem.load_case.regime == core::Regime::large &&
-               std::filesystem::exists(results::reference_path(folder, problem, model), nobody_cares);
+        return problem.load_case.regime == core::Regime::large && is_there(folder, problem, model);
     }));
 }
 
@@ -118,9 +139,7 @@ KeptSolution solve_and_keep(const core::Model &model, const core::Problem &probl
 
 std::vector<core::Model> models_to_keep() {
     auto models = models::all_models();
-    std::erase_if(models, [](const core::Model &model) {
-        return !judges_large_deformations(model) && !judges_large_motion(model);
-    });
+    std::erase_if(models, [](const core::Model &model) { return !can_be_kept(model); });
     return models;
 }
 

@@ -13,11 +13,12 @@ namespace livermark::studies {
 std::filesystem::path kept_references_folder();
 
 /// Whether the solution of a model to a problem is solved once and kept: those that judge large deformations, and of
-/// load cases with a release the one that judges large motions.
+/// load cases with a release the one that judges large motions, and those that tell how good the motion is that judges.
 bool is_kept(const core::Model &model, const core::Problem &problem);
 
 /// Models that are solved once and kept: minutes each. Their solutions are read where a file fits model, mesh,
-/// materials, conditions and path; all others are solved as ever.
+/// materials, conditions and path; all others are solved as ever, but for those that tell how
+/// good the motion is that judges, which then take no part.
 /// @param folder  of reference files, see results::reference_path()
 void use_kept_references(std::vector<core::Model> &models, const std::filesystem::path &folder);
 

@@ -49,7 +49,7 @@ std::vector<CaseGroup> part_of(const core::Model &model, const std::vector<CaseG
     for (const auto &case_group : case_groups) {
         CaseGroup some; // of one static solution, which a motion may begin with
         std::ranges::copy_if(case_group, std::back_inserter(some),
-                             [&](std::size_t number) { return model.takes_part_in(problems[number].load_case); });
+                             [&](std::size_t number) { return model.takes_part_in(problems[number]); });
         if (!some.empty())
             part.push_back(std::move(some));
     }
