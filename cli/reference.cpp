@@ -26,12 +26,13 @@ struct ReferenceOptions {
 /// A solution that differs by more from the kept one is another: a thousandth of the discretisation error.
 constexpr double largest_difference = 1e-5;
 
-std::vector<core::Problem> large_problems(const ReferenceOptions &options) {
+std::vector<core::Problem> problems_to_keep(const ReferenceOptions &options) {
     std::vector<core::Problem> problems;
     const auto read = [&](const meshes::MaterialOverride &material) {
         auto set = studies::read_problems(options.bodies, options.load_cases, material);
-        std::erase_if(set.problems,
-                      [](const auto &problem) { return problem.load_case.regime != core::Regime::large; });
+        std::erase_if(set.problems, [](const auto &problem) {
+            return problem.load_case.regime != core::Regime::large && !problem.load_case.release;
+        });
         std::ranges::move(set.problems, std::back_inserter(problems));
     };
     if (options.poisson_ratios.empty())
@@ -47,23 +48,39 @@ int solve_all(const ReferenceOptions &options, const std::string &command_line) 
         std::erase_if(models, [&](const core::Model &model) {
             return std::ranges::find(options.models, model.name) == options.models.end();
         });
-    const auto problems = large_problems(options);
+    const auto problems = problems_to_keep(options);
     const auto progress = print_progress();
-    studies::Steps steps(static_cast<int>(problems.size() * models.size()), progress);
-    results::Layout layout{
-        {{"body"}, {"load case"}, {"model"}, {"from kept: L2", true}, {"reactions", true}, {"status"}}, {}};
+    int num_steps = 0;
+    for (const auto &problem : problems)
+        for (const auto &model : models)
+            num_steps += studies::is_kept(model, problem) ? 1 : 0;
+    studies::Steps steps(num_steps, progress);
+    const auto as_text = [](double difference) {
+        return std::isnan(difference) ? "-" : fmt::format("{:.1e}", difference);
+    };
+    results::Layout layout{{{"body"},
+                            {"load case"},
+                            {"model"},
+                            {"from kept: L2", true},
+                            {"reactions", true},
+                            {"motion", true},
+                            {"status"}},
+                           {}};
     bool all_is_well = true;
     for (const auto &problem : problems)
         for (const auto &model : models) {
+            if (!studies::is_kept(model, problem))
+                continue;
             steps.next(fmt::format("{} / {} / {}", problem.body->name, problem.load_case.name, model.name));
             const auto kept = studies::solve_and_keep(model, problem, options.folder, options.only_check, command_line);
-            const bool is_same = !(kept.difference > largest_difference);
+            const bool is_same =
+                !(kept.difference > largest_difference) && !(kept.motion_difference > largest_difference);
             const bool is_known = !std::isnan(kept.difference);
             all_is_well =
                 all_is_well && kept.status == core::SolutionStatus::ok && is_same && (is_known || !options.only_check);
             layout.rows.push_back({problem.body->name, problem.load_case.name, model.name,
-                                   is_known ? fmt::format("{:.1e}", kept.difference) : "not kept",
-                                   is_known ? fmt::format("{:.1e}", kept.reaction_difference) : "-",
+                                   is_known ? as_text(kept.difference) : "not kept", as_text(kept.reaction_difference),
+                                   as_text(kept.motion_difference),
                                    kept.message.empty() ? core::to_string(kept.status) : kept.message});
         }
     fmt::print("{}", results::to_text(layout));
@@ -74,13 +91,15 @@ int solve_all(const ReferenceOptions &options, const std::string &command_line) 
 
 Command add_reference(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(
-        "reference", "Solve the references of large deformations and keep them, so that 'livermark run' and 'livermark "
-                     "score' need not; minutes for each load case");
+        "reference",
+        "Solve the references of large deformations and of motion and keep them, so that 'livermark run' and "
+        "'livermark score' need not; minutes for each load case");
     auto options = std::make_shared<ReferenceOptions>();
     options->folder = studies::kept_references_folder().string();
     command->add_option("--body", options->bodies, "Names as in 'livermark list bodies', or paths; all if left out");
-    command->add_option("--load-case", options->load_cases,
-                        "Names as in 'livermark list load-cases', or paths, of the large regime; all if left out");
+    command->add_option(
+        "--load-case", options->load_cases,
+        "Names as in 'livermark list load-cases', or paths, of the large regime or with a release; all if left out");
     std::vector<std::string> names;
     for (const auto &model : studies::models_to_keep())
         names.push_back(model.name);

@@ -49,7 +49,8 @@ void print_regime(Printer &printer, std::span<const results::Result> results, Ta
     const bool is_large = results.front().problem.load_case.regime == core::Regime::large;
     if (is_all || kind == TableKind::models) {
         if (is_large)
-            printer.print(printer.as_text(results::large_table(results)) + "\n" + results::large_legend());
+            printer.print(printer.as_text(results::large_table(results)) + "\n" + results::large_legend() +
+                          results::motion_lines(results, printer.is_markdown() ? "- " : ""));
         else
             printer.print(printer.is_markdown() ? results::markdown_table(results) : results::text_table(results));
     }

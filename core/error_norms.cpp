@@ -156,8 +156,9 @@ Comparison compare(const TetraMesh &mesh, const Solution &solution, const Soluti
 }
 
 HistoryComparison compare(const History &history, const History &reference, const std::string &reference_name) {
+    const bool have_frames = !history.frames.empty() && !reference.frames.empty();
     if (history.time != reference.time || history.displacement.size() != reference.displacement.size() ||
-        history.frames.size() != reference.frames.size())
+        (have_frames && history.frames.size() != reference.frames.size()))
         throw std::invalid_argument("cannot compare histories that were recorded at other times, probes or nodes");
     if (history.time.size() < 2)
         throw std::invalid_argument("cannot compare histories of less than two records");
@@ -172,9 +173,11 @@ HistoryComparison compare(const History &history, const History &reference, cons
     HistoryComparison result{.reference = reference_name,
                              .relative_l2 = std::sqrt(difference / total),
                              .amplitude_error = std::sqrt(own / total) - 1.0};
-    result.error.reserve(history.frames.size());
-    for (std::size_t i = 0; i < history.frames.size(); ++i)
-        result.error.emplace_back(history.frames[i] - reference.frames[i]);
+    if (have_frames) {
+        result.frames_reference = reference_name;
+        for (std::size_t i = 0; i < history.frames.size(); ++i)
+            result.error.emplace_back(history.frames[i] - reference.frames[i]);
+    }
     if (!std::isfinite(result.relative_l2)) {
         result.lag = std::numeric_limits<double>::quiet_NaN();
         return result;

@@ -18,7 +18,9 @@ struct HistoryComparison {
     /// r_kq over the norms of both, of those that still meet, is greatest; between records by a parabola, and not
     /// beyond a quarter of the time.
     double lag = 0.0;
-    std::vector<Eigen::Vector3f> error{}; ///< (F, N) u - r of the frames [m]
+    /// (F, N) u - r of the frames [m]; empty where one of them has none
+    std::vector<Eigen::Vector3f> error{};
+    std::string frames_reference{}; ///< whose frames r of the error is; empty if there is none
 
     bool operator==(const HistoryComparison &) const = default;
 };

@@ -49,9 +49,16 @@ struct Model {
     /// before the first one is solved. Empty if nothing can be wrong.
     std::function<void(const Problem &)> check{};
     std::optional<Regime> only{}; ///< the regime that it takes part in; both if not set
+    bool only_moving = false;     ///< whether it takes part only where something moves in time
     bool is_collective = false;   ///< of several MPI ranks all have to call solve, and all get the solution
 
-    bool takes_part_in(Regime regime) const { return !only || *only == regime; }
+    /// Whether it takes part in a problem that it could; empty if it always does.
+    std::function<bool(const Problem &)> is_wanted{};
+
+    bool takes_part_in(const Problem &problem) const {
+        return (!only || *only == problem.load_case.regime) && (!only_moving || problem.load_case.release) &&
+               (!is_wanted || is_wanted(problem));
+    }
 
     /// Prepares, solves one problem and keeps nothing.
     Solution solve(const Problem &problem) const;

@@ -40,16 +40,25 @@ double distance(const std::vector<Vector3> &a, const std::vector<Vector3> &b) {
     return std::sqrt(squares);
 }
 
+void require_three(std::size_t num_levels) {
+    if (num_levels < 3)
+        throw std::invalid_argument("an order is observed on three meshes");
+}
+
+/// The same of a factor that may not be believed.
+double believed_share(double factor) {
+    return share_of(std::clamp(factor, smallest_believed_factor, largest_believed_factor));
+}
+
 } // namespace
 
 ObservedError observed_error(const TetraMesh &mesh, std::span<const Solution> levels) {
-    if (levels.size() < 3)
-        throw std::invalid_argument("an order is observed on three meshes");
+    require_three(levels.size());
     const auto last = levels.last(3);
     const auto first_step = compare(mesh, last[0], last[1], "the middle mesh");
     const auto second_step = compare(mesh, last[1], last[2], "the finest mesh");
     const double factor = second_step.relative_l2 / first_step.relative_l2;
-    const double share = share_of(std::clamp(factor, smallest_believed_factor, largest_believed_factor));
+    const double share = believed_share(factor);
     return {.order = -std::log2(factor),
             .difference = second_step.relative_l2,
             .relative_l2 = share * second_step.relative_l2,
@@ -87,6 +96,16 @@ Solution extrapolated(const TetraMesh &mesh, std::span<const Solution> levels) {
     }
     result.observed_error = error;
     return result;
+}
+
+ObservedMotionError observed_motion_error(std::span<const History> levels) {
+    require_three(levels.size());
+    const auto last = levels.last(3);
+    const double first_step = compare(last[0], last[1], "the middle mesh").relative_l2;
+    const double second_step = compare(last[1], last[2], "the finest mesh").relative_l2;
+    const double factor = second_step / first_step;
+    return {
+        .order = -std::log2(factor), .difference = second_step, .relative_l2 = believed_share(factor) * second_step};
 }
 
 } // namespace livermark::core

@@ -14,6 +14,11 @@ namespace livermark::core {
 /// @throws std::invalid_argument if there are fewer
 ObservedError observed_error(const TetraMesh &mesh, std::span<const Solution> levels);
 
+/// The same of the motion of probes.
+/// @param levels  at least three, recorded at the same times and probes
+/// @throws std::invalid_argument if there are fewer, or if they do not fit together
+ObservedMotionError observed_motion_error(std::span<const History> levels);
+
 /// A factor beyond these is not believed: differences that hardly shrink say little, and one that shrinks faster than
 /// elements of second degree let expect is luck.
 inline constexpr double largest_believed_factor = 0.8, smallest_believed_factor = 0.25;

@@ -24,6 +24,15 @@ struct SpringNetwork {
     std::vector<double> rest_length;       ///< (S) [m]
 };
 
+/// How far a motion is from that of ever finer meshes, as a model has observed it itself; see observed_motion_error().
+struct ObservedMotionError {
+    double order = 0.0;       ///< of convergence, from one refinement to the next
+    double difference = 0.0;  ///< HistoryComparison::relative_l2 between the last two meshes
+    double relative_l2 = 0.0; ///< estimated error of the motion of the probes, in the same norm
+
+    bool operator==(const ObservedMotionError &) const = default;
+};
+
 /// What a model finds for a time-dependent load case: the motion of its probes. A record is made at t = 0 and after
 /// each output interval, K in all.
 struct History {
@@ -42,8 +51,9 @@ struct History {
     double setup_seconds = 0.0; ///< all that precedes the first step, or its space, and is not in those of the Solution
     double solve_seconds = 0.0; ///< the steps, and the space that they are taken in if it is not that of all unknowns
     /// (F, N) displacement of all nodes [m], frame after frame, for pictures: see Release::is_frame(). Single
-    /// precision.
+    /// precision. Empty where only the probes were kept.
     std::vector<Eigen::Vector3f> frames{};
+    std::optional<ObservedMotionError> observed_error{}; ///< of models that refine the mesh
 };
 
 /// How far a solution is from that of ever finer meshes, as a model has observed it itself; see observed_error().

@@ -49,11 +49,6 @@ std::vector<double> read_path(const toml::table &table, core::Regime regime) {
 void read_regime(const toml::table &table, core::LoadCase &load_case) {
     load_case.regime = regime_of(table);
     load_case.path = read_path(table, load_case.regime);
-    if (table.contains("release") && load_case.regime == core::Regime::large)
-        throw support::InputError(
-            fmt::format("{}: no model moves in time in the large regime; leave the [release] out, "
-                        "or the regime",
-                        support::place_of(*table.get("release"))));
 }
 
 } // namespace livermark::load_cases

@@ -32,6 +32,18 @@ inline constexpr std::array<Reference, 3> references{
 /// The one that knows modes and motion.
 inline constexpr std::string_view moving_reference_model = "fem_p2";
 
+/// A model that the motion of others is compared with, and one on finer meshes, in shorter steps, that tells how good
+/// that motion is.
+struct MovingReference {
+    std::string_view on_mesh;
+    std::string_view refined;
+};
+
+inline constexpr MovingReference moving_reference(core::Regime regime) {
+    return regime == core::Regime::small ? MovingReference{moving_reference_model, "fem_p2p1_refined_at_rims"}
+                                         : MovingReference{"fem_p2_neo_hookean", "fem_p2_neo_hookean_refined_at_rims"};
+}
+
 /// The one that a mass-spring model has to beat.
 inline constexpr std::string_view baseline_model = "fem_p1";
 

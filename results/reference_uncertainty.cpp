@@ -24,4 +24,18 @@ ReferenceUncertainty estimate_uncertainty(const core::TetraMesh &mesh, const cor
             .reaction_error = share * difference.reaction_error};
 }
 
+MotionUncertainty estimate_motion_uncertainty(const core::History &coarse, const std::string &coarse_name,
+                                              const core::History &refined, const std::string &refined_name) {
+    const double difference = core::compare(coarse, refined, refined_name).relative_l2;
+    const auto &observed = refined.observed_error;
+    const double refined_error = observed ? observed->relative_l2 : difference;
+    const double coarse_error = difference + refined_error;
+    const bool coarse_will_do = coarse_error <= largest_coarse_error;
+    return {.reference = coarse_will_do ? coarse_name : refined_name,
+            .refined = refined_name,
+            .difference = difference,
+            .order = observed ? observed->order : order_at_patch_edges,
+            .relative_l2 = coarse_will_do ? coarse_error : refined_error};
+}
+
 } // namespace livermark::results

@@ -63,6 +63,7 @@ struct Result {
     std::vector<ModelResult> models;
     std::optional<ReferenceUncertainty> reference_uncertainty{}; ///< none if the refined reference was not solved
     std::vector<ModelModes> modes{};
+    std::optional<MotionUncertainty> motion_uncertainty{}; ///< none if no finer motion is known
 };
 
 /// Whether a model did what it was expected to. A solution that is not ok or was not compared misses its band.

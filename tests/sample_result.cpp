@@ -126,6 +126,7 @@ results::Result sample_result(int num_bricks) {
     reference.observed_error = core::ObservedError{1.1, 0.004, 0.003, 0.002, 0.001};
     reference.path = path_to(reference, result.problem.load_case.path);
     reference.history = swinging(release, mesh.num_nodes(), 0.01);
+    reference.history->observed_error = core::ObservedMotionError{1.2, 0.04, 0.03};
     result.models.push_back({"fem_p2", "Quadratic tetrahedra", "Hughes 1987", reference, std::nullopt, std::nullopt});
     result.models.back().solution.solver = "CHOLMOD";
 
@@ -159,6 +160,8 @@ results::Result sample_result(int num_bricks) {
                                     .relative_l2 = 0.19,
                                     .energy_error = 0.02,
                                     .reaction_error = 0.01};
+    result.motion_uncertainty = {
+        .reference = "fem_p2", .refined = "springs", .difference = 0.05, .order = 1.2, .relative_l2 = 0.08};
     result.modes.push_back({"fem_p2", some_modes(mesh)});
     return result;
 }
@@ -181,6 +184,7 @@ results::Result without_motion(results::Result result) {
 
 results::Result along_a_path(results::Result result) {
     result.problem.load_case.release.reset();
+    result.motion_uncertainty.reset();
     for (auto &model : result.models) {
         model.solution.history.reset();
         if (model.comparison)

@@ -81,6 +81,27 @@ std::optional<core::History> release_in_ritz_space(const core::Body &body, const
 
 } // namespace
 
+std::optional<core::History> release_by_statics(const core::Body &body, const ElasticSystem &system,
+                                                const core::LoadCase &load_case,
+                                                const std::vector<double> &displacement,
+                                                const std::vector<double> &force, RitzSpace::SolveStatics solve) {
+    const auto start = Clock::now();
+    const auto &plan = load_case.release.value();
+    const auto mass = consistent_mass(body, system);
+    auto imbalance = dof_conditions(core::without_tractions(load_case), system).load;
+    for (std::size_t i = 0; i < force.size(); ++i)
+        imbalance[i] -= force[i];
+    const auto ready = Clock::now();
+    RitzSpace space(mass, std::move(solve), std::move(imbalance));
+    if (!extend_until_converged(space, plan))
+        return std::nullopt;
+    auto history = empty_history(plan);
+    record(history, body, plan, space, motion_in(space, space.size(), plan), displacement, force);
+    history.setup_seconds = seconds_between(start, ready);
+    history.solve_seconds = seconds_between(ready, Clock::now());
+    return history;
+}
+
 core::History release(const core::Body &body, const ElasticSystem &system, const core::LoadCase &load_case,
                       std::vector<double> displacement, ConstrainedSolver &solver) {
     const auto start = Clock::now();

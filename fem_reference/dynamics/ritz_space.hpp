@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "fem_reference/solvers/constrained_solver.hpp"
@@ -18,6 +20,15 @@ namespace livermark::fem_reference {
 /// co-ordinates, Earthquake Eng. Struct. Dyn. 12(4))
 class RitzSpace {
   public:
+    /// x = K^-1 f, and K x, with what is constrained at zero.
+    /// @param f, x, k_x  shape (3 n)
+    using SolveStatics = std::function<void(std::span<const double> f, std::span<double> x, std::span<double> k_x)>;
+
+    /// An empty space of a stiffness that is there in its solutions only, as that of mixed elements is: their pressures
+    /// are part of it.
+    /// @param mass  kept alive by the caller
+    RitzSpace(const SymmetricMatrix &mass, SolveStatics solve, std::vector<double> force);
+
     /// An empty space.
     /// @param stiffness  shape (3 n, 3 n) [N/m]
     /// @param mass       shape (n, n) [kg], of one component
@@ -40,13 +51,18 @@ class RitzSpace {
     const Eigen::VectorXd &force() const { return force_on_space_; }
 
   private:
-    const SymmetricBlocks<double> &stiffness_;
+    void solve();
+    bool make_orthogonal();
+
+    const SymmetricBlocks<double> *stiffness_ = nullptr;
     const SymmetricMatrix &mass_;
-    ConstrainedSolver &solver_;
+    ConstrainedSolver *solver_ = nullptr;
+    SolveStatics solve_statics_;
     std::vector<double> force_;
     std::vector<double> next_load_; ///< what K is solved for next
-    std::vector<double> vector_, product_;
+    std::vector<double> vector_, product_, force_of_vector_;
     Eigen::MatrixXd vectors_; ///< with columns to spare
+    Eigen::MatrixXd forces_;  ///< K V where there is no stiffness to multiply by, with as many columns
     Eigen::MatrixXd stiffness_of_space_;
     Eigen::VectorXd force_on_space_;
 };

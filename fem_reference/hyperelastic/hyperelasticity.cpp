@@ -6,9 +6,11 @@
 #include <fmt/format.h>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/facet_conditions.hpp"
+#include "fem_reference/hyperelastic/hyperelastic_motion.hpp"
 
 namespace livermark::hyperelastic {
 
@@ -46,6 +48,18 @@ std::string description(const FollowedPath &path, bool has_pressure) {
     return fmt::format("Newton, {} load steps, {} linear solves, {} in a step at most; GMRES, {} iterations, {} {}",
                        path.steps.size(), corrections, most, linear, path.factorisations,
                        has_pressure ? "times two levels over CHOLMOD" : "factors by CHOLMOD");
+}
+
+void add_motion(core::Solution &solution, const Elements &elements, TetrahedronRule rule,
+                const core::LoadCase &load_case, const State &start) {
+    auto released = release(elements, rule, load_case, start.displacement);
+    solution.history = std::move(released.history);
+    solution.solver += fmt::format("; in time {} steps, {} iterations, {} factors", released.work.steps,
+                                   released.work.iterations, released.work.factors);
+    if (const double time = solution.history->diverged_at; !std::isnan(time)) {
+        solution.status = core::SolutionStatus::diverged;
+        solution.message = fmt::format("the motion finds no next step at t = {:.3g} s", time);
+    }
 }
 
 } // namespace
@@ -100,6 +114,8 @@ PathSolution solve(const core::Problem &problem, const MaterialLaw &law, const D
         solution.strain_energy = end.strain_energy;
         if (solution.status == core::SolutionStatus::ok)
             solution.nonlinearity = relative_difference(mesh, end.displacement, at_mesh_nodes(followed.linearised));
+        if (solution.status == core::SolutionStatus::ok && problem.load_case.release && elements.num_pressures() == 0)
+            add_motion(solution, elements, rule, problem.load_case, followed.points.back().state);
     }
     return result;
 }

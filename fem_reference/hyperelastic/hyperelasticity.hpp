@@ -38,9 +38,11 @@ struct PathSolution {
 /// Static hyperelasticity of one body on its own tetrahedra, in its shape at rest (total Lagrangian):
 /// Div P + rho a = 0 with P = dW / dF, prescribed displacements and dead tractions per area at rest as in the load case
 /// (see fem_reference::StaticSolver), and pressures that follow the surface.
-/// @param problem            load case at the whole load; its release is not looked at
+/// @param problem            load case at the whole load; of a time-dependent one the history too, see release(), but
+///   not in the mixed formulation
 /// @param follower_pressure  shape (T) [Pa], positive inwards, on facets of any condition; or empty
-/// @return status not_converged if the path ended early; NaN fields if the load case leaves the body free to move
+/// @return status not_converged if the path ended early, diverged if the motion did; NaN fields if the load case leaves
+/// the body free to move
 /// @throws std::invalid_argument for elements that do not exist, a load case or pressures that are not of the mesh, or
 ///   fractions that do not ascend to 1
 /// @throws std::runtime_error if the memory does not hold a factor

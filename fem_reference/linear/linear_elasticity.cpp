@@ -59,7 +59,9 @@ struct StaticSolver::Impl {
     core::Solution solution(const core::LoadCase &load_case, const DofConditions &conditions,
                             const ConstrainedSolution &found) const;
     std::vector<core::Solution> solve_together(std::span<const core::LoadCase> load_cases);
+    core::Solution solve(const core::LoadCase &load_case, bool moves_mixed);
     core::History motion(const core::LoadCase &load_case, const std::vector<double> &displacement);
+    std::optional<core::History> motion_of_mixed(const core::LoadCase &load_case, const ConstrainedSolution &start);
 
     std::shared_ptr<const core::Body> body;
     Formulation formulation;
@@ -123,24 +125,54 @@ core::History StaticSolver::Impl::motion(const core::LoadCase &load_case, const 
     return release(*body, matrices.system, load_case, displacement, own);
 }
 
+/// @param start  the static solution
+std::optional<core::History> StaticSolver::Impl::motion_of_mixed(const core::LoadCase &load_case,
+                                                                 const ConstrainedSolution &start) {
+    auto force = dof_conditions(load_case, matrices.system).load;
+    for (std::size_t i = 0; i < force.size(); ++i)
+        force[i] += start.residual[i];
+    auto at_zero = dof_conditions(core::without_tractions(load_case), matrices.system).prescribed;
+    for (double &value : at_zero)
+        value = std::isnan(value) ? nan : 0.0;
+    return release_by_statics(*body, matrices.system, load_case, start.displacement, force,
+                              [&](std::span<const double> f, std::span<double> x, std::span<double> k_x) {
+                                  const auto found = mixed->solve(at_zero, f);
+                                  std::ranges::copy(found.displacement, x.begin());
+                                  for (std::size_t i = 0; i < f.size(); ++i)
+                                      k_x[i] = f[i] + found.residual[i];
+                              });
+}
+
 void StaticSolver::prepare(const core::LoadCase &load_case) {
     if (auto *const direct = impl_->solver.direct())
         direct->prepare(dof_conditions(load_case, impl_->matrices.system).prescribed);
 }
 
-core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
-    check_facets(load_case, impl_->body->mesh);
+core::Solution StaticSolver::Impl::solve(const core::LoadCase &load_case, bool moves_mixed) {
+    check_facets(load_case, body->mesh);
     const auto conditions_start = Clock::now();
-    const auto conditions = dof_conditions(load_case, impl_->matrices.system);
+    const auto conditions = dof_conditions(load_case, matrices.system);
     const double conditions_seconds = seconds_since(conditions_start);
-    impl_->solver.set_up(conditions.prescribed);
+    solver.set_up(conditions.prescribed);
     const auto solve_start = Clock::now();
-    const auto found = impl_->solve(conditions);
-    auto solution = impl_->solution(load_case, conditions, found);
+    const auto found = solve(conditions);
+    auto solution = this->solution(load_case, conditions, found);
     solution.solve_seconds = conditions_seconds + seconds_since(solve_start);
-    if (load_case.release && found.unique && impl_->formulation == Formulation::displacement)
-        solution.history = impl_->motion(load_case, found.displacement);
+    if (!load_case.release || !found.unique)
+        return solution;
+    if (formulation == Formulation::displacement || (moves_mixed && !mixed))
+        solution.history = motion(load_case, found.displacement);
+    else if (moves_mixed)
+        solution.history = motion_of_mixed(load_case, found);
     return solution;
+}
+
+core::Solution StaticSolver::solve(const core::LoadCase &load_case) {
+    return impl_->solve(load_case, false);
+}
+
+core::Solution StaticSolver::solve_with_motion(const core::LoadCase &load_case) {
+    return impl_->solve(load_case, true);
 }
 
 /// @param load_cases  more than one, not more than max_columns()

@@ -59,6 +59,10 @@ class StaticSolver {
     /// @throws std::runtime_error if the memory does not hold the factor
     core::Solution solve(const core::LoadCase &load_case);
 
+    /// The same, and of a time-dependent load case the history in the mixed formulation too, which takes a solve for
+    /// each of its Ritz vectors; none if these would have to be too many, as with weak damping.
+    core::Solution solve_with_motion(const core::LoadCase &load_case);
+
     /// Several load cases, as many at once as take less time together, see max_columns(). Where they are solved
     /// together the solutions differ from those of one by one within the tolerance, and solve_seconds is a part of the
     /// time of all.

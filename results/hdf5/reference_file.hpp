@@ -10,15 +10,16 @@
 
 namespace livermark::results {
 
-/// Sixteen digits that stand for all that a solution depends on: model, mesh, materials, conditions, path. Numbers
-/// count with nine digits, so that machines that round differently agree.
+/// Sixteen digits that stand for all that a solution depends on: model, mesh, materials, conditions, path, release.
+/// Numbers count with nine digits, so that machines that round differently agree.
 std::string fingerprint(const core::Problem &problem, const std::string &model);
 
 /// Where the solution of a model to a problem is kept: <folder>/<body>/<load case>.<model>.<fingerprint>.h5.
 std::filesystem::path reference_path(const std::filesystem::path &folder, const core::Problem &problem,
                                      const std::string &model);
 
-/// Writes a solution with its fingerprint, the model's name and where it comes from.
+/// Writes a solution with its fingerprint, the model's name and where it comes from; of a motion the probes and not the
+/// frames.
 /// @throws support::InputError if the place cannot be written to
 void write_reference(const std::filesystem::path &path, const core::Solution &solution, const core::Problem &problem,
                      const std::string &model, const Provenance &provenance);

@@ -147,8 +147,13 @@ core::Comparison read_comparison(const InputFile &file, const std::string &model
         comparison.history = {.reference = file.text(group, "history_reference"),
                               .relative_l2 = file.number(group, "history_relative_l2"),
                               .amplitude_error = file.number(group, "history_amplitude_error"),
-                              .lag = file.number(group, "history_lag"),
-                              .error = file.dataset<Eigen::Vector3f>(error_frames_of(model), num_frame_rows(problem))};
+                              .lag = file.number(group, "history_lag")};
+        if (file.has_attribute(group, "error_frames_reference") || file.has(error_frames_of(model))) {
+            comparison.history->frames_reference = file.has_attribute(group, "error_frames_reference")
+                                                       ? file.text(group, "error_frames_reference")
+                                                       : comparison.history->reference; // as in earlier files
+            comparison.history->error = file.dataset<Eigen::Vector3f>(error_frames_of(model), num_frame_rows(problem));
+        }
     }
     if (file.has_attribute(group, "reaction_bias"))
         comparison.path = {.reaction_bias = file.number(group, "reaction_bias"),
@@ -199,6 +204,20 @@ ReferenceUncertainty read_uncertainty(const InputFile &file) {
     return uncertainty;
 }
 
+MotionUncertainty read_motion_uncertainty(const InputFile &file) {
+    const auto &group = motion_reference_group;
+    MotionUncertainty uncertainty;
+    uncertainty.reference = file.text(group, "model");
+    uncertainty.refined = file.text(group, "refined_model");
+    for (const std::string &name : {uncertainty.reference, uncertainty.refined})
+        if (!file.has(solution_group(name)))
+            file.refuse(group, fmt::format("names the model '{}', which is not in /solutions", name));
+    uncertainty.relative_l2 = file.number(group, "motion_uncertainty");
+    uncertainty.difference = file.number(group, "refinement_difference");
+    uncertainty.order = file.number(group, "order");
+    return uncertainty;
+}
+
 Result read_file(const InputFile &file) {
     hdf5::check_schema(file);
     Result result;
@@ -215,6 +234,8 @@ Result read_file(const InputFile &file) {
         result.models.push_back(read_model(file, name, result.problem));
     if (file.has(reference_group))
         result.reference_uncertainty = read_uncertainty(file);
+    if (file.has(motion_reference_group))
+        result.motion_uncertainty = read_motion_uncertainty(file);
     if (file.has("/modes"))
         for (const std::string &name : file.children("/modes"))
             result.modes.push_back(

@@ -51,8 +51,9 @@ void check_model(const ModelResult &model, const core::Problem &problem) {
         require_size(history->kinetic_energy.size(), num_records, "the history of the energy of " + model.name);
         require_size(history->strain_energy.size(), num_records, "the history of the energy of " + model.name);
         const std::size_t num_rows = static_cast<std::size_t>(problem.load_case.release->num_frames()) * num_nodes;
-        require_size(history->frames.size(), num_rows, "the list of frames of " + model.name);
-        if (model.comparison && model.comparison->history)
+        if (!history->frames.empty())
+            require_size(history->frames.size(), num_rows, "the list of frames of " + model.name);
+        if (model.comparison && model.comparison->history && !model.comparison->history->error.empty())
             require_size(model.comparison->history->error.size(), num_rows, "the error in the frames of " + model.name);
     }
     for (const auto &point : model.solution.path) {
@@ -112,6 +113,11 @@ void check_shapes(const Result &result) {
             if (!names.contains(name))
                 throw std::invalid_argument(
                     fmt::format("the uncertainty of the reference needs {}, which is not in the result", name));
+    if (const auto &uncertainty = result.motion_uncertainty)
+        for (const std::string &name : {uncertainty->reference, uncertainty->refined})
+            if (!names.contains(name))
+                throw std::invalid_argument(
+                    fmt::format("the uncertainty of motion needs {}, which is not in the result", name));
 }
 
 void write_body(hdf5::OutputFile &file, const core::Body &body) {
@@ -198,6 +204,16 @@ void write_uncertainty(hdf5::OutputFile &file, const ReferenceUncertainty &uncer
     file.number(reference_group, "reaction_uncertainty", uncertainty.reaction_error);
 }
 
+void write_uncertainty(hdf5::OutputFile &file, const MotionUncertainty &uncertainty) {
+    const auto &group = motion_reference_group;
+    file.group(group);
+    file.text(group, "model", uncertainty.reference);
+    file.text(group, "refined_model", uncertainty.refined);
+    file.number(group, "motion_uncertainty", uncertainty.relative_l2);
+    file.number(group, "refinement_difference", uncertainty.difference);
+    file.number(group, "order", uncertainty.order);
+}
+
 void write_comparison(hdf5::OutputFile &file, const ModelResult &model, const Result &result) {
     const std::string group = comparison_group(model.name);
     file.group(group);
@@ -215,7 +231,10 @@ void write_comparison(hdf5::OutputFile &file, const ModelResult &model, const Re
             file.number(group, "history_amplitude_error", motion->amplitude_error);
             file.number(group, "history_lag", motion->lag);
             file.text(group, "history_reference", motion->reference);
-            file.dataset(error_frames_of(model.name), motion->error, "m");
+            if (!motion->error.empty()) {
+                file.text(group, "error_frames_reference", motion->frames_reference);
+                file.dataset(error_frames_of(model.name), motion->error, "m");
+            }
         }
         if (const auto &path = comparison->path) {
             file.number(group, "reaction_bias", path->reaction_bias);
@@ -260,6 +279,8 @@ std::vector<char> file_image(const Result &result) {
     }
     if (result.reference_uncertainty)
         write_uncertainty(file, *result.reference_uncertainty);
+    if (result.motion_uncertainty)
+        write_uncertainty(file, *result.motion_uncertainty);
     if (!result.modes.empty())
         file.group("/modes", true);
     for (const ModelModes &model : result.modes)

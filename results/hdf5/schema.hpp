@@ -9,6 +9,7 @@ namespace livermark::results {
 inline constexpr std::int64_t schema_version = 1;
 
 inline const std::string reference_group = "/reference";
+inline const std::string motion_reference_group = "/motion_reference";
 /// The model in a file of a single solution, see write_solution().
 inline const std::string only_solution = "only";
 inline std::string solution_group(const std::string &model) {

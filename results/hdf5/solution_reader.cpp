@@ -42,12 +42,17 @@ core::History read_history(const InputFile &file, const std::string &model, cons
     history.time_step = file.number(group, "time_step");
     history.critical_time_step = file.number(group, "critical_time_step");
     history.diverged_at = file.number(group, "diverged_at");
+    if (file.has_attribute(group, "observed_order"))
+        history.observed_error = {.order = file.number(group, "observed_order"),
+                                  .difference = file.number(group, "observed_difference"),
+                                  .relative_l2 = file.number(group, "observed_l2")};
     history.time = file.dataset<double>(group + "/time", num_records);
     history.displacement =
         file.blocks<core::Vector3>(group + "/displacement", num_records, load_case.release->probes.size());
     history.kinetic_energy = file.dataset<double>(group + "/kinetic_energy", num_records);
     history.strain_energy = file.dataset<double>(group + "/strain_energy", num_records);
-    history.frames = file.dataset<Eigen::Vector3f>(frames_of(model), num_frame_rows(problem));
+    if (file.has(frames_of(model))) // references that are kept have none
+        history.frames = file.dataset<Eigen::Vector3f>(frames_of(model), num_frame_rows(problem));
     return history;
 }
 

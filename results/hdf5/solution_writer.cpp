@@ -20,11 +20,17 @@ void write_history(hdf5::OutputFile &file, const std::string &model, const core:
     file.number(group, "time_step", history.time_step);
     file.number(group, "critical_time_step", history.critical_time_step);
     file.number(group, "diverged_at", history.diverged_at);
+    if (const auto &error = history.observed_error) {
+        file.number(group, "observed_order", error->order);
+        file.number(group, "observed_difference", error->difference);
+        file.number(group, "observed_l2", error->relative_l2);
+    }
     file.dataset(group + "/time", history.time, "s");
     file.blocks(group + "/displacement", history.displacement, release.probes.size(), "m");
     file.dataset(group + "/kinetic_energy", history.kinetic_energy, "J");
     file.dataset(group + "/strain_energy", history.strain_energy, "J");
-    file.dataset(frames_of(model), history.frames, "m");
+    if (!history.frames.empty())
+        file.dataset(frames_of(model), history.frames, "m");
 }
 
 void write_path(hdf5::OutputFile &file, const std::string &model, const std::vector<core::PathPoint> &path) {

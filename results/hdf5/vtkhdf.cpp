@@ -16,8 +16,14 @@ bool has_frames(const ModelResult &model) {
     return model.solution.history && !model.solution.history->frames.empty();
 }
 
+bool moves_in_time(const Result &result) {
+    return result.problem.load_case.release && std::ranges::any_of(result.models, has_frames);
+}
+
+/// Of a motion the steps are its frames, and the path to its start is not shown.
 bool has_path(const ModelResult &model, const Result &result) {
-    return !result.problem.load_case.path.empty() && model.solution.path.size() == result.problem.load_case.path.size();
+    return !moves_in_time(result) && !result.problem.load_case.path.empty() &&
+           model.solution.path.size() == result.problem.load_case.path.size();
 }
 
 /// What the steps of a file are: the frames of a motion, or the points of a path of loads.
@@ -28,7 +34,8 @@ struct Steps {
 
 Steps steps_of(const Result &result) {
     const auto &load_case = result.problem.load_case;
-    if (const auto &release = load_case.release; release && std::ranges::any_of(result.models, has_frames)) {
+    if (moves_in_time(result)) {
+        const auto &release = load_case.release;
         std::vector<double> time;
         for (int step = 0; step < release->num_frames(); ++step)
             time.push_back(step * release->records_per_frame() * release->output_interval);

@@ -132,13 +132,15 @@ std::vector<Standing> standings_in_motion(std::span<const Result> results) {
     for (const auto &result : results)
         for (const auto &model : result.models)
             if (const auto &history = model.solution.history; history && model.comparison && model.comparison->history)
-                standings.push_back({.body = body_label(result, results),
-                                     .load_case = result.problem.load_case.name,
-                                     .model = model.name,
-                                     .integrator = history->integrator,
-                                     .time_step = history->time_step,
-                                     .at = {cost_of(*history), model.comparison->history->relative_l2},
-                                     .is_on_front = false});
+                standings.push_back(
+                    {.body = body_label(result, results),
+                     .load_case = result.problem.load_case.name,
+                     .model = model.name,
+                     .integrator = history->integrator,
+                     .time_step = history->time_step,
+                     .at = {cost_of(*history), model.comparison->history->relative_l2},
+                     .is_on_front = false,
+                     .uncertainty = result.motion_uncertainty ? result.motion_uncertainty->relative_l2 : nan});
     return with_fronts(std::move(standings));
 }
 
@@ -157,12 +159,15 @@ Layout motion_accuracy(std::span<const Result> results) {
                    {"step [ms]", true},
                    {"cost [s/s]", true},
                    {"error [%]", true},
-                   {""}},
+                   {""},
+                   {"+- [%]", true}},
                   {}};
-    for (const auto &standing : standings_in_motion(results))
-        add_numbers(layout.rows.emplace_back(
-                        std::vector{standing.body, standing.load_case, standing.model, standing.integrator}),
-                    standing);
+    for (const auto &standing : standings_in_motion(results)) {
+        auto &row = layout.rows.emplace_back(
+            std::vector{standing.body, standing.load_case, standing.model, standing.integrator});
+        add_numbers(row, standing);
+        row.push_back(number(standing.uncertainty, percent));
+    }
     return layout;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -29,6 +30,8 @@ struct Standing {
     double time_step;       ///< [s]; NaN where that is not known
     CostAndError at;        ///< seconds of one core per simulated second, relative L2 error
     bool is_on_front;
+    /// Of the motion that it is compared with, relative L2; NaN where that is not known, and at rest.
+    double uncertainty = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// The rows of static_accuracy() as numbers.
@@ -45,8 +48,9 @@ std::vector<Standing> standings_in_motion(std::span<const Result> results);
 Layout static_accuracy(std::span<const Result> results);
 
 /// Error against cost in motion. One row per body_label(), load case, model, integrator and time step: the relative L2
-/// error of the history [%] and the seconds of one core that a simulated second took. The Pareto front of each body and
-/// load case is marked. Results of one problem may come from several runs.
+/// error of the history [%] and the seconds of one core that a simulated second took; and how uncertain the motion is
+/// that it is compared with [%]. The Pareto front of each body and load case is marked. Results of one problem may come
+/// from several runs.
 Layout motion_accuracy(std::span<const Result> results);
 
 } // namespace livermark::results

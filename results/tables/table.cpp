@@ -105,13 +105,17 @@ std::string describe(const std::string &model, const core::HistoryComparison &mo
                        std::abs(lag), lag < 0.0 ? "early" : "late");
 }
 
-/// A line for each time-dependent load case: what its rows are, and how the histories compare.
-std::string histories(std::span<const Result> results, const std::string &bullet) {
+} // namespace
+
+std::string motion_lines(std::span<const Result> results, const std::string &bullet) {
     std::string lines;
     for (const Result &result : results) {
         if (!result.problem.load_case.release)
             continue;
         std::vector<std::string> remarks;
+        if (const auto &known = result.motion_uncertainty)
+            remarks.push_back(fmt::format("{} itself is uncertain by {} %", printable(known->reference),
+                                          fixed(percent * known->relative_l2, 2)));
         for (const ModelResult &model : result.models)
             if (model.comparison && model.comparison->history)
                 remarks.push_back(describe(printable(model.name), *model.comparison->history));
@@ -123,6 +127,8 @@ std::string histories(std::span<const Result> results, const std::string &bullet
     }
     return lines.empty() ? lines : fmt::format("\n{}", lines);
 }
+
+namespace {
 
 /// A line of the load cases whose loads are not those of their definition.
 std::string load_scales(std::span<const Result> results) {
@@ -156,12 +162,12 @@ Layout error_table(std::span<const Result> results) {
 }
 
 std::string text_table(std::span<const Result> results) {
-    return to_text(error_table(results)) + legend(results) + load_scales(results) + histories(results, "") +
+    return to_text(error_table(results)) + legend(results) + load_scales(results) + motion_lines(results, "") +
            failures(results, "");
 }
 
 std::string markdown_table(std::span<const Result> results) {
-    return to_markdown(error_table(results)) + legend(results) + load_scales(results) + histories(results, "- ") +
+    return to_markdown(error_table(results)) + legend(results) + load_scales(results) + motion_lines(results, "- ") +
            failures(results, "- ");
 }
 

@@ -20,6 +20,12 @@ Layout error_table(std::span<const Result> results);
 /// @return lines of equal width for a terminal
 std::string text_table(std::span<const Result> results);
 
+/// A line for each time-dependent load case below an empty one: that the rows of a table are its static start, how
+/// uncertain the motion is that others are compared with, where that is known, and how the motions compare; nothing if
+/// nothing moves.
+/// @param bullet  before each line
+std::string motion_lines(std::span<const Result> results, const std::string &bullet);
+
 /// The same table in GitHub's Markdown.
 std::string markdown_table(std::span<const Result> results);
 

@@ -1,6 +1,7 @@
 #include "studies/run/benchmark_case.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "models/model_table.hpp"
 #include "studies/catalogue.hpp"
@@ -15,6 +16,40 @@ namespace {
 const results::ModelResult *find_solved(const results::Result &result, std::string_view name) {
     const auto found = std::ranges::find(result.models, name, &results::ModelResult::name);
     return found != result.models.end() && found->solution.status == core::SolutionStatus::ok ? &*found : nullptr;
+}
+
+/// @return nullptr if the model is not there or did not move
+const results::ModelResult *find_moving(const results::Result &result, std::string_view name) {
+    const auto *found = find_solved(result, name);
+    return found && found->solution.history ? found : nullptr;
+}
+
+/// Adds what motions are off to the comparisons.
+void compare_motion(results::Result &result) {
+    const auto names = models::moving_reference(result.problem.load_case.regime);
+    const auto *on_mesh = find_moving(result, names.on_mesh);
+    const auto *refined = find_moving(result, names.refined);
+    if (!on_mesh)
+        return;
+    const auto *reference = on_mesh;
+    if (refined) {
+        result.motion_uncertainty = results::estimate_motion_uncertainty(*on_mesh->solution.history, on_mesh->name,
+                                                                         *refined->solution.history, refined->name);
+        if (result.motion_uncertainty->reference == refined->name)
+            reference = refined;
+    }
+    const auto &motion = *reference->solution.history;
+    for (auto &model : result.models) {
+        if (!model.comparison || &model == reference || !model.solution.history)
+            continue;
+        auto &history =
+            model.comparison->history.emplace(core::compare(*model.solution.history, motion, reference->name));
+        if (history.error.empty() && &model != on_mesh) {
+            auto of_frames = core::compare(*model.solution.history, *on_mesh->solution.history, on_mesh->name);
+            history.error = std::move(of_frames.error);
+            history.frames_reference = std::move(of_frames.frames_reference);
+        }
+    }
 }
 
 void compare_with_reference(results::Result &result) {
@@ -43,14 +78,10 @@ void compare_with_reference(results::Result &result) {
         if (result.reference_uncertainty->reference == refined->name)
             reference = refined;
     }
-    const auto *moving = find_solved(result, models::moving_reference_model);
-    for (auto &model : result.models) {
+    for (auto &model : result.models)
         if (&model != reference)
             model.comparison = core::compare(mesh, model.solution, reference->solution, reference->name);
-        if (model.comparison && moving && &model != moving && model.solution.history && moving->solution.history) {
-            model.comparison->history = core::compare(*model.solution.history, *moving->solution.history, moving->name);
-        }
-    }
+    compare_motion(result);
 }
 
 } // namespace
@@ -64,16 +95,27 @@ std::vector<core::Model> choose_models(const std::vector<std::string> &wanted, c
     for (const auto &name : wanted)
         if (std::ranges::find(known, name) == known.end())
             throw support::InputError(unknown_name("model", name, known));
+    const auto measures_motion = [](const core::Model &model) {
+        return model.name == models::moving_reference(core::Regime::large).on_mesh;
+    };
+    const auto refines_motion = [](const core::Model &model) {
+        return model.name == models::moving_reference(core::Regime::small).refined ||
+               model.name == models::moving_reference(core::Regime::large).refined;
+    };
     std::erase_if(models, [&](const core::Model &model) {
         if (std::ranges::find(wanted, model.name) != wanted.end())
             return false;
-        const bool is_refined =
-            std::ranges::find(models::references, model.name, &models::Reference::refined) != models::references.end();
+        const bool is_refined = std::ranges::find(models::references, model.name, &models::Reference::refined) !=
+                                    models::references.end() ||
+                                refines_motion(model);
         const bool is_measure = std::ranges::find(models::references, model.name, &models::Reference::on_mesh) !=
                                     models::references.end() ||
                                 model.name == models::baseline_model;
-        return is_refined ? !with_uncertainty : !wanted.empty() && !is_measure;
+        return is_refined ? !with_uncertainty : !wanted.empty() && !is_measure && !measures_motion(model);
     });
+    for (auto &model : models)
+        if (measures_motion(model) && !wanted.empty() && std::ranges::find(wanted, model.name) == wanted.end())
+            model.only_moving = true;
     return models;
 }
 
@@ -87,7 +129,7 @@ results::Result evaluate(const core::Problem &problem, const std::vector<core::M
         .provenance = std::move(provenance), .problem = problem, .models = {}, .reference_uncertainty = {}};
     std::vector<const core::Model *> taking_part;
     for (const auto &model : models)
-        if (model.takes_part_in(problem.load_case.regime))
+        if (model.takes_part_in(problem))
             taking_part.push_back(&model);
     for (const auto *model : taking_part)
         result.models.push_back({.name = model->name,

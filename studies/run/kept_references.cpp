@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "core/error_norms.hpp"
@@ -16,12 +17,33 @@ namespace livermark::studies {
 
 namespace {
 
-/// Those of linear elasticity are solved in every run.
-bool is_kept(const core::Model &model) {
+/// What large deformations are judged by. That of linear elasticity is solved in every run.
+bool judges_large_deformations(const core::Model &model) {
     return std::ranges::any_of(models::references, [&](const models::Reference &reference) {
         return reference.regime == core::Regime::large &&
                (model.name == reference.on_mesh || model.name == reference.refined);
     });
+}
+
+/// What large motions are judged by.
+bool judges_large_motion(const core::Model &model) {
+    return model.name == models::moving_reference(core::Regime::large).on_mesh;
+}
+
+/// What tells how good the motion is that others are judged by. It is solved where somebody asks for it alone: that
+/// takes longer than a run.
+bool refines_motion(const core::Model &model) {
+    return model.name == models::moving_reference(core::Regime::small).refined ||
+           model.name == models::moving_reference(core::Regime::large).refined;
+}
+
+bool can_be_kept(const core::Model &model) {
+    return judges_large_deformations(model) || judges_large_motion(model) || refines_motion(model);
+}
+
+bool is_there(const std::filesystem::path &folder, const core::Problem &problem, const std::string &model) {
+    std::error_code nobody_cares;
+    return std::filesystem::exists(results::reference_path(folder, problem, model), nobody_cares);
 }
 
 /// Reads what is kept and prepares the model for the rest when there is one.
@@ -34,8 +56,7 @@ class PreparedReference : public core::PreparedModel {
         std::vector<core::Solution> solutions;
         for (const auto &load_case : load_cases) {
             const core::Problem problem{body_, load_case};
-            const auto file = results::reference_path(folder_, problem, model_.name);
-            if (auto kept = results::read_reference(file, problem, model_.name)) {
+            if (auto kept = is_kept(model_, problem) ? read(problem) : std::nullopt) {
                 solutions.push_back(std::move(*kept));
                 continue;
             }
@@ -47,6 +68,10 @@ class PreparedReference : public core::PreparedModel {
     }
 
   private:
+    std::optional<core::Solution> read(const core::Problem &problem) const {
+        return results::read_reference(results::reference_path(folder_, problem, model_.name), problem, model_.name);
+    }
+
     core::Model model_;
     std::shared_ptr<const core::Body> body_;
     std::filesystem::path folder_;
@@ -55,17 +80,30 @@ class PreparedReference : public core::PreparedModel {
 
 } // namespace
 
+bool is_kept(const core::Model &model, const core::Problem &problem) {
+    if (!model.takes_part_in(problem))
+        return false;
+    if (refines_motion(model))
+        return problem.load_case.release.has_value();
+    return problem.load_case.regime == core::Regime::large &&
+           (judges_large_deformations(model) || (judges_large_motion(model) && problem.load_case.release));
+}
+
 std::filesystem::path kept_references_folder() {
     return support::root_folder() / "results" / "references";
 }
 
 void use_kept_references(std::vector<core::Model> &models, const std::filesystem::path &folder) {
     for (auto &model : models)
-        if (is_kept(model)) {
+        if (can_be_kept(model)) {
             auto kept = model;
             kept.prepare = [model, folder](const std::shared_ptr<const core::Body> &body, const core::LoadCase *) {
                 return std::make_unique<PreparedReference>(model, body, folder);
             };
+            if (refines_motion(model))
+                kept.is_wanted = [name = model.name, folder](const core::Problem &problem) {
+                    return is_there(folder, problem, name);
+                };
             model = std::move(kept);
         }
 }
@@ -73,9 +111,7 @@ void use_kept_references(std::vector<core::Model> &models, const std::filesystem
 int count_kept(const std::vector<core::Problem> &problems, const std::string &model,
                const std::filesystem::path &folder) {
     return static_cast<int>(std::ranges::count_if(problems, [&](const core::Problem &problem) {
-        std::error_code nobody_cares;
-        return problem.load_case.regime == core::Regime::large &&
-               std::filesystem::exists(results::reference_path(folder, problem, model), nobody_cares);
+        return problem.load_case.regime == core::Regime::large && is_there(folder, problem, model);
     }));
 }
 
@@ -85,11 +121,13 @@ KeptSolution solve_and_keep(const core::Model &model, const core::Problem &probl
     const auto file = results::reference_path(folder, problem, model.name);
     const auto before = results::read_reference(file, problem, model.name);
     const auto solution = model.solve(problem);
-    KeptSolution kept{file, solution.status, solution.message, nan, nan};
+    KeptSolution kept{file, solution.status, solution.message, nan, nan, nan};
     if (before && solution.status == core::SolutionStatus::ok) {
         const auto comparison = core::compare(problem.body->mesh, solution, *before, "kept");
         kept.difference = comparison.relative_l2;
         kept.reaction_difference = comparison.reaction_error;
+        if (solution.history && before->history)
+            kept.motion_difference = core::compare(*solution.history, *before->history, "kept").relative_l2;
     }
     if (only_check || solution.status != core::SolutionStatus::ok)
         return kept;
@@ -101,7 +139,7 @@ KeptSolution solve_and_keep(const core::Model &model, const core::Problem &probl
 
 std::vector<core::Model> models_to_keep() {
     auto models = models::all_models();
-    std::erase_if(models, [](const core::Model &model) { return !is_kept(model); });
+    std::erase_if(models, [](const core::Model &model) { return !can_be_kept(model); });
     return models;
 }
 

@@ -12,8 +12,13 @@ namespace livermark::studies {
 /// Where references that were solved before are kept, below the root.
 std::filesystem::path kept_references_folder();
 
+/// Whether the solution of a model to a problem is solved once and kept: those that judge large deformations, and of
+/// load cases with a release the one that judges large motions, and those that tell how good the motion is that judges.
+bool is_kept(const core::Model &model, const core::Problem &problem);
+
 /// Models that are solved once and kept: minutes each. Their solutions are read where a file fits model, mesh,
-/// materials, conditions and path; all others are solved as ever.
+/// materials, conditions and path; all others are solved as ever, but for those that tell how
+/// good the motion is that judges, which then take no part.
 /// @param folder  of reference files, see results::reference_path()
 void use_kept_references(std::vector<core::Model> &models, const std::filesystem::path &folder);
 
@@ -28,6 +33,7 @@ struct KeptSolution {
     std::string message;              ///< why the status is not ok
     double difference = 0.0;          ///< of the displacement from what was kept, relative; NaN if there was none
     double reaction_difference = 0.0; ///< the same of the reactions
+    double motion_difference = 0.0;   ///< the same of the probes in time; NaN if there was none, or nothing moves
 };
 
 /// Solves, and writes the solution unless it is only to be checked.
@@ -35,7 +41,7 @@ struct KeptSolution {
 KeptSolution solve_and_keep(const core::Model &model, const core::Problem &problem, const std::filesystem::path &folder,
                             bool only_check, const std::string &command_line);
 
-/// The models that are kept.
+/// The models whose solutions are kept, of some problems at least: see is_kept().
 std::vector<core::Model> models_to_keep();
 
 } // namespace livermark::studies

@@ -96,7 +96,7 @@ void run_case(const Run &run, std::size_t load, PreparedModels &prepared, const 
         const auto file = file_of(problem, run.options);
         if (run.is_resumed[load]) {
             for (const auto &model : run.task.models)
-                if (model.takes_part_in(problem.load_case.regime))
+                if (model.takes_part_in(problem))
                     step(model.name + ", kept");
         } else {
             const auto solve = [&](const core::Model &model, const core::Problem &to_solve) {
@@ -157,7 +157,7 @@ int num_steps(const Run &run) {
         if (item.models.empty()) {
             const auto load = item.case_groups.front().front();
             for (const auto &model : run.task.models)
-                if (model.takes_part_in(run.problems[load].load_case.regime))
+                if (model.takes_part_in(run.problems[load]))
                     num += run.is_resumed[load] || !(run.is_model_by_model || model.most_together > 1) ? 1 : 0;
         }
         for (const auto m : item.models) {

@@ -4,6 +4,7 @@
 #include <exception>
 #include <fmt/format.h>
 #include <iterator>
+#include <utility>
 
 #include "studies/run/loads.hpp"
 
@@ -45,9 +46,13 @@ void solve_together(const core::Model &model, const std::vector<CaseGroup> &case
 std::vector<CaseGroup> part_of(const core::Model &model, const std::vector<CaseGroup> &case_groups,
                                const std::vector<core::Problem> &problems) {
     std::vector<CaseGroup> part;
-    std::ranges::copy_if(case_groups, std::back_inserter(part), [&](const CaseGroup &case_group) {
-        return model.takes_part_in(problems[case_group.front()].load_case.regime); // all of a group are of one
-    });
+    for (const auto &case_group : case_groups) {
+        CaseGroup some; // of one static solution, which a motion may begin with
+        std::ranges::copy_if(case_group, std::back_inserter(some),
+                             [&](std::size_t number) { return model.takes_part_in(problems[number]); });
+        if (!some.empty())
+            part.push_back(std::move(some));
+    }
     return part;
 }
 

@@ -76,7 +76,7 @@ class ModelsAgainstFem : public testing::TestWithParam<BenchmarkCase> {
 TEST_P(ModelsAgainstFem, HasEveryModelOfTheTableUnderItsName) {
     const bool has_all = !result.problem.load_case.release;
     for (const auto &model : models::all_models())
-        if (has_all && model.takes_part_in(core::Regime::small)) {
+        if (has_all && model.takes_part_in(result.problem)) {
             EXPECT_NE(find(model.name), nullptr) << model.name;
         }
     EXPECT_NE(find(reference.on_mesh), nullptr);
@@ -118,6 +118,25 @@ TEST_P(ModelsAgainstFem, TheReferenceHasAnErrorBarOfItsOwn) {
         EXPECT_EQ(find(name)->solution.solver, "CHOLMOD") << name;
     for (const auto name : {reference.on_mesh, reference.refined})
         EXPECT_TRUE(find(name)->solution.solver.starts_with("GMRES")) << find(name)->solution.solver;
+}
+
+/// A finer motion is kept for every body that ships, and judges.
+TEST_P(ModelsAgainstFem, TheReferenceOfMotionHasAnErrorBarOfItsOwn) {
+    if (!result.problem.load_case.release)
+        return;
+    const auto [on_mesh, refined] = models::moving_reference(core::Regime::small);
+    ASSERT_TRUE(result.motion_uncertainty);
+    EXPECT_EQ(result.motion_uncertainty->reference, refined);
+    const auto again = results::estimate_motion_uncertainty(*find(on_mesh)->solution.history, std::string(on_mesh),
+                                                            *find(refined)->solution.history, std::string(refined));
+    EXPECT_EQ(*result.motion_uncertainty, again);
+    EXPECT_LT(again.relative_l2, again.difference);
+    for (const auto &model : result.models)
+        if (model.solution.history && model.name != refined) {
+            ASSERT_TRUE(model.comparison->history) << model.name;
+            EXPECT_EQ(model.comparison->history->reference, refined) << model.name;
+            EXPECT_EQ(model.comparison->history->error.empty(), model.name == on_mesh) << model.name;
+        }
 }
 
 TEST_P(ModelsAgainstFem, EveryErrorIsInItsBand) {

@@ -93,6 +93,9 @@ TEST(HistoryError, IsGivenInEveryFrame) {
     EXPECT_EQ(core::compare(history, reference, "r").error, expected);
     history.frames.pop_back();
     EXPECT_THROW(core::compare(history, reference, "r"), std::invalid_argument);
+    history.frames.clear(); // where only the probes were kept
+    EXPECT_EQ(core::compare(history, reference, "r").relative_l2, 0.0);
+    EXPECT_TRUE(core::compare(history, reference, "r").error.empty());
 }
 
 /// Two probes swing with a period of 0.5 s, seen every 10 ms; the other motion is larger by a tenth and late or early.

@@ -5,7 +5,9 @@
 #include <map>
 #include <numeric>
 #include <set>
+#include <span>
 #include <stdexcept>
+#include <vector>
 
 #include "core/local_refinement.hpp"
 #include "core/observed_error.hpp"
@@ -110,6 +112,21 @@ TEST(ObservedError, IsExactForErrorsThatShrinkByOneFactor) {
     EXPECT_NEAR(observed.energy, 0.002, 2e-5);
     EXPECT_NEAR(observed.reaction, 0.004, 4e-5);
     EXPECT_THROW(core::observed_error(mesh, std::span(levels).first(2)), std::invalid_argument);
+}
+
+TEST(ObservedError, OfMotionIsExactForErrorsThatShrinkByOneFactor) {
+    std::vector<core::History> levels;
+    for (const double error : {0.016, 0.004, 0.001}) {
+        auto &history = levels.emplace_back();
+        history.time = {0.0, 0.1, 0.2};
+        for (const double amplitude : {1.0, 0.5, -0.7})
+            history.displacement.emplace_back((1.0 + error) * amplitude, 0.0, 0.0);
+    }
+    const auto observed = core::observed_motion_error(levels);
+    EXPECT_NEAR(observed.order, 2.0, 0.01);
+    EXPECT_NEAR(observed.relative_l2, 0.001, 1e-5);
+    EXPECT_NEAR(observed.difference, 0.003, 1e-5);
+    EXPECT_THROW(core::observed_motion_error(std::span(levels).first(2)), std::invalid_argument);
 }
 
 TEST(ObservedError, BelievesNoFactorThatIsTooGoodOrNone) {

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "fem_reference/dof_conditions.hpp"
@@ -8,6 +9,7 @@
 #include "fem_reference/dynamics/mass_matrix.hpp"
 #include "fem_reference/dynamics/release.hpp"
 #include "fem_reference/dynamics/ritz_motion.hpp"
+#include "fem_reference/linear/linear_elasticity.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
 #include "tests/fem_reference/verification/fem_test_bodies.hpp"
 
@@ -130,6 +132,55 @@ void expect_same_motion(const core::History &fast, const core::History &slow, do
 class FemRitzMotion : public testing::TestWithParam<int> {};
 
 } // namespace
+
+/// Of a stiffness that is there in its solutions only.
+TEST_P(FemRitzMotion, IsTheSameBySolutionsAlone) {
+    const auto body = swinging_beam();
+    for (const auto &remaining : {constrained(*body), constrained_elsewhere(*body)}) {
+        PulledBody pulled(body, GetParam(), remaining);
+        auto at_zero = pulled.conditions.prescribed;
+        for (double &value : at_zero)
+            value = std::isnan(value) ? value : 0.0;
+        std::vector<double> force(pulled.start.size());
+        pulled.system.stiffness.multiply(pulled.start, force);
+        const auto by_statics = fem_reference::release_by_statics(
+            *body, pulled.system, pulled.pulled, pulled.start, force,
+            [&](std::span<const double> f, std::span<double> x, std::span<double> k_x) {
+                const auto found = pulled.solver.solve(at_zero, f);
+                for (std::size_t i = 0; i < f.size(); ++i) {
+                    x[i] = found.displacement[i];
+                    k_x[i] = f[i] + found.residual[i];
+                }
+            });
+        ASSERT_TRUE(by_statics);
+        expect_same_motion(*by_statics, pulled.slow(), 1e-4);
+    }
+}
+
+/// Mixed elements agree with displacements alone where nothing locks, and begin at their own static solution.
+TEST(FemMixedMotion, IsThatOfDisplacementsAloneWhereNothingLocks) {
+    const auto body = tests::make_body(tests::shaken_box_mesh({0.1, 0.03, 0.02}, {10, 3, 2}), {1060.0, 5000.0, 0.35});
+    auto load_case = constrained(*body);
+    tests::pull(load_case, body->mesh, "x_max", {0.3, 0.2, 0.1});
+    load_case.release =
+        core::Release{300, 0.002, core::rayleigh_damping(0.05, 12.0, 70.0), {{"end", body->mesh.num_nodes() - 1}}};
+    using fem_reference::Formulation;
+    fem_reference::StaticSolver alone(body, 2),
+        mixed(body, 2, fem_reference::SolverChoice::automatic, Formulation::mixed);
+    const auto expected = alone.solve(load_case), found = mixed.solve_with_motion(load_case);
+    EXPECT_FALSE(mixed.solve(load_case).history);
+    ASSERT_TRUE(found.history);
+    EXPECT_EQ(found.history->displacement[0], found.displacement.back());
+    EXPECT_NEAR(found.history->strain_energy[0], found.strain_energy, 1e-6 * found.strain_energy);
+    EXPECT_LT(relative_l2(found.history->displacement, expected.history->displacement), 0.03);
+    EXPECT_GT(relative_l2(found.history->displacement, expected.history->displacement), 1e-6);
+    double before = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < found.history->time.size(); ++k) {
+        const double energy = found.history->kinetic_energy[k] + found.history->strain_energy[k];
+        EXPECT_LT(energy, before * (1.0 + 1e-6));
+        before = energy;
+    }
+}
 
 TEST_P(FemRitzMotion, IsThatOfStepsOfTheWholeBody) {
     const auto body = swinging_beam();

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <gtest/gtest.h>
 #include <set>
@@ -92,6 +93,49 @@ TEST(EveryModel, ThatMovesKeepsFramesOfItsMotion) {
                     << model.name << ", frame " << frame;
     }
     EXPECT_GE(num_moving, 3);
+}
+
+/// What is let go begins where the model itself is at rest under the whole load: its reactions balance the load there,
+/// and springs and hyperelastic elements are not in proportion to it. Linear models are, all of the time.
+TEST(EveryModel, IsLetGoFromItsOwnLargeEquilibrium) {
+    const auto body = tests::make_body(tests::box_mesh({0.1, 0.03, 0.03}, {6, 2, 2}), {1060.0, 5e3, 0.25});
+    const int tip = body->mesh.num_nodes() - 1;
+    const auto pulled = [&](double traction) {
+        auto load_case = tests::empty_load_case(body->mesh);
+        load_case.regime = core::Regime::large;
+        load_case.path = {0.25, 0.5, 0.75, 1.0};
+        tests::prescribe(load_case, body->mesh, "x_min", core::Vector3::Zero());
+        tests::pull(load_case, body->mesh, "x_max", {0.0, 0.0, traction});
+        load_case.release = core::Release{10, 0.005, {1.0, 1e-3}, {{"tip", tip}}};
+        return core::Problem{body, load_case};
+    };
+    int num_linear = 0, num_others = 0;
+    for (const auto &model : models::all_models()) {
+        const auto half = model.solve(pulled(10.0)), whole = model.solve(pulled(20.0));
+        ASSERT_EQ(whole.status, core::SolutionStatus::ok) << model.name << ": " << whole.message;
+        if (!whole.history)
+            continue;
+        const double load = 20.0 * 0.03 * 0.03;
+        EXPECT_NEAR(whole.reaction[0].z(), -load, 1e-6 * load) << model.name;
+        const auto &from_half = half.history->displacement, &from_whole = whole.history->displacement;
+        EXPECT_EQ(from_whole[0], whole.displacement[tip]) << model.name;
+        EXPECT_EQ(whole.history->kinetic_energy[0], 0.0) << model.name;
+        EXPECT_LT(from_whole[3].z(), from_whole[0].z()) << model.name;
+        double out_of_proportion = 0.0;
+        for (std::size_t k = 0; k < from_whole.size(); ++k)
+            out_of_proportion = std::max(out_of_proportion, (from_whole[k] - 2.0 * from_half[k]).norm());
+        out_of_proportion /= from_whole[0].norm();
+        const bool is_linear = std::isnan(whole.nonlinearity);
+        (is_linear ? num_linear : num_others) += 1;
+        if (is_linear) {
+            EXPECT_LT(out_of_proportion, 1e-9) << model.name;
+        } else {
+            EXPECT_GT(out_of_proportion, 1e-3) << model.name;
+            EXPECT_EQ(whole.path.size(), 4U) << model.name;
+        }
+    }
+    EXPECT_GE(num_linear, 2);
+    EXPECT_GE(num_others, 5);
 }
 
 TEST(EveryModel, FollowsARigidTranslationOfAllThatIsPrescribed) {

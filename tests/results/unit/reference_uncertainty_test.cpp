@@ -55,6 +55,38 @@ TEST(ReferenceUncertainty, IsTooLargeRatherThanTooSmallWhereTheOrderIsHigher) {
     EXPECT_GT(found.relative_l2, 0.01);
 }
 
+/// Motions that are some part too small.
+core::History too_small(double share) {
+    core::History history;
+    history.time = {0.0, 0.1, 0.2};
+    for (const double amplitude : {1.0, 0.5, -0.7})
+        history.displacement.emplace_back((1.0 - share) * amplitude, 0.0, 0.0);
+    return history;
+}
+
+TEST(MotionUncertainty, OfTheFinerMotionIsWhatItObservedOrAsMuchAsBothDiffer) {
+    auto refined = too_small(0.01);
+    const auto assumed = estimate_motion_uncertainty(too_small(0.04), "coarse", refined, "refined");
+    EXPECT_EQ(assumed.reference, "refined");
+    EXPECT_EQ(assumed.refined, "refined");
+    EXPECT_EQ(assumed.order, 1.0);
+    EXPECT_NEAR(assumed.difference, 0.03 / 0.99, 1e-12);
+    EXPECT_EQ(assumed.relative_l2, assumed.difference);
+    refined.observed_error = core::ObservedMotionError{2.0, 0.03, 0.01};
+    const auto observed = estimate_motion_uncertainty(too_small(0.04), "coarse", refined, "refined");
+    EXPECT_EQ(observed.order, 2.0);
+    EXPECT_EQ(observed.relative_l2, 0.01);
+}
+
+TEST(MotionUncertainty, LeavesTheReferenceOnTheMeshWhereThatIsGoodEnough) {
+    auto refined = too_small(0.001);
+    refined.observed_error = core::ObservedMotionError{1.0, 0.002, 0.001};
+    const auto found = estimate_motion_uncertainty(too_small(0.005), "coarse", refined, "refined");
+    EXPECT_EQ(found.reference, "coarse");
+    EXPECT_NEAR(found.relative_l2, 0.005, 1e-5);
+    EXPECT_EQ(estimate_motion_uncertainty(too_small(0.012), "coarse", refined, "refined").reference, "refined");
+}
+
 TEST(ReferenceUncertainty, HasNoSign) {
     const auto found = Sequence().estimate(-0.04, -0.02);
     EXPECT_GT(found.energy_error, 0.0);

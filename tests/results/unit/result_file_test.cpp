@@ -58,6 +58,7 @@ void expect_equal(const core::History &a, const core::History &b) {
     EXPECT_TRUE(same_bits(a.kinetic_energy, b.kinetic_energy));
     EXPECT_TRUE(same_bits(a.strain_energy, b.strain_energy));
     EXPECT_TRUE(same_bits(a.frames, b.frames));
+    EXPECT_EQ(a.observed_error, b.observed_error);
     EXPECT_EQ(a.integrator, b.integrator);
     EXPECT_EQ(a.kernel, b.kernel);
     EXPECT_EQ(a.forces_per_step, b.forces_per_step);
@@ -148,6 +149,7 @@ void expect_equal(const Result &a, const Result &b) {
     EXPECT_TRUE(same_bits(a.problem.body->materials, b.problem.body->materials));
     expect_equal(a.problem.load_case, b.problem.load_case);
     EXPECT_EQ(a.reference_uncertainty, b.reference_uncertainty);
+    EXPECT_EQ(a.motion_uncertainty, b.motion_uncertainty);
     ASSERT_EQ(a.models.size(), b.models.size());
     for (std::size_t m = 0; m < a.models.size(); ++m) {
         SCOPED_TRACE(a.models[m].name);
@@ -222,6 +224,7 @@ TEST_F(ResultFile, HoldsAProblemWithoutConstraintsAndModels) {
     Result written = tests::sample_result();
     written.models.clear();
     written.reference_uncertainty.reset();
+    written.motion_uncertainty.reset();
     written.problem.load_case.constraint_names.clear();
     std::ranges::fill(written.problem.load_case.constraint, -1);
     std::ranges::fill(written.problem.load_case.condition, core::FacetCondition::free);
@@ -231,6 +234,16 @@ TEST_F(ResultFile, HoldsAProblemWithoutConstraintsAndModels) {
 
 TEST_F(ResultFile, HoldsAStaticLoadCase) {
     const Result written = tests::without_motion(tests::sample_result());
+    write_result(path_, written);
+    expect_equal(read_result(path_), written);
+}
+
+/// A reference that was kept has the probes and no frames; there is no error in frames then.
+TEST_F(ResultFile, HoldsAMotionWithoutFrames) {
+    Result written = tests::sample_result();
+    written.models[0].solution.history->frames.clear();
+    written.models[1].comparison->history->error.clear();
+    written.models[1].comparison->history->frames_reference.clear();
     write_result(path_, written);
     expect_equal(read_result(path_), written);
 }
@@ -289,6 +302,7 @@ TEST_F(ResultFile, LeavesTheEarlierFileWhenTheResultIsInconsistent) {
     spoiled([](Result &r) { r.models[1].name = ""; });
     spoiled([](Result &r) { r.models[1].comparison->reference = "nobody"; });
     spoiled([](Result &r) { r.reference_uncertainty->reference = "nobody"; });
+    spoiled([](Result &r) { r.motion_uncertainty->refined = "nobody"; });
     spoiled([](Result &r) { r.models[1].solution.displacement.pop_back(); });
     spoiled([](Result &r) { r.models[1].solution.reaction.clear(); });
     spoiled([](Result &r) { r.models[1].solution.springs->stiffness.pop_back(); });

@@ -3,6 +3,9 @@
 #include <fstream>
 #include <functional>
 #include <gtest/gtest.h>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "results/hdf5/reference_file.hpp"
 #include "studies/run/kept_references.hpp"
@@ -26,14 +29,34 @@ core::Problem pulled() {
     return {body, std::move(load_case)};
 }
 
+/// The same, let go.
+core::Problem let_go() {
+    auto problem = pulled();
+    auto &load_case = problem.load_case;
+    load_case = tests::empty_load_case(problem.body->mesh);
+    load_case.name = "let_go";
+    load_case.regime = core::Regime::large;
+    load_case.path = {0.5, 1.0};
+    tests::prescribe(load_case, problem.body->mesh, "x_min", core::Vector3::Zero());
+    tests::pull(load_case, problem.body->mesh, "x_max", {0.0, 0.0, 50.0});
+    load_case.release = core::Release{5, 0.01, {1.0, 1e-3}, {{"tip", problem.body->mesh.num_nodes() - 1}}};
+    return problem;
+}
+
+core::Model model_to_keep(const std::string &wanted) {
+    for (auto &model : studies::models_to_keep())
+        if (model.name == wanted)
+            return model;
+    throw std::logic_error(wanted + " is not kept");
+}
+
 class KeptReferences : public testing::Test {
   protected:
     void SetUp() override { fs::create_directories(folder); }
     void TearDown() override { fs::remove_all(folder); }
 
-    core::Solution solve_with_kept(const core::Problem &problem) const {
-        auto models = studies::models_to_keep();
-        std::erase_if(models, [](const core::Model &model) { return model.name != name; });
+    core::Solution solve_with_kept(const core::Problem &problem, const std::string &model = name) const {
+        std::vector<core::Model> models{model_to_keep(model)};
         studies::use_kept_references(models, folder);
         return models.front().solve(problem);
     }
@@ -44,11 +67,9 @@ class KeptReferences : public testing::Test {
 };
 
 TEST_F(KeptReferences, AreReadWhereTheyFitAndSaySo) {
-    const auto models = studies::models_to_keep();
-    ASSERT_EQ(models.size(), 2U);
     const auto solved = solve_with_kept(problem);
     EXPECT_EQ(solved.solver.find("kept since"), std::string::npos);
-    const auto kept = studies::solve_and_keep(models.front(), problem, folder, false, "test");
+    const auto kept = studies::solve_and_keep(model_to_keep(name), problem, folder, false, "test");
     EXPECT_EQ(kept.status, core::SolutionStatus::ok);
     EXPECT_EQ(studies::count_kept({problem}, name, folder), 1);
     const auto read = solve_with_kept(problem);
@@ -57,6 +78,33 @@ TEST_F(KeptReferences, AreReadWhereTheyFitAndSaySo) {
     EXPECT_EQ(read.reaction, solved.reaction);
     ASSERT_EQ(read.path.size(), 2U);
     EXPECT_EQ(read.path.front().displacement, solved.path.front().displacement);
+}
+
+/// Of a motion the probes are kept, and the model that judges motion is kept where something moves.
+TEST_F(KeptReferences, HoldTheMotionOfTheProbes) {
+    const auto model = model_to_keep("fem_p2_neo_hookean");
+    const auto moving = let_go();
+    EXPECT_FALSE(studies::is_kept(model, problem));
+    ASSERT_TRUE(studies::is_kept(model, moving));
+    const auto solved = solve_with_kept(moving, model.name);
+    ASSERT_TRUE(solved.history);
+    EXPECT_EQ(solved.history->frames.size(), 6 * moving.body->mesh.points.size());
+    studies::solve_and_keep(model, moving, folder, false, "test");
+    const auto read = solve_with_kept(moving, model.name);
+    EXPECT_TRUE(read.solver.starts_with("kept since 20")) << read.solver;
+    ASSERT_TRUE(read.history);
+    EXPECT_EQ(read.history->time, solved.history->time);
+    EXPECT_EQ(read.history->displacement, solved.history->displacement);
+    EXPECT_EQ(read.history->strain_energy, solved.history->strain_energy);
+    EXPECT_TRUE(read.history->frames.empty());
+    EXPECT_EQ(studies::solve_and_keep(model, moving, folder, true, "test").motion_difference, 0.0);
+
+    auto longer = moving;
+    longer.load_case.release->num_steps = 6;
+    EXPECT_NE(results::fingerprint(longer, model.name), results::fingerprint(moving, model.name));
+    longer = moving;
+    longer.load_case.release->damping.beta *= 2.0;
+    EXPECT_NE(results::fingerprint(longer, model.name), results::fingerprint(moving, model.name));
 }
 
 TEST_F(KeptReferences, AreNotTakenForAnotherProblem) {
@@ -78,7 +126,7 @@ TEST_F(KeptReferences, AreNotTakenForAnotherProblem) {
 }
 
 TEST_F(KeptReferences, AreComparedWhenTheyAreChecked) {
-    const auto model = studies::models_to_keep().front();
+    const auto model = model_to_keep(name);
     EXPECT_TRUE(std::isnan(studies::solve_and_keep(model, problem, folder, true, "test").difference));
     EXPECT_EQ(studies::count_kept({problem}, name, folder), 0);
     auto wrong = model.solve(problem);

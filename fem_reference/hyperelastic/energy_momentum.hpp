@@ -1,0 +1,61 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/rayleigh_damping.hpp"
+#include "fem_reference/dynamics/newmark.hpp"
+#include "fem_reference/hyperelastic/elements.hpp"
+
+namespace livermark::hyperelastic {
+
+/// Steps in time of a hyperelastic body by the energy-momentum method, for M u'' + alpha M u' + f(u, u') = l with
+/// consistent mass and loads that do not change: with v_m = (u_1 - u_0) / h, the mean of the velocities before and
+/// after a step of length h, it is
+///     2 M (v_m - v_0) / h + alpha M v_m + f(u_0, u_1) = l,   v_1 = 2 v_m - v_0,
+/// with the forces f of MotionForces. It is of second order, and at small strain fem_reference::Newmark. Without
+/// damping it conserves the energy 1/2 v^T M v + W(u) - l^T u, with damping it loses some in each step, whatever the
+/// length.
+///
+/// Each step is solved by Newton's method with a factor of the tangent that is kept as long as it serves, and
+/// Anderson's acceleration, which makes up for what the kept tangent lacks. (D. G. Anderson 1965, Iterative procedures
+/// for nonlinear integral equations, J. ACM 12(4); H. Walker, P. Ni 2011, SIAM J. Numer. Anal. 49(4))
+///
+/// n is the number of nodes.
+class EnergyMomentum {
+  public:
+    /// @param elements   in displacements alone; kept alive by the caller
+    /// @param rule       that they were made with
+    /// @param is_free    shape (3 n); the others stay where the motion starts
+    /// @param damping    alpha and beta not negative
+    /// @param force      that is of the order of what is at work [N]
+    /// @param tolerance  what may be left out of balance, over that force
+    EnergyMomentum(const Elements &elements, TetrahedronRule rule, const std::vector<bool> &is_free,
+                   const core::RayleighDamping &damping, double force, double tolerance = 1e-7);
+    ~EnergyMomentum();
+    EnergyMomentum(EnergyMomentum &&) noexcept;
+    EnergyMomentum &operator=(EnergyMomentum &&) noexcept;
+
+    /// Moves on by one step, which is taken in halves where it does not converge.
+    /// @param motion     velocity zero where it is not free
+    /// @param load       l, shape (3 n) [N]
+    /// @param time_step  h [s], > 0
+    /// @return false if even the shortest of these steps does not converge; the motion is then where it came to
+    bool advance(fem_reference::Motion &motion, std::span<const double> load, double time_step);
+
+    /// Kinetic and strain energy.
+    fem_reference::Energy energy(const fem_reference::Motion &motion);
+
+    /// Of all steps so far.
+    struct Work {
+        int steps = 0, iterations = 0, factors = 0;
+    };
+    Work work() const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace livermark::hyperelastic
