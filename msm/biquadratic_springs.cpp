@@ -1,5 +1,7 @@
 #include "msm/biquadratic_springs.hpp"
 
+#include <algorithm>
+
 #include "msm/dynamics/step_parts.hpp"
 #include "msm/edge_stretches.hpp"
 #include "msm/tetrahedron_volume.hpp"
