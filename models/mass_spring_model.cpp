@@ -158,8 +158,8 @@ class PreparedMassSprings : public core::PreparedModel {
         if (!rest_) {
             const auto start = Clock::now();
             const auto &points = body_->mesh.points;
-            rest_.emplace(msm::elastic_hessian(parts_.body, points, msm::Tangent::exact), points,
-                          common_ ? common_->displacement : std::vector<core::Vector3>{});
+            rest_ = msm::RestStiffness::of_many(parts_.body, points,
+                                                common_ ? common_->displacement : std::vector<core::Vector3>{});
             stiffness_seconds_ = seconds(Clock::now() - start);
         }
         rest_->constrain(conditions.displacement);

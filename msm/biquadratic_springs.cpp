@@ -1,5 +1,7 @@
 #include "msm/biquadratic_springs.hpp"
 
+#include <algorithm>
+
 #include "msm/dynamics/step_parts.hpp"
 #include "msm/edge_stretches.hpp"
 #include "msm/tetrahedron_volume.hpp"
@@ -116,6 +118,17 @@ class BiquadraticSprings : public ElasticTerm {
 
 std::shared_ptr<const ElasticTerm> biquadratic_springs(const core::Body &body) {
     return std::make_shared<BiquadraticSprings>(body);
+}
+
+std::shared_ptr<const ElasticTerm> linear_elements(const core::Body &body, double ratio) {
+    auto softer = body;
+    for (auto &material : softer.materials) {
+        const double mu = material.shear_modulus();
+        const double lambda = std::min(material.lame_lambda(), ratio * mu);
+        material.poisson_ratio = 0.5 * lambda / (lambda + mu);
+        material.young_modulus = 2.0 * mu * (1.0 + material.poisson_ratio);
+    }
+    return biquadratic_springs(softer);
 }
 
 } // namespace livermark::msm

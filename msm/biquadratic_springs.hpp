@@ -16,4 +16,8 @@ namespace livermark::msm {
 /// @param body  at rest, positive volumes
 std::shared_ptr<const ElasticTerm> biquadratic_springs(const core::Body &body);
 
+/// The same of a material with lambda at most ratio mu: what ElasticBody::preconditioner of springs around nodes is.
+/// Their shear stiffness is near that of linear elements, but their volumes give way more easily.
+std::shared_ptr<const ElasticTerm> linear_elements(const core::Body &body, double ratio);
+
 } // namespace livermark::msm

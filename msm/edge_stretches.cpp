@@ -76,6 +76,18 @@ Matrix6 strain_of_stretches(const Eigen::VectorXd &rest, const std::array<int, 4
     return result;
 }
 
+Eigen::Matrix3d tensor(const Vector6 &of) {
+    const double xy = std::sqrt(0.5) * of[3], yz = std::sqrt(0.5) * of[4], zx = std::sqrt(0.5) * of[5];
+    return (Eigen::Matrix3d() << of[0], xy, zx, xy, of[1], yz, zx, yz, of[2]).finished();
+}
+
+Vector6 components(const Eigen::Matrix3d &of) {
+    Vector6 result;
+    result << of(0, 0), of(1, 1), of(2, 2), std::sqrt(2.0) * of(0, 1), std::sqrt(2.0) * of(1, 2),
+        std::sqrt(2.0) * of(2, 0);
+    return result;
+}
+
 Matrix6 isotropic_stiffness(double lame_lambda, double shear_modulus) {
     Matrix6 result = 2.0 * shear_modulus * Matrix6::Identity();
     result.topLeftCorner<3, 3>().array() += lame_lambda;

@@ -45,6 +45,10 @@ Eigen::Matrix<double, 12, 12> hessian_of_edges(const std::array<Eigen::Matrix3d,
 /// @return [1/m^2]
 Matrix6 strain_of_stretches(const Eigen::VectorXd &rest, const std::array<int, 4> &nodes);
 
+/// A symmetric tensor from these components, and back.
+Eigen::Matrix3d tensor(const Vector6 &of);
+Vector6 components(const Eigen::Matrix3d &of);
+
 /// Stress lambda (tr E) I + 2 mu E in the same components, as a matrix that a strain is multiplied with [Pa].
 Matrix6 isotropic_stiffness(double lame_lambda, double shear_modulus);
 

@@ -6,6 +6,11 @@
 
 namespace livermark::msm {
 
+void ElasticTerm::add_hessian_product(const Eigen::VectorXd &x, const Eigen::VectorXd &u,
+                                      Eigen::VectorXd &product) const {
+    product += hessian(x, Tangent::exact) * u;
+}
+
 ElasticBody::ElasticBody(std::vector<double> mass, std::vector<std::shared_ptr<const ElasticTerm>> energy_terms)
     : node_mass(std::move(mass)), terms(std::move(energy_terms)) {}
 
@@ -40,6 +45,20 @@ Eigen::SparseMatrix<double> elastic_hessian(const ElasticBody &body, const std::
             hessian += of_term;
     }
     return hessian;
+}
+
+StiffnessProduct::StiffnessProduct(const ElasticBody &body, const std::vector<core::Vector3> &positions)
+    : terms_(body.terms), rest_(to_unknowns(positions)), at_rest_(forces(Eigen::VectorXd::Zero(rest_.size()))) {}
+
+Eigen::VectorXd StiffnessProduct::times(const Eigen::VectorXd &displacement) const {
+    return at_rest_ - forces(displacement);
+}
+
+Eigen::VectorXd StiffnessProduct::forces(const Eigen::VectorXd &velocity) const {
+    Eigen::VectorXd force = Eigen::VectorXd::Zero(velocity.size());
+    for (const auto &term : terms_)
+        term->add_force(rest_, velocity, 1.0, force);
+    return force;
 }
 
 Eigen::VectorXd to_unknowns(const std::vector<core::Vector3> &field) {

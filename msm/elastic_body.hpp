@@ -38,6 +38,10 @@ class ElasticTerm {
     /// @return shape (3N, 3N) [N/m]
     virtual Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd &x, Tangent tangent) const = 0;
 
+    /// product += the exact hessian(x) u. Terms that couple many nodes do it without the matrix, which is wide.
+    virtual void add_hessian_product(const Eigen::VectorXd &x, const Eigen::VectorXd &u,
+                                     Eigen::VectorXd &product) const;
+
     /// Adds to the 3 x 3 block of each node what bounds the material tangent at x from above: u^T K_m u <= sum over
     /// nodes of u_i^T B_i u_i for all u.
     /// @param blocks  shape (N) [N/m]
@@ -56,6 +60,9 @@ struct ElasticBody {
 
     std::vector<double> node_mass;                         ///< (N) [kg]
     std::vector<std::shared_ptr<const ElasticTerm>> terms; ///< the energy is their sum
+    /// A term whose second derivative at rest is near that of the sum but has far fewer entries, for factors in place
+    /// of it; null where the terms' own has few.
+    std::shared_ptr<const ElasticTerm> preconditioner;
 };
 
 /// Elastic energy.
@@ -73,6 +80,23 @@ std::vector<core::Vector3> elastic_gradient(const ElasticBody &body, const std::
 /// @return shape (3N, 3N) [N/m], both triangles
 Eigen::SparseMatrix<double> elastic_hessian(const ElasticBody &body, const std::vector<core::Vector3> &positions,
                                             Tangent tangent);
+
+/// The elastic forces at rest in proportion to small displacements, term by term and without a matrix.
+class StiffnessProduct {
+  public:
+    /// @param positions  shape (N) of rest [m]
+    StiffnessProduct(const ElasticBody &body, const std::vector<core::Vector3> &positions);
+    /// K u with K the second derivative of the energy at rest. There the dashpots of a term act as K would.
+    /// @param displacement  shape (3N), in any unit
+    Eigen::VectorXd times(const Eigen::VectorXd &displacement) const;
+
+  private:
+    Eigen::VectorXd forces(const Eigen::VectorXd &velocity) const;
+
+    std::vector<std::shared_ptr<const ElasticTerm>> terms_;
+    Eigen::VectorXd rest_;    // (3N) [m]
+    Eigen::VectorXd at_rest_; // (3N) what rounding leaves there [N]
+};
 
 /// A nodal field as 3N components, and back.
 Eigen::VectorXd to_unknowns(const std::vector<core::Vector3> &field);

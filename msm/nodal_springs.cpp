@@ -70,6 +70,28 @@ class NodalSprings : public ElasticTerm {
             add_tensions(tetrahedra_[t].nodes, edges(tetrahedra_[t], x).pull, tension[t], force);
     }
 
+    void add_hessian_product(const Eigen::VectorXd &x, const Eigen::VectorXd &u,
+                             Eigen::VectorXd &product) const override {
+        Strains added(tetrahedra_.size());
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
+            added[t] = tetrahedra_[t].strain_of_stretch *
+                       stretch_rates(edges(tetrahedra_[t], x).pull, edge_spans(tetrahedra_[t].nodes, u));
+        const auto more = tensions(added), there = tensions(strains(x, x, 0.0));
+        Eigen::VectorXd force = Eigen::VectorXd::Zero(x.size());
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
+            const auto &tetrahedron = tetrahedra_[t];
+            const auto [length, pull] = edges(tetrahedron, x);
+            auto turn = edge_spans(tetrahedron.nodes, u);
+            for (int e = 0; e < 6; ++e) {
+                const core::Vector3 direction = pull[e].normalized();
+                turn[e] = tetrahedron.rest_length[e] / length[e] * (turn[e] - direction.dot(turn[e]) * direction);
+            }
+            add_tensions(tetrahedron.nodes, pull, more[t], force);
+            add_tensions(tetrahedron.nodes, turn, there[t], force);
+        }
+        product -= force;
+    }
+
     Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd &x, Tangent tangent) const override {
         const auto mean_slope = mean_strain_slopes(x);
         Eigen::SparseMatrix<double> stiffness(mean_slope.rows(), mean_slope.rows());

@@ -11,20 +11,15 @@
 
 namespace livermark::msm {
 
-namespace {
-
-/// What is left of lambda for a volume term [Pa].
-double modulus_beside_springs(const core::Material &material) {
-    return material.lame_lambda() - material.shear_modulus();
-}
-
-} // namespace
-
 core::SpringNetwork springs_beside_volume(const core::Body &body, const SpringLaw &law) {
     auto spring_part = body;
     for (auto &material : spring_part.materials)
         material = {material.density, 2.5 * material.shear_modulus(), 0.25};
     return spring_network(spring_part, law);
+}
+
+double modulus_beside_springs(const core::Material &material) {
+    return material.lame_lambda() - material.shear_modulus();
 }
 
 bool needs_volume(const core::Body &body) {

@@ -22,6 +22,9 @@ struct MassSprings {
 /// Poisson's ratio 1/4.
 core::SpringNetwork springs_beside_volume(const core::Body &body, const SpringLaw &law);
 
+/// What is left of lambda for a volume term [Pa].
+double modulus_beside_springs(const core::Material &material);
+
 /// Whether anything is left of lambda: not at Poisson's ratio 1/4.
 bool needs_volume(const core::Body &body);
 

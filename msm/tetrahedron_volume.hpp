@@ -28,6 +28,21 @@ inline VolumeGradient volume_gradient(const Eigen::VectorXd &x, const std::array
     return {.volume = a.dot(first), .gradient = {-(first + second + third), first, second, third}};
 }
 
+/// The derivative of the gradient along displacements u [m^2], if u is in m.
+/// @param u  shape (3N) like x
+inline std::array<core::Vector3, 4> volume_gradient_change(const Eigen::VectorXd &x, const Eigen::VectorXd &u,
+                                                           const std::array<int, 4> &tetrahedron) {
+    const auto corner = [&](const Eigen::VectorXd &field, int a) -> core::Vector3 {
+        return field.segment<3>(3 * static_cast<Eigen::Index>(tetrahedron[a])) -
+               field.segment<3>(3 * static_cast<Eigen::Index>(tetrahedron[0]));
+    };
+    const core::Vector3 a = corner(x, 1), b = corner(x, 2), c = corner(x, 3);
+    const core::Vector3 p = corner(u, 1), q = corner(u, 2), r = corner(u, 3);
+    const core::Vector3 first = (q.cross(c) + b.cross(r)) / 6.0, second = (r.cross(a) + c.cross(p)) / 6.0,
+                        third = (p.cross(b) + a.cross(q)) / 6.0;
+    return {-(first + second + third), first, second, third};
+}
+
 /// Second derivatives d2V / dx_a dx_b, rows and columns 3 a + component [m].
 Eigen::Matrix<double, 12, 12> volume_hessian(const Eigen::VectorXd &x, const std::array<int, 4> &tetrahedron);
 

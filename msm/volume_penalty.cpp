@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "msm/dynamics/step_parts.hpp"
@@ -17,27 +18,36 @@ class VolumePenalty : public ElasticTerm {
   public:
     VolumePenalty(const core::TetraMesh &mesh, const ControlVolumes &parts)
         : tetrahedra_(mesh.tetrahedra), share_(parts.share), centre_(parts.centre), mean_(parts.mean),
+          measure_(parts.measure),
           modulus_(Eigen::VectorXd::Map(parts.modulus.data(), static_cast<Eigen::Index>(parts.modulus.size()))),
           rest_volume_(share_ * volumes(to_unknowns(mesh.points))) {}
 
     double energy(const Eigen::VectorXd &x) const override {
         const Eigen::VectorXd change = resisted_change(volumes(x));
-        return 0.5 * change.dot(modulus_.cwiseProduct(rest_volume_).cwiseProduct(change));
+        double energy = 0.0;
+        for (Eigen::Index c = 0; c < change.size(); ++c) {
+            const double value = measure_(change[c]).value;
+            energy += 0.5 * modulus_[c] * rest_volume_[c] * value * value;
+        }
+        return energy;
     }
 
     void add_force(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta,
                    Eigen::VectorXd &force) const override {
         Eigen::VectorXd volume(static_cast<Eigen::Index>(tetrahedra_.size()));
+        Eigen::VectorXd rate = Eigen::VectorXd::Zero(beta != 0.0 ? volume.size() : 0);
         for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
             const auto [now, gradient] = volume_gradient(x, tetrahedra_[t]);
-            double &value = volume[static_cast<Eigen::Index>(t)];
-            value = now;
+            volume[static_cast<Eigen::Index>(t)] = now;
             if (beta != 0.0)
                 for (int a = 0; a < 4; ++a)
-                    value += beta * gradient[a].dot(of_node(v, tetrahedra_[t][a]));
+                    rate[static_cast<Eigen::Index>(t)] += gradient[a].dot(of_node(v, tetrahedra_[t][a]));
         }
+        Eigen::VectorXd push = slopes(resisted_change(volume));
+        if (beta != 0.0)
+            push += beta * mean_change(share_ * rate);
         // The gradients are found again because that costs less than to keep them in memory.
-        const Eigen::VectorXd tetrahedron_pressure = share_.transpose() * pressure(volume);
+        const Eigen::VectorXd tetrahedron_pressure = share_.transpose() * pressure(push);
         for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
             const auto gradient = volume_gradient(x, tetrahedra_[t]).gradient;
             for (int a = 0; a < 4; ++a)
@@ -45,9 +55,33 @@ class VolumePenalty : public ElasticTerm {
         }
     }
 
+    void add_hessian_product(const Eigen::VectorXd &x, const Eigen::VectorXd &u,
+                             Eigen::VectorXd &product) const override {
+        const Eigen::VectorXd change = resisted_change(volumes(x));
+        Eigen::VectorXd added(static_cast<Eigen::Index>(tetrahedra_.size())); // to the volumes
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
+            const auto gradient = volume_gradient(x, tetrahedra_[t]).gradient;
+            double &sum = added[static_cast<Eigen::Index>(t)] = 0.0;
+            for (int a = 0; a < 4; ++a)
+                sum += gradient[a].dot(of_node(u, tetrahedra_[t][a]));
+        }
+        const Eigen::VectorXd there = share_.transpose() * pressure(slopes(change));
+        const Eigen::VectorXd more =
+            share_.transpose() * pressure(curvatures(change).cwiseProduct(mean_change(share_ * added)));
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
+            const auto gradient = volume_gradient(x, tetrahedra_[t]).gradient;
+            const auto turn = volume_gradient_change(x, u, tetrahedra_[t]);
+            for (int a = 0; a < 4; ++a)
+                of_node(product, tetrahedra_[t][a]) +=
+                    more[static_cast<Eigen::Index>(t)] * gradient[a] + there[static_cast<Eigen::Index>(t)] * turn[a];
+        }
+    }
+
     Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd &x, Tangent tangent) const override {
         const SparseRows gradient = resisted_change_gradients(x);
         Eigen::VectorXd factor = modulus_.cwiseProduct(rest_volume_);
+        if (tangent != Tangent::material)
+            factor = factor.cwiseProduct(curvatures(resisted_change(volumes(x))));
         if (tangent == Tangent::semi_definite)
             factor = factor.cwiseMax(0.0);
         const SparseRows scaled = factor.asDiagonal() * gradient;
@@ -78,6 +112,8 @@ class VolumePenalty : public ElasticTerm {
     }
 
     bool describe(StepParts &parts) const override {
+        if (measure_ != change_of_volume)
+            return false;
         const Eigen::VectorXd stiffness = modulus_.cwiseQuotient(rest_volume_);
         parts.tetrahedra = tetrahedra_;
         if (centre_.empty())
@@ -114,10 +150,31 @@ class VolumePenalty : public ElasticTerm {
         return volume;
     }
 
+    /// Of changes of control volumes [m^3], relative ones or the means of these.
+    Eigen::VectorXd mean_change(const Eigen::VectorXd &change) const {
+        const Eigen::VectorXd relative = change.cwiseQuotient(rest_volume_);
+        return mean_.size() > 0 ? Eigen::VectorXd(mean_ * relative) : relative;
+    }
+
     /// What the energy is made of: e_c = V_c / V0_c - 1, or the means of these.
     Eigen::VectorXd resisted_change(const Eigen::VectorXd &tetrahedron_volume) const {
-        const Eigen::VectorXd change = (share_ * tetrahedron_volume - rest_volume_).cwiseQuotient(rest_volume_);
-        return mean_.size() > 0 ? Eigen::VectorXd(mean_ * change) : change;
+        return mean_change(share_ * tetrahedron_volume - rest_volume_);
+    }
+
+    /// g g' of each, the derivative of g^2 / 2
+    Eigen::VectorXd slopes(const Eigen::VectorXd &change) const {
+        return change.unaryExpr([this](double of_one) {
+            const auto [value, slope, curvature] = measure_(of_one);
+            return value * slope;
+        });
+    }
+
+    /// The second derivative of g^2 / 2
+    Eigen::VectorXd curvatures(const Eigen::VectorXd &change) const {
+        return change.unaryExpr([this](double of_one) {
+            const auto [value, slope, curvature] = measure_(of_one);
+            return slope * slope + value * curvature;
+        });
     }
 
     /// (C, 3N) its derivative [1/m]
@@ -127,12 +184,11 @@ class VolumePenalty : public ElasticTerm {
     }
 
     /// Of each control volume, dU/dV_c [Pa].
-    Eigen::VectorXd pressure(const Eigen::VectorXd &tetrahedron_volume) const {
-        const Eigen::VectorXd change = resisted_change(tetrahedron_volume);
+    /// @param push  shape (C) slopes()
+    Eigen::VectorXd pressure(const Eigen::VectorXd &push) const {
         if (mean_.size() == 0)
-            return modulus_.cwiseProduct(change);
-        return (mean_.transpose() * modulus_.cwiseProduct(rest_volume_).cwiseProduct(change))
-            .cwiseQuotient(rest_volume_);
+            return modulus_.cwiseProduct(push);
+        return (mean_.transpose() * modulus_.cwiseProduct(rest_volume_).cwiseProduct(push)).cwiseQuotient(rest_volume_);
     }
 
     /// (M, 3N) grad V_t
@@ -151,7 +207,7 @@ class VolumePenalty : public ElasticTerm {
     }
 
     Eigen::SparseMatrix<double> geometric_part(const Eigen::VectorXd &x) const {
-        const Eigen::VectorXd tetrahedron_pressure = share_.transpose() * pressure(volumes(x));
+        const Eigen::VectorXd tetrahedron_pressure = share_.transpose() * pressure(slopes(resisted_change(volumes(x))));
         std::vector<Eigen::Triplet<double>> entries;
         entries.reserve(144 * tetrahedra_.size());
         for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
@@ -169,11 +225,23 @@ class VolumePenalty : public ElasticTerm {
     SparseRows share_;
     std::vector<int> centre_;
     SparseRows mean_;
+    MeasureVolume measure_;
     Eigen::VectorXd modulus_;
     Eigen::VectorXd rest_volume_;
 };
 
 } // namespace
+
+VolumeMeasure change_of_volume(double change) {
+    return {change, 1.0, 0.0};
+}
+
+VolumeMeasure logarithm_of_volume(double change) {
+    if (change <= -1.0)
+        return {-std::numeric_limits<double>::infinity(), 0.0, 0.0};
+    const double inverse = 1.0 / (1.0 + change);
+    return {std::log1p(change), inverse, -inverse * inverse};
+}
 
 ControlVolumes volumes_around_nodes(const NodalParts &parts, const std::vector<double> &modulus) {
     ControlVolumes result;
@@ -188,6 +256,19 @@ ControlVolumes volumes_around_nodes(const NodalParts &parts, const std::vector<d
                         static_cast<Eigen::Index>(parts.at_corner.size()));
     result.share.setFromTriplets(share.begin(), share.end());
     return result;
+}
+
+ControlVolumes mean_volumes_around_nodes(const NodalParts &parts, const std::vector<double> &modulus) {
+    auto volumes = volumes_around_nodes(parts, modulus);
+    std::vector<Eigen::Triplet<double>> mean;
+    for (std::size_t t = 0; t < parts.at_corner.size(); ++t)
+        for (const int part : parts.at_corner[t])
+            for (const int other : parts.at_corner[t])
+                mean.emplace_back(part, other, parts.tetrahedron_volume[t] / (16.0 * parts.volume[part]));
+    const auto size = static_cast<Eigen::Index>(parts.node.size());
+    volumes.mean.resize(size, size);
+    volumes.mean.setFromTriplets(mean.begin(), mean.end());
+    return volumes;
 }
 
 std::shared_ptr<const ElasticTerm> volume_penalty(const core::TetraMesh &mesh, const ControlVolumes &control_volumes) {

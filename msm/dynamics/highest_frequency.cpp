@@ -24,36 +24,28 @@ constexpr double largest_tolerance = 1e-9;
 constexpr int most_restarts = 1000;
 constexpr Eigen::Index num_vectors_for_largest = 40;
 
-/// y = M^-1/2 K M^-1/2 x, term by term, as Spectra asks for it. At rest the dashpots of a term act as K would.
+/// y = M^-1/2 K M^-1/2 x, term by term, as Spectra asks for it.
 class ScaledStiffness {
   public:
     using Scalar = double;
     ScaledStiffness(const ElasticBody &body, const Field &positions, const FreeComponents &free)
-        : body_(body), free_(free), inverse_root_mass_(inverse_root_mass(body.node_mass, free)),
-          rest_(to_unknowns(positions)), at_rest_(product(Eigen::VectorXd::Zero(rest_.size()))) {}
+        : stiffness_(body, positions), free_(free), num_nodes_(positions.size()),
+          inverse_root_mass_(inverse_root_mass(body.node_mass, free)) {}
 
     Eigen::Index rows() const { return free_.size(); }
     Eigen::Index cols() const { return free_.size(); }
     void perform_op(const double *x, double *y) const {
-        displacement_.assign(body_.node_mass.size(), core::Vector3::Zero());
+        displacement_.assign(num_nodes_, core::Vector3::Zero());
         free_.add(displacement_, Eigen::VectorXd::Map(x, rows()).cwiseProduct(inverse_root_mass_), 1.0);
-        const Eigen::VectorXd force = product(to_unknowns(displacement_)) - at_rest_;
+        const Eigen::VectorXd force = stiffness_.times(to_unknowns(displacement_));
         Eigen::VectorXd::Map(y, rows()) = free_.gather(to_field(force)).cwiseProduct(inverse_root_mass_);
     }
 
   private:
-    /// K v, and the forces that rounding leaves at rest.
-    Eigen::VectorXd product(const Eigen::VectorXd &v) const {
-        Eigen::VectorXd force = Eigen::VectorXd::Zero(v.size());
-        for (const auto &term : body_.terms)
-            term->add_force(rest_, v, 1.0, force);
-        return -force;
-    }
-
-    const ElasticBody &body_;
+    StiffnessProduct stiffness_;
     const FreeComponents &free_;
+    std::size_t num_nodes_;
     Eigen::VectorXd inverse_root_mass_;
-    Eigen::VectorXd rest_, at_rest_;
     mutable Field displacement_;
 };
 

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <functional>
 #include <utility>
+
+#include "msm/statics/conjugate_gradients.hpp"
+#include "msm/statics/limited_memory.hpp"
 
 namespace livermark::msm {
 
@@ -16,6 +18,13 @@ using Field = std::vector<core::Vector3>;
 /// about as much as a factor.
 constexpr int steps_between_looks = 10;
 constexpr double least_reduction = 0.1;
+/// The same where the factor is that of a preconditioner: it takes more steps, but another factor would be a wide one.
+constexpr int steps_between_looks_of_many = 40;
+constexpr double least_reduction_of_many = 0.5;
+/// Steps that are remembered.
+constexpr std::size_t most_pairs = 30;
+/// Conjugate gradients in a step of Newton's method without a factor.
+constexpr int most_products = 200;
 
 /// Part of what compression makes negative in the second derivative that is left out first where all of it is too much.
 constexpr double smallest_part_left_out = 1.0 / 16.0;
@@ -26,50 +35,17 @@ Field sum(const Field &a, const Field &b) {
     return result;
 }
 
-using Inverse = std::function<Eigen::VectorXd(const Eigen::VectorXd &)>;
-
-/// What the last steps say of the second derivative: the inverse by a factor with their corrections of rank two (the
-/// two loops of Nocedal 1980, Updating quasi-Newton matrices with limited storage, Math. Comput. 35).
-class CorrectedInverse {
-  public:
-    explicit CorrectedInverse(const Inverse &first) : first_(first) {}
-
-    Eigen::VectorXd times(Eigen::VectorXd vector) const {
-        std::vector<double> part(pairs_.size());
-        for (std::size_t p = pairs_.size(); p-- > 0;) {
-            part[p] = pairs_[p].step.dot(vector) / pairs_[p].curvature;
-            vector -= part[p] * pairs_[p].change;
-        }
-        vector = first_(vector);
-        for (std::size_t p = 0; p < pairs_.size(); ++p)
-            vector += (part[p] - pairs_[p].change.dot(vector) / pairs_[p].curvature) * pairs_[p].step;
-        return vector;
-    }
-
-    /// Learns from a step and the change of the gradient on it. Where the energy bends downwards there is nothing to be
-    /// learnt for an inverse that is to stay positive definite.
-    void learn(Eigen::VectorXd step, Eigen::VectorXd change) {
-        const double curvature = step.dot(change);
-        if (curvature > 0.0)
-            pairs_.push_back({std::move(step), std::move(change), curvature});
-    }
-
-  private:
-    struct Pair {
-        Eigen::VectorXd step, change;
-        double curvature;
-    };
-    const Inverse &first_;
-    std::vector<Pair> pairs_;
-};
-
 /// The way down in the potential U(x) - f . u of one body, loads and constraints.
 class Descent {
   public:
     Descent(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
             const RestStiffness &rest, const EquilibriumOptions &options, Equilibrium &state)
         : body_(body), positions_(positions), conditions_(conditions), rest_(rest), free_(rest.free()),
-          options_(options), state_(state), unbalanced_(unbalanced_force()) {}
+          options_(options), state_(state), unbalanced_(unbalanced_force()), potential_(potential(state.displacement)) {
+    }
+
+    /// Whether there is an energy where it is.
+    bool is_possible() const { return std::isfinite(potential_); }
 
     /// What holds each node where it is, beyond the loads: zero on free components in equilibrium.
     const Field &unbalanced() const { return unbalanced_; }
@@ -88,9 +64,12 @@ class Descent {
     }
 
     /// Goes down as long as the inverse by a factor is good for it.
+    /// @param is_approximate  whether it is that of a preconditioner
     /// @return number of steps, 0 where there was none downhill
-    int follow(const Inverse &by_factor) {
-        CorrectedInverse inverse(by_factor);
+    int follow(const LinearMap &by_factor, bool is_approximate = false) {
+        const int between_looks = is_approximate ? steps_between_looks_of_many : steps_between_looks;
+        const double reduction = is_approximate ? least_reduction_of_many : least_reduction;
+        LimitedMemory inverse(by_factor, most_pairs);
         double last_look = relative_residual();
         Eigen::VectorXd gradient = free_.gather(unbalanced_);
         int steps = 0;
@@ -104,9 +83,9 @@ class Descent {
             const Eigen::VectorXd there = free_.gather(unbalanced_);
             inverse.learn(scale * direction, there - gradient);
             gradient = there;
-            if (steps % steps_between_looks == 0) {
+            if (steps % between_looks == 0) {
                 const double residual = relative_residual();
-                if (residual > least_reduction * last_look)
+                if (residual > reduction * last_look)
                     break;
                 last_look = residual;
             }
@@ -138,7 +117,37 @@ class Descent {
         }
     }
 
+    /// A step of Newton's method with the second derivative where it is now and no factor of it: conjugate gradients
+    /// with the factor of the preconditioner, as exactly as it is worth (Dembo, Eisenstat, Steihaug 1982), until they
+    /// meet a direction that bends downwards (Steihaug 1983).
+    /// @return whether it was a step downhill
+    bool follow_products() {
+        const Field x = sum(positions_, state_.displacement);
+        const Eigen::VectorXd positions = to_unknowns(x);
+        const Eigen::VectorXd gradient = free_.gather(unbalanced_);
+        const double tolerance = std::min(0.1, std::sqrt(relative_residual()));
+        const Eigen::VectorXd step = conjugate_gradients(
+            [&](const auto &direction) { return tangent_times(positions, direction); },
+            [&](const auto &vector) { return rest_.inverse_times(vector); }, -gradient, tolerance, most_products);
+        if (search_line(step, gradient.dot(step)) == 0.0)
+            return false;
+        ++state_.num_iterations;
+        unbalanced_ = unbalanced_force();
+        return true;
+    }
+
   private:
+    /// H_ff d
+    Eigen::VectorXd tangent_times(const Eigen::VectorXd &positions, const Eigen::VectorXd &direction) const {
+        Field field(positions_.size(), core::Vector3::Zero());
+        free_.add(field, direction, 1.0);
+        const Eigen::VectorXd all = to_unknowns(field);
+        Eigen::VectorXd product = Eigen::VectorXd::Zero(all.size());
+        for (const auto &term : body_.terms)
+            term->add_hessian_product(positions, all, product);
+        return free_.gather(to_field(product));
+    }
+
     bool factorise(const Eigen::SparseMatrix<double> &tangent) {
         if (!is_ordered_)
             factor_.order(tangent);
@@ -168,14 +177,16 @@ class Descent {
 
     /// @return part of the direction that was gone, 0 where nothing of it leads downhill
     double search_line(const Eigen::VectorXd &direction, double slope) {
-        const double start = potential(state_.displacement);
+        const double start = potential_;
         // Close to the minimum the decrease is lost in rounding; a full step is then judged by the residual instead.
         const double rounding = 1e-13 * (std::abs(start) + std::abs(slope));
         for (double scale = 1.0; scale > 1e-6; scale *= 0.5) {
             Field trial = state_.displacement;
             free_.add(trial, direction, scale);
-            if (potential(trial) <= start + 1e-4 * scale * slope + rounding) {
+            const double there = potential(trial);
+            if (there <= start + 1e-4 * scale * slope + rounding) {
                 state_.displacement = std::move(trial);
+                potential_ = there;
                 return scale;
             }
         }
@@ -190,6 +201,7 @@ class Descent {
     const EquilibriumOptions &options_;
     Equilibrium &state_; // displacement and numbers of steps
     Field unbalanced_;
+    double potential_;
     support::SparseCholesky factor_;
     bool is_ordered_ = false;
     double part_left_out_ = 0.0;
@@ -227,14 +239,19 @@ Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, co
         return result;
     }
     Descent descent(body, positions, conditions, rest, options, result);
-    descent.follow([&](const auto &vector) { return rest.inverse_times(vector); });
+    if (!descent.is_possible()) {
+        give_up("tetrahedra are inside out where the search begins; lower the load, or go to it along a path");
+        result.constraint_force.assign(positions.size(), core::Vector3::Zero());
+        return result;
+    }
+    descent.follow([&](const auto &vector) { return rest.inverse_times(vector); }, rest.is_approximate());
     while (!descent.is_balanced()) {
         if (result.num_iterations == options.max_iterations) {
             give_up(fmt::format("a relative residual of {1:.1e} is left after {0} steps; lower the load",
                                 result.num_iterations, descent.relative_residual()));
             break;
         }
-        if (!descent.follow_tangent()) {
+        if (!(rest.is_approximate() ? descent.follow_products() : descent.follow_tangent())) {
             give_up(fmt::format("no step downhill from a relative residual of {:.1e}; lower the load",
                                 descent.relative_residual()));
             break;

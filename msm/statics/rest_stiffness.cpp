@@ -6,10 +6,15 @@
 #include <utility>
 
 #include "core/bounding_box.hpp"
+#include "msm/statics/conjugate_gradients.hpp"
 
 namespace livermark::msm {
 
 namespace {
+
+/// Of the residual of the linear answer, where it is found step by step.
+constexpr double linear_tolerance = 1e-10;
+constexpr int most_conjugate_gradients = 300;
 
 using Clock = std::chrono::steady_clock;
 
@@ -19,15 +24,25 @@ double seconds_since(Clock::time_point start) {
 
 } // namespace
 
-RestStiffness::RestStiffness(Eigen::SparseMatrix<double> stiffness, const std::vector<core::Vector3> &positions,
-                             std::vector<core::Vector3> common)
-    : extent_(core::extent(positions)), common_(std::move(common)) {
+RestStiffness::RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions)
+    : extent_(core::extent(positions)) {
+    auto stiffness = body.preconditioner ? body.preconditioner->hessian(to_unknowns(positions), Tangent::material)
+                                         : elastic_hessian(body, positions, Tangent::exact);
     stiffness_.swap(stiffness); // Eigen does not move sparse matrices
+    if (body.preconditioner)
+        product_.emplace(body, positions);
+}
+
+RestStiffness RestStiffness::of_many(const ElasticBody &body, const std::vector<core::Vector3> &positions,
+                                     std::vector<core::Vector3> common) {
+    RestStiffness rest(body, positions);
+    rest.common_ = std::move(common);
+    return rest;
 }
 
 RestStiffness::RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions,
                              const std::vector<core::Vector3> &prescribed)
-    : RestStiffness(elastic_hessian(body, positions, Tangent::exact), positions, {}) {
+    : RestStiffness(body, positions) {
     constrain(prescribed);
 }
 
@@ -97,9 +112,26 @@ std::vector<core::Vector3> RestStiffness::solve(const std::vector<core::Vector3>
         node = node.array().isNaN().select(core::Vector3::Zero(), node);
     if (!is_definite_)
         return displacement;
-    const Eigen::VectorXd load = to_unknowns(force) - stiffness_ * to_unknowns(displacement);
-    free_.add(displacement, inverse_times(free_.gather(to_field(load)), &support::SparseCholesky::solve), 1.0);
+    const Eigen::VectorXd load = free_.gather(to_field(to_unknowns(force) - product(to_unknowns(displacement))));
+    free_.add(displacement,
+              product_ ? by_conjugate_gradients(load) : inverse_times(load, &support::SparseCholesky::solve), 1.0);
     return displacement;
+}
+
+Eigen::VectorXd RestStiffness::product(const Eigen::VectorXd &displacement) const {
+    return product_ ? product_->times(displacement) : Eigen::VectorXd(stiffness_ * displacement);
+}
+
+Eigen::VectorXd RestStiffness::by_conjugate_gradients(const Eigen::VectorXd &load) const {
+    const std::vector<core::Vector3> nothing(static_cast<std::size_t>(stiffness_.rows() / 3), core::Vector3::Zero());
+    const auto matrix = [&](const Eigen::VectorXd &displacement) {
+        auto field = nothing;
+        free_.add(field, displacement, 1.0);
+        return free_.gather(to_field(product_->times(to_unknowns(field))));
+    };
+    return conjugate_gradients(
+        matrix, [this](const auto &vector) { return inverse_times(vector); }, load, linear_tolerance,
+        most_conjugate_gradients);
 }
 
 } // namespace livermark::msm

@@ -10,17 +10,7 @@ namespace {
 /// even one pressure for each node is more than the nodes there can follow. Mesh-wide patterns of pressure, which the
 /// nodes follow worst, are what the second mean leaves out.
 std::shared_ptr<const ElasticTerm> make(const core::Body &body, const std::vector<double> &modulus) {
-    const auto parts = nodal_parts(body);
-    auto volumes = volumes_around_nodes(parts, modulus);
-    std::vector<Eigen::Triplet<double>> mean;
-    for (std::size_t t = 0; t < parts.at_corner.size(); ++t)
-        for (const int part : parts.at_corner[t])
-            for (const int other : parts.at_corner[t])
-                mean.emplace_back(part, other, parts.tetrahedron_volume[t] / (16.0 * parts.volume[part]));
-    const auto size = static_cast<Eigen::Index>(parts.node.size());
-    volumes.mean.resize(size, size);
-    volumes.mean.setFromTriplets(mean.begin(), mean.end());
-    return volume_penalty(body.mesh, volumes);
+    return volume_penalty(body.mesh, mean_volumes_around_nodes(nodal_parts(body), modulus));
 }
 
 } // namespace

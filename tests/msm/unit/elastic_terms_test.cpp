@@ -7,6 +7,7 @@
 #include <string>
 
 #include "msm/biquadratic_springs.hpp"
+#include "msm/hyperelastic_springs.hpp"
 #include "msm/inversion_guard.hpp"
 #include "msm/nodal_springs.hpp"
 #include "msm/spring_network.hpp"
@@ -20,9 +21,13 @@ using core::Vector3;
 using msm::Tangent;
 using Term = std::shared_ptr<const msm::ElasticTerm>;
 
+/// So far from rest that some tetrahedra are inverted.
+constexpr double inverting = 0.02;
+
 struct NamedTerm {
     std::string name;
     std::function<Term(const core::Body &)> make;
+    double shake = inverting; ///< how far nodes are moved [m]
 };
 
 /// Every term that a model can be made of.
@@ -38,6 +43,22 @@ std::vector<NamedTerm> all_terms() {
     };
     for (const auto &volume : msm::all_volume_terms())
         terms.push_back({volume.name, [volume](const core::Body &body) { return volume.make(body, {7e3, 2e4}); }});
+    // Their energy is infinite where a tetrahedron is inside out.
+    for (const auto &energy : msm::all_spring_energies())
+        terms.push_back({"springs_" + energy.name,
+                         [energy](const core::Body &body) { return msm::hyperelastic_springs(body, energy, 0.3); },
+                         0.006});
+    for (const auto *const kind : {"nodal", "mean_nodal"})
+        terms.push_back({std::string(kind) + "_logarithmic_volume",
+                         [kind](const core::Body &body) {
+                             const auto parts = msm::nodal_parts(body);
+                             auto volumes = kind == std::string("nodal")
+                                                ? msm::volumes_around_nodes(parts, {7e3, 2e4})
+                                                : msm::mean_volumes_around_nodes(parts, {7e3, 2e4});
+                             volumes.measure = msm::logarithm_of_volume;
+                             return msm::volume_penalty(body.mesh, volumes);
+                         },
+                         0.006});
     return terms;
 }
 
@@ -65,8 +86,7 @@ class EveryElasticTerm : public testing::TestWithParam<NamedTerm> {
     std::shared_ptr<const core::Body> body = two_materials();
     Term term = GetParam().make(*body);
     Eigen::VectorXd rest = msm::to_unknowns(body->mesh.points);
-    /// So far from rest that some tetrahedra are inverted.
-    Eigen::VectorXd shaken = rest + random_vector(rest.size(), 0.02, 7);
+    Eigen::VectorXd shaken = rest + random_vector(rest.size(), GetParam().shake, 7);
 
     Eigen::VectorXd gradient(const Eigen::VectorXd &x) const {
         Eigen::VectorXd force = Eigen::VectorXd::Zero(x.size());
@@ -107,6 +127,14 @@ TEST_P(EveryElasticTerm, HasAHessianThatIsTheDerivativeOfItsForces) {
         (gradient(shaken + step * direction) - gradient(shaken - step * direction)) / (2.0 * step);
     EXPECT_GT(found.norm(), 0.0);
     EXPECT_LT((found - expected).norm(), 1e-5 * found.norm());
+}
+
+TEST_P(EveryElasticTerm, HasProductsOfItsHessianWithoutTheMatrix) {
+    const auto direction = random_vector(rest.size(), 1.0, 14);
+    const Eigen::VectorXd expected = term->hessian(shaken, Tangent::exact) * direction;
+    Eigen::VectorXd found = Eigen::VectorXd::Ones(rest.size());
+    term->add_hessian_product(shaken, direction, found);
+    EXPECT_LT((found - Eigen::VectorXd::Ones(rest.size()) - expected).norm(), 1e-12 * expected.norm());
 }
 
 TEST_P(EveryElasticTerm, HasTheMaterialTangentAtRest) {

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <string>
+
+#include "msm/edge_stretches.hpp"
+#include "msm/volume_penalty.hpp"
+
+namespace livermark::msm {
+
+/// What springs that are coupled to each other resist with: a hyperelastic material. The squared lengths of the six
+/// edges of a tetrahedron give its Green strain E, and so its right Cauchy-Green tensor C = I + 2 E, which is linear in
+/// them (edge_stretches.hpp). So any energy of C is one of squared lengths of edges. The energy per volume at rest is
+///     W(C) = W_s(C) + (lambda - mu) / 2 g(J)^2,   J^2 = det C,
+/// where W_s carries lambda = mu, as springs do, and small strains give linear elasticity. The two parts stand apart
+/// because volumes are averaged in another way than strains. One file each in spring_energies/, named as the energy.
+struct SpringEnergy {
+    std::string name;    ///< the file stem; set by the table
+    std::string summary; ///< half a line
+    std::string source;  ///< literature reference
+    /// W_s [Pa]
+    /// @param shear_modulus  mu [Pa], here and below
+    /// @param strain         E, symmetric, I + 2 E positive definite, here and below
+    double (*energy)(double shear_modulus, const Eigen::Matrix3d &strain);
+    /// Second Piola-Kirchhoff stress S = d W_s / dE = 2 d W_s / dC [Pa]
+    Eigen::Matrix3d (*stress)(double shear_modulus, const Eigen::Matrix3d &strain);
+    /// d2 W_s / dE2 = 4 d2 W_s / dC2 in the components of edge_stretches.hpp [Pa]
+    Matrix6 (*stiffness)(double shear_modulus, const Eigen::Matrix3d &strain);
+    MeasureVolume volume; ///< g
+};
+
+/// Every energy of spring_energies/, in alphabetical order.
+std::span<const SpringEnergy> all_spring_energies();
+
+} // namespace livermark::msm
