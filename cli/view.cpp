@@ -3,10 +3,12 @@
 #include <filesystem>
 #include <fmt/format.h>
 #include <memory>
+#include <optional>
 #include <string>
 #include <system_error>
 
 #include "cli/commands.hpp"
+#include "cli/open_browser.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "server/remembered.hpp"
 #include "server/serve.hpp"
@@ -25,6 +27,7 @@ namespace fs = std::filesystem;
 struct ViewOptions {
     std::string folder;
     std::uint16_t port = 8421;
+    std::optional<bool> opens_browser; ///< nothing said: where there is a screen
 };
 
 /// Without symlinks and dots, so that paths below it can be told.
@@ -76,10 +79,18 @@ int view(const ViewOptions &options) {
         throw support::InputError(
             fmt::format("{}: there are no result files here; make some with `livermark run`", options.folder));
     site.page = built_page();
+    std::optional<OpenedBrowser> browser;
     server::serve(site, [&](std::uint16_t port) {
-        fmt::print("{}: {} result file{}, to be seen at http://127.0.0.1:{}/?token={} until Ctrl-C\n", options.folder,
-                   num_files, num_files == 1 ? "" : "s", port, site.token);
+        const auto address = fmt::format("http://127.0.0.1:{}/?token={}", port, site.token);
+        fmt::print("{}: {} result file{}, to be seen at {} until Ctrl-C\n", options.folder, num_files,
+                   num_files == 1 ? "" : "s", address);
         std::fflush(stdout);
+        if (!options.opens_browser.value_or(has_screen()))
+            return;
+        browser.emplace(address);
+        if (!browser->was_started())
+            fmt::print(stderr, "livermark: there is no xdg-open to open a browser with (Debian package xdg-utils); "
+                               "open the address yourself\n");
     });
     return 0;
 }
@@ -95,6 +106,8 @@ Command add_view(CLI::App &parent) {
     command->add_option("--port", options->port, "Port on 127.0.0.1; 0 for any that is free")
         ->check(CLI::Range(0, 65535))
         ->capture_default_str();
+    command->add_flag("--browser,!--no-browser", options->opens_browser,
+                      "Open the page in a browser, or do not; otherwise it is opened where there is a screen");
     return [options] { return view(*options); };
 }
 

@@ -25,8 +25,7 @@ namespace websocket = boost::beast::websocket;
 using tcp = asio::ip::tcp;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::seconds longest_silence{60};
-constexpr std::chrono::minutes longest_transfer{10};
+constexpr std::chrono::seconds longest_silence{60}; // of a side that sends nothing, or takes nothing of what is sent
 
 /// A header that stands there twice is neither of the two.
 template <class Name> std::optional<std::string> header(const RequestHead &head, Name name) {
@@ -100,7 +99,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
         });
     }
 
-    /// Nothing while a request is being answered.
+    /// Nothing while a reply is worked out.
     std::optional<Clock::time_point> silent_since() const { return silent_since_; }
 
     void close() {
@@ -172,24 +171,34 @@ class Connection : public std::enable_shared_from_this<Connection> {
         write(std::move(response));
     }
 
+    /// The serializer points at the response, and both have to stay where they are until all is sent.
+    template <class Body> struct Sent {
+        explicit Sent(http::response<Body> whole) : response(std::move(whole)) { response.prepare_payload(); }
+        http::response<Body> response;
+        http::response_serializer<Body> serializer{response};
+    };
+
     template <class Body> void write(http::response<Body> response) {
-        // The serializer points at the response, and both have to stay where they are until all is sent.
-        struct Sent {
-            explicit Sent(http::response<Body> whole) : response(std::move(whole)) {}
-            http::response<Body> response;
-            http::response_serializer<Body> serializer{response};
-        };
-        response.prepare_payload();
-        auto sent = std::make_shared<Sent>(std::move(response));
-        auto then = [self = shared_from_this(), sent](beast::error_code error, std::size_t) {
-            if (!error && self->head_.keep_alive())
-                self->read();
-        };
-        stream_.expires_after(longest_transfer);
-        if (head_.method() == http::verb::head)
-            http::async_write_header(stream_, sent->serializer, std::move(then));
-        else
-            http::async_write(stream_, sent->serializer, std::move(then));
+        const auto sent = std::make_shared<Sent<Body>>(std::move(response));
+        sent->serializer.split(head_.method() == http::verb::head);
+        write_on(sent);
+    }
+
+    /// Piece by piece: whoever asks and does not take the reply is as silent as one who does not ask.
+    template <class Body> void write_on(const std::shared_ptr<Sent<Body>> &sent) {
+        silent_since_ = Clock::now();
+        stream_.expires_after(longest_silence);
+        http::async_write_some(stream_, sent->serializer,
+                               [self = shared_from_this(), sent](beast::error_code error, std::size_t) {
+                                   self->silent_since_.reset();
+                                   if (error)
+                                       return;
+                                   const bool is_head = self->head_.method() == http::verb::head;
+                                   if (is_head ? !sent->serializer.is_header_done() : !sent->serializer.is_done())
+                                       self->write_on(sent);
+                                   else if (self->head_.keep_alive())
+                                       self->read();
+                               });
     }
 
     beast::tcp_stream stream_;

@@ -28,7 +28,7 @@ class Connections {
     /// been silent for longest is closed for it; if none is silent, the new one is.
     void add(boost::asio::ip::tcp::socket socket);
 
-    /// Closes the connection that has been waiting for a request for longest.
+    /// Closes the connection whose other side has been silent for longest: it sends no request, or takes no reply.
     /// @return whether there was one
     bool close_most_silent();
 

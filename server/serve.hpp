@@ -12,8 +12,9 @@ namespace livermark::server {
 /// still working a reply out after a second, the whole program ends here, with status 0: a solve cannot be broken off,
 /// and nothing that is worth keeping goes with it.
 ///
-/// At most 64 connections and eight WebSockets are open at a time; one that has been silent yields to a new one. Where
-/// the system has no descriptor left, new ones wait. Descriptors do not go to programs that this one starts.
+/// At most 64 connections and eight WebSockets are open at a time; one that has been silent, or does not take what is
+/// sent, yields to a new one. Where the system has no descriptor left, new ones wait. Descriptors do not go to programs
+/// that this one starts.
 /// @param site      its port is the one to listen on; 0 takes any that is free
 /// @param is_ready  called once, with the port, when requests are answered
 /// @throws support::InputError if the port cannot be had

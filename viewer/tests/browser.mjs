@@ -29,8 +29,8 @@ export function shippedFolder(name) {
 }
 
 /** Starts `livermark view` on any free port. @return its address, with the token */
-export async function startServer(folder) {
-  const child = spawn(livermark, ['view', folder, '--port', '0']);
+export async function startServer(folder, more = [], environment = {}) {
+  const child = spawn(livermark, ['view', folder, '--port', '0', ...more], { env: { ...process.env, ...environment } });
   const ended = new Promise((done) => child.once('exit', done));
   let said = '';
   const address = await new Promise((found, failed) => {

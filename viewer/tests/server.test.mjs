@@ -1,8 +1,8 @@
 // `livermark view` over HTTP; how it decides is tested in tests/server/unit/site_test.cpp.
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
+import { existsSync, mkdirSync, readFileSync, statSync, writeFileSync } from 'node:fs';
 import { request } from 'node:http';
-import { join } from 'node:path';
+import { delimiter, dirname, join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { builtPage, sampleFolder, startBrowser, startServer } from './browser.mjs';
 
@@ -78,6 +78,30 @@ test('the page breaks none of its own rules', async () => {
   } finally {
     await browser.close();
   }
+});
+
+test('it opens a browser with a file for its user alone, and not with the token in a command line', async () => {
+  const tools = join(samples.folder, 'tools');
+  mkdirSync(tools);
+  const asked = join(tools, 'asked');
+  writeFileSync(join(tools, 'xdg-open'), `#!/bin/sh\nprintf '%s' "$*" >'${asked}.part' && mv '${asked}.part' '${asked}'\n`, { mode: 0o755 });
+  const opening = await startServer(samples.folder, ['--browser'], { PATH: `${tools}${delimiter}${process.env.PATH}` });
+  while (!existsSync(asked)) await new Promise((done) => setTimeout(done, 20));
+  const file = readFileSync(asked, 'utf8');
+  const token = new URL(opening.address).searchParams.get('token');
+  assert.ok(!file.includes(token));
+  assert.equal(statSync(dirname(file)).mode & 0o077, 0, 'nobody else may look into its folder');
+  const browser = await startBrowser();
+  try {
+    const page = await browser.newPage();
+    await page.goto(`file://${file}`);
+    await page.locator('#stage[data-drawn]').waitFor();
+    assert.equal(new URL(page.url()).origin, new URL(opening.address).origin);
+  } finally {
+    await browser.close();
+  }
+  assert.equal(await opening.stop(), 0);
+  assert.equal(existsSync(file), false);
 });
 
 test('other hosts, origins and methods are refused', async () => {
