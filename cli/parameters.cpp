@@ -120,7 +120,8 @@ void print_effect(const studies::BodyParameters &healthy, const studies::BodyPar
 
 int print_parameters(const ParametersOptions &options) {
     const auto law = studies::find_spring_law(options.law);
-    const auto [problems, notes] = studies::read_scaled_problems(options.bodies, options.load_case, options.material);
+    const auto [problems, notes, left_out] =
+        studies::read_scaled_problems(options.bodies, options.load_case, options.material);
     print_notes(notes);
     for (const auto &problem : problems) {
         const auto parameters = studies::body_parameters(problem, law, options.damping);

@@ -68,9 +68,11 @@ int run(const studies::RunOptions &options, bool markdown, const std::string &co
         std::ranges::move(outcome.failures, std::back_inserter(failures));
     }
     print_all(done, options.amplitudes, markdown);
+    print_left_out(task.left_out, markdown);
     fmt::print(stderr, "\n{}\n", spent.text());
     for (const auto &failure : failures)
         fmt::print(stderr, "livermark: failed: {}\n", failure);
+    print_notes(studies::sentences(task.left_out));
     fmt::print(stderr, "Result files are in {}\n", options.output);
     return failures.empty() && std::ranges::all_of(done, all_is_well) ? 0 : 1;
 }

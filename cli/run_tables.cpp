@@ -9,6 +9,7 @@
 #include "results/tables/overview.hpp"
 #include "results/tables/summary.hpp"
 #include "results/tables/table.hpp"
+#include "results/tables/table_layout.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::cli {
@@ -50,6 +51,7 @@ void print_regime(Printer &printer, std::span<const results::Result> results, Ta
     if (is_all || kind == TableKind::models) {
         if (is_large)
             printer.print(printer.as_text(results::large_table(results)) + "\n" + results::large_legend() +
+                          results::yielded_places(results) +
                           results::motion_lines(results, printer.is_markdown() ? "- " : ""));
         else
             printer.print(printer.is_markdown() ? results::markdown_table(results) : results::text_table(results));
@@ -68,6 +70,15 @@ void print_regime(Printer &printer, std::span<const results::Result> results, Ta
 }
 
 } // namespace
+
+void print_left_out(const std::vector<studies::LeftOut> &left_out, bool markdown) {
+    if (left_out.empty())
+        return;
+    results::Layout layout{{{"left out on"}, {"load case"}, {"because"}}, {}};
+    for (const auto &group : studies::grouped(left_out))
+        layout.rows.push_back({group.body, group.load_case, group.reason});
+    fmt::print("\n{}", markdown ? results::to_markdown(layout) : results::to_text(layout));
+}
 
 void print_tables(std::span<const results::Result> results, TableKind kind, bool markdown) {
     Printer printer(markdown);

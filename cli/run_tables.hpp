@@ -3,8 +3,10 @@
 #include <map>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "results/result.hpp"
+#include "studies/run/problems.hpp"
 
 namespace livermark::cli {
 
@@ -22,5 +24,8 @@ inline const std::map<std::string, TableKind> table_kinds{
 /// paths of large deformations, only then. Small and large deformations are never in one table.
 /// @throws support::InputError if medians are asked for and there is no static load case
 void print_tables(std::span<const results::Result> results, TableKind kind, bool markdown);
+
+/// Prints which load cases do not fit which body, and why; nothing where all fit.
+void print_left_out(const std::vector<studies::LeftOut> &left_out, bool markdown);
 
 } // namespace livermark::cli

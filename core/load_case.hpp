@@ -43,6 +43,12 @@ struct Release {
     bool is_frame(int record) const { return record % records_per_frame() == 0; }
 };
 
+/// A place that gave up facets to the places above it in the load case, because the body is narrow there.
+struct YieldedPlace {
+    std::string name;
+    double lost_area = 0.0; ///< part of the area of all its facets, above 0
+};
+
 /// A load case put on a mesh: everything lives on boundary triangles or in the volume, never on single nodes, so that
 /// it means the same for linear and quadratic elements and for springs.
 struct LoadCase {
@@ -62,6 +68,7 @@ struct LoadCase {
     Vector3 acceleration = Vector3::Zero();    ///< body force per mass [m/s^2]
     std::vector<std::string> constraint_names; ///< (P) the places where displacement is prescribed
     std::vector<int> constraint;               ///< (T) index into constraint_names, -1 where nothing is prescribed
+    std::vector<YieldedPlace> yielded;         ///< (Y) none where all places are apart by themselves
     std::optional<Release> release;            ///< only in a time-dependent load case
     /// (L) parts of the loads at which solutions are kept, ascending to 1; all that drives the body grows with them.
     /// Empty in the small regime.

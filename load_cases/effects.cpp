@@ -32,8 +32,9 @@ Effect read_push(const toml::table &table, const Selection &selection, const cor
                    -support::required_number(table, "push") * mean_normal(selection.facets, mesh));
 }
 
-Effect read_traction(const toml::table &table, const Selection &selection, const core::TetraMesh &) {
-    return uniform(core::FacetCondition::traction, selection.area_ratio * support::required_vector(table, "traction"));
+Effect read_traction(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
+    return uniform(core::FacetCondition::traction,
+                   area_ratio(selection, mesh) * support::required_vector(table, "traction"));
 }
 
 core::Vector3 unit_normal(const core::TetraMesh &mesh, int facet) {
@@ -41,7 +42,7 @@ core::Vector3 unit_normal(const core::TetraMesh &mesh, int facet) {
 }
 
 Effect read_tangential_traction(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
-    const core::Vector3 value = selection.area_ratio * support::required_vector(table, "tangential_traction");
+    const core::Vector3 value = area_ratio(selection, mesh) * support::required_vector(table, "tangential_traction");
     return {core::FacetCondition::traction, [=, &mesh](int facet) {
                 const core::Vector3 normal = unit_normal(mesh, facet);
                 return core::Vector3(value - value.dot(normal) * normal);
@@ -50,7 +51,7 @@ Effect read_tangential_traction(const toml::table &table, const Selection &selec
 
 Effect read_pressure(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
     const double pressure = support::required_number(table, "pressure");
-    return {core::FacetCondition::traction, [=, &mesh, ratio = selection.area_ratio](int facet) {
+    return {core::FacetCondition::traction, [=, &mesh, ratio = area_ratio(selection, mesh)](int facet) {
                 return core::Vector3(ratio * (-pressure * unit_normal(mesh, facet)));
             }};
 }
@@ -58,7 +59,7 @@ Effect read_pressure(const toml::table &table, const Selection &selection, const
 Effect read_follower_pressure(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
     const double pressure = support::required_number(table, "follower_pressure");
     return {core::FacetCondition::traction,
-            [=, &mesh, ratio = selection.area_ratio](int facet) {
+            [=, &mesh, ratio = area_ratio(selection, mesh)](int facet) {
                 return core::Vector3(ratio * (-pressure * unit_normal(mesh, facet)));
             },
             true};
@@ -75,10 +76,9 @@ Effect read_torque(const toml::table &table, const Selection &selection, const c
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(inertia);
     if (!(axes.eigenvalues()[0] > 1e-9 * axes.eigenvalues()[2]))
-        throw support::InputError(
-            fmt::format("{}: the facets of '{}' stand in one line, which takes no torque; choose a "
-                        "larger place",
-                        support::place_of(*table.get("torque")), selection.name));
+        throw NotOnBody(support::place_of(*table.get("torque")),
+                        fmt::format("the facets of '{}' stand in one line, which takes no torque", selection.name),
+                        "choose a larger place");
     const core::Vector3 c =
         axes.eigenvectors() * (axes.eigenvectors().transpose() * torque).cwiseQuotient(axes.eigenvalues());
     return {core::FacetCondition::traction,

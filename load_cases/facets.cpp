@@ -46,8 +46,8 @@ std::vector<int> all_facets(const core::TetraMesh &mesh) {
 std::vector<int> facets_of_patch(const std::string &name, const toml::node &place, const core::TetraMesh &mesh) {
     const auto found = std::ranges::find(mesh.patch_names, name);
     if (found == mesh.patch_names.end())
-        throw NotOnBody(fmt::format("{}: the body has no patch '{}'; it has {}", support::place_of(place), name,
-                                    fmt::join(mesh.patch_names, ", ")));
+        throw NotOnBody(support::place_of(place), fmt::format("the body has no patch '{}'", name),
+                        fmt::format("it has {}", fmt::join(mesh.patch_names, ", ")));
     auto facets = all_facets(mesh);
     std::erase_if(facets, [&](int f) { return mesh.boundary_patch[f] != found - mesh.patch_names.begin(); });
     return facets;

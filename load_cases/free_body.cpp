@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <vector>
 
-#include "support/input_error.hpp"
+#include "load_cases/selector.hpp"
 
 namespace livermark::load_cases {
 
@@ -72,14 +72,12 @@ void refuse_free_body(const core::TetraMesh &mesh, const core::LoadCase &load_ca
     // Of several free motions the solver may mix slides and turns; a slide is the easier one to say and to hold.
     for (int i = 0; i < 3; ++i)
         if (std::ranges::none_of(constrained, [=](const auto &components) { return components[i]; }))
-            throw support::InputError(
-                fmt::format("{}: the body as a whole can still slide along {}; add a [[condition]] "
-                            "with a displacement that is not \"free\" in {}",
-                            file, "xyz"[i], "xyz"[i]));
+            throw NotOnBody(
+                file, fmt::format("the body as a whole can still slide along {}", "xyz"[i]),
+                fmt::format("add a [[condition]] with a displacement that is not \"free\" in {}", "xyz"[i]));
     const Vector3 axis = motions.eigenvectors().col(0).tail<3>();
-    throw support::InputError(fmt::format("{}: the body as a whole can still turn about {}; add a [[condition]] with a "
-                                          "displacement that is in the way",
-                                          file, name_of_axis(axis)));
+    throw NotOnBody(file, fmt::format("the body as a whole can still turn about {}", name_of_axis(axis)),
+                    "add a [[condition]] with a displacement that is in the way");
 }
 
 } // namespace livermark::load_cases

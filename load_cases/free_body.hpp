@@ -15,7 +15,7 @@ namespace livermark::load_cases {
 /// @param mesh       num_boundary_triangles facets
 /// @param load_case  at least one facet with a prescribed displacement
 /// @param file       for the message
-/// @throws support::InputError that says along or about which axis the body can move
+/// @throws NotOnBody that says along or about which axis the body can move
 void refuse_free_body(const core::TetraMesh &mesh, const core::LoadCase &load_case, const std::string &file);
 
 } // namespace livermark::load_cases

@@ -1,13 +1,14 @@
 #include "load_cases/load_case_reader.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <fmt/format.h>
 #include <iterator>
 #include <limits>
+#include <utility>
 
 #include "load_cases/effects.hpp"
 #include "load_cases/free_body.hpp"
+#include "load_cases/place_apart.hpp"
 #include "load_cases/regime_reader.hpp"
 #include "load_cases/release_reader.hpp"
 #include "load_cases/selector.hpp"
@@ -31,20 +32,18 @@ void refuse_unknown_condition_keys(const toml::table &table) {
 
 void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core::LoadCase &load_case) {
     refuse_unknown_condition_keys(table);
-    auto selection = select_facets(table, mesh, load_case.condition);
+    auto place = select_facets(table, mesh, load_case.condition);
     if (table.contains("name"))
-        selection.name = support::required_string(table, "name");
-    const auto effect = read_effect(table, selection, mesh);
+        place.name = support::required_string(table, "name");
+    const auto [selection, effect, lost_area] = place_apart(table, std::move(place), mesh, load_case);
+    if (lost_area > 0.0)
+        load_case.yielded.push_back({selection.name, lost_area});
     int constraint = -1;
     if (effect.condition == core::FacetCondition::prescribed_displacement) {
         constraint = static_cast<int>(load_case.constraint_names.size());
         load_case.constraint_names.push_back(selection.name);
     }
     for (const int f : selection.facets) {
-        if (load_case.condition[f] != core::FacetCondition::free)
-            throw support::InputError(fmt::format("{}: some facets of '{}' have a condition already; let the places of "
-                                                  "conditions not overlap",
-                                                  support::place_of(table), selection.name));
         load_case.condition[f] = effect.condition;
         load_case.value[f] = effect.value(f);
         load_case.constraint[f] = constraint;
@@ -57,28 +56,6 @@ void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core
         load_case.follows.resize(mesh.boundary_triangles.size());
         for (const int f : selection.facets)
             load_case.follows[f] = 1;
-    }
-}
-
-/// Two constraints that meet may not ask different displacements of the nodes that they share.
-void refuse_contradictions(const core::TetraMesh &mesh, const core::LoadCase &load_case, const std::string &file) {
-    std::vector<core::Vector3> prescribed(mesh.points.size(), core::Vector3::Constant(free_component));
-    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
-        if (load_case.condition[f] != core::FacetCondition::prescribed_displacement)
-            continue;
-        for (const int node : mesh.boundary_triangles[f])
-            for (int c = 0; c < 3; ++c) {
-                const double wanted = load_case.value[f][c];
-                double &so_far = prescribed[node][c];
-                if (std::isnan(so_far))
-                    so_far = wanted;
-                else if (!std::isnan(wanted) && wanted != so_far)
-                    throw support::InputError(fmt::format(
-                        "{}: '{}' prescribes a displacement of {} m in {} at the node at ({:g}, {:g}, {:g}) m, where "
-                        "another place prescribes {} m; keep them apart",
-                        file, load_case.constraint_names[load_case.constraint[f]], wanted, "xyz"[c],
-                        mesh.points[node].x(), mesh.points[node].y(), mesh.points[node].z(), so_far));
-            }
     }
 }
 
@@ -101,6 +78,13 @@ const toml::array &required_conditions(const toml::table &table) {
 
 std::string load_case_title(const std::filesystem::path &toml_file) {
     return support::required_string(read_table(support::read_text(toml_file), toml_file), "title");
+}
+
+LoadCaseKind load_case_kind(const std::filesystem::path &toml_file) {
+    const auto table = read_table(support::read_text(toml_file), toml_file);
+    core::LoadCase load_case;
+    read_regime(table, load_case);
+    return {load_case.regime, table.contains("release")};
 }
 
 core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core::TetraMesh &mesh) {
@@ -130,7 +114,6 @@ core::LoadCase parse_load_case(const std::string &text, const std::filesystem::p
     if (load_case.constraint_names.empty())
         throw support::InputError(
             fmt::format("{}: nothing constrains the body; add a [[condition]] with a displacement", file.string()));
-    refuse_contradictions(mesh, load_case, file.string());
     if (load_case.scale_to_target && !core::is_driven(load_case))
         throw support::InputError(
             fmt::format("{}: nothing moves the body, so no factor reaches the target; add a load, a "

@@ -11,6 +11,15 @@ namespace livermark::load_cases {
 /// @throws support::InputError
 std::string load_case_title(const std::filesystem::path &toml_file);
 
+/// What decides whether a load case runs at all.
+struct LoadCaseKind {
+    core::Regime regime;
+    bool depends_on_time;
+};
+
+/// @throws support::InputError
+LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
+
 /// Reads a load case and puts it on a mesh.
 ///
 ///     title = "what a surgeon or engineer recognises"
@@ -48,10 +57,13 @@ std::string load_case_title(const std::filesystem::path &toml_file);
 ///
 /// The area of the facets of a disc is not that of the disc, so its tractions are multiplied by the ratio of the two:
 /// the resultant is the same on every mesh.
-/// @throws support::InputError with file, line and remedy: not TOML, unknown keys, a place that no facet is in, two
-///         conditions on one facet, prescribed displacements that contradict each other at a node, a body that is not
-///         constrained or free to move as a whole, nothing to scale, a release without tractions or probes, a probe
-///         that is constrained; NotOnBody (load_cases/selector.hpp) if the body lacks a patch or region
+///
+/// Where a body is narrow, a place yields to those above it: see place_apart(). What it lost is LoadCase::yielded.
+/// @throws support::InputError with file, line and remedy: not TOML, unknown keys, a body that is not constrained,
+/// nothing
+///         to scale, a release without tractions or probes; NotOnBody (load_cases/selector.hpp) for what this body has
+///         no place for: a patch or region that it lacks, a place that no facet is in, places of which less than three
+///         quarters are left beside those above, a body that is free to move as a whole, a probe that is constrained
 core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core::TetraMesh &mesh);
 
 /// The same from text. The file gives the name of the load case, and the place in messages.

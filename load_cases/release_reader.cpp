@@ -85,8 +85,8 @@ std::vector<core::Probe> read_probes(const toml::table &table, const core::Tetra
                                                   support::place_of(probe), name));
         probes.push_back({name, select_node(probe, mesh)});
         if (is_constrained(probes.back().node, mesh, load_case))
-            throw support::InputError(fmt::format("{}: probe '{}' is at a constrained node; choose a patch that moves",
-                                                  support::place_of(probe), name));
+            throw NotOnBody(support::place_of(probe), fmt::format("probe '{}' is at a constrained node", name),
+                            "choose a patch that moves");
     }
     return probes;
 }

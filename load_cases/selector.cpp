@@ -1,6 +1,7 @@
 #include "load_cases/selector.hpp"
 
 #include <fmt/format.h>
+#include <utility>
 
 #include "load_cases/facets.hpp"
 
@@ -10,11 +11,18 @@ namespace {
 
 void refuse_empty(const Selection &selection, const toml::table &place) {
     if (selection.facets.empty())
-        throw NotOnBody(fmt::format("{}: no facet of the body is in '{}'; choose another place or a larger one",
-                                    support::place_of(place), selection.name));
+        throw NotOnBody(support::place_of(place), fmt::format("no facet of the body is in '{}'", selection.name),
+                        "choose another place or a larger one");
 }
 
 } // namespace
+
+NotOnBody::NotOnBody(const std::string &where, std::string reason, const std::string &remedy)
+    : support::InputError(fmt::format("{}: {}; {}", where, reason, remedy)), reason_(std::move(reason)) {}
+
+double area_ratio(const Selection &selection, const core::TetraMesh &mesh) {
+    return selection.area ? *selection.area / area_of(selection.facets, mesh) : 1.0;
+}
 
 Selection select_facets(const toml::table &condition, const core::TetraMesh &mesh,
                         std::span<const core::FacetCondition> taken) {

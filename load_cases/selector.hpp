@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -10,20 +11,30 @@
 
 namespace livermark::load_cases {
 
-/// A load case that names a patch, region or place which this body does not have. It may fit another one.
+/// A load case that does not fit this body: it names a patch, region or place which the body does not have, or there is
+/// no room for its places beside each other. It may fit another body.
 class NotOnBody : public support::InputError {
   public:
-    using support::InputError::InputError;
+    /// @param where   file and line, for the message
+    /// @param reason  what does not fit, a clause
+    NotOnBody(const std::string &where, std::string reason, const std::string &remedy);
+
+    const std::string &reason() const { return reason_; }
+
+  private:
+    std::string reason_;
 };
 
 /// Boundary triangles that a condition applies to.
 struct Selection {
-    std::string name;        ///< of the place, for reactions
-    std::vector<int> facets; ///< indices into mesh.boundary_triangles, ascending
-    /// Area of the place that was meant over the area of the facets: a mesh has no facets that make a circle, and a
-    /// load that is multiplied by this has the same resultant on every mesh.
-    double area_ratio = 1.0;
+    std::string name;             ///< of the place, for reactions
+    std::vector<int> facets;      ///< indices into mesh.boundary_triangles, ascending
+    std::optional<double> area{}; ///< of the place that was meant [m^2], where facets only come near it
 };
+
+/// Area of the place that was meant over the area of the facets: a mesh has no facets that make a circle, and a load
+/// that is multiplied by this has the same resultant on every mesh. 1 where the facets are the place.
+double area_ratio(const Selection &selection, const core::TetraMesh &mesh);
 
 /// A way to say in a [[condition]] where it applies. One file each in selectors/, named as the key.
 struct Selector {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <string>
 
 #include "tests/test_meshes.hpp"
 
@@ -35,6 +36,8 @@ core::Problem sample_problem(int num_bricks) {
     load_case.follows.assign(load_case.condition.size(), 0);
     for (std::size_t f = 0; f < load_case.condition.size(); ++f)
         load_case.follows[f] = load_case.condition[f] == core::FacetCondition::traction ? 1 : 0;
+    for (int y = 1; y <= 7; ++y)
+        load_case.yielded.push_back({"jaw " + std::to_string(y), 0.03 * y});
     load_case.release = core::Release{52, 0.01, {1.5, 1e-4}, {{"tip", 3}, {"dome", 0}, {"edge", 5}}};
     return {std::move(body), std::move(load_case)};
 }

@@ -22,8 +22,8 @@ struct Place {
 Vector3 region_centroid(const std::string &name, const toml::node &place, const core::TetraMesh &mesh) {
     const auto region = std::ranges::find(mesh.region_names, name) - mesh.region_names.begin();
     if (region == std::ssize(mesh.region_names))
-        throw NotOnBody(fmt::format("{}: the body has no region '{}'; it has {}", support::place_of(place), name,
-                                    fmt::join(mesh.region_names, ", ")));
+        throw NotOnBody(support::place_of(place), fmt::format("the body has no region '{}'", name),
+                        fmt::format("it has {}", fmt::join(mesh.region_names, ", ")));
     const auto volumes = tetrahedron_volumes(mesh);
     Vector3 moment = Vector3::Zero();
     double volume = 0.0;
@@ -104,7 +104,7 @@ Selection select(const toml::table &condition, const core::TetraMesh &mesh, std:
         return (facet_centroid(mesh, f) - facet_centroid(mesh, *place.middle)).norm() > radius ||
                area_vector(mesh, f).dot(area_vector(mesh, *place.middle)) <= 0.0;
     });
-    return {place.name, place.facets, std::numbers::pi * radius * radius / area_of(place.facets, mesh)};
+    return {place.name, place.facets, std::numbers::pi * radius * radius};
 }
 
 } // namespace

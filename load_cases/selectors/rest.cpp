@@ -19,8 +19,7 @@ Selection select(const toml::table &condition, const core::TetraMesh &mesh,
 
 } // namespace
 
-/// rest = true: all that the conditions above leave free. A condition below it on the same facets is refused, as
-/// everywhere.
+/// rest = true: all that the conditions above leave free. A condition below it finds no facet left.
 Selector rest() {
     return {.name = {}, .select = select};
 }

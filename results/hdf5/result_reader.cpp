@@ -115,6 +115,15 @@ core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles, 
             std::ranges::adjacent_find(load_case.path, std::greater_equal<>()) != load_case.path.end())
             file.refuse("/load_case/path", "does not ascend from above 0 to 1");
     }
+    if (file.has("/load_case/yielded")) {
+        const auto names = file.texts("/load_case/yielded", "names");
+        const auto lost = file.dataset<double>("/load_case/yielded", names.size());
+        for (std::size_t y = 0; y < names.size(); ++y) {
+            if (!(lost[y] > 0.0 && lost[y] < 1.0))
+                file.refuse("/load_case/yielded", fmt::format("row {} is no part of an area", y));
+            load_case.yielded.push_back({names[y], lost[y]});
+        }
+    }
     if (file.has("/load_case/release"))
         load_case.release = read_release(file, num_nodes);
     return load_case;

@@ -174,6 +174,16 @@ void write_load_case(hdf5::OutputFile &file, const core::LoadCase &load_case) {
         file.dataset("/load_case/follows", load_case.follows, "");
     if (!load_case.path.empty())
         file.dataset("/load_case/path", load_case.path, "");
+    if (!load_case.yielded.empty()) {
+        std::vector<double> lost_areas;
+        std::vector<std::string> names;
+        for (const auto &place : load_case.yielded) {
+            lost_areas.push_back(place.lost_area);
+            names.push_back(place.name);
+        }
+        file.dataset("/load_case/yielded", lost_areas, "");
+        file.texts("/load_case/yielded", "names", names);
+    }
     if (load_case.release)
         write_release(file, *load_case.release);
 }

@@ -140,6 +140,20 @@ std::string load_scales(std::span<const Result> results) {
     return scales.empty() ? "" : fmt::format("\nloads multiplied by: {}\n", fmt::join(scales, ", "));
 }
 
+} // namespace
+
+std::string yielded_places(std::span<const Result> results) {
+    std::vector<std::string> places;
+    for (const Result &result : results)
+        for (const auto &place : result.problem.load_case.yielded)
+            places.push_back(fmt::format("{} {} '{}' {:.0f} %", body_label(result, results),
+                                         printable(result.problem.load_case.name), printable(place.name),
+                                         percent * place.lost_area));
+    return places.empty() ? "" : fmt::format("\narea given up to other places: {}\n", fmt::join(places, ", "));
+}
+
+namespace {
+
 std::string failures(std::span<const Result> results, const std::string &bullet) {
     std::string lines;
     for (const Result &result : results)
@@ -162,13 +176,13 @@ Layout error_table(std::span<const Result> results) {
 }
 
 std::string text_table(std::span<const Result> results) {
-    return to_text(error_table(results)) + legend(results) + load_scales(results) + motion_lines(results, "") +
-           failures(results, "");
+    return to_text(error_table(results)) + legend(results) + load_scales(results) + yielded_places(results) +
+           motion_lines(results, "") + failures(results, "");
 }
 
 std::string markdown_table(std::span<const Result> results) {
-    return to_markdown(error_table(results)) + legend(results) + load_scales(results) + motion_lines(results, "- ") +
-           failures(results, "- ");
+    return to_markdown(error_table(results)) + legend(results) + load_scales(results) + yielded_places(results) +
+           motion_lines(results, "- ") + failures(results, "- ");
 }
 
 } // namespace livermark::results

@@ -15,10 +15,13 @@ Layout error_table(std::span<const Result> results);
 /// greatest error [mm] and [% of the reference's peak], reaction and (signed) energy error [%], all against the
 /// reference; the reference's own uncertainty [%] and which models are within it; how far the model is from its own
 /// linearised solution [%]; set-up and solve time [s]; status; and whether the model is in its error band. The
-/// reference is marked. What has no value is "-". The factors of scaled loads and the reason of every failure stand
-/// below the table.
+/// reference is marked. What has no value is "-". The factors of scaled loads, yielded_places() and the reason of every
+/// failure stand below the table.
 /// @return lines of equal width for a terminal
 std::string text_table(std::span<const Result> results);
+
+/// A line with the places that lost a part of their area, see core::LoadCase::yielded; empty where there are none.
+std::string yielded_places(std::span<const Result> results);
 
 /// A line for each time-dependent load case below an empty one: that the rows of a table are its static start, how
 /// uncertain the motion is that others are compared with, where that is known, and how the motions compare; nothing if

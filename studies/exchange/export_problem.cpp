@@ -14,7 +14,7 @@
 namespace livermark::studies {
 
 ExportedProblem export_problem(const ExportOptions &options, const std::string &command_line) {
-    auto [problems, notes] = read_scaled_problems({options.body}, options.load_case, {});
+    auto [problems, notes, left_out] = read_scaled_problems({options.body}, options.load_case, {});
     const auto &problem = problems.front();
     const auto folder = make_output_folder(options.output, problem);
     ExportedProblem exported{{}, std::move(notes)};

@@ -44,7 +44,7 @@ Score score(const ScoreOptions &options, const std::string &command_line, const 
         if (model.name == options.name)
             throw support::InputError(
                 fmt::format("there is a model '{}' already; choose another --name", options.name));
-    auto [problems, notes] = read_scaled_problems({options.body}, options.load_case, {});
+    auto [problems, notes, left_out] = read_scaled_problems({options.body}, options.load_case, {});
     const auto &problem = problems.front();
     if (problem.load_case.release)
         throw support::InputError(

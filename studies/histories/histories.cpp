@@ -150,7 +150,7 @@ HistoriesResults find_histories(const HistoriesOptions &options, const std::stri
                             options.duration, time_step));
     const auto law = find_spring_law(options.law);
     const auto integrator = find_integrators({options.integrator}).front();
-    const auto [problems, notes] = read_released_problems(options);
+    const auto [problems, notes, left_out] = read_released_problems(options);
     const auto empty_histories = [&](const std::string &subject) {
         return results::Histories{results::current_provenance(command_line), subject, integrator.name, {}};
     };

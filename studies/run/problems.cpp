@@ -11,39 +11,75 @@
 #include "studies/catalogue.hpp"
 #include "studies/run/load_scaling.hpp"
 #include "support/input_error.hpp"
+#include "support/root_folder.hpp"
 
 namespace livermark::studies {
 
+namespace {
+
+/// Whether a load case file is none of those that ship.
+bool is_own_file(const std::filesystem::path &file) {
+    return file.parent_path() != support::root_folder() / load_cases_folder;
+}
+
+} // namespace
+
+std::vector<std::string> yielded_places(std::span<const core::Problem> problems) {
+    std::vector<std::string> lines;
+    for (const auto &problem : problems)
+        for (const auto &place : problem.load_case.yielded) {
+            auto line = fmt::format("{}: {}: '{}' gives up {:.0f} % of its area to the places above it",
+                                    problem.body->name, problem.load_case.name, place.name, 100.0 * place.lost_area);
+            if (std::ranges::find(lines, line) == lines.end()) // the same for every Poisson's ratio
+                lines.push_back(std::move(line));
+        }
+    return lines;
+}
+
+std::vector<LeftOut> grouped(const std::vector<LeftOut> &left_out) {
+    std::vector<LeftOut> groups;
+    for (const auto &entry : left_out) {
+        const auto same = std::ranges::find_if(
+            groups, [&](const LeftOut &group) { return group.body == entry.body && group.reason == entry.reason; });
+        if (same == groups.end())
+            groups.push_back(entry);
+        else
+            same->load_case += ", " + entry.load_case;
+    }
+    return groups;
+}
+
+std::vector<std::string> sentences(const std::vector<LeftOut> &left_out) {
+    std::vector<std::string> lines;
+    for (const auto &group : grouped(left_out))
+        lines.push_back(fmt::format("left out on {}: {}, because {}", group.body, group.load_case, group.reason));
+    return lines;
+}
+
 ProblemSet read_problems(const std::vector<std::string> &bodies, const std::vector<std::string> &load_cases,
                          const meshes::MaterialOverride &material) {
-    const bool is_asked_for = !bodies.empty() && !load_cases.empty();
-    std::vector<core::Problem> problems;
+    ProblemSet set;
     std::optional<std::string> fault;
-    std::vector<std::string> passed_over, notes;
     const auto load_case_files = find_toml_files(load_cases, load_cases_folder, "load case");
     for (const auto &body_file : find_toml_files(bodies, bodies_folder, "body")) {
         const auto body = std::make_shared<const core::Body>(meshes::read_body(body_file, material));
         for (const auto &assumption : body->assumptions)
-            notes.push_back(fmt::format("{}: {}", body->name, assumption));
-        std::vector<std::string> unfit;
+            set.notes.push_back(fmt::format("{}: {}", body->name, assumption));
         for (const auto &load_case_file : load_case_files) {
             try {
-                problems.push_back({body, load_cases::read_load_case(load_case_file, body->mesh)});
+                set.problems.push_back({body, load_cases::read_load_case(load_case_file, body->mesh)});
             } catch (const load_cases::NotOnBody &error) {
-                if (is_asked_for)
+                if (!bodies.empty() && is_own_file(load_case_file))
                     throw;
-                unfit.push_back(load_case_file.stem().string());
+                set.left_out.push_back({body->name, load_case_file.stem().string(), error.reason(),
+                                        load_cases::load_case_kind(load_case_file)});
                 fault = fault.value_or(error.what());
             }
         }
-        if (!unfit.empty())
-            passed_over.push_back(fmt::format("passed over on {}, which lacks patches, regions or places of theirs: {}",
-                                              body->name, fmt::join(unfit, ", ")));
     }
-    if (problems.empty())
+    if (set.problems.empty())
         throw support::InputError(fault.value());
-    std::ranges::move(passed_over, std::back_inserter(notes));
-    return {std::move(problems), std::move(notes)};
+    return set;
 }
 
 ProblemSet read_scaled_problems(const std::vector<std::string> &bodies, const std::string &load_case,
@@ -51,6 +87,8 @@ ProblemSet read_scaled_problems(const std::vector<std::string> &bodies, const st
     auto set = read_problems(bodies, {load_case}, material);
     for (auto &problem : set.problems)
         problem = scaled_to_target(std::move(problem));
+    std::ranges::move(yielded_places(set.problems), std::back_inserter(set.notes));
+    std::ranges::move(sentences(set.left_out), std::back_inserter(set.notes));
     return set;
 }
 

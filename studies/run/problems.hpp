@@ -1,23 +1,42 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/problem.hpp"
+#include "load_cases/load_case_reader.hpp"
 #include "meshes/body_reader.hpp"
 
 namespace livermark::studies {
 
+/// A load case that does not fit a body.
+struct LeftOut {
+    std::string body, load_case;
+    std::string reason; ///< a clause
+    load_cases::LoadCaseKind kind;
+};
+
 /// Problems that were read, and what their user should know of them.
 struct ProblemSet {
     std::vector<core::Problem> problems;
-    std::vector<std::string> notes; ///< a sentence each: what had to be assumed, what was passed over
+    std::vector<std::string> notes; ///< a sentence each: what had to be assumed
+    std::vector<LeftOut> left_out;
 };
+
+/// Load cases that do not fit a body for the same reason, as one entry with their names in load_case.
+std::vector<LeftOut> grouped(const std::vector<LeftOut> &left_out);
+
+/// A sentence for each place that lost a part of its area, see core::LoadCase::yielded.
+std::vector<std::string> yielded_places(std::span<const core::Problem> problems);
+
+/// A sentence for each group.
+std::vector<std::string> sentences(const std::vector<LeftOut> &left_out);
 
 /// Reads every body once and puts every load case on it, so that a fault shows before the first hour of work.
 ///
-/// A load case may name a patch or a region that a body does not have. That is refused where both were asked for by
-/// name; else the two are passed over, with a note for each body.
+/// A load case that does not fit a body (see load_cases::NotOnBody) is left out there, and the others are read. It is
+/// refused where it is a file of the user's own and the body was asked for by name.
 /// @param bodies      names or paths of what was asked for; all that ship if there are none
 /// @param load_cases  the same
 /// @return body by body, loads as they are written
@@ -26,6 +45,7 @@ ProblemSet read_problems(const std::vector<std::string> &bodies, const std::vect
                          const meshes::MaterialOverride &material);
 
 /// The same for a command of one rank and one load case, with the loads scaled to their target where it asks for that.
+/// Places that yielded and what is left out are in the notes.
 ProblemSet read_scaled_problems(const std::vector<std::string> &bodies, const std::string &load_case,
                                 const meshes::MaterialOverride &material);
 

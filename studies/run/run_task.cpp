@@ -11,7 +11,6 @@
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/kept_references.hpp"
 #include "studies/run/output_folder.hpp"
-#include "studies/run/problems.hpp"
 #include "support/input_error.hpp"
 #include "support/mpi_session.hpp"
 #include "support/root_folder.hpp"
@@ -49,8 +48,8 @@ ProblemSet read_all_problems(const RunOptions &options) {
     for (const double poisson_ratio : options.poisson_ratios) {
         auto some = read_problems(options.bodies, options.load_cases, {options.young_modulus, poisson_ratio});
         std::ranges::move(some.problems, std::back_inserter(all.problems));
-        if (all.notes.empty()) // they are the same for every Poisson's ratio
-            all.notes = std::move(some.notes);
+        all.notes = std::move(some.notes); // they are the same for every Poisson's ratio
+        all.left_out = std::move(some.left_out);
     }
     return all;
 }
@@ -62,18 +61,30 @@ RunTask prepare_on_this_rank(const RunOptions &options) {
         throw support::InputError("--fem-solver direct works on one rank only; leave it out or start without mpirun");
     if (support::mpi_num_ranks() > 1 && options.jobs.value_or(1) > 1)
         throw support::InputError("--jobs works on one rank only; leave it out or start without mpirun");
-    RunTask task{
-        choose_models(options.models, model_options(options), !options.no_uncertainty), {}, read_bands(options), {}};
+    RunTask task{choose_models(options.models, model_options(options), !options.no_uncertainty),
+                 {},
+                 read_bands(options),
+                 {},
+                 {}};
     auto read = read_all_problems(options);
     task.problems = std::move(read.problems);
     task.notes = std::move(read.notes);
-    if (options.load_cases.empty())
-        std::erase_if(task.problems, [&](const core::Problem &problem) {
-            return std::ranges::find(options.regimes, problem.load_case.regime) == options.regimes.end();
-        });
-    if (options.only_static)
-        std::erase_if(task.problems,
-                      [](const core::Problem &problem) { return problem.load_case.release.has_value(); });
+    task.left_out = std::move(read.left_out);
+    const auto is_asked_for = [&](core::Regime regime, bool depends_on_time) {
+        return !(options.only_static && depends_on_time) &&
+               (!options.load_cases.empty() || std::ranges::find(options.regimes, regime) != options.regimes.end());
+    };
+    std::erase_if(task.problems, [&](const core::Problem &problem) {
+        return !is_asked_for(problem.load_case.regime, problem.load_case.release.has_value());
+    });
+    std::erase_if(task.left_out, [&](const LeftOut &left_out) {
+        return !is_asked_for(left_out.kind.regime, left_out.kind.depends_on_time);
+    });
+    if (task.problems.empty() && !task.left_out.empty())
+        throw support::InputError(
+            fmt::format("{}; give another body, or another load case", sentences(task.left_out).front()));
+    std::ranges::move(yielded_places(task.problems), std::back_inserter(task.notes));
+    std::ranges::move(sentences(task.left_out), std::back_inserter(task.notes));
     if (!options.solve_reference)
         use_kept_references(task.models, kept_references_folder());
     if (support::mpi_rank() == 0) {

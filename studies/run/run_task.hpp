@@ -6,6 +6,7 @@
 #include "core/problem.hpp"
 #include "models/model_table.hpp"
 #include "results/error_bands.hpp"
+#include "studies/run/problems.hpp"
 #include "studies/run/run_options.hpp"
 
 namespace livermark::studies {
@@ -16,10 +17,13 @@ struct RunTask {
     std::vector<core::Problem> problems;
     results::ErrorBands bands;
     std::vector<std::string> notes; ///< what a user should know of the input, a sentence each
+    std::vector<LeftOut> left_out;
 };
 
 /// Reads and checks all that a user may have got wrong, and makes the output folders.
-/// @throws support::InputError on all MPI ranks, if it has a fault on one of them
+/// @throws support::InputError on all MPI ranks, if it has a fault on one of them, and if no load case that is asked
+/// for
+///         fits a body
 RunTask prepare(const RunOptions &options);
 
 /// Bodies of another Poisson's ratio have a folder of their own, and leave the files of the others alone.

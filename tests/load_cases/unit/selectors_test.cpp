@@ -91,7 +91,8 @@ TEST(Selectors, DirectionLeadsToTheLastExitAndTheOppositeIsTheFirst) {
 TEST(Selectors, DiscHasTheResultantOfItsCircle) {
     const auto mesh = lumpy_block();
     const auto disc = select(R"(disc = { region = "lump", direction = [0, 0, 1], radius = 0.02 })", mesh);
-    EXPECT_NEAR(disc.area_ratio * load_cases::area_of(disc.facets, mesh), std::numbers::pi * 4e-4, 1e-15);
+    EXPECT_NEAR(load_cases::area_ratio(disc, mesh) * load_cases::area_of(disc.facets, mesh), std::numbers::pi * 4e-4,
+                1e-15);
 }
 
 TEST(Selectors, SeveralPatchesAreOnePlace) {
@@ -239,7 +240,7 @@ const std::vector<BadPlace> bad_places{
     {"RestOfNothing",
      "rest = true\npressure = 1.0\n[[condition]]\nrest = true",
      {"held.toml:9:", "no facet of the body is in 'the rest of the surface'"}},
-    {"PlaceBelowTheRest", "rest = true\npressure = 1.0\n[[condition]]\npatch = \"z_max\"", {"a condition already"}},
+    {"PlaceBelowTheRest", "rest = true\npressure = 1.0\n[[condition]]\npatch = \"z_max\"", {"overlaps a place above it"}},
     {"Nowhere", "", {"held.toml:6:", "one of 'disc', 'edge', 'patch', 'patches', 'rest'", "give one of them"}},
 };
 

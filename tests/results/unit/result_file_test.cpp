@@ -76,6 +76,11 @@ void expect_equal(const core::LoadCase &a, const core::LoadCase &b) {
     EXPECT_EQ(a.regime, b.regime);
     EXPECT_EQ(a.path, b.path);
     EXPECT_EQ(a.follows, b.follows);
+    ASSERT_EQ(a.yielded.size(), b.yielded.size());
+    for (std::size_t y = 0; y < a.yielded.size(); ++y) {
+        EXPECT_EQ(a.yielded[y].name, b.yielded[y].name);
+        EXPECT_EQ(a.yielded[y].lost_area, b.yielded[y].lost_area);
+    }
     EXPECT_EQ(a.condition, b.condition);
     EXPECT_TRUE(same_bits(a.value, b.value));
     EXPECT_EQ(a.acceleration, b.acceleration);

@@ -1,0 +1,103 @@
+#include <filesystem>
+#include <fmt/format.h>
+#include <fstream>
+#include <gtest/gtest.h>
+
+#include "meshes/msh_writer.hpp"
+#include "results/hdf5/result_file.hpp"
+#include "tests/child.hpp"
+#include "tests/result_folder.hpp"
+#include "tests/test_meshes.hpp"
+
+namespace livermark {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A box whose sides have the names of a liver's, so that `traction` fits and many load cases do not.
+class LeftOut : public tests::ResultFolder {
+  protected:
+    /// @param bricks  of 30 mm / bricks on each side
+    void write_box(const std::string &name, int bricks) const {
+        auto mesh = tests::box_mesh({0.03, 0.03, 0.03}, {bricks, bricks, bricks});
+        mesh.patch_names = {"posterior", "left_lobe_tip", "y_min", "y_max", "z_min", "right_lobe_dome"};
+        meshes::write_msh(directory_ / (name + ".msh"), mesh);
+        std::ofstream(directory_ / (name + ".toml"))
+            << fmt::format("title = \"box\"\nmesh = \"{}.msh\"\n[regions.solid]\ndensity = 1000.0\n"
+                           "young_modulus = 5000.0\npoisson_ratio = 0.3\nsource = \"made up\"\n",
+                           name);
+    }
+
+    tests::ChildEnd run(std::vector<std::string> words) const {
+        words.insert(words.begin(), {LIVERMARK_BINARY, "run", "--model", "fem_p1", "--no-uncertainty", "--static",
+                                     "--output", "runs"});
+        return tests::run_child(words, {.folder = directory_});
+    }
+
+    fs::path result(const std::string &body, const std::string &load_case) const {
+        return directory_ / "runs" / body / (load_case + ".h5");
+    }
+};
+
+bool has(const std::string &text, const std::string &part) {
+    return text.find(part) != std::string::npos;
+}
+
+TEST_F(LeftOut, LoadCasesAreNamedWithTheReasonAndTheOthersRun) {
+    write_box("narrow", 3);
+    const auto end = run({"--body", "narrow.toml"});
+    EXPECT_EQ(end.status, 0) << end.errors;
+    EXPECT_TRUE(fs::exists(result("narrow", "traction")));
+    EXPECT_FALSE(fs::exists(result("narrow", "breathing")));
+    const std::string no_room = "'diaphragm' moves nodes that 'posterior' moves otherwise";
+    const std::string no_patch = "the body has no patch 'anterior'";
+    for (const auto *text : {&end.output, &end.errors})
+        for (const auto &reason : {no_room, no_patch, std::string("it keeps 67 % of its area, of 75 %")})
+            EXPECT_TRUE(has(*text, reason)) << reason << " is missing in: " << *text;
+    EXPECT_TRUE(has(end.output, "left out on")) << end.output;
+    EXPECT_FALSE(has(end.output, "large_")) << "of the other regime, which was not asked for";
+    EXPECT_TRUE(has(end.errors.substr(end.errors.rfind("Time spent")), no_room)) << "not said at the end";
+}
+
+TEST_F(LeftOut, LoadCasesAreNoneWhereThePlaceYieldsAndTheFileSaysHowMuch) {
+    write_box("finer", 6);
+    const auto end = run({"--body", "finer.toml", "--load-case", "breathing"});
+    EXPECT_EQ(end.status, 0) << end.errors;
+    const auto yielded = results::read_result(result("finer", "breathing")).problem.load_case.yielded;
+    ASSERT_EQ(yielded.size(), 1U);
+    EXPECT_EQ(yielded[0].name, "diaphragm");
+    EXPECT_NEAR(yielded[0].lost_area, 1.0 / 6.0, 1e-9);
+    EXPECT_TRUE(has(end.output, "area given up to other places: finer breathing 'diaphragm' 17 %")) << end.output;
+}
+
+TEST_F(LeftOut, OneThatIsAskedForAloneIsRefused) {
+    write_box("narrow", 3);
+    const auto end = run({"--body", "narrow.toml", "--load-case", "breathing"});
+    EXPECT_EQ(end.status, 2);
+    EXPECT_TRUE(has(end.errors, "breathing.toml:")) << end.errors;
+    EXPECT_FALSE(fs::exists(directory_ / "runs"));
+}
+
+TEST_F(LeftOut, OneOfAFileOfTheUsersOwnIsRefusedBesideOthers) {
+    write_box("narrow", 3);
+    std::ofstream(directory_ / "own.toml")
+        << "title = \"pull\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"posterior\"\n"
+           "displacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"anterior\"\ntraction = [10.0, 0.0, 0.0]\n";
+    const auto end = run({"--body", "narrow.toml", "--load-case", "traction", "own.toml"});
+    EXPECT_EQ(end.status, 2);
+    EXPECT_TRUE(has(end.errors, "own.toml:")) << end.errors;
+}
+
+TEST_F(LeftOut, NamedOnesOfSeveralBodiesRunWhereTheyFit) {
+    write_box("narrow", 3);
+    write_box("finer", 6);
+    const auto end = run({"--body", "narrow.toml", "finer.toml", "--load-case", "breathing", "traction"});
+    EXPECT_EQ(end.status, 0) << end.errors;
+    EXPECT_TRUE(fs::exists(result("narrow", "traction")));
+    EXPECT_TRUE(fs::exists(result("finer", "traction")));
+    EXPECT_TRUE(fs::exists(result("finer", "breathing")));
+    EXPECT_FALSE(fs::exists(result("narrow", "breathing")));
+}
+
+} // namespace
+} // namespace livermark
