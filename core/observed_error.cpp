@@ -104,8 +104,10 @@ ObservedMotionError observed_motion_error(std::span<const History> levels) {
     const double first_step = compare(last[0], last[1], "the middle mesh").relative_l2;
     const double second_step = compare(last[1], last[2], "the finest mesh").relative_l2;
     const double factor = second_step / first_step;
-    return {
-        .order = -std::log2(factor), .difference = second_step, .relative_l2 = believed_share(factor) * second_step};
+    constexpr double of_first_order = 0.5;
+    return {.order = -std::log2(factor),
+            .difference = second_step,
+            .relative_l2 = believed_share(std::max(factor, of_first_order)) * second_step};
 }
 
 } // namespace livermark::core

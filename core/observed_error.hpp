@@ -14,7 +14,8 @@ namespace livermark::core {
 /// @throws std::invalid_argument if there are fewer
 ObservedError observed_error(const TetraMesh &mesh, std::span<const Solution> levels);
 
-/// The same of the motion of probes.
+/// The same of the motion of probes. No order better than the first is believed: at rims there is none, and refinement
+/// there leaves the rest of the mesh as it is.
 /// @param levels  at least three, recorded at the same times and probes
 /// @throws std::invalid_argument if there are fewer, or if they do not fit together
 ObservedMotionError observed_motion_error(std::span<const History> levels);

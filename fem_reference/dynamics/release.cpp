@@ -28,14 +28,21 @@ core::History empty_history(const core::Release &plan) {
     return history;
 }
 
-/// Motion from a displacement u_0 in a space, u = u_0 + V q. The nodes of the mesh come first in u_0.
-void record(core::History &history, const core::Body &body, const core::Release &plan, const RitzSpace &space,
+/// With the probes at the nodes of a system.
+core::Release in_system(core::Release plan, const ElasticSystem &system) {
+    for (auto &probe : plan.probes)
+        probe.node = system.mesh_node[probe.node];
+    return plan;
+}
+
+/// Motion from a displacement u_0 in a space, u = u_0 + V q.
+/// @param plan  in the system
+void record(core::History &history, const ElasticSystem &system, const core::Release &plan, const RitzSpace &space,
             RitzMotion motion, const std::vector<double> &start, const std::vector<double> &start_force) {
     const auto num_unknowns = static_cast<Eigen::Index>(start.size());
     const Eigen::Map<const Eigen::VectorXd> u_0(start.data(), num_unknowns), force_0(start_force.data(), num_unknowns);
     const double energy_0 = 0.5 * u_0.dot(force_0);
     const Eigen::VectorXd force_on_space = space.vectors().transpose() * force_0;
-    const auto num_mesh_unknowns = 3 * static_cast<Eigen::Index>(body.mesh.points.size());
     for (int step = 0; step <= plan.num_steps; ++step) {
         const Eigen::VectorXd q = motion.displacement();
         for (const auto &probe : plan.probes) {
@@ -43,9 +50,9 @@ void record(core::History &history, const core::Body &body, const core::Release 
             history.displacement.emplace_back(u_0.segment<3>(first) + space.vectors().middleRows<3>(first) * q);
         }
         if (plan.is_frame(step)) {
-            const Eigen::VectorXd u = u_0.head(num_mesh_unknowns) + space.vectors().topRows(num_mesh_unknowns) * q;
-            for (Eigen::Index i = 0; i < num_mesh_unknowns; i += 3)
-                history.frames.emplace_back(u.segment<3>(i).cast<float>());
+            const Eigen::VectorXd u = u_0 + space.vectors() * q;
+            for (const int node : system.mesh_node)
+                history.frames.emplace_back(u.segment<3>(3 * static_cast<Eigen::Index>(node)).cast<float>());
         }
         history.kinetic_energy.push_back(0.5 * motion.velocity().squaredNorm());
         history.strain_energy.push_back(energy_0 + force_on_space.dot(q) + 0.5 * q.dot(space.stiffness() * q));
@@ -58,7 +65,7 @@ std::optional<core::History> release_in_ritz_space(const core::Body &body, const
                                                    const core::LoadCase &load_case,
                                                    const std::vector<double> &displacement, ConstrainedSolver &solver) {
     const auto start = Clock::now();
-    const auto &plan = load_case.release.value();
+    const auto plan = in_system(load_case.release.value(), system);
     const auto conditions = dof_conditions(core::without_tractions(load_case), system);
     const auto mass = consistent_mass(body, system);
     if (!solver.factorise(conditions.prescribed))
@@ -73,7 +80,7 @@ std::optional<core::History> release_in_ritz_space(const core::Body &body, const
     if (!extend_until_converged(space, plan))
         return std::nullopt;
     auto history = empty_history(plan);
-    record(history, body, plan, space, motion_in(space, space.size(), plan), displacement, force);
+    record(history, system, plan, space, motion_in(space, space.size(), plan), displacement, force);
     history.setup_seconds = seconds_between(start, ready);
     history.solve_seconds = seconds_between(ready, Clock::now());
     return history;
@@ -86,7 +93,7 @@ std::optional<core::History> release_by_statics(const core::Body &body, const El
                                                 const std::vector<double> &displacement,
                                                 const std::vector<double> &force, RitzSpace::SolveStatics solve) {
     const auto start = Clock::now();
-    const auto &plan = load_case.release.value();
+    const auto plan = in_system(load_case.release.value(), system);
     const auto mass = consistent_mass(body, system);
     auto imbalance = dof_conditions(core::without_tractions(load_case), system).load;
     for (std::size_t i = 0; i < force.size(); ++i)
@@ -96,7 +103,7 @@ std::optional<core::History> release_by_statics(const core::Body &body, const El
     if (!extend_until_converged(space, plan))
         return std::nullopt;
     auto history = empty_history(plan);
-    record(history, body, plan, space, motion_in(space, space.size(), plan), displacement, force);
+    record(history, system, plan, space, motion_in(space, space.size(), plan), displacement, force);
     history.setup_seconds = seconds_between(start, ready);
     history.solve_seconds = seconds_between(ready, Clock::now());
     return history;

@@ -1,9 +1,9 @@
 #include "fem_reference/hyperelastic/energy_momentum.hpp"
 
 #include <Eigen/Dense>
-#include <algorithm>
 #include <cmath>
 #include <deque>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <utility>

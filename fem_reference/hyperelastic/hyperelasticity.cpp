@@ -114,7 +114,8 @@ PathSolution solve(const core::Problem &problem, const MaterialLaw &law, const D
         solution.strain_energy = end.strain_energy;
         if (solution.status == core::SolutionStatus::ok)
             solution.nonlinearity = relative_difference(mesh, end.displacement, at_mesh_nodes(followed.linearised));
-        if (solution.status == core::SolutionStatus::ok && problem.load_case.release && elements.num_pressures() == 0)
+        if (solution.status == core::SolutionStatus::ok && problem.load_case.release &&
+            discretisation.formulation == fem_reference::Formulation::displacement)
             add_motion(solution, elements, rule, problem.load_case, followed.points.back().state);
     }
     return result;

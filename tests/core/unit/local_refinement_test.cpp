@@ -114,19 +114,29 @@ TEST(ObservedError, IsExactForErrorsThatShrinkByOneFactor) {
     EXPECT_THROW(core::observed_error(mesh, std::span(levels).first(2)), std::invalid_argument);
 }
 
-TEST(ObservedError, OfMotionIsExactForErrorsThatShrinkByOneFactor) {
+core::ObservedMotionError observed_of_motions_off_by(const std::vector<double> &errors) {
     std::vector<core::History> levels;
-    for (const double error : {0.016, 0.004, 0.001}) {
+    for (const double error : errors) {
         auto &history = levels.emplace_back();
         history.time = {0.0, 0.1, 0.2};
         for (const double amplitude : {1.0, 0.5, -0.7})
             history.displacement.emplace_back((1.0 + error) * amplitude, 0.0, 0.0);
     }
-    const auto observed = core::observed_motion_error(levels);
-    EXPECT_NEAR(observed.order, 2.0, 0.01);
-    EXPECT_NEAR(observed.relative_l2, 0.001, 1e-5);
-    EXPECT_NEAR(observed.difference, 0.003, 1e-5);
-    EXPECT_THROW(core::observed_motion_error(std::span(levels).first(2)), std::invalid_argument);
+    return core::observed_motion_error(levels);
+}
+
+TEST(ObservedError, OfMotionIsExactForErrorsThatHalve) {
+    const auto observed = observed_of_motions_off_by({0.016, 0.008, 0.004});
+    EXPECT_NEAR(observed.order, 1.0, 0.01);
+    EXPECT_NEAR(observed.relative_l2, 0.004, 5e-5);
+    EXPECT_NEAR(observed.difference, 0.004, 5e-5);
+    EXPECT_THROW(observed_of_motions_off_by({0.016, 0.008}), std::invalid_argument);
+}
+
+TEST(ObservedError, OfMotionBelievesNoOrderBetterThanTheFirst) {
+    const auto lucky = observed_of_motions_off_by({0.016, 0.004, 0.001});
+    EXPECT_NEAR(lucky.order, 2.0, 0.01);
+    EXPECT_EQ(lucky.relative_l2, lucky.difference);
 }
 
 TEST(ObservedError, BelievesNoFactorThatIsTooGoodOrNone) {

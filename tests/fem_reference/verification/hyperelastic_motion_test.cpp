@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
-#include <numbers>
 
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/dynamics/mass_matrix.hpp"
@@ -12,7 +12,7 @@
 #include "fem_reference/hyperelastic/energy_momentum.hpp"
 #include "fem_reference/hyperelastic/hyperelastic_motion.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
-#include "fem_reference/linear/linear_elasticity.hpp"
+#include "fem_reference/solvers/constrained_solver.hpp"
 #include "tests/fem_reference/verification/fem_test_bodies.hpp"
 
 namespace livermark {

@@ -82,6 +82,10 @@ TEST(EveryModel, ThatMovesKeepsFramesOfItsMotion) {
         if (!solution.history)
             continue;
         ++num_moving;
+        if (model.only_moving) { // what tells how good others are keeps the probes
+            EXPECT_TRUE(solution.history->frames.empty()) << model.name;
+            continue;
+        }
         const auto &history = *solution.history;
         ASSERT_EQ(history.frames.size(), 27U * body->mesh.points.size()) << model.name;
         for (int i = 0; i < num_nodes; ++i)
@@ -131,7 +135,7 @@ TEST(EveryModel, IsLetGoFromItsOwnLargeEquilibrium) {
             EXPECT_LT(out_of_proportion, 1e-9) << model.name;
         } else {
             EXPECT_GT(out_of_proportion, 1e-3) << model.name;
-            EXPECT_EQ(whole.path.size(), 4U) << model.name;
+            EXPECT_EQ(whole.path.size(), model.only_moving ? 0U : 4U) << model.name;
         }
     }
     EXPECT_GE(num_linear, 2);
