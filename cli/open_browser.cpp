@@ -10,7 +10,7 @@ namespace livermark::cli {
 
 bool has_screen() {
     const auto is_set = [](const char *name) {
-        const char *value = std::getenv(name);
+        const char *value = std::getenv(name); // NOLINT(concurrency-mt-unsafe): nobody changes the environment
         return value && *value;
     };
     return isatty(fileno(stdout)) != 0 && (is_set("DISPLAY") || is_set("WAYLAND_DISPLAY"));

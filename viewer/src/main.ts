@@ -6,10 +6,10 @@ import { createCompareView, type Prepared } from './page/compare.ts';
 import { listen } from './page/controls.ts';
 import { byId } from './page/elements.ts';
 import { acceptFiles, fetchFile, fillList, listedFiles, showListed } from './page/files.ts';
-import { cameraOf, linkTo, readLink } from './page/link.ts';
+import { linkTo, placeOf, readLink } from './page/link.ts';
 import { createOpening } from './page/opening.ts';
 import { createPlayer } from './page/player.ts';
-import { savePicture, saveTable } from './page/save.ts';
+import { comparedFrame, savePicture, saveTable } from './page/save.ts';
 import { validModels } from './page/state.ts';
 import { listenToTheme } from './page/theme.ts';
 import { createStage, type Stage } from './picture/stage.ts';
@@ -21,7 +21,7 @@ let linkTimer = 0;
 listenToTheme();
 const stage = startStage();
 const compare = createCompareView(stage, { complain, drawn: writeLink });
-const modes = createModes(say, complain);
+const modes = createModes({ say, complain, changed: writeLink });
 const player = createPlayer(() => compare.result()?.frameTimes ?? [], () => compare.choice()?.frame ?? 0, (frame) => compare.apply({ frame }));
 
 function startStage(): Stage {
@@ -45,7 +45,9 @@ function complain(name: string, error: unknown): void {
 
 const fragment = () => {
   const [result, choice] = [compare.result(), compare.choice()];
-  return result && choice ? linkTo(path, result, choice, stage.cameraPlace()) : '';
+  if (!result || !choice) return '';
+  const live = modes.liveLink()?.toString().replaceAll('%2C', ',');
+  return linkTo(path, result, choice, stage.cameraPlace()) + (live ? `&${live}` : '');
 };
 
 /** The address is that of the view, a moment after it came to rest: browsers count changes. */
@@ -74,11 +76,11 @@ const open = createOpening<Prepared>({
     byId('compare').hidden = false;
     describe(prepared.file.result);
     compare.show(prepared);
-    const camera = cameraOf(link.view);
+    const camera = placeOf(link.view.get('camera'));
     if (camera) stage.setCameraPlace(camera);
     showListed(path);
     writeLink();
-    void modes.opened(prepared.file, path);
+    void modes.opened(prepared.file, path, link.view);
   },
   refuse(name, error) {
     showListed(path);
@@ -96,9 +98,8 @@ function setMoving(isMoving: boolean): void {
   void compare.apply({ frame: isMoving ? 0 : null, models: validModels(result, isMoving, choice.models) });
 }
 
-async function copyLink(): Promise<void> {
+async function copyLink(button: HTMLElement): Promise<void> {
   history.replaceState(null, '', location.pathname + location.search + fragment());
-  const button = byId('copy_link');
   try {
     await navigator.clipboard.writeText(location.href);
     button.textContent = 'Link copied';
@@ -118,8 +119,8 @@ new ResizeObserver(() => {
   byId('stage').dataset['arrangement'] = canvas.clientWidth >= canvas.clientHeight ? 'beside' : 'below';
 }).observe(canvas);
 listen({ change: (part) => void compare.apply(part), setMoving }, stage, compare.result, compare.choice);
-byId('copy_link').addEventListener('click', ofShown(copyLink));
-byId('save_picture').addEventListener('click', ofShown((result) => savePicture(stage, result, compare.choice()!).catch((error) => complain('The picture', error))));
+for (const id of ['copy_link', 'live-copy-link']) byId(id).addEventListener('click', ofShown(() => copyLink(byId(id))));
+byId('save_picture').addEventListener('click', ofShown((result) => savePicture(stage, byId('stage'), comparedFrame(result, compare.choice()!)).catch((error) => complain('The picture', error))));
 byId('save_table').addEventListener('click', ofShown(saveTable));
 // A link to a view of a file from elsewhere is for the first such file.
 const firstView = () => (compare.result() ? new URLSearchParams() : readLink(location.hash).view);

@@ -1,6 +1,6 @@
 // A browser, the server and a folder of result files, as the tests need them.
 import { execFileSync, spawn } from 'node:child_process';
-import { mkdtempSync, rmSync } from 'node:fs';
+import { existsSync, mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join, resolve } from 'node:path';
 import { chromium } from 'playwright-core';
@@ -14,17 +14,24 @@ const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
 
 export const builtPage = join(top, 'viewer/dist/index.html');
 
+const program = (path) => {
+  if (existsSync(path)) return path;
+  throw new Error(`${path} is not there: the tests of the page need all that cmake --build --preset release builds`);
+};
+
 /** A new folder with the result files that the tests of the writer use. */
 export function sampleFolder() {
+  const write = program(join(builtTests, 'write_sample_result'));
   const folder = mkdtempSync(join(tmpdir(), 'livermark_viewer_'));
-  execFileSync(join(builtTests, 'write_sample_result'), [folder]);
+  execFileSync(write, [folder]);
   return { folder, remove: () => rmSync(folder, { recursive: true }) };
 }
 
 /** A new folder with a result of a body that ships: <name>/palpation.h5. */
 export function shippedFolder(name) {
+  const run = program(livermark);
   const folder = mkdtempSync(join(tmpdir(), 'livermark_shipped_'));
-  execFileSync(livermark, ['run', '--static', '--no-uncertainty', '--body', name, '--load-case', 'palpation', '--model', 'lloyd', '--output', folder]);
+  execFileSync(run, ['run', '--static', '--no-uncertainty', '--body', name, '--load-case', 'palpation', '--model', 'lloyd', '--output', folder]);
   return { folder, remove: () => rmSync(folder, { recursive: true }) };
 }
 

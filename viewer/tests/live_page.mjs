@@ -14,7 +14,7 @@ export function createLivePage(browser, address) {
       page = await (await browser.newContext({ viewport: { width: 1200, height: 850 }, ...options })).newPage();
       page.setDefaultTimeout(240000);
       await page.goto(other);
-      await page.waitForSelector('#stage[data-drawn]');
+      await page.waitForSelector('#stage[data-drawn]', { state: 'attached' }); // a link may lead to Live
     },
     moving: () => page.waitForSelector('#live[data-state=moving]'),
     /** The body at rest, on a new page if there are options for one. @param law  quicker than the law that the page begins with */

@@ -26,7 +26,8 @@ const picture = async () => {
 };
 const background = [243, 241, 237];
 const isNear = (a, b, by = 6) => a.every((x, i) => Math.abs(x - b[i]) <= by);
-const red = ([r, g, b]) => r > 190 && g < 70 && b < 60;
+/** That of the arrow; the axis that points to the left is of another red. */
+const red = (colour) => isNear(colour, [0xd6, 0x28, 0x1f], 16);
 
 test('colours are exact at first: a body at rest has the first colour of the legend and no other', async () => {
   await live.goLive();

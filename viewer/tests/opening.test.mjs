@@ -73,9 +73,14 @@ async function isWholly(name) {
 const isShownFile = async () => `${{ body_1: 'one', body_2: 'two', body_3: 'three' }[(await title()).split(':')[0]]}.h5`;
 
 test('a file that is refused while another is being opened leaves what was open', async () => {
+  let letGo;
+  const held = new Promise((done) => (letGo = done)); // a small file would be open before the next is chosen
+  await page.route('**/files/two.h5', async (route) => (await held, route.continue()));
   await page.selectOption('#files', 'two.h5');
   await page.setInputFiles('#chosen', { name: 'notes.txt', mimeType: '', buffer: Buffer.from('this is text') });
   await page.waitForFunction(() => document.querySelector('#message').textContent.startsWith('notes.txt'));
+  letGo();
+  await page.waitForTimeout(300);
   await isWholly('one.h5');
   assert.equal(await page.locator('#files').inputValue(), 'one.h5');
 });

@@ -48,7 +48,7 @@ async function middles() {
 
 test('the list has result files only, at any depth', async () => {
   const names = await page.locator('#files option').evaluateAll((options) => options.map((o) => o.value));
-  assert.deepEqual(names, ['sample_result.h5', 'small_result.h5', 'still_result.h5']);
+  assert.deepEqual(names, ['path_result.h5', 'sample_result.h5', 'small_result.h5', 'still_result.h5']);
 });
 
 test('the table shows the numbers of the file', async () => {

@@ -31,6 +31,10 @@ export function lesionsOf(names: string[], points: ArrayLike<number>, tetrahedra
     const centre = moments[r]!.map((x) => x / volumes[r]!);
     const distance = (node: number) => Math.hypot(...at(node).map((x, i) => x - centre[i]!));
     const node = [...nodes[r]!].reduce((best, other) => (distance(other) < distance(best) ? other : best));
-    return [{ name, volume: volumes[r]!, node }];
+    const from = at(node);
+    const along = (i: number) => [...nodes[r]!].map((other) => at(other)[i]! - from[i]!);
+    const reach = (of: (values: number[]) => number) => [0, 1, 2].map((i) => of(along(i))) as Vector;
+    const [below, above] = [reach((values) => -values.reduce((a, b) => Math.min(a, b))), reach((values) => values.reduce((a, b) => Math.max(a, b)))];
+    return [{ name, volume: volumes[r]!, node, reach: { below, above } }];
   });
 }

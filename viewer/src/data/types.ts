@@ -1,5 +1,6 @@
 // What the page knows of a result file. Fields are read when they are shown.
 import type { Conditions } from '../picture/facet_conditions.ts';
+import type { Reach } from '../picture/section.ts';
 import type { Surfaces } from './surface.ts';
 
 /** Numbers of /comparisons/<model>; NaN where the file has none. */
@@ -31,6 +32,7 @@ export interface Lesion {
   name: string;
   volume: number; // m^3
   node: number; // of it, the nearest to its centre
+  reach: Reach; // from that node
 }
 
 /** What the load case prescribes on the surface, and what it calls the places. */

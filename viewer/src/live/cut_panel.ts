@@ -21,12 +21,14 @@ export function cutOf(result: Result): Cut | null {
   return { axis, place, keepsAbove: axis === 1 };
 }
 
-/** Another body is whole at first. */
-export function closeCut(): void {
-  select().value = '';
-  slider().value = '50';
-  byId('live-cut-row').hidden = true;
+/** @param axis  of the control; empty for a whole body @param place  per cent of the extent */
+export function setCutControls(axis: string, place: number): void {
+  select().value = axis;
+  slider().value = String(place);
+  byId('live-cut-row').hidden = axis === '';
 }
+
+export const cutControls = () => ({ cutAxis: select().value, cutPlace: slider().valueAsNumber });
 
 export function listenToLiveCut(change: () => void): void {
   select().addEventListener('change', change);

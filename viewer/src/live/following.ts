@@ -12,6 +12,10 @@ export interface Following {
   truth(): Truth | null;
   open(body: LiveBody, settings: LiveSettings): void;
   choose(settings: LiveSettings): void;
+  /** Whether it is on. */
+  isOn(): boolean;
+  /** Switches it on, if there is a server that solves. */
+  switchOn(): void;
   follow(frame: LiveFrame): void;
 }
 
@@ -95,6 +99,12 @@ export function startFollowing(scene: Scene, answered: () => void, complain: (er
     choose(chosen) {
       settings = chosen;
       asking?.choose(chosen);
+    },
+    isOn: () => box().checked,
+    switchOn() {
+      if (box().disabled || box().checked) return;
+      box().checked = true;
+      start();
     },
     follow(frame) {
       if (asking && truth && frame.loadedFacets.length === 0) forget();

@@ -1,6 +1,6 @@
 // The legend of the live page, and the controls of what the colours show and where they end.
 import { byId, element } from '../page/elements.ts';
-import { gradient } from '../picture/colour_maps.ts';
+import { gradient, type Quantity } from '../picture/colour_maps.ts';
 import { ticks } from '../picture/scale.ts';
 import { createColourRange, type ColourRange } from './colour_range.ts';
 import { shownFields, type Shown } from './shown_field.ts';
@@ -12,6 +12,12 @@ export interface LiveLegend {
   see(values: readonly (Float32Array | null)[]): boolean;
   /** What the picture adds, as that light shifts colours. */
   note(sentence: string): void;
+  /** As it is now; the end in the unit of the name. */
+  now(): { name: string; end: number; quantity: Quantity };
+  /** Where the colours end if they stay there, in the unit of the legend; null where they follow. */
+  fixedEnd(): number | null;
+  /** @param fixedEnd  as above */
+  set(shown: Shown, fixedEnd: number | null): void;
   /** Whether FEM is there to be compared with. */
   allowDifference(isThere: boolean): void;
 }
@@ -36,10 +42,12 @@ export function createLiveLegend(changed: () => void): LiveLegend {
   let isExceeded = false;
   let added = '';
 
+  const endInUnit = () => Number((ranges[shown].end() / shownFields[shown].inUnit).toPrecision(6));
+
   function draw(): void {
-    const { name, quantity, unit, inUnit } = shownFields[shown];
+    const { name, quantity, unit } = shownFields[shown];
     const range = ranges[shown];
-    const end = Number((range.end() / inUnit).toPrecision(6));
+    const end = endInUnit();
     const numbers = ticks(end).map((value) => {
       const isLast = Math.abs(value - end) < 1e-9 * end;
       return element('span', { style: `left: ${(100 * value) / end}%` }, `${isLast && isExceeded ? '≥ ' : ''}${value}`);
@@ -83,6 +91,17 @@ export function createLiveLegend(changed: () => void): LiveLegend {
     note(sentence) {
       added = sentence;
       draw();
+    },
+    now: () => ({ name: `${shownFields[shown].name} [${shownFields[shown].unit}]`, end: endInUnit(), quantity: shownFields[shown].quantity }),
+    fixedEnd: () => (ranges[shown].follows() ? null : endInUnit()),
+    set(next, fixedEnd) {
+      if (radio(next).disabled) return;
+      shown = next;
+      radio(shown).checked = true;
+      if (fixedEnd === null) ranges[shown].follow();
+      else ranges[shown].fix(fixedEnd * shownFields[shown].inUnit);
+      draw();
+      changed();
     },
     allowDifference(isThere) {
       radio('difference').disabled = !isThere;

@@ -2,15 +2,17 @@
 import { strainMesh, type StrainMesh } from '../data/strain.ts';
 import type { Result } from '../data/types.ts';
 import { byId } from '../page/elements.ts';
+import type { PictureFrame } from '../page/save.ts';
 import { partsOf } from '../page/state.ts';
 import type { Skin } from '../picture/body.ts';
 import { defaultSkin } from '../picture/materials.ts';
 import type { Marks } from '../picture/marks.ts';
 import type { Conditions } from '../picture/facet_conditions.ts';
 import { createStage, type Hooks, type Side, type Stage } from '../picture/stage.ts';
-import { closeCut, cutOf, listenToLiveCut } from './cut_panel.ts';
+import { cutControls, cutOf, listenToLiveCut, setCutControls } from './cut_panel.ts';
 import { createForceArrow } from './force_arrow.ts';
 import { createLiveLegend } from './live_legend.ts';
+import type { LiveLook } from './live_link.ts';
 import { differences, shownFields, shownValues } from './shown_field.ts';
 import type { Truth } from './truth.ts';
 import type { LiveBody, LiveFrame, Tool, Vector } from './types.ts';
@@ -24,6 +26,10 @@ export interface Scene {
   setSkin(skin: Skin): void;
   /** Marks a node. */
   setNode(node: number | null): void;
+  legend(): PictureFrame['legend'];
+  /** What a link keeps of the picture. */
+  look(): Omit<LiveLook, 'hasElements'>;
+  setLook(look: LiveLook): void;
 }
 
 /** From the front, from the side and a little above: what presses on the front is seen from the side as well. */
@@ -59,12 +65,19 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
   }).observe(canvas);
   const legend = createLiveLegend(() => redraw());
   let opened: Result | null = null;
-  listenToLiveCut(() => {
+  listenToLiveCut(showCut);
+  function showCut(): void {
     if (!opened) return;
     const cut = cutOf(opened);
     stage.setCut(cut);
     showNames(cut !== null);
-  });
+  }
+  function setSkin(chosen: Skin): void {
+    skin = chosen;
+    legend.note(skin === 'flat' ? '' : 'Light and glass shift colours; “Exact colours” shows them as here.');
+    showNames(opened !== null && cutOf(opened) !== null);
+    redraw();
+  }
   /** Lesions are seen in glass, and where the body is cut through them. */
   const showNames = (isCut: boolean) => stage.showNames(skin === 'translucent' ? 'all' : isCut ? 'cut' : 'none');
   let arrow = createForceArrow(1);
@@ -105,7 +118,7 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
     stage,
     setBody(result, next) {
       stage.setBody(result.points, result.surfaces, { ...partsOf(result), conditions: heldConditions(next) });
-      closeCut();
+      setCutControls('', 50); // another body is whole at first
       showNames(false);
       opened = result;
       body = next;
@@ -135,15 +148,20 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
       }
       redraw(legend.shown() === 'difference' ? [0, 1] : [1]);
     },
-    setSkin(chosen) {
-      skin = chosen;
-      legend.note(skin === 'flat' ? '' : 'Light and glass shift colours; “Exact colours” shows them as here.');
-      showNames(opened !== null && cutOf(opened) !== null);
-      redraw();
-    },
+    setSkin,
     setNode(chosen) {
       node = chosen;
       redraw();
+    },
+    legend: legend.now,
+    look: () => ({ shown: legend.shown(), end: legend.fixedEnd(), skin, ...cutControls(), camera: stage.cameraPlace() }),
+    setLook(look) {
+      setCutControls(look.cutAxis, look.cutPlace);
+      showCut();
+      byId('live-skin').querySelector<HTMLInputElement>(`[value=${look.skin}]`)!.checked = true;
+      setSkin(look.skin);
+      legend.set(look.shown, look.end);
+      if (look.camera) stage.setCameraPlace(look.camera);
     },
   };
 }

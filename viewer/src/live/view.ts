@@ -1,10 +1,13 @@
 // The live page: a body, an engine that moves it, and somebody's hand on it.
 import type { Result } from '../data/types.ts';
 import { byId } from '../page/elements.ts';
+import { savePicture } from '../page/save.ts';
 import type { Skin } from '../picture/body.ts';
 import { watchPageColours } from '../picture/page_colours.ts';
 import { startFollowing, type Following } from './following.ts';
 import { atRest, goOn, letGo, take, toolOf, type Hand } from './hand.ts';
+import { linkedLook, linkedSettings, writeLiveLink } from './live_link.ts';
+import { liveFrame } from './live_picture.ts';
 import { createNodeReading } from './node_reading.ts';
 import { createPointer, listenToKeys, type Handling } from './pointer.ts';
 import { createBudget, showFrame } from './readings.ts';
@@ -23,13 +26,16 @@ import { wasmEngine } from './wasm_engine.ts';
 const fitting = 'The springs are being fitted to the body…';
 
 export interface LiveView {
-  /** Sets a body in motion; the same body goes on. */
-  show(result: Result, body: LiveBody): Promise<void>;
+  /** Sets a body in motion; the same body goes on. @param view  of the link that it was opened with, or empty */
+  show(result: Result, body: LiveBody, view: URLSearchParams): Promise<void>;
   hide(): void;
+  /** What a link to this view says; null before the springs are there. */
+  link(): URLSearchParams | null;
 }
 
-/** @param say  shows a sentence about what went wrong, or none */
-export function createLiveView(say: (sentence: string) => void): LiveView {
+/** @param say  shows a sentence about what went wrong, or none @param changed  a link would be another one now */
+export function createLiveView(say: (sentence: string) => void, changed: () => void): LiveView {
+  let result: Result | null = null;
   let body: LiveBody | null = null;
   let session: Session | null = null;
   let settings: LiveSettings | null = null;
@@ -61,7 +67,7 @@ export function createLiveView(say: (sentence: string) => void): LiveView {
   }
   const handling: Handling = { hand: () => hand, change, take: takeAt, body: () => body, stays, say: note };
   const pointer = createPointer(canvas, () => scene.stage, handling);
-  const scene: Scene = createScene(canvas, { takesPress: pointer.takesPress, onDrawn: budget.draw, onPick: read });
+  const scene: Scene = createScene(canvas, { takesPress: pointer.takesPress, onDrawn: budget.draw, onPick: read, onTurned: changed });
   const following: Following = startFollowing(scene, tellNode, complain);
 
   function touch(): void {
@@ -127,6 +133,7 @@ export function createLiveView(say: (sentence: string) => void): LiveView {
       showChosen(chosen);
       byId('live').dataset['state'] = 'moving';
       note('');
+      changed();
     },
     wasReset() {
       entries.push({ kind: 'reset' });
@@ -193,14 +200,19 @@ export function createLiveView(say: (sentence: string) => void): LiveView {
   byId('live-view').addEventListener('click', () => scene.stage.resetView());
   byId('live-save').addEventListener('click', () => download('livermark_live.csv', csvOf(entries)));
   byId('live-skin').addEventListener('change', (event) => scene.setSkin((event.target as HTMLInputElement).value as Skin));
+  byId('live-save-picture').addEventListener('click', () => {
+    if (result && settings) savePicture(scene.stage, byId('live-stage'), liveFrame(result, settings, scene.legend())).catch(complain);
+  });
+  byId('live').addEventListener('change', changed);
   showHand(hand);
 
   return {
-    async show(result, next) {
+    async show(of, next, view) {
       if (next === body) return session?.pause(wasPaused);
-      body = next;
-      settings = null;
-      scene.setBody(result, next);
+      [result, body] = [of, next];
+      const isLinked = view.get('mode') === 'live';
+      settings = isLinked ? linkedSettings(view, settingsOf(next)) : null;
+      scene.setBody(of, next);
       read(null);
       nodeField().max = String(next.points.length / 3 - 1);
       nodeField().value = String(furthest(next, [0, -1, 0]));
@@ -209,7 +221,12 @@ export function createLiveView(say: (sentence: string) => void): LiveView {
       native.options[1]!.disabled = !isServed;
       if (!isServed) native.value = 'wasm';
       await start(next);
+      if (!isLinked || next !== body) return;
+      const look = linkedLook(view);
+      if (look.hasElements) following.switchOn();
+      scene.setLook(look);
     },
+    link: () => settings && writeLiveLink(settings, { ...scene.look(), hasElements: following.isOn() }),
     hide() {
       wasPaused = isPaused;
       letHandGo();

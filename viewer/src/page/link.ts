@@ -36,9 +36,12 @@ export function linkTo(path: string, result: Result, choice: Choice, camera: Cam
   if (choice.cut) view.set('cut', [axes[choice.cut.axis], rounded(choice.cut.place), choice.cut.keepsAbove ? 'above' : 'below'].join(','));
   if (!choice.showsConditions) view.set('conditions', 'off');
   if (!choice.showsNames) view.set('names', 'off');
-  if (camera) view.set('camera', [...camera.position, ...camera.target].map(rounded).join(','));
+  if (camera) view.set('camera', cameraText(camera));
   return `#${encodeURIComponent(path)}?${view.toString().replaceAll('%2C', ',')}`;
 }
+
+/** Where a camera is and what it looks at [mm]. */
+export const cameraText = ({ position, target }: CameraPlace) => [...position, ...target].map(rounded).join(',');
 
 function numbersOf(text: string | null, count: number): number[] | null {
   const numbers = text?.split(',').map(Number) ?? [];
@@ -77,7 +80,8 @@ export function choiceOf(view: URLSearchParams, result: Result): Partial<Choice>
   return choice;
 }
 
-export function cameraOf(view: URLSearchParams): CameraPlace | null {
-  const numbers = numbersOf(view.get('camera'), 6)?.map((mm) => mm / 1000);
+/** The inverse of cameraText(); null for anything else. */
+export function placeOf(text: string | null): CameraPlace | null {
+  const numbers = numbersOf(text, 6)?.map((mm) => mm / 1000);
   return numbers ? { position: numbers.slice(0, 3) as CameraPlace['position'], target: numbers.slice(3) as CameraPlace['target'] } : null;
 }

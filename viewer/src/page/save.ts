@@ -1,6 +1,6 @@
 // The picture as PNG and the table as CSV, as files of the reader's.
 import type { Result } from '../data/types.ts';
-import { mapColours } from '../picture/colour_maps.ts';
+import { mapColours, type Quantity } from '../picture/colour_maps.ts';
 import { pageColours } from '../picture/page_colours.ts';
 import { ticks } from '../picture/scale.ts';
 import type { Stage } from '../picture/stage.ts';
@@ -22,47 +22,64 @@ export function offer(name: string, content: Blob): void {
 
 const escaped = (text: string) => text.replaceAll('&', '&amp;').replaceAll('<', '&lt;').replaceAll('"', '&quot;');
 
-/** Title, names and legend as SVG around what is written over the picture. [CSS pixels] */
-function frameOf(result: Result, choice: Choice, overlay: string, size: { width: number; height: number }): string {
-  const { stage, ink } = pageColours(byId('stage'));
+/** What is written around a picture. */
+export interface PictureFrame {
+  file: string; // name, without its ending
+  title: string;
+  sides: string[]; // above each view
+  legend: { name: string; end: number; quantity: Quantity }; // end in the unit of the name
+  more?: string; // SVG over the picture [CSS pixels]
+}
+
+/** As SVG around what is written over the picture. [CSS pixels] */
+function frameOf(host: HTMLElement, { title, sides, legend, more }: PictureFrame, overlay: string, size: { width: number; height: number }): string {
+  const { stage, ink } = pageColours(host);
   const { width, height } = size;
   const text = (x: number, y: number, content: string, more = '') => `<text x="${x}" y="${y}" fill="${ink}" font-size="14" ${more}>${escaped(content)}</text>`;
-  const canvas = byId('stage').getBoundingClientRect();
-  const names = choice.models.map((model, side) => {
-    const box = document.querySelectorAll('#stage .side')[side]!.getBoundingClientRect();
-    return text(box.left - canvas.left + 2, head + box.top - canvas.top + 20, model, 'font-weight="600"');
-  });
-  const end = Number(document.querySelector<HTMLElement>('#legend .numbers')!.dataset['endMm']);
+  const canvas = host.getBoundingClientRect();
+  const boxes = [...host.querySelectorAll('.side')].map((side) => side.getBoundingClientRect());
+  const names = sides.map((name, side) =>
+    text(boxes[side]!.left - canvas.left + 2, head + boxes[side]!.top - canvas.top + 20, name, 'font-weight="600"'));
   const [left, strip, top] = [0.36 * width, 0.56 * width, head + height + 14];
-  const { name } = scales[choice.quantity];
-  const numbers = ticks(end).map((value) => text(left + (strip * value) / end, top + 32, String(value), 'text-anchor="middle"'));
-  const colours = mapColours(choice.quantity);
+  const numbers = ticks(legend.end).map((value) => text(left + (strip * value) / legend.end, top + 32, String(value), 'text-anchor="middle"'));
+  const colours = mapColours(legend.quantity);
   const stops = colours.map((colour, i) => `<stop offset="${i / (colours.length - 1)}" stop-color="${colour}"/>`).join('');
-  const time = choice.frame === null ? '' : `, ${result.frameTimes[choice.frame]!.toFixed(3)} s after the release`;
   return `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${head + height + foot}" font-family="system-ui, sans-serif">
     <defs><linearGradient id="map">${stops}</linearGradient></defs>
     <rect width="${width}" height="${head}" fill="${stage}"/><rect y="${head + height}" width="${width}" height="${foot}" fill="${stage}"/>
-    ${text(14, 26, `${result.body}: ${result.loadCase}${time}. Displacements drawn ${byId('factor').textContent}`, 'font-weight="600"')}
-    ${names.join('')}${text(left - 12, top + 12, name, 'text-anchor="end"')}
+    ${text(14, 26, title, 'font-weight="600"')}
+    ${names.join('')}${text(left - 12, top + 12, legend.name, 'text-anchor="end"')}
     <rect x="${left}" y="${top}" width="${strip}" height="14" fill="url(#map)"/>${numbers.join('')}
-    <g transform="translate(0 ${head})">${overlay}</g></svg>`;
+    <g transform="translate(0 ${head})">${overlay}${more ?? ''}</g></svg>`;
 }
 
-/** As on the screen, with title, names, scale and legend, and so many times the pixels. */
-export async function savePicture(stage: Stage, result: Result, choice: Choice): Promise<void> {
-  const { clientWidth: width, clientHeight: height } = document.querySelector<HTMLCanvasElement>('#stage canvas')!;
+/** As on the screen, with title, names, scale and legend, and so many times the pixels. @param host  with the canvas of the stage in it */
+export async function savePicture(stage: Stage, host: HTMLElement, frame: PictureFrame): Promise<void> {
+  const { clientWidth: width, clientHeight: height } = host.querySelector('canvas')!;
   const { image, overlay } = stage.picture(times);
   const ratio = image.width / width;
   const whole = document.createElement('canvas');
   [whole.width, whole.height] = [image.width, Math.round(ratio * (head + height + foot))];
-  const frame = new Image();
-  frame.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(frameOf(result, choice, overlay, { width, height }))}`;
-  await frame.decode();
+  const around = new Image();
+  around.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(frameOf(host, frame, overlay, { width, height }))}`;
+  await around.decode();
   const context = whole.getContext('2d')!;
   context.drawImage(image, 0, ratio * head);
-  context.drawImage(frame, 0, 0, whole.width, whole.height);
+  context.drawImage(around, 0, 0, whole.width, whole.height);
   const blob = await new Promise<Blob | null>((done) => whole.toBlob(done, 'image/png'));
-  if (blob) offer(`${result.body}_${result.loadCase}.png`, blob);
+  if (blob) offer(`${frame.file}.png`, blob);
+}
+
+/** Of two models. */
+export function comparedFrame(result: Result, choice: Choice): PictureFrame {
+  const end = Number(document.querySelector<HTMLElement>('#legend .numbers')!.dataset['endMm']);
+  const time = choice.frame === null ? '' : `, ${result.frameTimes[choice.frame]!.toFixed(3)} s after the release`;
+  return {
+    file: `${result.body}_${result.loadCase}`,
+    title: `${result.body}: ${result.loadCase}${time}. Displacements drawn ${byId('factor').textContent}`,
+    sides: choice.models,
+    legend: { name: scales[choice.quantity].name, end, quantity: choice.quantity },
+  };
 }
 
 const quoted = (text: string) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);

@@ -20,8 +20,7 @@ export interface Choice {
 
 /** What a stage draws of a file besides the surface. */
 export function partsOf(result: Result): BodyParts {
-  const labels = result.lesions.map(({ name, node, volume }) =>
-    ({ name: name.replaceAll('_', ' '), node, radius: Math.cbrt((3 * volume) / (4 * Math.PI)) }));
+  const labels = result.lesions.map(({ name, node, reach }) => ({ name: name.replaceAll('_', ' '), node, reach }));
   return { conditions: result.conditions, tetrahedra: result.tetrahedra, labels, isAnatomical: result.isAnatomical };
 }
 

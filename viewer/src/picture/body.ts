@@ -7,7 +7,7 @@ import { createCutFace } from './cut_face.ts';
 import { displaced, textureCoordinates } from './fields.ts';
 import { createMarks, type Marks } from './marks.ts';
 import { createMaterials, mapWidth, type Skin } from './materials.ts';
-import type { Cut } from './section.ts';
+import type { Cut, Reach } from './section.ts';
 
 export type { Skin } from './materials.ts';
 
@@ -22,11 +22,18 @@ export interface Look {
   node: number | null; // marked
 }
 
+/** What has a name, at which node, and how far it goes from there along the axes [m]. */
+export interface NodeLabel {
+  name: string;
+  node: number;
+  reach: Reach;
+}
+
 /** What a body may have besides its surface. */
 export interface BodyParts {
   conditions?: Conditions; // of the facets of the surface
   tetrahedra?: Int32Array; // (M,4), which close what is cut open
-  labels?: { name: string; node: number; radius: number }[]; // what has a name, where, and about how large it is [m]
+  labels?: NodeLabel[]; // what has a name
   isAnatomical?: boolean; // its axes are those of a patient (LPS)
 }
 

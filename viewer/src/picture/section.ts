@@ -18,6 +18,23 @@ export interface Section {
 /** > 0 where it is taken away. */
 export const beyond = (cut: Cut, coordinate: number) => (cut.keepsAbove ? cut.place - coordinate : coordinate - cut.place);
 
+/** Of what is inside: those that the cut meets, or all that are left. */
+export type Names = 'none' | 'cut' | 'all';
+
+/** How far something goes from its place, along the axes [m]. */
+export interface Reach {
+  below: readonly number[];
+  above: readonly number[];
+}
+
+/** Whether what is inside has its name in the picture. */
+export function isNamed(names: Names, cut: Cut | null, place: readonly number[], { below, above }: Reach): boolean {
+  if (!cut) return names === 'all';
+  const at = place[cut.axis]!;
+  const isMet = cut.place > at - below[cut.axis]! && cut.place < at + above[cut.axis]!;
+  return names !== 'none' && (isMet || (names === 'all' && beyond(cut, at) <= 0));
+}
+
 interface Crossing {
   place: [number, number, number];
   value: number;

@@ -2,17 +2,16 @@
 import * as three from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Surfaces } from '../data/surface.ts';
-import { createBody, nearestVertex, type Body, type BodyParts, type Look } from './body.ts';
+import { createBody, nearestVertex, type Body, type BodyParts, type Look, type NodeLabel } from './body.ts';
 import { distanceToSee, screenAt, turnCamera, viewsOf, type CameraPlace, type Screen } from './camera.ts';
 import { endsOfArrows, type ConditionsShown } from './conditions.ts';
 import { sayWhenLost } from './lost.ts';
 import type { Marks } from './marks.ts';
 import { createOverlay, write } from './overlay.ts';
 import { pageColours, watchPageColours } from './page_colours.ts';
-import { beyond, type Cut } from './section.ts';
+import { beyond, isNamed, type Cut, type Names } from './section.ts';
 
 export type Side = 0 | 1;
-export type Names = 'none' | 'cut' | 'all';
 
 export interface Stage {
   setBody(points: Float32Array, surfaces: Surfaces, parts?: BodyParts): void;
@@ -85,17 +84,12 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
   let wasMoved = false;
   let isAsked = false;
   let numViews: 1 | 2 = 2;
-  let labels: NonNullable<BodyParts['labels']> = [];
+  let labels: NodeLabel[] = [];
   let names: Names = 'none';
   let isAnatomical = false;
   let cut: Cut | null = null;
 
   const layout = () => viewsOf(canvas.clientWidth, canvas.clientHeight, numViews, nameHeight);
-
-  function isNamed({ place, radius }: { place: three.Vector3; radius: number }): boolean {
-    const away = cut ? beyond(cut, place.getComponent(cut.axis)) : -Infinity;
-    return names === 'all' ? away <= 0 : names === 'cut' && Math.abs(away) < radius;
-  }
 
   function draw(): void {
     isAsked = false;
@@ -117,7 +111,8 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
       renderer.render(body.scene, camera);
     }
     if (bodies) {
-      const named = bodies.map((body) => labels.map((label) => ({ ...label, place: body.placeOf(label.node) })).filter(isNamed));
+      const named = bodies.map((body) => labels.map((label) => ({ ...label, place: body.placeOf(label.node) }))
+        .filter(({ place, reach }) => isNamed(names, cut, place.toArray(), reach)));
       const { metresPerPixel } = screenAt(camera, views[0]!.height, controls.target.toArray());
       write(overlay, { views, camera, metresPerPixel, isAnatomical, labels: named, colours });
     }

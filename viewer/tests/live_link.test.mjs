@@ -1,0 +1,81 @@
+// What is kept of the live page: its view as a link, its picture as PNG.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { after, before, test } from 'node:test';
+import { frames, shippedFolder, startBrowser, startServer } from './browser.mjs';
+import { createLivePage } from './live_page.mjs';
+
+let shipped, server, browser, live;
+const file = encodeURIComponent('liver_tumours/palpation.h5');
+
+before(async () => {
+  shipped = shippedFolder('liver_tumours');
+  server = await startServer(shipped.folder);
+  browser = await startBrowser();
+  live = createLivePage(browser, `${server.address}#${file}`);
+});
+after(async () => {
+  await browser?.close();
+  await server?.stop();
+  shipped?.remove();
+});
+
+const fragment = async () => {
+  await live.page.waitForTimeout(600); // the address follows a moment later
+  return live.page.evaluate(() => location.hash);
+};
+const fieldOf = (name) => live.page.locator(`#live-${name}`).inputValue();
+const said = async () => ({
+  numbers: await Promise.all(['law', 'young', 'nu', 'alpha', 'beta', 'legend-end', 'cut', 'cut-place'].map(fieldOf)),
+  boxes: await Promise.all(['keeps-volume', 'fem', 'legend-follows'].map((name) => live.page.isChecked(`#live-${name}`))),
+  colours: await live.page.locator('#live-colours :checked[name]').getAttribute('value'),
+  surface: await live.page.locator('#live-skin :checked').getAttribute('value'),
+});
+
+test('a link made in Live opens the same springs, colours, cut, camera and FEM in Live', async () => {
+  await live.goLive({});
+  const { page } = live;
+  assert.match(await fragment(), /&mode=live&law=van_gelder&/);
+  await live.set('nu', '0.3');
+  await live.set('young', '7.5');
+  await page.uncheck('#live-keeps-volume');
+  await page.check('#live-translucent', { force: true });
+  await page.selectOption('#live-cut', '0');
+  await page.locator('#live-cut-place').fill('40');
+  await page.check('#live-fem');
+  await page.check('[name=live-shown][value=strain]');
+  await page.locator('#live-legend-end').fill('2');
+  await page.locator('#live-legend-end').press('Tab');
+  await page.locator('#live-stage canvas').focus();
+  for (const key of ['ArrowLeft', 'ArrowUp', '+']) await page.keyboard.press(key);
+  const [link, before] = [await fragment(), await said()];
+  assert.deepEqual(before.boxes, [false, true, false]);
+  await live.open({}, server.address + link);
+  await live.moving();
+  assert.deepEqual(await said(), before);
+  assert.equal(await fragment(), link);
+  // And one made in Compare leads there, from Live as well.
+  await live.page.evaluate((hash) => (location.hash = hash), link.replace(/&mode=live.*/, ''));
+  await live.page.waitForSelector('#compare', { state: 'visible' });
+  assert.equal(await live.isShown('stage'), false);
+});
+
+test('a live link that makes no sense opens Live as it is at first', async () => {
+  await live.open({}, `${server.address}#${file}?mode=live&law=van_gelder&nu=9&young=-1&alpha=x&live_colours=toString&live_end=-3&live_cut=w,900&live_surface=&live_camera=1,2`);
+  await live.moving();
+  assert.equal(await live.page.locator('#message').isVisible(), false);
+  assert.deepEqual((await said()).numbers.slice(0, 4), ['van_gelder', '5', '0.45', '10']);
+  assert.equal((await said()).colours, 'displacement');
+});
+
+test('the picture of Live has twice the pixels of the screen', async () => {
+  await live.goLive();
+  await live.poke();
+  await frames(live.page);
+  const [download] = await Promise.all([live.page.waitForEvent('download'), live.page.click('#live-save-picture')]);
+  assert.equal(download.suggestedFilename(), 'liver_tumours_live.png');
+  const png = readFileSync(await download.path());
+  const { width, height } = await live.page.locator('#live-stage canvas').boundingBox();
+  assert.equal(png.readUInt32BE(16), 2 * Math.round(width));
+  assert.ok(png.readUInt32BE(20) > 2 * height, 'title and legend are in it');
+});
