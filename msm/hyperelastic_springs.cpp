@@ -21,8 +21,6 @@ using Six = std::vector<Vector6>;
 
 /// Of the stiffness, inside each tetrahedron.
 constexpr double part_alone = 0.2;
-/// Largest lambda / mu of the preconditioner.
-constexpr double stiffest_volume = 2.5;
 
 struct SpringTetrahedron {
     std::array<int, 4> nodes;
@@ -281,7 +279,7 @@ ElasticBody hyperelastic_springs_with_volume(const core::Body &body, const Sprin
         terms.push_back(volume_penalty(body.mesh, volumes));
     }
     ElasticBody springs(lumped_masses(body), std::move(terms));
-    springs.preconditioner = linear_elements(body, stiffest_volume);
+    springs.preconditioner = linear_elements(body);
     return springs;
 }
 

@@ -1,5 +1,6 @@
 #include "msm/nodal_springs.hpp"
 
+#include "msm/biquadratic_springs.hpp"
 #include "msm/dynamics/step_parts.hpp"
 #include "msm/edge_stretches.hpp"
 #include "msm/inversion_guard.hpp"
@@ -268,7 +269,9 @@ ElasticBody nodal_springs_with_volume(const core::Body &body) {
     if (needs_volume(body))
         terms.push_back(volume_beside_springs(body, find_volume_term("mean_nodal_volume")));
     terms.push_back(inversion_guard(body));
-    return {lumped_masses(body), std::move(terms)};
+    ElasticBody springs(lumped_masses(body), std::move(terms));
+    springs.preconditioner = linear_elements(body);
+    return springs;
 }
 
 } // namespace livermark::msm

@@ -3,7 +3,8 @@
 namespace livermark::msm {
 
 Eigen::VectorXd conjugate_gradients(const LinearMap &matrix, const LinearMap &inverse, const Eigen::VectorXd &b,
-                                    double tolerance, int max_steps) {
+                                    double tolerance, int max_steps,
+                                    const std::function<void(const Eigen::VectorXd &, const Eigen::VectorXd &)> &see) {
     const double enough = tolerance * b.norm();
     Eigen::VectorXd x = Eigen::VectorXd::Zero(b.size()), residual = b;
     Eigen::VectorXd direction, preconditioned, last_residual;
@@ -23,6 +24,8 @@ Eigen::VectorXd conjugate_gradients(const LinearMap &matrix, const LinearMap &in
         last_residual = residual;
         x += length * direction;
         residual -= length * image;
+        if (see)
+            see(length * direction, length * image);
     }
     return x;
 }

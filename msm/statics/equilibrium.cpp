@@ -21,8 +21,6 @@ constexpr double least_reduction = 0.1;
 /// The same where the factor is that of a preconditioner: it takes more steps, but another factor would be a wide one.
 constexpr int steps_between_looks_of_many = 40;
 constexpr double least_reduction_of_many = 0.5;
-/// Steps that are remembered.
-constexpr std::size_t most_pairs = 30;
 /// Conjugate gradients in a step of Newton's method without a factor.
 constexpr int most_products = 200;
 
@@ -64,24 +62,24 @@ class Descent {
     }
 
     /// Goes down as long as the inverse by a factor is good for it.
+    /// @param memory          corrects the inverse
     /// @param is_approximate  whether it is that of a preconditioner
     /// @return number of steps, 0 where there was none downhill
-    int follow(const LinearMap &by_factor, bool is_approximate = false) {
+    int follow(const LinearMap &by_factor, LimitedMemory &memory, bool is_approximate) {
         const int between_looks = is_approximate ? steps_between_looks_of_many : steps_between_looks;
         const double reduction = is_approximate ? least_reduction_of_many : least_reduction;
-        LimitedMemory inverse(by_factor, most_pairs);
         double last_look = relative_residual();
         Eigen::VectorXd gradient = free_.gather(unbalanced_);
         int steps = 0;
         while (!is_balanced() && state_.num_iterations < options_.max_iterations) {
-            const Eigen::VectorXd direction = -inverse.times(gradient);
+            const Eigen::VectorXd direction = -memory.times(by_factor, gradient);
             const double scale = search_line(direction, gradient.dot(direction));
             if (scale == 0.0)
                 break;
             ++steps, ++state_.num_iterations;
             unbalanced_ = unbalanced_force();
             const Eigen::VectorXd there = free_.gather(unbalanced_);
-            inverse.learn(scale * direction, there - gradient);
+            memory.learn(scale * direction, there - gradient);
             gradient = there;
             if (steps % between_looks == 0) {
                 const double residual = relative_residual();
@@ -107,7 +105,8 @@ class Descent {
             const bool is_definite = factorise(
                 part_left_out_ > 0.0 ? Eigen::SparseMatrix<double>(exact + part_left_out_ * compression) : exact);
             ++state_.num_factors;
-            if (is_definite && follow([&](const auto &vector) { return factor_.solve(vector); }) > 0) {
+            LimitedMemory memory(most_remembered);
+            if (is_definite && follow([&](const auto &vector) { return factor_.solve(vector); }, memory, false) > 0) {
                 part_left_out_ = part_left_out_ > smallest_part_left_out ? 0.5 * part_left_out_ : 0.0;
                 return true;
             }
@@ -231,8 +230,11 @@ Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, co
         result.status = core::SolutionStatus::not_converged;
         result.message = std::move(why);
     };
-    result.linear_displacement = rest.solve(conditions.displacement, conditions.force);
-    result.displacement = start.empty() ? result.linear_displacement : std::move(start);
+    LimitedMemory own(most_remembered);
+    auto &memory = options.memory && rest.is_approximate() ? *options.memory : own;
+    if (start.empty())
+        start = result.linear_displacement = rest.solve(conditions.displacement, conditions.force, &memory);
+    result.displacement = std::move(start);
     if (!rest.is_definite()) {
         give_up("the body at rest is not stiff in every direction; constrain more facets");
         result.constraint_force.assign(positions.size(), core::Vector3::Zero());
@@ -244,7 +246,7 @@ Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, co
         result.constraint_force.assign(positions.size(), core::Vector3::Zero());
         return result;
     }
-    descent.follow([&](const auto &vector) { return rest.inverse_times(vector); }, rest.is_approximate());
+    descent.follow([&](const auto &vector) { return rest.inverse_times(vector); }, memory, rest.is_approximate());
     while (!descent.is_balanced()) {
         if (result.num_iterations == options.max_iterations) {
             give_up(fmt::format("a relative residual of {1:.1e} is left after {0} steps; lower the load",

@@ -6,16 +6,22 @@
 #include "core/solution.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/nodal_conditions.hpp"
+#include "msm/statics/limited_memory.hpp"
 #include "msm/statics/rest_stiffness.hpp"
 #include "msm/statics/surface_pressure.hpp"
 
 namespace livermark::msm {
+
+/// Steps that LimitedMemory keeps here.
+inline constexpr std::size_t most_remembered = 30;
 
 struct EquilibriumOptions {
     /// Largest accepted norm of the forces out of balance, relative to the norm of the loads and constraint forces.
     /// Where the loads are small beside the stiffness, what the rounding of the positions does to the forces is enough.
     double tolerance = 1e-11;
     int max_iterations = 300;
+    /// Where the factor is approximate, what was learnt in equilibria nearby, and goes on to learn; none for nothing.
+    LimitedMemory *memory = nullptr;
     const SurfacePressure *pressure = nullptr; ///< beside the loads; its energy alone, see SurfacePressure::rim_force()
 };
 
@@ -23,7 +29,7 @@ struct Equilibrium {
     core::SolutionStatus status = core::SolutionStatus::ok;
     std::string message;                            ///< why the status is not ok
     std::vector<core::Vector3> displacement;        ///< (N) [m]
-    std::vector<core::Vector3> linear_displacement; ///< (N) solution linearised at rest [m]
+    std::vector<core::Vector3> linear_displacement; ///< (N) solution linearised at rest [m]; empty if a start was given
     std::vector<core::Vector3> constraint_force;    ///< (N) [N], of the constraints on the nodes; zero on free ones
     int num_iterations = 0;                         ///< steps downhill
     int num_factors = 0;                            ///< factorisations beside that of the body at rest

@@ -5,13 +5,13 @@
 
 namespace livermark::msm {
 
-Eigen::VectorXd LimitedMemory::times(Eigen::VectorXd vector) const {
+Eigen::VectorXd LimitedMemory::times(const LinearMap &first, Eigen::VectorXd vector) const {
     std::vector<double> part(pairs_.size());
     for (std::size_t p = pairs_.size(); p-- > 0;) {
         part[p] = pairs_[p].step.dot(vector) / pairs_[p].curvature;
         vector -= part[p] * pairs_[p].change;
     }
-    vector = first_(vector);
+    vector = first(vector);
     for (std::size_t p = 0; p < pairs_.size(); ++p)
         vector += (part[p] - pairs_[p].change.dot(vector) / pairs_[p].curvature) * pairs_[p].step;
     return vector;

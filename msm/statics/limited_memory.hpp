@@ -13,12 +13,12 @@ namespace livermark::msm {
 /// Math. Comput. 35).
 class LimitedMemory {
   public:
-    /// @param first      positive definite; kept by reference
     /// @param most_steps  that are remembered
-    LimitedMemory(const LinearMap &first, std::size_t most_steps) : first_(first), most_steps_(most_steps) {}
+    explicit LimitedMemory(std::size_t most_steps) : most_steps_(most_steps) {}
 
     /// The corrected inverse times a vector.
-    Eigen::VectorXd times(Eigen::VectorXd vector) const;
+    /// @param first  positive definite
+    Eigen::VectorXd times(const LinearMap &first, Eigen::VectorXd vector) const;
 
     /// Learns from a step and the change of the gradient on it. Where the energy bends downwards there is nothing to be
     /// learnt for an inverse that is to stay positive definite.
@@ -29,7 +29,6 @@ class LimitedMemory {
         Eigen::VectorXd step, change;
         double curvature;
     };
-    const LinearMap &first_;
     std::size_t most_steps_;
     std::deque<Pair> pairs_;
 };

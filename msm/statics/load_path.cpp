@@ -38,7 +38,7 @@ class Follower {
         : body_(body), problem_(problem), node_mass_(node_mass), rest_(rest),
           has_followers_(!SurfacePressure(problem).is_empty()) {
         const auto whole = nodal_conditions(problem, node_mass);
-        linear_ = rest.solve(whole.displacement, whole.force);
+        linear_ = rest.solve(whole.displacement, whole.force, &memory_);
         last_.displacement.assign(linear_.size(), core::Vector3::Zero());
     }
 
@@ -99,6 +99,7 @@ class Follower {
     Equilibrium find(const NodalConditions &conditions, Field start, const SurfacePressure *pressure) {
         auto options = path_options;
         options.pressure = pressure;
+        options.memory = &memory_;
         auto found = find_equilibrium(body_, problem_.body->mesh.points, conditions, rest_, options, std::move(start));
         ++num_steps_;
         num_iterations_ += found.num_iterations;
@@ -136,6 +137,7 @@ class Follower {
     const std::vector<double> &node_mass_;
     const RestStiffness &rest_;
     bool has_followers_;
+    LimitedMemory memory_{most_remembered};
     Field linear_; ///< solution linearised at rest to the whole load
     Equilibrium last_;
     double fraction_ = 0.0; ///< where it has come to

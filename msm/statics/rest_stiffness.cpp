@@ -22,6 +22,17 @@ double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+/// About what is on the diagonal of the stiffness, without the stiffness. The bounds of tetrahedra are four times it.
+Eigen::VectorXd bound_of_diagonal(const ElasticBody &body, const std::vector<core::Vector3> &positions) {
+    std::vector<Eigen::Matrix3d> blocks(positions.size(), Eigen::Matrix3d::Zero());
+    for (const auto &term : body.terms)
+        term->add_block_bound(to_unknowns(positions), blocks);
+    std::vector<core::Vector3> diagonal;
+    for (const auto &block : blocks)
+        diagonal.emplace_back(0.25 * block.diagonal());
+    return to_unknowns(diagonal);
+}
+
 } // namespace
 
 RestStiffness::RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions)
@@ -29,8 +40,12 @@ RestStiffness::RestStiffness(const ElasticBody &body, const std::vector<core::Ve
     auto stiffness = body.preconditioner ? body.preconditioner->hessian(to_unknowns(positions), Tangent::material)
                                          : elastic_hessian(body, positions, Tangent::exact);
     stiffness_.swap(stiffness); // Eigen does not move sparse matrices
-    if (body.preconditioner)
+    if (!body.preconditioner)
+        diagonal_ = stiffness_.diagonal();
+    else {
         product_.emplace(body, positions);
+        diagonal_ = bound_of_diagonal(body, positions);
+    }
 }
 
 RestStiffness RestStiffness::of_many(const ElasticBody &body, const std::vector<core::Vector3> &positions,
@@ -67,7 +82,7 @@ void RestStiffness::constrain(const std::vector<core::Vector3> &prescribed) {
     double square = 0.0;
     for (Eigen::Index c = 0; c < stiffness_.rows(); ++c)
         if (free_.is_free(c))
-            square += stiffness_.coeff(c, c) * stiffness_.coeff(c, c);
+            square += diagonal_[c] * diagonal_[c];
     rounding_force_ = std::numeric_limits<double>::epsilon() * extent_ * std::sqrt(square);
 
     const FreeComponents common(common_);
@@ -106,7 +121,7 @@ bool RestStiffness::constrains(const std::vector<core::Vector3> &prescribed) con
 }
 
 std::vector<core::Vector3> RestStiffness::solve(const std::vector<core::Vector3> &prescribed,
-                                                const std::vector<core::Vector3> &force) const {
+                                                const std::vector<core::Vector3> &force, LimitedMemory *memory) const {
     auto displacement = prescribed;
     for (auto &node : displacement)
         node = node.array().isNaN().select(core::Vector3::Zero(), node);
@@ -114,7 +129,8 @@ std::vector<core::Vector3> RestStiffness::solve(const std::vector<core::Vector3>
         return displacement;
     const Eigen::VectorXd load = free_.gather(to_field(to_unknowns(force) - product(to_unknowns(displacement))));
     free_.add(displacement,
-              product_ ? by_conjugate_gradients(load) : inverse_times(load, &support::SparseCholesky::solve), 1.0);
+              product_ ? by_conjugate_gradients(load, memory) : inverse_times(load, &support::SparseCholesky::solve),
+              1.0);
     return displacement;
 }
 
@@ -122,7 +138,7 @@ Eigen::VectorXd RestStiffness::product(const Eigen::VectorXd &displacement) cons
     return product_ ? product_->times(displacement) : Eigen::VectorXd(stiffness_ * displacement);
 }
 
-Eigen::VectorXd RestStiffness::by_conjugate_gradients(const Eigen::VectorXd &load) const {
+Eigen::VectorXd RestStiffness::by_conjugate_gradients(const Eigen::VectorXd &load, LimitedMemory *memory) const {
     const std::vector<core::Vector3> nothing(static_cast<std::size_t>(stiffness_.rows() / 3), core::Vector3::Zero());
     const auto matrix = [&](const Eigen::VectorXd &displacement) {
         auto field = nothing;
@@ -131,7 +147,11 @@ Eigen::VectorXd RestStiffness::by_conjugate_gradients(const Eigen::VectorXd &loa
     };
     return conjugate_gradients(
         matrix, [this](const auto &vector) { return inverse_times(vector); }, load, linear_tolerance,
-        most_conjugate_gradients);
+        most_conjugate_gradients,
+        [memory](const auto &step, const auto &change) {
+            if (memory)
+                memory->learn(step, change);
+        });
 }
 
 } // namespace livermark::msm

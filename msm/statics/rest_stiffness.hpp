@@ -6,6 +6,7 @@
 
 #include "msm/elastic_body.hpp"
 #include "msm/statics/free_components.hpp"
+#include "msm/statics/limited_memory.hpp"
 #include "support/sparse_cholesky.hpp"
 
 namespace livermark::msm {
@@ -49,19 +50,21 @@ class RestStiffness {
     /// Solution of the linear body: K_ff u_f = f_f - K_fc u_c, to rounding or, where the factor is approximate, to
     /// 1e-10 of the load.
     /// @param force  shape (N) [N]
+    /// @param memory  learns from the steps of conjugate gradients, if there are any
     /// @return shape (N) [m]; where it is not definite, the prescribed displacements alone
     std::vector<core::Vector3> solve(const std::vector<core::Vector3> &prescribed,
-                                     const std::vector<core::Vector3> &force) const;
+                                     const std::vector<core::Vector3> &force, LimitedMemory *memory = nullptr) const;
 
   private:
     RestStiffness(const ElasticBody &body, const std::vector<core::Vector3> &positions);
     Eigen::VectorXd product(const Eigen::VectorXd &displacement) const;
-    Eigen::VectorXd by_conjugate_gradients(const Eigen::VectorXd &load) const;
+    Eigen::VectorXd by_conjugate_gradients(const Eigen::VectorXd &load, LimitedMemory *memory) const;
     bool factorise(const FreeComponents &rows);
     Eigen::VectorXd inverse_times(const Eigen::VectorXd &force, support::SparseCholesky::Solve solve) const;
 
     Eigen::SparseMatrix<double> stiffness_;   // (3N, 3N) of the body or its preconditioner
     std::optional<StiffnessProduct> product_; // of the body, if the matrix is not
+    Eigen::VectorXd diagonal_;                // (3N) of the body [N/m]
     double extent_ = 0.0;                     // [m]
     std::vector<core::Vector3> common_;       // (N), or empty
     FreeComponents free_{{}};                 // of what is constrained now
