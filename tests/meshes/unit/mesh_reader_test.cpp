@@ -1,5 +1,7 @@
 #include "meshes/mesh_reader.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
@@ -123,8 +125,31 @@ TEST(BodyOfAMesh, IsInMetresAndSaysWhatItAssumed) {
     core::TetraMesh huge = body.mesh;
     for (auto &point : huge.points)
         point *= 1e6;
-    EXPECT_THROW(meshes::guess_unit(huge, "huge.vtu"), support::InputError);
+    EXPECT_THROW(meshes::guess_unit(huge.points, 1.0, "huge.vtu"), support::InputError);
     EXPECT_THROW(meshes::metres_per_unit("inch", "here"), support::InputError);
+    EXPECT_THROW(meshes::metres_per_unit("-0.1", "here"), support::InputError);
+    EXPECT_EQ(meshes::metres_per_unit("0.025", "here"), 0.025);
+}
+
+/// The boundary of a block in units of its longest side, with half of its box inside.
+meshes::UnitGuess guess_of_block(double longest) {
+    const std::vector<core::Vector3> points{{0, 0, 0}, {longest, 0.7 * longest, 0.6 * longest}};
+    return meshes::guess_unit(points, 0.5 * 0.42 * std::pow(longest, 3), "block.vtu");
+}
+
+TEST(UnitGuess, SaysLengthAndVolumeWhereBothMakeAnAdultLiver) {
+    for (const auto &[longest, unit] : {std::pair{0.2, "m"}, {20.0, "cm"}, {200.0, "mm"}}) {
+        const auto guess = guess_of_block(longest);
+        EXPECT_EQ(guess.unit, unit);
+        EXPECT_NE(guess.remark.find("20 cm, and its volume, which is then 1.68 L"), std::string::npos) << guess.remark;
+    }
+}
+
+TEST(UnitGuess, SaysBothReadingsWhereTheyDisagree) {
+    const auto guess = guess_of_block(9.6);
+    EXPECT_EQ(guess.unit, "cm");
+    for (const auto *part : {"9.6 cm", "0.19 L", "0.5 to 4 L", "a unit of 0.02 m would make it 1.5 L"})
+        EXPECT_NE(guess.remark.find(part), std::string::npos) << part << " is missing in: " << guess.remark;
 }
 
 /// The rules find most of what the generator, which knows the anatomy, calls by these names.
