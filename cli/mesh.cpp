@@ -17,6 +17,8 @@
 #include "meshes/mesh_figures.hpp"
 #include "meshes/mesh_reader.hpp"
 #include "meshes/msh_writer.hpp"
+#include "report/patch_picture.hpp"
+#include "report/png.hpp"
 #include "studies/catalogue.hpp"
 #include "support/input_error.hpp"
 #include "support/whole_file.hpp"
@@ -36,6 +38,18 @@ struct BoxCommand {
     meshes::BoxTopology topology = meshes::BoxTopology::delaunay;
     std::string output;
 };
+
+/// Draws the patches of a body from four sides, and prints which colour is which.
+void write_picture(const std::string &body_file, const std::string &picture) {
+    const auto body = meshes::read_body(studies::find_toml_files({body_file}, studies::bodies_folder, "body").front());
+    constexpr int width = 400;
+    const auto drawn = report::draw_patches(body.mesh, width);
+    const auto bytes = report::png_bytes(drawn.picture);
+    support::write_whole(picture, {reinterpret_cast<const char *>(bytes.data()), bytes.size()});
+    fmt::print("\n{}: from the front, from behind, from above and from below\n", picture);
+    for (const auto &[patch, colour] : drawn.legend)
+        fmt::print("{}  {}\n", colour, patch);
+}
 
 /// Figures of whatever can be a body. A mesh in MSH is in metres unless it is larger than any organ.
 int check_body(const std::string &file) {
@@ -85,6 +99,7 @@ struct SegmentationOptions {
     SegmentCommand body;
     PhantomCommand phantom;
     bool is_phantom = false;
+    std::string picture; ///< of the patches; none if empty
     std::string ct;
     std::vector<double> thresholds;
     std::string output;
@@ -107,7 +122,13 @@ int make_of_segmentation(SegmentationOptions options) {
     options.body.output = options.phantom.output = options.output;
     if (options.is_phantom)
         return make_phantom(options.phantom);
-    return options.body.labels.empty() ? make_body_of_surfaces(options.body) : make_body_of_labels(options.body);
+    if (!options.picture.empty())
+        support::check_place(options.picture);
+    const int status =
+        options.body.labels.empty() ? make_body_of_surfaces(options.body) : make_body_of_labels(options.body);
+    if (!options.picture.empty())
+        write_picture(std::filesystem::path(options.output).replace_extension(".toml").string(), options.picture);
+    return status;
 }
 
 std::shared_ptr<SegmentationOptions> add_segmentation(CLI::App &command, const std::string &command_line) {
@@ -139,6 +160,7 @@ std::shared_ptr<SegmentationOptions> add_segmentation(CLI::App &command, const s
         ->check(CLI::Range(2000, 2000000))
         ->capture_default_str()
         ->group(group);
+    command.add_option("--picture", options->picture, "A .png file to draw the patches of the body into")->group(group);
     command.add_flag("--force", options->body.force, "Write over a body that is there")->group(group);
     command.add_flag("--phantom", options->is_phantom, "Write a label image of the liver that ships, with its lesions")
         ->group(group);
@@ -197,6 +219,8 @@ Command add_mesh(CLI::App &parent, const std::string &command_line) {
     auto file = std::make_shared<std::string>();
     auto *check = command->add_subcommand("check", "Check a mesh, a surface or a label image, and print its size");
     check->add_option("file", *file, "Whatever `livermark run --body` reads")->required();
+    auto picture = std::make_shared<std::string>();
+    check->add_option("--picture", *picture, "Of a mesh: a .png file to draw its patches into");
 
     return [=] {
         if (make->parsed())
@@ -205,7 +229,10 @@ Command add_mesh(CLI::App &parent, const std::string &command_line) {
             return make_box(*box);
         if (!check->parsed())
             return make_of_segmentation(*segmentation);
-        return check_body(*file);
+        const int status = check_body(*file);
+        if (!picture->empty())
+            write_picture(*file, *picture);
+        return status;
     };
 }
 
