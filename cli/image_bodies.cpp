@@ -18,53 +18,87 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// @return the name without the ending of a label image, or nothing if it is no such name
+/// Body files that are made in the output folder.
+class Mesher {
+  public:
+    Mesher(const std::string &output, const std::string &command_line, bool force)
+        : output_(output), command_line_(command_line), force_(force) {}
+
+    /// @param source  for messages
+    /// @param make    writes a body
+    /// @return the body file
+    std::string body_of(const std::string &source, const std::string &stem, const char *option, SegmentCommand command,
+                        int (*make)(const SegmentCommand &)) const {
+        if (support::started_on_many_ranks())
+            throw support::InputError(
+                fmt::format("{}: a segmentation is meshed by one process; do it first, with `livermark mesh "
+                            "{}`, and give the body file",
+                            source, option));
+        const auto folder = studies::make_output_folder(output_, "");
+        const auto body_file = folder / (stem + ".toml");
+        if (fs::exists(body_file) && !force_) {
+            fmt::print(stderr, "livermark: {} is taken for {}; say --force to mesh it anew\n", body_file.string(),
+                       source);
+            return body_file.string();
+        }
+        command.output = (folder / (stem + ".msh")).string();
+        command.command_line = command_line_;
+        command.force = true;
+        command.table = stderr;
+        try {
+            make(command);
+        } catch (const support::InputError &) {
+            std::error_code error;
+            fs::remove(folder, error); // unless something is in it
+            throw;
+        }
+        return body_file.string();
+    }
+
+  private:
+    const std::string &output_, &command_line_;
+    bool force_;
+};
+
+} // namespace
+
 std::string stem_of_image(const std::string &body) {
     const fs::path path = body;
     std::error_code error;
     if (fs::is_directory(path, error) && path.extension() != ".toml")
         return (path.has_filename() ? path : path.parent_path()).filename().string();
     const auto name = path.filename().string();
-    for (const std::string_view ending : {".nii.gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd"})
+    for (const std::string_view ending : {".nii.gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd", ".dcm"})
         if (name.size() > ending.size() && name.ends_with(ending))
             return name.substr(0, name.size() - ending.size());
     return {};
 }
 
-} // namespace
-
-std::vector<std::string> with_images_meshed(std::vector<std::string> bodies, const std::string &output,
-                                            const std::string &command_line) {
+std::vector<std::string> with_images_meshed(const std::vector<std::string> &bodies, const std::string &output,
+                                            const std::string &command_line, bool force) {
     const auto shipped = support::list_toml(support::root_folder() / studies::bodies_folder);
-    for (auto &body : bodies) {
-        const auto stem = stem_of_image(body);
+    const Mesher mesher(output, command_line, force);
+    std::vector<std::string> surfaces, with_bodies;
+    for (const auto &body : bodies) {
         // Where results are kept there are folders with the names of bodies.
-        if (stem.empty() || std::ranges::find(shipped, body) != shipped.end())
-            continue;
-        if (support::started_on_many_ranks())
-            throw support::InputError(
-                fmt::format("{}: an image is meshed by one process; do it first, with `livermark mesh "
-                            "--labels`, and give the body file",
-                            body));
-        const auto folder = studies::make_output_folder(output, "");
-        const auto body_file = folder / (stem + ".toml");
-        if (fs::exists(body_file))
-            fmt::print(stderr, "livermark: {} is taken for {}; remove it to mesh the image anew\n", body_file.string(),
-                       body);
-        else
-            try {
-                make_body_of_labels({.labels = body,
-                                     .output = (folder / (stem + ".msh")).string(),
-                                     .command_line = command_line,
-                                     .table = stderr});
-            } catch (const support::InputError &) {
-                std::error_code error;
-                fs::remove(folder, error); // unless something is in it
-                throw;
-            }
-        body = body_file.string();
+        const bool is_shipped = std::ranges::find(shipped, body) != shipped.end();
+        if (const auto stem = stem_of_image(body); !stem.empty() && !is_shipped) {
+            with_bodies.push_back(
+                mesher.body_of(body, stem, "--labels", SegmentCommand{.labels = body}, make_body_of_labels));
+        } else if (!is_shipped && is_surface(body)) {
+            if (surfaces.empty())
+                with_bodies.push_back(body); // for the liver; its lesions follow
+            surfaces.push_back(body);
+        } else {
+            with_bodies.push_back(body);
+        }
     }
-    return bodies;
+    if (!surfaces.empty()) {
+        const auto stem = fs::path(surfaces.front()).stem().string();
+        *std::ranges::find(with_bodies, surfaces.front()) = mesher.body_of(
+            surfaces.front(), stem, "--surfaces", SegmentCommand{.surfaces = surfaces}, make_body_of_surfaces);
+    }
+    return with_bodies;
 }
 
 } // namespace livermark::cli

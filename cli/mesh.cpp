@@ -1,3 +1,4 @@
+#include <filesystem>
 #include <fmt/format.h>
 #include <map>
 #include <memory>
@@ -5,13 +6,20 @@
 #include <vector>
 
 #include "cli/commands.hpp"
+#include "cli/image_bodies.hpp"
+#include "cli/progress.hpp"
 #include "cli/segment.hpp"
 #include "cli/usage.hpp"
+#include "core/bounding_box.hpp"
+#include "meshes/body_reader.hpp"
 #include "meshes/box_generator.hpp"
 #include "meshes/liver_generator.hpp"
 #include "meshes/mesh_figures.hpp"
-#include "meshes/msh_reader.hpp"
+#include "meshes/mesh_reader.hpp"
 #include "meshes/msh_writer.hpp"
+#include "report/patch_picture.hpp"
+#include "report/png.hpp"
+#include "studies/catalogue.hpp"
 #include "support/input_error.hpp"
 #include "support/whole_file.hpp"
 
@@ -30,6 +38,44 @@ struct BoxCommand {
     meshes::BoxTopology topology = meshes::BoxTopology::delaunay;
     std::string output;
 };
+
+/// Draws the patches of a body from four sides, and prints which colour is which.
+void write_picture(const std::string &body_file, const std::string &picture) {
+    const auto body = meshes::read_body(studies::find_toml_files({body_file}, studies::bodies_folder, "body").front());
+    constexpr int width = 400;
+    const auto drawn = report::draw_patches(body.mesh, width);
+    const auto bytes = report::png_bytes(drawn.picture);
+    support::write_whole(picture, {reinterpret_cast<const char *>(bytes.data()), bytes.size()});
+    fmt::print("\n{}: from the front, from behind, from above and from below\n", picture);
+    for (const auto &[patch, colour] : drawn.legend)
+        fmt::print("{}  {}\n", colour, patch);
+}
+
+/// Figures of whatever can be a body. A mesh in MSH is in metres unless it is larger than any organ.
+int check_body(const std::string &file) {
+    if (!stem_of_image(file).empty()) {
+        fmt::print("{}", figures_of_labels(file));
+    } else if (is_surface(file)) {
+        fmt::print("{}", figures_of_surface(file));
+    } else if (std::filesystem::path(file).extension() == ".msh") {
+        std::vector<std::string> remarks;
+        auto mesh = meshes::read_mesh(file, remarks);
+        if (const double longest = core::bounding_box(mesh.points).sizes().maxCoeff();
+            longest > 2.0 && longest <= 2e3) {
+            const auto unit = meshes::guess_unit(mesh.points, meshes::mesh_figures(mesh).volume, file);
+            for (auto &point : mesh.points)
+                point *= unit.metres;
+            remarks.push_back(fmt::format("coordinates are taken to be in {}, {}", unit.unit, unit.remark));
+        }
+        print_notes(remarks);
+        fmt::print("{}", meshes::to_text(meshes::mesh_figures(mesh)));
+    } else {
+        const auto body = meshes::read_body(studies::find_toml_files({file}, studies::bodies_folder, "body").front());
+        print_notes(body.assumptions);
+        fmt::print("{}", meshes::to_text(meshes::mesh_figures(body.mesh)));
+    }
+    return 0;
+}
 
 int write_mesh(const std::string &output, const core::TetraMesh &mesh) {
     meshes::write_msh(output, mesh);
@@ -53,6 +99,7 @@ struct SegmentationOptions {
     SegmentCommand body;
     PhantomCommand phantom;
     bool is_phantom = false;
+    std::string picture; ///< of the patches; none if empty
     std::string ct;
     std::vector<double> thresholds;
     std::string output;
@@ -75,7 +122,13 @@ int make_of_segmentation(SegmentationOptions options) {
     options.body.output = options.phantom.output = options.output;
     if (options.is_phantom)
         return make_phantom(options.phantom);
-    return options.body.labels.empty() ? make_body_of_surfaces(options.body) : make_body_of_labels(options.body);
+    if (!options.picture.empty())
+        support::check_place(options.picture);
+    const int status =
+        options.body.labels.empty() ? make_body_of_surfaces(options.body) : make_body_of_labels(options.body);
+    if (!options.picture.empty())
+        write_picture(std::filesystem::path(options.output).replace_extension(".toml").string(), options.picture);
+    return status;
 }
 
 std::shared_ptr<SegmentationOptions> add_segmentation(CLI::App &command, const std::string &command_line) {
@@ -84,7 +137,7 @@ std::shared_ptr<SegmentationOptions> add_segmentation(CLI::App &command, const s
     const char *group = "Bodies of segmentations";
     command
         .add_option("--labels", options->body.labels,
-                    "A label image: NIfTI, NRRD, MetaImage, or the folder of a DICOM series")
+                    "A label image: NIfTI, NRRD, MetaImage, a DICOM segmentation, or the folder of a DICOM series")
         ->group(group);
     command.add_option("--liver", options->body.liver, "Labels of the liver's tissue; by default the lowest one")
         ->delimiter(',')
@@ -96,14 +149,19 @@ std::shared_ptr<SegmentationOptions> add_segmentation(CLI::App &command, const s
         ->group(group);
     command
         .add_option("--surfaces", options->body.surfaces,
-                    "Closed surfaces (STL, OBJ, PLY): the liver, then each lesion")
+                    "Closed surfaces (STL, OBJ, PLY, OFF, VTK, VTP, or the boundary of a mesh): the liver, then each "
+                    "lesion")
         ->group(group);
-    command.add_option("--unit", options->body.unit, "Of the surfaces: m, cm or mm; by default guessed from the size")
+    command
+        .add_option("--unit", options->body.unit,
+                    "Of the surfaces: m, cm or mm, or how many metres, such as 0.025; by default guessed from the size")
         ->group(group);
     command.add_option("--tetrahedra", options->body.tetrahedra, "How many, about")
         ->check(CLI::Range(2000, 2000000))
         ->capture_default_str()
         ->group(group);
+    command.add_option("--picture", options->picture, "A .png file to draw the patches of the body into")->group(group);
+    command.add_flag("--force", options->body.force, "Write over a body that is there")->group(group);
     command.add_flag("--phantom", options->is_phantom, "Write a label image of the liver that ships, with its lesions")
         ->group(group);
     command.add_option("--spacing", options->phantom.spacing, "Of the phantom's voxels [m]")
@@ -159,8 +217,10 @@ Command add_mesh(CLI::App &parent, const std::string &command_line) {
     make_a_box->add_option("-o,--output", box->output, "The .msh file to write")->required();
 
     auto file = std::make_shared<std::string>();
-    auto *check = command->add_subcommand("check", "Check a .msh file and print its size and quality");
-    check->add_option("file", *file, "A .msh file")->required();
+    auto *check = command->add_subcommand("check", "Check a mesh, a surface or a label image, and print its size");
+    check->add_option("file", *file, "Whatever `livermark run --body` reads")->required();
+    auto picture = std::make_shared<std::string>();
+    check->add_option("--picture", *picture, "Of a mesh: a .png file to draw its patches into");
 
     return [=] {
         if (make->parsed())
@@ -169,8 +229,10 @@ Command add_mesh(CLI::App &parent, const std::string &command_line) {
             return make_box(*box);
         if (!check->parsed())
             return make_of_segmentation(*segmentation);
-        fmt::print("{}", meshes::to_text(meshes::mesh_figures(meshes::read_msh(*file))));
-        return 0;
+        const int status = check_body(*file);
+        if (!picture->empty())
+            write_picture(*file, *picture);
+        return status;
     };
 }
 

@@ -98,11 +98,14 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
                "by default");
     auto options = std::make_shared<studies::RunOptions>();
     auto markdown = std::make_shared<bool>(false);
+    auto force = std::make_shared<bool>(false);
     options->output = (support::root_folder() / "results" / "runs").string();
     command->add_option(
         "--body", options->bodies,
-        "Names as in 'livermark list bodies', or paths of body .toml files, of meshes, or of label images "
-        "(NIfTI, NRRD, MetaImage, the folder of a DICOM series), which are meshed first");
+        "Names as in 'livermark list bodies', or paths of body .toml files, of meshes, or of segmentations, which are "
+        "meshed first: label images (NIfTI, NRRD, MetaImage, DICOM) or closed surfaces (STL, OBJ, PLY, VTK, VTP), the "
+        "liver and then its lesions");
+    command->add_flag("--force", *force, "Mesh segmentations anew, over the body files in the output folder");
     command->add_option("--load-case", options->load_cases,
                         "Names as in 'livermark list load-cases', or paths of load case .toml files");
     using Regimes = std::vector<core::Regime>;
@@ -186,13 +189,13 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
         ->default_str("simd_float");
     command->add_flag("--force-time-step", stepping.force, "Take the step even if it is too long to be stable");
     command->add_flag("--markdown", *markdown, "Print the table in Markdown");
-    return [options, markdown, command_line] {
+    return [options, markdown, force, command_line] {
         for (auto *values : {&options->amplitudes, &options->poisson_ratios}) {
             std::ranges::sort(*values);
             values->erase(std::unique(values->begin(), values->end()), values->end());
         }
         const auto kept_command_line = without_resume(command_line);
-        options->bodies = with_images_meshed(options->bodies, options->output, kept_command_line);
+        options->bodies = with_images_meshed(options->bodies, options->output, kept_command_line, *force);
         return run(*options, *markdown, kept_command_line);
     };
 }

@@ -3,15 +3,22 @@
 #include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
+#include <map>
+#include <optional>
+#include <string_view>
 
+#include "core/bounding_box.hpp"
 #include "meshes/mesh_figures.hpp"
 #include "meshes/mesh_reader.hpp"
+#include "meshes/msh_reader.hpp"
 #include "meshes/msh_writer.hpp"
 #include "segmentation/image_file.hpp"
 #include "segmentation/patient_body.hpp"
 #include "segmentation/phantom.hpp"
 #include "segmentation/surface_file.hpp"
+#include "segmentation/surface_voxels.hpp"
 #include "support/input_error.hpp"
+#include "support/toml_input.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::cli {
@@ -20,7 +27,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The body file beside a mesh; somebody may have put materials into one that is there.
 fs::path body_file_of(const std::string &output) {
     const fs::path mesh = output;
     if (mesh.extension() != ".msh")
@@ -28,9 +34,6 @@ fs::path body_file_of(const std::string &output) {
     support::check_place(mesh);
     auto body = mesh;
     body.replace_extension(".toml");
-    if (fs::exists(body))
-        throw support::InputError(
-            fmt::format("{}: there is such a body already; remove it or choose another -o", body.string()));
     return body;
 }
 
@@ -40,12 +43,65 @@ void tell(const std::string &sentence) {
 
 void print_quality_criteria(std::FILE *table, const std::vector<segmentation::QualityCriterion> &quality_criteria) {
     std::size_t width = 0;
-    for (const auto &quality_criterion : quality_criteria)
-        width = std::max(width, quality_criterion.name.size());
+    for (const auto &criterion : quality_criteria)
+        width = std::max(width, criterion.name.size());
     fmt::print(table, "\n{:<{}} {:>9} {:>9}\n", "criterion", width, "mesh", "bound");
-    for (const auto &quality_criterion : quality_criteria)
-        fmt::print(table, "{:<{}} {:>9.3g} {:>9.3g}  {}\n", quality_criterion.name, width, quality_criterion.value,
-                   quality_criterion.bound, quality_criterion.is_met ? "met" : "MISSED: " + quality_criterion.remedy);
+    for (const auto &criterion : quality_criteria)
+        fmt::print(table, "{:<{}} {:>9.3g} {:>9.3g}  {}\n", criterion.name, width, criterion.value, criterion.bound,
+                   criterion.is_met      ? "met"
+                   : criterion.is_advice ? "warning: " + criterion.remedy
+                                         : "MISSED: " + criterion.remedy);
+}
+
+/// What a run is called without what only says to do it again.
+std::string without_force(const std::string &command_line) {
+    std::string words = command_line;
+    constexpr std::string_view flag = " --force";
+    for (auto at = words.find(flag); at != std::string::npos; at = words.find(flag))
+        words.erase(at, flag.size());
+    return words;
+}
+
+/// The words behind the program, which may be called by several paths.
+std::string arguments_of(const std::string &command_line) {
+    const auto space = command_line.find(' ');
+    return space == std::string::npos ? "" : without_force(command_line).substr(space);
+}
+
+bool is_newer(const fs::path &file, const fs::path &than) {
+    std::error_code error;
+    const auto time = fs::last_write_time(file, error);
+    return !error && time > fs::last_write_time(than, error);
+}
+
+/// Looks whether a body is there already.
+/// @param sources  what it is made of
+/// @return its exit status if the same command has made it of the same files; nothing if it is to be made
+std::optional<int> made_before(const SegmentCommand &command, const fs::path &body_file,
+                               const std::vector<std::string> &sources) {
+    if (command.force || !fs::exists(body_file))
+        return std::nullopt;
+    const auto body = support::parse_toml(support::read_text(body_file), body_file);
+    const auto generator = body["generator"].value_or(std::string());
+    const bool is_same = arguments_of(generator) == arguments_of(command.command_line) && fs::exists(command.output);
+    if (!is_same)
+        throw support::InputError(fmt::format(
+            "{}: there is such a body already, of another command; say --force to write over it, or choose another -o",
+            body_file.string()));
+    for (const auto &source : sources)
+        if (is_newer(source, body_file))
+            throw support::InputError(
+                fmt::format("{}: there is such a body already, and {} is newer; say --force to make it anew",
+                            body_file.string(), source));
+    tell(fmt::format("{} is there, made by the same command; --force makes it anew", body_file.string()));
+    fmt::print(command.table, "{}", meshes::to_text(meshes::mesh_figures(meshes::read_msh(command.output))));
+    int status = 0;
+    if (const auto *gates = body["image"]["gates"].as_array())
+        for (const auto &gate : *gates)
+            if (const auto *table = gate.as_table())
+                if (!(*table)["met"].value_or(true) && !(*table)["advice"].value_or(false))
+                    status = 1;
+    return status;
 }
 
 int make_body(const SegmentCommand &command, const fs::path &body_file, const segmentation::Segmentation &voxels,
@@ -55,7 +111,8 @@ int make_body(const SegmentCommand &command, const fs::path &body_file, const se
     tell(fmt::format("meshing {} regions with about {} tetrahedra", voxels.region_names.size(), command.tetrahedra));
     const auto body = segmentation::patient_body(voxels, command.tetrahedra);
     const fs::path mesh_file = command.output;
-    const auto toml = segmentation::body_toml(body, voxels, name, mesh_file.filename().string(), command.command_line);
+    const auto toml =
+        segmentation::body_toml(body, voxels, name, mesh_file.filename().string(), without_force(command.command_line));
     meshes::write_msh(mesh_file, body.mesh);
     support::write_whole(body_file, toml);
     fmt::print(command.table, "{}", meshes::to_text(meshes::mesh_figures(body.mesh)));
@@ -66,20 +123,21 @@ int make_body(const SegmentCommand &command, const fs::path &body_file, const se
 }
 
 /// Metres per unit of the surfaces, said or guessed from the size.
-double unit_of(const SegmentCommand &command, const meshes::SurfaceMesh &liver) {
+double unit_of(const SegmentCommand &command, const meshes::SurfaceMesh &liver, std::vector<std::string> &remarks) {
     if (command.unit)
         return meshes::metres_per_unit(*command.unit, "--unit");
-    core::TetraMesh points;
-    points.points = liver.points;
-    const auto unit = meshes::guess_unit(points, command.surfaces.front());
-    tell(fmt::format("coordinates are taken to be in {}, from the size; --unit may say another one", unit));
-    return meshes::metres_per_unit(unit, command.surfaces.front());
+    const auto guess = meshes::guess_unit(liver.points, meshes::enclosed_volume(liver), command.surfaces.front());
+    remarks.push_back(
+        fmt::format("coordinates are taken to be in {}, {}; --unit may say another one", guess.unit, guess.remark));
+    return guess.metres;
 }
 
 } // namespace
 
 int make_body_of_labels(const SegmentCommand &command) {
     const auto body_file = body_file_of(command.output); // refuses before long work
+    if (const auto status = made_before(command, body_file, {command.labels}))
+        return *status;
     const auto image = segmentation::read_label_image(command.labels);
     std::size_t labelled = 0;
     for (const auto label : image.label)
@@ -93,18 +151,57 @@ int make_body_of_labels(const SegmentCommand &command) {
 
 int make_body_of_surfaces(const SegmentCommand &command) {
     const auto body_file = body_file_of(command.output);
+    if (const auto status = made_before(command, body_file, command.surfaces))
+        return *status;
     std::vector<meshes::SurfaceMesh> surfaces;
+    std::vector<std::string> remarks;
     for (const auto &file : command.surfaces)
-        surfaces.push_back(segmentation::read_surface(file));
-    const double unit = unit_of(command, surfaces.front());
+        surfaces.push_back(segmentation::read_surface(file, remarks));
+    const double unit = unit_of(command, surfaces.front(), remarks);
     for (auto &surface : surfaces)
         for (auto &point : surface.points)
             point *= unit;
     constexpr double voxels_per_edge = 16.0; // fine against the tetrahedra, so that voxels show nowhere
     const double spacing =
         segmentation::edge_for(meshes::enclosed_volume(surfaces.front()), command.tetrahedra) / voxels_per_edge;
-    return make_body(command, body_file, segmentation::voxels_within(surfaces, spacing),
-                     fs::path(command.surfaces.front()).filename().string());
+    auto voxels = segmentation::voxels_within(surfaces, spacing);
+    voxels.remarks.insert(voxels.remarks.begin(), remarks.begin(), remarks.end());
+    return make_body(command, body_file, voxels, fs::path(command.surfaces.front()).filename().string());
+}
+
+bool is_surface(const std::string &file) {
+    return segmentation::is_surface_file(file);
+}
+
+std::string figures_of_labels(const std::string &file) {
+    const auto image = segmentation::read_label_image(file);
+    const auto &grid = image.grid;
+    auto text =
+        fmt::format("voxels            {} x {} x {}\nspacing           {:.3g} x {:.3g} x {:.3g} mm\n", grid.size[0],
+                    grid.size[1], grid.size[2], 1e3 * grid.spacing.x(), 1e3 * grid.spacing.y(), 1e3 * grid.spacing.z());
+    std::map<int, std::size_t> num_voxels;
+    for (const int label : image.label)
+        if (label != 0)
+            ++num_voxels[label];
+    for (const auto &[label, count] : num_voxels)
+        text += fmt::format("{:<17} {:.1f} mL\n", fmt::format("label {}", label),
+                            1e6 * static_cast<double>(count) * segmentation::voxel_volume(grid));
+    return text;
+}
+
+std::string figures_of_surface(const std::string &file) {
+    std::vector<std::string> remarks;
+    const auto surface = segmentation::read_surface(file, remarks);
+    const double volume = meshes::enclosed_volume(surface);
+    const auto unit = meshes::guess_unit(surface.points, volume, file);
+    remarks.push_back(fmt::format("coordinates are taken to be in {}, {}", unit.unit, unit.remark));
+    for (const auto &remark : remarks)
+        tell(remark);
+    const core::Vector3 extent = 1e3 * unit.metres * core::bounding_box(surface.points).sizes();
+    return fmt::format("triangles         {}\ncorners           {}\nvolume            {:.1f} mL\n"
+                       "extent            {:.1f} x {:.1f} x {:.1f} mm\nsurface           closed\n",
+                       surface.triangles.size(), surface.points.size(),
+                       1e6 * volume * unit.metres * unit.metres * unit.metres, extent.x(), extent.y(), extent.z());
 }
 
 int make_phantom(const PhantomCommand &command) {

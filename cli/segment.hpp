@@ -14,21 +14,32 @@ inline constexpr int default_tetrahedra = 16000;
 
 /// What `livermark mesh --labels` and `--surfaces` were asked for.
 struct SegmentCommand {
-    std::string labels;                  ///< file, or folder of a DICOM series
+    std::string labels{};                ///< file, or folder of a DICOM series
     std::vector<int> liver{}, tumours{}; ///< labels
     std::vector<std::string> surfaces{}; ///< files, the liver first
     std::optional<std::string> unit{};   ///< of the surfaces
     int tetrahedra = default_tetrahedra;
-    std::string output;        ///< the .msh file; the .toml file goes beside it
-    std::string command_line;  ///< kept in the body file
-    std::FILE *table = stdout; ///< where the figures of the mesh go
+    bool force = false;         ///< over a body that is there
+    std::string output{};       ///< the .msh file; the .toml file goes beside it
+    std::string command_line{}; ///< kept in the body file
+    std::FILE *table = stdout;  ///< where the figures of the mesh go
 };
 
-/// Writes <output>.msh and <output>.toml.
-/// @return the exit status: 1 if a quality criterion was missed; the mesh is written then as well
-/// @throws support::InputError
+/// Writes <output>.msh and <output>.toml. Where the same command has made them of the same files before, they are left
+/// as they are.
+/// @return the exit status: 1 if a quality criterion was missed that makes numbers wrong; the mesh is written then as
+/// well
+/// @throws support::InputError; also if there is another body of this name, and force does not say to write over it
 int make_body_of_labels(const SegmentCommand &command);
 int make_body_of_surfaces(const SegmentCommand &command);
+
+/// Whether a file is a closed surface, by its name or its first lines.
+bool is_surface(const std::string &file);
+
+/// What `livermark mesh check` says of a label image, or of a surface: lines of "name value unit".
+/// @throws support::InputError
+std::string figures_of_labels(const std::string &file);
+std::string figures_of_surface(const std::string &file);
 
 /// What `livermark mesh --phantom` was asked for.
 struct PhantomCommand {

@@ -59,13 +59,16 @@ endif()
 if(ITK_FOUND AND CGAL_FOUND)
   set(LIVERMARK_SEGMENTATION ON)
   add_library(livermark_itk INTERFACE)
-  # GDCM reads DICOM for ITK, and warns on standard error unless it is told not to.
+  # GDCM reads DICOM for ITK, segmentation objects for us, and warns on standard error unless it is told not to.
   find_path(GDCM_INCLUDE_DIR gdcmTrace.h PATH_SUFFIXES gdcm-3.0 REQUIRED)
   find_library(GDCM_LIBRARY gdcmCommon REQUIRED)
+  find_library(GDCM_DATA_LIBRARY gdcmDSED REQUIRED)
+  find_library(GDCM_FILE_LIBRARY gdcmMSFF REQUIRED)
   target_include_directories(livermark_itk SYSTEM INTERFACE ${ITK_INCLUDE_DIRS} ${GDCM_INCLUDE_DIR})
   # ITK's headers bring an older Eigen, which does not go with ours.
   target_compile_definitions(livermark_itk INTERFACE ITK_USE_SYSTEM_EIGEN)
-  target_link_libraries(livermark_itk INTERFACE ${ITK_LIBRARIES} ${GDCM_LIBRARY})
+  target_link_libraries(livermark_itk INTERFACE ${ITK_LIBRARIES} ${GDCM_FILE_LIBRARY} ${GDCM_DATA_LIBRARY}
+    ${GDCM_LIBRARY})
 else()
   set(LIVERMARK_SEGMENTATION OFF)
   message(STATUS "Without ITK and CGAL bodies cannot be made of segmentations; see libinsighttoolkit5-dev, libcgal-dev")

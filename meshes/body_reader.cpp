@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "meshes/anatomical_patches.hpp"
+#include "meshes/mesh_figures.hpp"
 #include "meshes/mesh_reader.hpp"
 #include "support/input_error.hpp"
 #include "support/toml_input.hpp"
@@ -92,6 +93,17 @@ void scale(core::TetraMesh &mesh, double factor) {
             point *= factor;
 }
 
+/// A word, or a number of metres.
+double metres_of(const toml::table &table, const toml::node &unit) {
+    if (!unit.is_number())
+        return metres_per_unit(support::required_string(table, "unit"), support::place_of(unit));
+    const double metres = support::required_number(table, "unit");
+    if (!(metres > 0.0))
+        throw support::InputError(
+            fmt::format("{}: a unit has {} m; it has to be positive", support::place_of(unit), metres));
+    return metres;
+}
+
 void append(std::vector<std::string> &all, const std::vector<std::string> &more) {
     all.insert(all.end(), more.begin(), more.end());
 }
@@ -112,7 +124,7 @@ core::Body body_of_table(const std::filesystem::path &file) {
     core::Body body;
     body.mesh = read_mesh(file.parent_path() / support::required_string(table, "mesh"), body.assumptions);
     if (const auto *unit = table.get("unit"))
-        scale(body.mesh, metres_per_unit(support::required_string(table, "unit"), support::place_of(*unit)));
+        scale(body.mesh, metres_of(table, *unit));
     if (table.contains("image"))
         append_remarks(support::required_table(table, "image"), body.assumptions);
     if (support::optional_flag(table, "find_patches"))
@@ -126,10 +138,10 @@ core::Body body_of_table(const std::filesystem::path &file) {
 core::Body body_of_mesh(const std::filesystem::path &file) {
     core::Body body;
     body.mesh = read_mesh(file, body.assumptions);
-    const auto unit = guess_unit(body.mesh, file.string());
-    scale(body.mesh, metres_per_unit(unit, file.string()));
+    const auto unit = guess_unit(body.mesh.points, mesh_figures(body.mesh).volume, file.string());
+    scale(body.mesh, unit.metres);
     body.assumptions.push_back(
-        fmt::format("coordinates are taken to be in {}, from the size; a body .toml may say 'unit'", unit));
+        fmt::format("coordinates are taken to be in {}, {}; a body .toml may say 'unit'", unit.unit, unit.remark));
     // As the parenchyma of the livers that ship.
     body.materials.assign(body.mesh.region_names.size(), {1060.0, 5000.0, 0.45});
     body.assumptions.push_back(fmt::format("all {} regions are taken to be of 1060 kg/m^3, 5000 Pa and Poisson's ratio "

@@ -32,14 +32,14 @@ Patch patch_at(const Vector3 &p, const Vector3 &n) {
 
 class Painter {
   public:
-    explicit Painter(core::TetraMesh &mesh)
+    Painter(core::TetraMesh &mesh, const LiverFit &fit)
         : mesh_(mesh), areas_(mesh.boundary_triangles.size()), around_node_(mesh.points.size()) {
         for (int t = 0; t < mesh.num_boundary_triangles(); ++t) {
             const auto &[a, b, c] = mesh.boundary_triangles[t];
             const Vector3 area = core::area_vector(mesh, t);
             areas_[t] = area.norm();
             mesh.boundary_patch.push_back(
-                patch_at((mesh.points[a] + mesh.points[b] + mesh.points[c]) / 3.0, area / areas_[t]));
+                patch_at(fit.place((mesh.points[a] + mesh.points[b] + mesh.points[c]) / 3.0), fit.normal(area)));
             for (const int node : {a, b, c})
                 around_node_[node].push_back(t);
         }
@@ -132,11 +132,15 @@ class Painter {
 } // namespace
 
 void assign_liver_patches(core::TetraMesh &mesh) {
+    mesh.boundary_triangles = core::outer_faces(mesh.tetrahedra);
+    assign_liver_patches(mesh, LiverFit());
+}
+
+void assign_liver_patches(core::TetraMesh &mesh, const LiverFit &fit) {
     mesh.patch_names = {"posterior",       "anterior",      "inferior",     "superior",
                         "right_lobe_dome", "right_lateral", "left_lobe_tip"};
-    mesh.boundary_triangles = core::outer_faces(mesh.tetrahedra);
     mesh.boundary_patch.clear();
-    Painter painter(mesh);
+    Painter painter(mesh, fit);
     constexpr int num_rounds = 6;
     for (int round = 0; round < num_rounds; ++round)
         painter.smooth();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/tetra_mesh.hpp"
+#include "meshes/liver_registration.hpp"
 
 namespace livermark::meshes {
 
@@ -16,5 +17,9 @@ namespace livermark::meshes {
 /// Replaces boundary_triangles, boundary_patch and patch_names. Borders are smoothed by the majority of neighbours, and
 /// islands go to the patch around them, so each patch is in one piece.
 void assign_liver_patches(core::TetraMesh &mesh);
+
+/// The same for a liver that lies elsewhere, whose boundary is there and stays.
+/// @param fit  where it lies in the axes of liver_level
+void assign_liver_patches(core::TetraMesh &mesh, const LiverFit &fit);
 
 } // namespace livermark::meshes

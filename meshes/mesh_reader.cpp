@@ -3,14 +3,18 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <charconv>
+#include <cmath>
 #include <cstring>
 #include <fmt/format.h>
 #include <fstream>
 #include <string_view>
 
+#include "core/bounding_box.hpp"
 #include "meshes/msh_reader.hpp"
 #include "support/child_process.hpp"
 #include "support/input_error.hpp"
+#include "support/toml_input.hpp"
 
 namespace livermark::meshes {
 
@@ -24,6 +28,8 @@ struct Unit {
     double largest_organ; ///< longest side of the bounding box, in the unit
 };
 
+constexpr double smallest_liver = 0.5, usual_liver = 1.5, largest_liver = 4.0; // [L]
+
 constexpr std::array<Unit, 3> units{{{"m", 1.0, 2.0}, {"cm", 1e-2, 60.0}, {"mm", 1e-3, 2000.0}}};
 
 bool is_ascii_msh(const fs::path &file) {
@@ -32,7 +38,8 @@ bool is_ascii_msh(const fs::path &file) {
     std::ifstream stream(file);
     std::string line, version, is_binary;
     // A file that is damaged here is for the reader of ASCII files, which says where.
-    return !(std::getline(stream, line) && stream >> version >> is_binary && is_binary == "1");
+    return !(std::getline(stream, line) && line.starts_with("$MeshFormat") && stream >> version >> is_binary &&
+             is_binary == "1");
 }
 
 core::TetraMesh read_converted(const fs::path &file, std::vector<std::string> &remarks) {
@@ -54,23 +61,36 @@ core::TetraMesh read_mesh(const fs::path &file, std::vector<std::string> &remark
 
 double metres_per_unit(const std::string &unit, const std::string &place) {
     const auto known = std::ranges::find(units, unit, &Unit::name);
-    if (known == units.end())
-        throw support::InputError(fmt::format("{}: '{}' is no unit of length here; take m, cm or mm", place, unit));
-    return known->metres;
+    if (known != units.end())
+        return known->metres;
+    double metres = 0.0;
+    const auto [end, error] = std::from_chars(unit.data(), unit.data() + unit.size(), metres);
+    if (error != std::errc{} || end != unit.data() + unit.size() || !(metres > 0.0 && std::isfinite(metres)))
+        throw support::InputError(fmt::format(
+            "{}: '{}' is no unit of length here; take m, cm or mm, or how many metres the unit has, such as 0.025",
+            place, support::shown(unit)));
+    return metres;
 }
 
-std::string guess_unit(const core::TetraMesh &mesh, const std::string &file) {
-    Eigen::AlignedBox3d box;
-    for (const auto &point : mesh.points)
-        box.extend(point);
-    const double longest = box.sizes().maxCoeff();
+UnitGuess guess_unit(const std::vector<core::Vector3> &points, double volume, const std::string &file) {
+    const double longest = core::bounding_box(points).sizes().maxCoeff();
     const auto unit = std::ranges::find_if(units, [&](const Unit &u) { return longest <= u.largest_organ; });
     if (!(longest > 0.0) || unit == units.end())
         throw support::InputError(fmt::format(
             "{}: its longest side is {:g}, which is no organ in m, cm or mm; say which unit it is with 'unit' in a "
             "body .toml",
             file, longest));
-    return std::string(unit->name);
+    const double litres = 1e3 * volume * unit->metres * unit->metres * unit->metres;
+    UnitGuess guess{std::string(unit->name), unit->metres, {}};
+    const auto by_length = fmt::format("from its longest side, which is then {:.3g} cm", 1e2 * longest * unit->metres);
+    if (litres >= smallest_liver && litres <= largest_liver)
+        guess.remark = fmt::format("{}, and its volume, which is then {:.3g} L", by_length, litres);
+    else
+        guess.remark = fmt::format(
+            "{}; but its volume is then {:.2g} L, where an adult liver has {} to {} L, and a unit of {:.2g} m "
+            "would make it {} L",
+            by_length, litres, smallest_liver, largest_liver, std::cbrt(1e-3 * usual_liver / volume), usual_liver);
+    return guess;
 }
 
 } // namespace livermark::meshes

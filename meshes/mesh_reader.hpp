@@ -15,13 +15,24 @@ namespace livermark::meshes {
 /// @throws support::InputError with the file, what is wrong and a remedy
 core::TetraMesh read_mesh(const std::filesystem::path &file, std::vector<std::string> &remarks);
 
-/// Metres per unit of length: "m", "cm" or "mm".
+/// Metres per unit of length: "m", "cm", "mm", or the metres themselves, such as "0.025".
 /// @throws support::InputError for another word; place is named in it
 double metres_per_unit(const std::string &unit, const std::string &place);
 
-/// The unit that makes an organ of the mesh: the longest side of the bounding box up to 2 is in metres, up to 60 in
-/// centimetres, up to 2000 in millimetres.
-/// @throws support::InputError if it is longer, or not positive
-std::string guess_unit(const core::TetraMesh &mesh, const std::string &file);
+/// A unit that a file does not say.
+struct UnitGuess {
+    std::string unit;
+    double metres = 1.0; ///< per unit
+    std::string remark;  ///< why, and what speaks against it: a clause
+};
+
+/// The unit that makes an organ of a body. The longest side of its bounding box decides: up to 2 is in metres, up to 60
+/// in centimetres, up to 2000 in millimetres. The volume is a second reading, which an adult liver passes with 0.5 to 4
+/// L (livers after resection to enlarged ones); where it does not, the remark says both, and the unit that would make
+/// 1.5 L.
+/// @param points  of the body, in the unit
+/// @param volume  in the unit to the third power
+/// @throws support::InputError if the longest side is beyond all, or not positive
+UnitGuess guess_unit(const std::vector<core::Vector3> &points, double volume, const std::string &file);
 
 } // namespace livermark::meshes

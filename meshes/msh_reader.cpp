@@ -34,9 +34,8 @@ class MshParser {
     MshParser(std::string_view text, const std::string &file) : tokens_(text, file) {}
 
     RawMesh parse() {
-        read_format();
-        while (tokens_.at_word()) {
-            const std::string section(tokens_.word());
+        auto section = first_section();
+        for (; !section.empty(); section = next_section()) {
             if (section == "$PhysicalNames")
                 read_physical_names();
             else if (section == "$Entities" && is_version_4_)
@@ -47,23 +46,40 @@ class MshParser {
                 is_version_4_ ? read_nodes_4() : read_nodes_2();
             else if (section == "$Elements")
                 is_version_4_ ? read_elements_4() : read_elements_2();
+            else if (section == "$NOD" && is_version_1_)
+                read_nodes_2();
+            else if (section == "$ELM" && is_version_1_)
+                read_elements_1();
             else if (section.size() > 1 && section.front() == '$') {
-                tokens_.skip_to("$End" + section.substr(1));
+                tokens_.skip_to(end_of(section));
                 continue;
             } else
                 tokens_.fail("a section has to begin here, with a word like $Nodes; save the file again");
-            tokens_.expect("$End" + section.substr(1));
+            tokens_.expect(end_of(section));
         }
         return std::move(mesh_);
     }
 
   private:
-    void read_format() {
-        if (!tokens_.at_word() || tokens_.word() != "$MeshFormat")
-            tokens_.fail("this is no gmsh mesh: $MeshFormat has to come first");
+    /// MSH 1 has no section that says so; it begins with its nodes.
+    std::string first_section() {
+        auto section = next_section();
+        is_version_1_ = section == "$NOD";
+        if (is_version_1_)
+            return section;
+        read_format(section);
+        return next_section();
+    }
+
+    /// @return empty at the end of the file
+    std::string next_section() { return tokens_.at_word() ? std::string(tokens_.word()) : std::string(); }
+
+    void read_format(const std::string &section) {
+        if (section != "$MeshFormat")
+            tokens_.fail("this is no gmsh mesh: $MeshFormat has to come first, or $NOD in MSH 1");
         const auto version = tokens_.word();
         if (version != "2.2" && version != "4.1")
-            tokens_.fail("only MSH 2.2 and 4.1 can be read; save it with: gmsh -save -format msh41 FILE");
+            tokens_.fail("only MSH 1, 2.2 and 4.1 can be read; save it with: gmsh -save -format msh41 FILE");
         is_version_4_ = version == "4.1";
         if (tokens_.integer() != 0)
             tokens_.fail("the file is binary; save it as ASCII with: gmsh -save -format msh41 FILE");
@@ -172,6 +188,22 @@ class MshParser {
         }
     }
 
+    /// Number, type, physical and elementary group, number of nodes, nodes.
+    void read_elements_1() {
+        for (int n = tokens_.count(); n > 0; --n) {
+            const auto tag = tokens_.integer();
+            const int type = tokens_.count();
+            const int group = tokens_.count();
+            tokens_.count();
+            const int num_nodes = tokens_.count();
+            const int wanted = type == triangle_type ? 3 : type == tetrahedron_type ? 4 : nodes_to_skip(type);
+            if (wanted > 0 && num_nodes != wanted)
+                tokens_.fail(fmt::format("element {} has {} nodes where its type {} has {}; correct it", tag, num_nodes,
+                                         type, wanted));
+            add_element(type, tag, group);
+        }
+    }
+
     void read_elements_4() {
         const int num_blocks = tokens_.count();
         tokens_.skip_words(3); // number of elements, smallest and largest tag
@@ -187,6 +219,11 @@ class MshParser {
     }
 
     MshTokens tokens_;
+    std::string end_of(const std::string &section) const {
+        return (is_version_1_ ? "$END" : "$End") + section.substr(1);
+    }
+
+    bool is_version_1_ = false;
     bool is_version_4_ = false;
     RawMesh mesh_;
     std::map<std::pair<int, std::int64_t>, int> group_of_; // (dimension, entity) -> physical group

@@ -7,7 +7,7 @@
 
 namespace livermark::meshes {
 
-/// Reads and checks a gmsh mesh: MSH 2.2 or 4.1, ASCII, coordinates in metres, linear tetrahedra. Physical volumes
+/// Reads and checks a gmsh mesh: MSH 1, 2.2 or 4.1, ASCII, coordinates in metres, linear tetrahedra. Physical volumes
 /// become regions, physical surfaces patches.
 /// The reader is our own because gmsh's crashes on damaged files and cannot name a line.
 /// @throws support::InputError with file, line or entity, and remedy

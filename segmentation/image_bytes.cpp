@@ -8,6 +8,7 @@
 #include <zlib.h>
 
 #include "support/input_error.hpp"
+#include "support/whole_file.hpp"
 
 namespace livermark::segmentation {
 
@@ -90,6 +91,22 @@ void check_all_there(const fs::path &file, double data_bytes) {
         check_nifti(file, data_bytes);
     else if (name.ends_with(".mha") || name.ends_with(".mhd"))
         check_meta_image(file, data_bytes);
+}
+
+void check_dicom_pixels(const fs::path &file, std::size_t data_bytes) {
+    const auto bytes = support::read_text(file);
+    const std::string tag("\xe0\x7f\x10\x00", 4);
+    const auto length_at = [&](std::size_t place) {
+        std::size_t length = 0;
+        for (std::size_t b = 0; b < 4 && place + b < bytes.size(); ++b)
+            length |= static_cast<std::size_t>(static_cast<unsigned char>(bytes[place + b])) << (8 * b);
+        return length;
+    };
+    for (auto at = bytes.find(tag); at != std::string::npos; at = bytes.find(tag, at + 1))
+        for (const std::size_t header : {8, 12}) // implicit and explicit VR
+            if (length_at(at + header - 4) == data_bytes && at + header + data_bytes <= bytes.size())
+                return;
+    refuse(file, fmt::format("it does not hold the {} bytes of pixels that are said", data_bytes));
 }
 
 } // namespace livermark::segmentation

@@ -10,4 +10,9 @@ namespace livermark::segmentation {
 /// @throws support::InputError
 void check_all_there(const std::filesystem::path &file, double data_bytes);
 
+/// The same for the pixels of a DICOM file, of which GDCM makes up what is not there.
+/// @param data_bytes  length of the pixel data element
+/// @throws support::InputError
+void check_dicom_pixels(const std::filesystem::path &file, std::size_t data_bytes);
+
 } // namespace livermark::segmentation

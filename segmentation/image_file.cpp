@@ -17,6 +17,7 @@
 #include <set>
 #include <unistd.h>
 
+#include "segmentation/dicom_segmentation.hpp"
 #include "segmentation/image_bytes.hpp"
 #include "support/input_error.hpp"
 #include "support/whole_file.hpp"
@@ -33,7 +34,7 @@ using support::InputError;
 using Values = itk::Image<float, 3>;
 
 constexpr const char *formats =
-    "NIfTI (.nii, .nii.gz), NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd) or a folder with one "
+    "NIfTI (.nii, .nii.gz), NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), a DICOM segmentation or a folder with one "
     "DICOM series";
 constexpr double metres_per_millimetre = 1e-3;
 constexpr double largest_image = 1 << 28;            // voxels; the largest abdominal scans have about this many
@@ -92,14 +93,9 @@ void check_header(itk::ImageIOBase &io, const fs::path &file) {
     check_all_there(file, bytes);
 }
 
-ImageGrid grid_of(const Values &values, const std::string &name) {
-    ImageGrid grid;
+/// Refuses what cannot be, and makes the axes orthonormal to the last digit.
+void check_grid(ImageGrid &grid, const std::string &name) {
     for (unsigned d = 0; d < 3; ++d) {
-        grid.size.at(d) = static_cast<int>(values.GetLargestPossibleRegion().GetSize(d));
-        grid.spacing[d] = metres_per_millimetre * values.GetSpacing()[d];
-        grid.origin[d] = metres_per_millimetre * values.GetOrigin()[d];
-        for (unsigned c = 0; c < 3; ++c)
-            grid.direction(c, d) = values.GetDirection()(c, d);
         if (grid.size.at(d) < 2)
             throw InputError(fmt::format("{}: the image is {} voxel thick along axis {}; a body has three dimensions",
                                          name, grid.size.at(d), d));
@@ -117,6 +113,18 @@ ImageGrid grid_of(const Values &values, const std::string &name) {
     // Headers carry some six digits; the mesh shall not be sheared by the rest.
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(grid.direction, Eigen::ComputeFullU | Eigen::ComputeFullV);
     grid.direction = svd.matrixU() * svd.matrixV().transpose();
+}
+
+ImageGrid grid_of(const Values &values, const std::string &name) {
+    ImageGrid grid;
+    for (unsigned d = 0; d < 3; ++d) {
+        grid.size.at(d) = static_cast<int>(values.GetLargestPossibleRegion().GetSize(d));
+        grid.spacing[d] = metres_per_millimetre * values.GetSpacing()[d];
+        grid.origin[d] = metres_per_millimetre * values.GetOrigin()[d];
+        for (unsigned c = 0; c < 3; ++c)
+            grid.direction(c, d) = values.GetDirection()(c, d);
+    }
+    check_grid(grid, name);
     return grid;
 }
 
@@ -152,7 +160,13 @@ Values::Pointer read_file(const fs::path &file) {
     return reader->GetOutput();
 }
 
-Values::Pointer read_series(const fs::path &folder) {
+LabelImage read_segmentation_object(const fs::path &file) {
+    auto image = read_dicom_segmentation(file);
+    check_grid(image.grid, image.name);
+    return image;
+}
+
+LabelImage read_folder(const fs::path &folder, const std::string &name) {
     auto names = itk::GDCMSeriesFileNames::New();
     names->SetUseSeriesDetails(true);
     names->SetDirectory(folder.string());
@@ -162,6 +176,8 @@ Values::Pointer read_series(const fs::path &folder) {
                                      "segmentation, or a file: {}",
                                      folder.string(), series.size(), formats));
     const auto files = names->GetFileNames(series.front());
+    if (files.size() == 1 && is_dicom_segmentation(files.front()))
+        return read_segmentation_object(files.front());
     auto io = itk::GDCMImageIO::New();
     check_header(*io, files.front());
     auto reader = itk::ImageSeriesReader<Values>::New();
@@ -175,7 +191,7 @@ Values::Pointer read_series(const fs::path &folder) {
         throw InputError(fmt::format("{}: the slices are not evenly spaced ({:.2g} mm off); a slice may be missing, so "
                                      "export the series again",
                                      folder.string(), deviation));
-    return reader->GetOutput();
+    return labels_of(*reader->GetOutput(), name);
 }
 
 template <class Pixel> void write_image(const fs::path &file, const ImageGrid &grid, const std::vector<Pixel> &pixels) {
@@ -244,7 +260,9 @@ LabelImage read_label_image(const fs::path &file) {
         throw InputError(fmt::format("{}: cannot be read; see who may read it", file.string()));
     try {
         auto name = file.has_filename() ? file.filename() : file.parent_path().filename();
-        return labels_of(fs::is_directory(status) ? *read_series(file) : *read_file(file), name.string());
+        if (fs::is_directory(status))
+            return read_folder(file, name.string());
+        return is_dicom_file(file) ? read_segmentation_object(file) : labels_of(*read_file(file), name.string());
     } catch (const itk::ExceptionObject &exception) {
         throw InputError(fmt::format("{}: cannot be read as an image ({}); it may be damaged or cut off, so export it "
                                      "again",

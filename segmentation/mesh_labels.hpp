@@ -14,7 +14,8 @@ struct QualityCriterion {
     double value = 0.0; ///< what the mesh has
     double bound = 0.0; ///< what it must have
     bool is_met = false;
-    std::string remedy; ///< what to do where it is not met
+    std::string remedy;     ///< what to do where it is not met
+    bool is_advice = false; ///< a mesh that misses it has the right numbers all the same
 };
 
 struct LabelMesh {
@@ -28,17 +29,19 @@ struct LabelMesh {
 /// regions have the volumes that the fields ask for, and which is then improved until its shape is fit for springs and
 /// finite elements. Deterministic. Where a quality criterion is missed other settings are tried; the best mesh comes
 /// back with its quality criteria, met or not:
-///   smallest quality 6 sqrt(2) V / l_rms^3   at least 0.15
-///   shortest edge                            at least 0.25 of the mean
+///   (those marked * are advice, see QualityCriterion)
+///   smallest quality 6 sqrt(2) V / l_rms^3   at least 0.15 * (down to 0.02)
+///   shortest edge                            at least 0.25 of the mean *
 ///   volume of each region                    within 2 % of that wanted
 ///   every region is there, in as many pieces as in the fields (without those of less than a few tetrahedra)
 ///   one closed surface that is a manifold
-///   no stairs: 95th percentile of the angle between neighbouring boundary facets at most 40 degrees
-///   tetrahedra                               within 10 % of the target
+///   no stairs: 95th percentile of the angle between neighbouring boundary facets at most 40 degrees *
+///   tetrahedra                               within 10 % of the target *
 /// @param target_tetrahedra  how many, about
 /// @throws std::runtime_error  if no attempt gave a mesh at all
 LabelMesh mesh_labels(const LabelFields &fields, int target_tetrahedra);
 
+/// Whether all are met that are no advice.
 bool all_met(const std::vector<QualityCriterion> &quality_criteria);
 
 } // namespace livermark::segmentation

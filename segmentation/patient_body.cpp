@@ -45,9 +45,9 @@ std::string image_table(const PatientBody &body, const Segmentation &segmentatio
         text += fmt::format("  {},\n", quoted(remark));
     text += "]\ngates = [\n";
     for (const auto &quality_criterion : body.quality_criteria)
-        text += fmt::format("  {{ name = {}, value = {:.6g}, bound = {:.6g}, met = {} }},\n",
+        text += fmt::format("  {{ name = {}, value = {:.6g}, bound = {:.6g}, met = {}, advice = {} }},\n",
                             quoted(quality_criterion.name), quality_criterion.value, quality_criterion.bound,
-                            quality_criterion.is_met);
+                            quality_criterion.is_met, quality_criterion.is_advice);
     text += "]\n[image.volumes] # of the voxels\n";
     const auto volumes = region_volumes(segmentation);
     for (std::size_t r = 0; r < volumes.size(); ++r)

@@ -18,12 +18,22 @@ namespace {
 /// meshed without smoothing 40 to 46 in slices of 3 mm and 67 in slices of 5 mm.
 constexpr double stairs = 40.0;
 
+/// With twenty tetrahedra of liver_healthy made as flat as this, errors under gravity_tilt and traction change by 0.01
+/// % at most: fem_p2 1.44 and 1.40 %, nodal_springs 2.46 and 2.12 % where they were 2.46 and 2.11 %.
+constexpr double worst_with_right_numbers = 0.02;
+
 QualityCriterion at_least(std::string name, double value, double bound, std::string remedy) {
     return {std::move(name), value, bound, value >= bound, std::move(remedy)};
 }
 
 QualityCriterion at_most(std::string name, double value, double bound, std::string remedy) {
     return {std::move(name), value, bound, value <= bound, std::move(remedy)};
+}
+
+/// What does not make numbers wrong, see worst_with_right_numbers and docs/segmentation.md.
+QualityCriterion advice_if(bool is_advice, QualityCriterion criterion) {
+    criterion.is_advice = is_advice;
+    return criterion;
 }
 
 /// The largest of the regions' shares by which their volumes miss [%].
@@ -68,10 +78,11 @@ std::vector<QualityCriterion> measure_quality_criteria(const core::TetraMesh &me
     const auto figures = meshes::mesh_figures(mesh);
     const double count_miss = 100.0 * std::abs(static_cast<double>(figures.num_tetrahedra) / target_tetrahedra - 1.0);
     return {
-        at_least("smallest quality 6 sqrt(2) V / l_rms^3", figures.smallest_quality, 0.15,
-                 "ask for more tetrahedra, or smooth the segmentation where it is thin"),
-        at_least("shortest edge over the mean", figures.shortest_edge / figures.mean_edge, 0.25,
-                 "ask for more tetrahedra, or leave out the smallest lesions"),
+        advice_if(figures.smallest_quality >= worst_with_right_numbers,
+                  at_least("smallest quality 6 sqrt(2) V / l_rms^3", figures.smallest_quality, 0.15,
+                           "ask for more tetrahedra, or smooth the segmentation where it is thin")),
+        advice_if(true, at_least("shortest edge over the mean", figures.shortest_edge / figures.mean_edge, 0.25,
+                                 "ask for more tetrahedra, or leave out the smallest lesions")),
         at_most("volume of a region off by (%)", volume_miss(mesh, wanted), 2.0,
                 "ask for more tetrahedra, or leave out the smallest lesions"),
         at_most("regions missing", num_missing_regions(mesh, wanted.size()), 0.0,
@@ -82,9 +93,10 @@ std::vector<QualityCriterion> measure_quality_criteria(const core::TetraMesh &me
                 "fill the cavities of the segmentation"),
         at_most("nodes at which the boundary is no manifold", num_pinches(mesh), 0.0,
                 "ask for more tetrahedra, or mend thin bridges in the segmentation"),
-        at_most("turn of the boundary from facet to facet, 95th percentile (degrees)", turn_angle(mesh), stairs,
-                "smooth the segmentation, use thinner slices, or ask for more tetrahedra"),
-        at_most("tetrahedra off the target (%)", count_miss, 10.0, "ask for another number of tetrahedra"),
+        advice_if(true, at_most("turn of the boundary from facet to facet, 95th percentile (degrees)", turn_angle(mesh),
+                                stairs, "smooth the segmentation, use thinner slices, or ask for more tetrahedra")),
+        advice_if(true,
+                  at_most("tetrahedra off the target (%)", count_miss, 10.0, "ask for another number of tetrahedra")),
     };
 }
 
@@ -98,7 +110,8 @@ double total_miss(const std::vector<QualityCriterion> &quality_criteria) {
 }
 
 bool all_met(const std::vector<QualityCriterion> &quality_criteria) {
-    return std::ranges::all_of(quality_criteria, &QualityCriterion::is_met);
+    return std::ranges::all_of(
+        quality_criteria, [](const QualityCriterion &criterion) { return criterion.is_met || criterion.is_advice; });
 }
 
 } // namespace livermark::segmentation

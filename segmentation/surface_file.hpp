@@ -5,25 +5,20 @@
 #include <vector>
 
 #include "meshes/surface_mesh.hpp"
-#include "segmentation/segmentation.hpp"
 
 namespace livermark::segmentation {
 
-/// Reads a closed triangulated surface: STL, OBJ or PLY. Corners in the same place become one, and the triangles are
-/// turned so that they look outwards.
-/// @return coordinates as they are in the file
-/// @throws support::InputError  with the file, the place and a remedy: not such a file, no triangles, coordinates that
-/// are
-///                           no numbers, open edges, triangles that cut each other
-meshes::SurfaceMesh read_surface(const std::filesystem::path &file);
+/// Whether the name or the first lines of a file say that it is a surface: STL, OBJ, PLY, OFF, VTP, or VTK polydata.
+bool is_surface_file(const std::filesystem::path &file);
 
-/// The voxels within surfaces: the first is the liver, each other a lesion (they win where they overlap, the later
-/// over the earlier, and end at the liver's surface).
-/// @param surfaces  [m]
-/// @param spacing   of the cubes [m]
-/// @throws support::InputError  if a lesion has no voxel inside the liver, which is named by its number, or if the box
-/// around
-///                           the liver takes more than 2^28 voxels
-Segmentation voxels_within(const std::vector<meshes::SurfaceMesh> &surfaces, double spacing);
+/// Reads a closed triangulated surface: STL, OBJ, PLY or OFF, and, after scripts/convert_surface, VTK and VTP polydata
+/// and what meshio reads. Of tetrahedra the boundary is taken. Corners in the same place become one, the triangles are
+/// turned so that they look outwards, and what is not as it should be is repaired: see closed_parts(). Files in which
+/// 3D Slicer has written that they are RAS are turned to LPS.
+/// @param remarks  gets a sentence for each change
+/// @return coordinates as they are in the file, but for that; of several parts that cut each other the union counts
+/// @throws support::InputError  with the file, the place and a remedy: not such a file, no triangles, coordinates that
+///                           are no numbers, open edges, triangles that cut each other and cannot be repaired
+meshes::SurfaceMesh read_surface(const std::filesystem::path &file, std::vector<std::string> &remarks);
 
 } // namespace livermark::segmentation

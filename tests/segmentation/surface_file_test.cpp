@@ -4,9 +4,16 @@
 #include <fmt/format.h>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <numbers>
+#include <utility>
 
+#include "meshes/msh_writer.hpp"
+#include "segmentation/surface_voxels.hpp"
 #include "support/input_error.hpp"
+#include "support/whole_file.hpp"
+#include "tests/child.hpp"
 #include "tests/result_folder.hpp"
+#include "tests/test_meshes.hpp"
 
 namespace livermark::segmentation {
 namespace {
@@ -15,9 +22,20 @@ namespace fs = std::filesystem;
 
 class SurfaceFile : public tests::ResultFolder {
   protected:
+    struct Read {
+        meshes::SurfaceMesh surface;
+        std::vector<std::string> remarks;
+    };
+
+    Read read(const std::string &name) const {
+        Read result;
+        result.surface = read_surface(directory_ / name, result.remarks);
+        return result;
+    }
+
     std::string refusal(const std::string &name) const {
         try {
-            read_surface(directory_ / name);
+            read(name);
         } catch (const support::InputError &error) {
             return error.what();
         }
@@ -73,7 +91,8 @@ TEST_F(SurfaceFile, MayBeStlObjOrPly) {
     write_ply(directory_ / "a.ply", surface);
     for (const char *name : {"a.stl", "a.obj", "a.ply"}) {
         SCOPED_TRACE(name);
-        const auto back = read_surface(directory_ / name);
+        const auto [back, remarks] = read(name);
+        EXPECT_TRUE(remarks.empty());
         EXPECT_EQ(back.points.size(), surface.points.size());
         EXPECT_EQ(back.triangles.size(), surface.triangles.size());
         EXPECT_NEAR(meshes::enclosed_volume(back) / meshes::enclosed_volume(surface), 1.0, 1e-4);
@@ -85,18 +104,131 @@ TEST_F(SurfaceFile, ThatIsOpenIsRefusedWithThePlace) {
     EXPECT_NE(refusal("a.stl").find("is open at ("), std::string::npos) << refusal("a.stl");
 }
 
-TEST_F(SurfaceFile, ThatCutsItselfIsRefusedWithThePlace) {
-    auto surface = ball_surface(50.0);
-    const auto other = ball_surface(50.0, {30.0, 0.0, 0.0});
+/// Both in one.
+meshes::SurfaceMesh together(meshes::SurfaceMesh surface, const meshes::SurfaceMesh &other, bool inside_out = false) {
     const int first = static_cast<int>(surface.points.size());
     surface.points.insert(surface.points.end(), other.points.begin(), other.points.end());
     for (auto triangle : other.triangles) {
         for (int &corner : triangle)
             corner += first;
+        if (inside_out)
+            std::swap(triangle[0], triangle[1]);
         surface.triangles.push_back(triangle);
     }
+    return surface;
+}
+
+void expect_one(const std::vector<std::string> &remarks, const std::string &part) {
+    ASSERT_EQ(remarks.size(), 1U);
+    EXPECT_NE(remarks[0].find(part), std::string::npos) << remarks[0];
+}
+
+TEST_F(SurfaceFile, WithPartsThatCutEachOtherIsTheirUnion) {
+    const double radius = 50.0, apart = 30.0;
+    write_ply(directory_ / "a.ply", together(ball_surface(radius), ball_surface(radius, {apart, 0.0, 0.0}), true));
+    auto [surface, remarks] = read("a.ply");
+    expect_one(remarks, "1 parts that cut the largest one are united with it");
+    for (auto &point : surface.points)
+        point *= 1e-3;
+    const double ball = meshes::enclosed_volume(ball_surface(1e-3 * radius));
+    // Two caps of this height are in both balls.
+    const double h = radius - 0.5 * apart;
+    const double lens = 2.0 * std::numbers::pi * h * h * (3.0 * radius - h) / 3.0 * 1e-9;
+    EXPECT_NEAR(region_volumes(voxels_within({surface}, 0.8e-3))[0] / (2.0 * ball - lens), 1.0, 0.01);
+}
+
+TEST_F(SurfaceFile, LosesCavitiesAndPartsThatAreElsewhere) {
+    const auto liver = ball_surface(50.0);
+    write_ply(directory_ / "hollow.ply", together(liver, ball_surface(10.0), true));
+    write_ply(directory_ / "apart.ply", together(liver, ball_surface(10.0, {80.0, 0.0, 0.0})));
+    const auto hollow = read("hollow.ply"), apart = read("apart.ply");
+    expect_one(hollow.remarks, "1 surfaces inside, of 0.8 % of the volume in all, become parenchyma");
+    expect_one(apart.remarks, "1 parts that do not touch the largest one, of 0.8 % of its volume in all, are left out");
+    for (const auto &read : {hollow, apart})
+        EXPECT_NEAR(meshes::enclosed_volume(read.surface) / meshes::enclosed_volume(liver), 1.0, 1e-6);
+}
+
+TEST_F(SurfaceFile, ThatCutsItselfInOnePlaceIsRepairedAndSaysSo) {
+    auto surface = ball_surface(50.0);
+    const double volume = meshes::enclosed_volume(surface);
+    auto &pulled = surface.points[surface.triangles[100][0]];
+    const core::Vector3 aside = (surface.points[surface.triangles[100][1]] - pulled).normalized();
+    pulled += 12.0 * aside; // over its neighbours, which are 5 mm away
     write_ply(directory_ / "a.ply", surface);
-    EXPECT_NE(refusal("a.ply").find("cuts itself at ("), std::string::npos) << refusal("a.ply");
+    const auto [repaired, remarks] = read("a.ply");
+    expect_one(remarks, "CGAL has put other triangles there");
+    EXPECT_NEAR(meshes::enclosed_volume(repaired) / volume, 1.0, 0.01);
+    write_ply(directory_ / "b.ply", repaired);
+    EXPECT_TRUE(read("b.ply").remarks.empty()) << "it still cuts itself";
+}
+
+TEST_F(SurfaceFile, OfPolygonsIsCutIntoTriangles) {
+    std::ofstream(directory_ / "a.obj") << "v 0 0 0\nv 9 0 0\nv 9 9 0\nv 0 9 0\nv 0 0 9\nv 9 0 9\nv 9 9 9\nv 0 9 9\n"
+                                           "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+    const auto [surface, remarks] = read("a.obj");
+    expect_one(remarks, "6 polygons are cut into triangles");
+    EXPECT_NEAR(meshes::enclosed_volume(surface), 729.0, 1e-9);
+}
+
+/// VTK's own writers make the files.
+TEST_F(SurfaceFile, MayBePolydataInEveryFormOfVtk) {
+    const auto surface = ball_surface(50.0);
+    write_stl(directory_ / "a.stl", surface);
+    std::ofstream(directory_ / "write.py") << R"(
+import vtk
+reader = vtk.vtkSTLReader()
+reader.SetFileName("a.stl")
+strips = vtk.vtkStripper()
+strips.SetInputConnection(reader.GetOutputPort())
+for name, writer, source, calls in [
+        ("ascii.vtk", vtk.vtkPolyDataWriter(), reader, [("SetFileTypeToASCII",)]),
+        ("binary.vtk", vtk.vtkPolyDataWriter(), reader, [("SetFileTypeToBinary",)]),
+        ("old.vtk", vtk.vtkPolyDataWriter(), reader, [("SetFileTypeToBinary",), ("SetFileVersion", 42)]),
+        ("strips.vtk", vtk.vtkPolyDataWriter(), strips, [("SetFileTypeToBinary",)]),
+        ("ascii.vtp", vtk.vtkXMLPolyDataWriter(), reader, [("SetDataModeToAscii",)]),
+        ("inline.vtp", vtk.vtkXMLPolyDataWriter(), reader, [("SetDataModeToBinary",)]),
+        ("plain.vtp", vtk.vtkXMLPolyDataWriter(), reader, [("SetDataModeToAppended",), ("SetCompressorTypeToNone",),
+                                                           ("SetEncodeAppendedData", 0)]),
+        ("appended.vtp", vtk.vtkXMLPolyDataWriter(), reader, [("SetDataModeToAppended",), ("SetHeaderTypeToUInt64",)])]:
+    writer.SetFileName(name)
+    writer.SetInputConnection(source.GetOutputPort())
+    for call, *arguments in calls:
+        getattr(writer, call)(*arguments)
+    writer.Write()
+)";
+    const auto end = tests::run_child({"/usr/bin/python3", "write.py"}, {.folder = directory_});
+    ASSERT_EQ(end.status, 0) << end.errors;
+    for (const char *name :
+         {"ascii.vtk", "binary.vtk", "old.vtk", "strips.vtk", "ascii.vtp", "inline.vtp", "plain.vtp", "appended.vtp"}) {
+        SCOPED_TRACE(name);
+        EXPECT_TRUE(is_surface_file(directory_ / name));
+        const auto back = read(name).surface;
+        EXPECT_EQ(back.points.size(), surface.points.size());
+        EXPECT_EQ(back.triangles.size(), surface.triangles.size());
+        EXPECT_NEAR(meshes::enclosed_volume(back) / meshes::enclosed_volume(surface), 1.0, 1e-4);
+    }
+}
+
+TEST_F(SurfaceFile, ThatSaysItIsInRasIsTurnedToLps) {
+    const auto surface = ball_surface(50.0, {10.0, 20.0, 30.0});
+    write_obj(directory_ / "lps.obj", surface);
+    std::ofstream(directory_ / "ras.obj") << "# 3D Slicer output. SPACE=RAS\n"
+                                          << support::read_text(directory_ / "lps.obj");
+    const auto turned = read("ras.obj");
+    expect_one(turned.remarks, "is turned to LPS");
+    core::Vector3 middle = core::Vector3::Zero();
+    for (const auto &point : turned.surface.points)
+        middle += point / static_cast<double>(turned.surface.points.size());
+    EXPECT_LT((middle - core::Vector3(-10.0, -20.0, 30.0)).norm(), 1e-3);
+}
+
+TEST_F(SurfaceFile, MayBeTheBoundaryOfTetrahedra) {
+    const auto mesh = tests::box_mesh({0.2, 0.1, 0.1}, {4, 2, 2});
+    meshes::write_msh(directory_ / "box.msh", mesh);
+    const auto [surface, remarks] = read("box.msh");
+    expect_one(remarks, "the boundary of its tetrahedra is taken");
+    EXPECT_EQ(surface.triangles.size(), mesh.boundary_triangles.size());
+    EXPECT_NEAR(meshes::enclosed_volume(surface), 0.002, 1e-9);
 }
 
 TEST_F(SurfaceFile, ThatIsNoneIsRefused) {

@@ -60,6 +60,8 @@ std::vector<BadInput> bad_bodies() {
         spoilt_body("Incompressible", "Poisson's ratio of 1/2", "= 0.3", "= 0.5", ":3:", "between -1 and 0.5"),
         spoilt_body("UnknownUnit", "a unit that nobody knows",
                     "mesh =", "unit = \"inch\"\nmesh =", ":2:", "take m, cm or mm"),
+        spoilt_body("UnitOfNothing", "a unit of zero metres",
+                    "mesh =", "unit = 0.0\nmesh =", ":2:", "has to be positive"),
         spoilt_body("UnknownRegion", "a material for a region that the mesh lacks", "[regions.solid]",
                     "[regions.tumour]", ":3:", "it has solid"),
         body("RegionWithoutMaterial", "a region without a material",
@@ -84,9 +86,10 @@ std::vector<BadInput> bad_bodies() {
         alone("SizeOfNoOrgan", "a mesh alone, nine kilometres long", "large.msh", thousandfold(good_msh),
               "its longest side is 9000", "say which unit it is"),
         alone("DamagedVtu", "random bytes as VTU", "noise.vtu", random_bytes(), "", "save it as ASCII MSH"),
-        alone("SurfaceOnly", "a surface without a volume", "surface.stl",
-              "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
-              "endsolid s\n",
+        alone("SurfaceOnly", "a surface without a volume", "surface.vtk",
+              "# vtk DataFile Version 2.0\nno volume\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 3 double\n0 0 0 1 0 0 0 "
+              "1 0\n"
+              "CELLS 1 4\n3 0 1 2\nCELL_TYPES 1\n5\n",
               "no tetrahedra", "save it as ASCII MSH"),
     };
 }

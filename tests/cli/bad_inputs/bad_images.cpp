@@ -58,7 +58,31 @@ std::string stl(const std::string &facets) {
     return "solid s\n" + facets + "endsolid s\n";
 }
 
+/// The faces of an octahedron in STL: around x, y and the last two corners.
+std::string octahedron(const std::array<std::string, 6> &corner) {
+    std::string text;
+    for (const auto &face :
+         {std::array{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}}) {
+        text += "facet normal 0 0 0\nouter loop\n";
+        for (const int c : face)
+            text += "vertex " + corner.at(static_cast<std::size_t>(c)) + "\n";
+        text += "endloop\nendfacet\n";
+    }
+    return text;
+}
+
 const std::string good_facets = tetrahedron({"0 0 0", "1 0 0", "0 1 0", "0 0 1"});
+
+BadInput surface_in(std::string name, std::string what, const std::string &file, std::string text, std::string place,
+                    std::string remedy) {
+    return {.name = std::move(name),
+            .what = std::move(what),
+            .arguments = "mesh --surfaces " + file + " -o out.msh",
+            .file = file + ": ",
+            .place = std::move(place),
+            .remedy = std::move(remedy),
+            .files = {{file, std::move(text)}}};
+}
 
 BadInput surface(std::string name, std::string what, std::string text, std::string place, std::string remedy) {
     return {.name = std::move(name),
@@ -103,6 +127,10 @@ std::vector<BadInput> bad_images() {
     auto body_there = image_words("BodyIsThere", "a body file in the place of the new one",
                                   "mesh --labels seg.nrrd -o out.msh", "out.toml", "choose another -o");
     body_there.files["out.toml"] = good_body;
+    auto open_body =
+        surface("OpenSurfaceAsABody", "a surface with a hole, straight to a run",
+                stl(good_facets.substr(good_facets.find("endfacet\n") + 9)), "is open at (", "fill its holes");
+    open_body.arguments = "run --body liver.stl --output out";
     auto lesion_apart = surface("LesionApart", "a lesion that lies outside of the liver", stl(good_facets),
                                 "surface 2 of 2", "in the same coordinates");
     lesion_apart.file = "";
@@ -168,8 +196,17 @@ std::vector<BadInput> bad_images() {
         surface("OpenSurface", "a surface with a hole", stl(good_facets.substr(good_facets.find("endfacet\n") + 9)),
                 "is open at (", "fill its holes"),
         surface("SurfaceThatCutsItself", "a surface that cuts itself",
-                stl(good_facets + tetrahedron({"0.1 0.1 -0.5", "1.1 0.1 -0.5", "0.1 1.1 -0.5", "0.1 0.1 0.5"})),
-                "cuts itself at (", "repair it"),
+                stl(octahedron({"1 0 0", "-1 0 0", "0 1 0", "0 -1 0", "0.9 0.3 -0.8", "0 0 -1"})), "cuts itself at (",
+                "repair it"),
+        surface_in("RandomVtp", "random bytes as VTP", "liver.vtp", random_bytes(), "cannot be converted",
+                   "export the surface as STL"),
+        surface_in("TruncatedPolydata", "VTK polydata that were cut off", "liver.vtk",
+                   "# vtk DataFile Version 3.0\ncut off\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n0 0 0 1 0 0\n",
+                   "ends too early", "export the surface as STL"),
+        surface_in("CompressedByAnother", "VTP in a compression that cannot be read", "liver.vtp",
+                   "<VTKFile type=\"PolyData\" compressor=\"vtkLZ4DataCompressor\"><PolyData/></VTKFile>\n",
+                   "compressed by vtkLZ4DataCompressor", "save it without compression"),
+        open_body,
         lesion_apart,
     };
 }

@@ -54,6 +54,25 @@ $Elements
 $EndElements
 )";
 
+/// The same, but for names.
+const std::string good_1 = R"($NOD
+5
+10 0 0 0
+20 1 0 0
+30 0 1 0
+40 0 0 1
+50 1 1 1e0
+$ENDNOD
+$ELM
+5
+1 2 7 1 3 10 30 20
+2 2 0 2 3 20 30 40
+11 4 1 1 4 10 20 30 40
+12 15 1 1 1 10
+13 4 2 2 4 20 50 30 40
+$ENDELM
+)";
+
 const std::string good_22 = R"($MeshFormat
 2.2 0 8
 $EndMeshFormat
@@ -81,6 +100,18 @@ std::string with_replaced(std::string text, const std::string &from, const std::
     const auto at = text.find(from);
     EXPECT_NE(at, std::string::npos) << from;
     return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
+TEST(MshReader, ReadsTheFirstVersionOfTheFormatAsTheLaterOnes) {
+    const auto first = meshes::parse_msh(good_1, "first.msh");
+    const auto later = meshes::parse_msh(good_41, "later.msh");
+    EXPECT_EQ(first.points, later.points);
+    EXPECT_EQ(first.tetrahedra, later.tetrahedra);
+    EXPECT_EQ(first.region, later.region);
+    EXPECT_EQ(first.region_names, (std::vector<std::string>{"region_1", "region_2"}));
+    EXPECT_EQ(first.boundary_triangles, later.boundary_triangles);
+    EXPECT_EQ(first.boundary_patch, later.boundary_patch);
+    EXPECT_EQ(first.patch_names, (std::vector<std::string>{"unnamed", "patch_7"}));
 }
 
 TEST(MshReader, KeepsTheNodeOrderOfTheFile) {
@@ -134,7 +165,12 @@ TEST_P(BadMsh, IsRefusedWithPlaceAndRemedy) {
 const std::vector<BadMesh> bad_meshes{
     {"Empty", "", {"bad.msh:1:", "no gmsh mesh"}},
     {"NotAMesh", "hello", {"bad.msh:1:", "no gmsh mesh"}},
-    {"OldVersion", with_replaced(good_22, "2.2 0 8", "1 0 8"), {"bad.msh:2:", "2.2 and 4.1", "gmsh -save"}},
+    {"UnknownVersion", with_replaced(good_22, "2.2 0 8", "3 0 8"), {"bad.msh:2:", "1, 2.2 and 4.1", "gmsh -save"}},
+    {"FirstVersionWithTooFewNodes", with_replaced(good_1, "11 4 1 1 4 ", "11 4 1 1 3 "), {"bad.msh:13:", "has 4"}},
+    {"FirstVersionThatEndsEarly", good_1.substr(0, good_1.find("$ENDELM")), {"bad.msh:", "ends too early"}},
+    {"FirstVersionWithLaterSections",
+     with_replaced(with_replaced(good_1, "$NOD", "$Nodes"), "$ENDNOD", "$EndNodes"),
+     {"bad.msh:1:", "$MeshFormat has to come first"}},
     {"Binary", with_replaced(good_22, "2.2 0 8", "2.2 1 8"), {"binary", "ASCII"}},
     {"Truncated", good_41.substr(0, good_41.size() / 2), {"bad.msh:", "ends too early"}},
     {"NotANumber", with_replaced(good_41, "1 1 1e0", "1 1 1,0"), {"bad.msh:32:", "'1,0' has to be a number"}},

@@ -1,0 +1,170 @@
+#include "segmentation/surface_repair.hpp"
+
+#include <CGAL/Polygon_mesh_processing/connected_components.h>
+#include <CGAL/Polygon_mesh_processing/intersection.h>
+#include <CGAL/Polygon_mesh_processing/measure.h>
+#include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
+#include <CGAL/Polygon_mesh_processing/orientation.h>
+#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
+#include <CGAL/Polygon_mesh_processing/repair_polygon_soup.h>
+#include <CGAL/Polygon_mesh_processing/repair_self_intersections.h>
+#include <CGAL/Polygon_mesh_processing/self_intersections.h>
+#include <CGAL/Side_of_triangle_mesh.h>
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <optional>
+#include <utility>
+
+#include "support/input_error.hpp"
+
+namespace livermark::segmentation {
+
+namespace {
+
+using support::InputError;
+namespace pmp = CGAL::Polygon_mesh_processing;
+using FacePair = std::pair<CgalSurface::Face_index, CgalSurface::Face_index>;
+
+std::string text_of(const Point &p) {
+    return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x(), p.y(), p.z());
+}
+
+std::optional<Point> open_place(const CgalSurface &surface) {
+    for (const auto edge : surface.halfedges())
+        if (surface.is_border(edge))
+            return surface.point(surface.target(edge));
+    return std::nullopt;
+}
+
+double volume_of(const CgalSurface &surface) {
+    return std::abs(pmp::volume(surface));
+}
+
+std::vector<FacePair> cuts_of(const CgalSurface &surface) {
+    std::vector<FacePair> pairs;
+    pmp::self_intersections(surface, std::back_inserter(pairs));
+    return pairs;
+}
+
+Point corner(const CgalSurface &surface, CgalSurface::Face_index face) {
+    return surface.point(target(halfedge(face, surface), surface));
+}
+
+/// Replaces triangles that cut each other.
+void remove_cuts(CgalSurface &part, const std::string &file, std::vector<std::string> &remarks) {
+    constexpr double most_change = 0.01; // of the volume: what is repaired is local
+    const auto cuts = cuts_of(part);
+    if (cuts.empty())
+        return;
+    const auto place = text_of(corner(part, cuts.front().first));
+    auto repaired = part;
+    bool is_done = false;
+    try {
+        is_done = pmp::experimental::remove_self_intersections(repaired);
+    } catch (const std::exception &) { // an assertion of CGAL on what it did not expect
+        is_done = false;
+    }
+    repaired.collect_garbage();
+    const double change = volume_of(repaired) / volume_of(part) - 1.0;
+    if (!is_done || open_place(repaired) || !cuts_of(repaired).empty() || !(std::abs(change) <= most_change))
+        throw InputError(fmt::format(
+            "{}: the surface cuts itself at {}, and in {} pairs of triangles in all, which CGAL cannot repair; repair "
+            "it, as with 3D Slicer's Surface Toolbox",
+            file, place, cuts.size()));
+    remarks.push_back(fmt::format("{}: the surface cut itself at {}, and in {} pairs of triangles in all; CGAL has put "
+                                  "other triangles there, and the volume has changed by {:.2g} %",
+                                  file, place, cuts.size(), 100.0 * change));
+    part = std::move(repaired);
+}
+
+void look_outwards(CgalSurface &part) {
+    if (pmp::volume(part) < 0.0)
+        pmp::reverse_face_orientations(part);
+}
+
+/// The parts besides the largest that belong to the body; what becomes of the others is counted.
+struct OtherParts {
+    std::vector<CgalSurface> kept;
+    int num_open = 0, num_inside = 0, num_apart = 0;
+    double inside_volume = 0.0, apart_volume = 0.0;
+};
+
+OtherParts sort_out(std::vector<CgalSurface> parts, const CgalSurface &largest) {
+    OtherParts others;
+    const CGAL::Side_of_triangle_mesh<CgalSurface, Kernel> side(largest);
+    for (auto &part : parts) {
+        if (open_place(part)) {
+            ++others.num_open;
+        } else if (pmp::do_intersect(part, largest)) {
+            others.kept.push_back(std::move(part));
+        } else if (side(part.point(*part.vertices().begin())) == CGAL::ON_BOUNDED_SIDE) {
+            ++others.num_inside;
+            others.inside_volume += volume_of(part);
+        } else {
+            ++others.num_apart;
+            others.apart_volume += volume_of(part);
+        }
+    }
+    return others;
+}
+
+void tell(const OtherParts &others, double volume, const std::string &file, std::vector<std::string> &remarks) {
+    if (others.num_open > 0)
+        remarks.push_back(
+            fmt::format("{}: {} open parts besides the largest part are left out", file, others.num_open));
+    if (others.num_inside > 0)
+        remarks.push_back(fmt::format("{}: {} surfaces inside, of {:.2g} % of the volume in all, become parenchyma",
+                                      file, others.num_inside, 100.0 * others.inside_volume / volume));
+    if (others.num_apart > 0)
+        remarks.push_back(
+            fmt::format("{}: {} parts that do not touch the largest one, of {:.2g} % of its volume in all, "
+                        "are left out",
+                        file, others.num_apart, 100.0 * others.apart_volume / volume));
+    if (!others.kept.empty())
+        remarks.push_back(
+            fmt::format("{}: {} parts that cut the largest one are united with it", file, others.kept.size()));
+}
+
+CgalSurface surface_of(TriangleSoup soup, const std::string &file, std::vector<std::string> &remarks) {
+    pmp::repair_polygon_soup(soup.points, soup.triangles);
+    const auto num_points = soup.points.size();
+    if (!pmp::orient_polygon_soup(soup.points, soup.triangles))
+        remarks.push_back(
+            fmt::format("{}: three or more triangles meet in an edge, or parts touch in a point; they are "
+                        "taken apart at {} corners",
+                        file, soup.points.size() - num_points));
+    CgalSurface surface;
+    pmp::polygon_soup_to_polygon_mesh(soup.points, soup.triangles, surface);
+    return surface;
+}
+
+} // namespace
+
+std::vector<CgalSurface> closed_parts(TriangleSoup soup, const std::string &file, std::vector<std::string> &remarks) {
+    const auto surface = surface_of(std::move(soup), file, remarks);
+    std::vector<CgalSurface> parts;
+    pmp::split_connected_components(surface, parts);
+    if (parts.empty())
+        throw InputError(fmt::format("{}: no triangle of it has an area; export the surface again", file));
+    const auto largest_area =
+        std::ranges::max_element(parts, {}, [](const CgalSurface &part) { return pmp::area(part); });
+    std::vector<CgalSurface> body{*largest_area};
+    parts.erase(largest_area);
+    if (const auto place = open_place(body.front()))
+        throw InputError(
+            fmt::format("{}: the surface is open at {}; fill its holes, as with 3D Slicer's Surface Toolbox", file,
+                        text_of(*place)));
+    look_outwards(body.front());
+    remove_cuts(body.front(), file, remarks);
+    auto others = sort_out(std::move(parts), body.front());
+    tell(others, volume_of(body.front()), file, remarks);
+    for (auto &part : others.kept) {
+        look_outwards(part);
+        remove_cuts(part, file, remarks);
+        body.push_back(std::move(part));
+    }
+    return body;
+}
+
+} // namespace livermark::segmentation

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "segmentation/cgal_surface.hpp"
+
+namespace livermark::segmentation {
+
+/// Corners, and for each triangle their numbers.
+struct TriangleSoup {
+    std::vector<Point> points;
+    std::vector<std::vector<std::size_t>> triangles;
+};
+
+/// The closed parts of which a body is the union, each with triangles that look outwards and do not cut each other.
+/// What a surface has besides is left out or repaired, and said:
+///   corners in one place become one, triangles without an area go;
+///   parts that meet in a point or an edge are taken apart there;
+///   the part with the largest area stays, and parts that cut it; other parts are left out, open ones as well, and
+///   those inside are cavities; triangles of a part that cut each other are replaced (CGAL's
+///   remove_self_intersections), if the volume stays.
+/// @param soup     of finite coordinates
+/// @param file     named in messages
+/// @param remarks  gets a sentence for each change
+/// @throws support::InputError with the file, the place and a remedy: the largest part is open, or cuts itself and
+/// cannot
+///         be repaired
+std::vector<CgalSurface> closed_parts(TriangleSoup soup, const std::string &file, std::vector<std::string> &remarks);
+
+} // namespace livermark::segmentation

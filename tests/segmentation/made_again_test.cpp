@@ -1,0 +1,96 @@
+#include <filesystem>
+#include <fmt/format.h>
+#include <fstream>
+#include <gtest/gtest.h>
+
+#include "meshes/surface_mesh.hpp"
+#include "support/whole_file.hpp"
+#include "tests/child.hpp"
+#include "tests/result_folder.hpp"
+
+namespace livermark::segmentation {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Balls as OFF [mm].
+class MadeAgain : public tests::ResultFolder {
+  protected:
+    void write_ball(const std::string &name, double radius, double x) const {
+        auto ball = meshes::geodesic_sphere(8);
+        std::ofstream stream(directory_ / name);
+        stream << fmt::format("OFF\n{} {} 0\n", ball.points.size(), ball.triangles.size());
+        for (const auto &p : ball.points)
+            stream << fmt::format("{} {} {}\n", x + radius * p.x(), radius * p.y(), radius * p.z());
+        for (const auto &t : ball.triangles)
+            stream << fmt::format("3 {} {} {}\n", t[0], t[1], t[2]);
+    }
+
+    tests::ChildEnd livermark(std::vector<std::string> words) const {
+        words.insert(words.begin(), LIVERMARK_BINARY);
+        return tests::run_child(words, {.folder = directory_});
+    }
+};
+
+bool has(const std::string &text, const std::string &part) {
+    return text.find(part) != std::string::npos;
+}
+
+TEST_F(MadeAgain, TheSameCommandLeavesTheBodyAndAnotherIsRefusedUnlessForced) {
+    write_ball("liver.off", 70.0, 0.0);
+    const std::vector<std::string> command{"mesh", "--surfaces", "liver.off", "--tetrahedra", "2000", "-o", "a.msh"};
+    auto end = livermark(command);
+    ASSERT_EQ(end.status, 0) << end.output << end.errors;
+    std::ofstream(directory_ / "a.toml", std::ios::app) << "# my material\n";
+    end = livermark(command);
+    EXPECT_EQ(end.status, 0) << end.errors;
+    EXPECT_TRUE(has(end.errors, "a.toml is there, made by the same command")) << end.errors;
+    EXPECT_TRUE(has(support::read_text(directory_ / "a.toml"), "# my material"));
+    auto other = command;
+    other[4] = "3000";
+    end = livermark(other);
+    EXPECT_EQ(end.status, 2);
+    EXPECT_TRUE(has(end.errors, "of another command; say --force to write over it")) << end.errors;
+    other.emplace_back("--force");
+    end = livermark(other);
+    EXPECT_EQ(end.status, 0) << end.errors;
+    EXPECT_FALSE(has(support::read_text(directory_ / "a.toml"), "# my material"));
+    other.pop_back();
+    EXPECT_EQ(livermark(other).status, 0) << "the same command but for --force";
+}
+
+TEST_F(MadeAgain, ASurfaceThatHasChangedIsSaid) {
+    write_ball("liver.off", 70.0, 0.0);
+    const std::vector<std::string> command{"mesh", "--surfaces", "liver.off", "--tetrahedra", "2000", "-o", "a.msh"};
+    ASSERT_EQ(livermark(command).status, 0);
+    fs::last_write_time(directory_ / "liver.off",
+                        fs::last_write_time(directory_ / "a.toml") + std::chrono::seconds(10));
+    const auto end = livermark(command);
+    EXPECT_EQ(end.status, 2);
+    EXPECT_TRUE(has(end.errors, "liver.off is newer; say --force to make it anew")) << end.errors;
+}
+
+TEST_F(MadeAgain, SurfacesOfALiverAndALesionGoStraightToTheTable) {
+    write_ball("liver.off", 70.0, 0.0);
+    write_ball("lesion.off", 20.0, 30.0);
+    std::ofstream(directory_ / "hang.toml")
+        << "title = \"hang\"\ntarget_peak_displacement = 0.001\nacceleration = [0.0, 0.0, -0.1]\n[[condition]]\n"
+           "patch = \"right_lateral\"\ndisplacement = [0.0, 0.0, 0.0]\n";
+    const std::vector<std::string> command{"run",       "--body",  "liver.off", "lesion.off",       "--load-case",
+                                           "hang.toml", "--model", "fem_p1",    "--no-uncertainty", "--output",
+                                           "runs"};
+    auto end = livermark(command);
+    EXPECT_EQ(end.status, 0) << end.errors;
+    EXPECT_TRUE(has(end.output, "liver ")) << end.output;
+    const auto body = support::read_text(directory_ / "runs" / "liver.toml");
+    EXPECT_TRUE(has(body, "[regions.tumour_1]"));
+    EXPECT_TRUE(
+        has(body, "coordinates are taken to be in mm, from its longest side, which is then 14 cm, and its volume"));
+    EXPECT_TRUE(fs::exists(directory_ / "runs" / "liver" / "hang.h5"));
+    end = livermark(command);
+    EXPECT_EQ(end.status, 0) << end.errors;
+    EXPECT_TRUE(has(end.errors, "is taken for liver.off; say --force to mesh it anew")) << end.errors;
+}
+
+} // namespace
+} // namespace livermark::segmentation
