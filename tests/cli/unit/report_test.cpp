@@ -200,6 +200,7 @@ TEST_F(ReportFolder, IsReadByKindOfFile) {
     auto modes = tests::sample_result();
     modes.models.clear();
     modes.reference_uncertainty.reset();
+    modes.motion_uncertainty.reset();
     results::write_result(directory_ / "modes.traction.h5", modes);
     EXPECT_EQ(results::kind_of_file(directory_ / "modes.traction.h5"), results::FileKind::modes);
     const auto data = read_report_data(directory_);
@@ -266,6 +267,7 @@ TEST_F(ReportFolder, SetsTable1BesideTheSpringsOfALiver) {
     auto result = tests::sample_result(); // a box of two litres
     result.models[1].name = "lloyd";
     result.reference_uncertainty->refined = "lloyd";
+    result.motion_uncertainty->refined = "lloyd";
     results::write_result(path_, result);
     ASSERT_EQ(tests::livermark("report " + directory_.string()).status, 0);
     expect_parts(text_of(directory_ / "report.html"),

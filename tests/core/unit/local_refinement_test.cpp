@@ -157,5 +157,72 @@ TEST(ObservedError, BelievesNoFactorThatIsTooGoodOrNone) {
     EXPECT_NEAR(stuck.relative_l2, 4.0 * stuck.difference, 1e-12);
 }
 
+/// Solutions 1 + error in x, with a path of one point at half of it.
+std::vector<core::Solution> with_errors(const core::TetraMesh &mesh, std::span<const double> errors) {
+    std::vector<core::Solution> levels;
+    for (const double error : errors) {
+        auto &solution = levels.emplace_back();
+        solution.displacement.assign(mesh.points.size(), Vector3(1.0 + error, 0.0, 0.0));
+        solution.reaction = {{0.0, 1.0 + 2.0 * error, 0.0}};
+        solution.strain_energy = 1.0 - error;
+        auto &point = solution.path.emplace_back();
+        point.displacement.assign(mesh.points.size(),
+                                  Eigen::Vector3f(static_cast<float>(0.5 + 0.5 * error), 0.0F, 0.0F));
+        point.reaction = {{0.0, 0.5 + error, 0.0}};
+        point.strain_energy = 0.25 - 0.25 * error;
+    }
+    return levels;
+}
+
+TEST(Extrapolation, IsExactForErrorsThatShrinkByOneFactor) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
+    const auto levels = with_errors(mesh, std::array{0.016, 0.008, 0.004, 0.002});
+    const auto limit = core::extrapolated(mesh, levels);
+    constexpr double tolerance = 3e-5; // the factor is that of relative differences
+    for (const auto &displacement : limit.displacement)
+        EXPECT_NEAR(displacement.x(), 1.0, tolerance);
+    EXPECT_NEAR(limit.reaction[0].y(), 1.0, 1e-12);
+    EXPECT_NEAR(limit.strain_energy, 1.0, 1e-12);
+    EXPECT_NEAR(limit.path[0].displacement[0].x(), 0.5, tolerance);
+    EXPECT_NEAR(limit.path[0].reaction[0].y(), 0.5, 1e-12);
+    EXPECT_NEAR(limit.path[0].strain_energy, 0.25, 1e-12);
+    EXPECT_NEAR(limit.observed_error.value().relative_l2, core::doubt * 0.002, tolerance);
+}
+
+TEST(Extrapolation, LeavesAloneWhatHasNoCleanOrder) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
+    for (const auto &errors : {std::array{0.1, 0.0101, 0.0001}, std::array{0.03, 0.02, 0.01}}) {
+        const auto levels = with_errors(mesh, errors);
+        const auto limit = core::extrapolated(mesh, levels);
+        EXPECT_EQ(limit.displacement, levels.back().displacement);
+        EXPECT_EQ(limit.reaction, levels.back().reaction);
+        EXPECT_EQ(limit.strain_energy, levels.back().strain_energy);
+        EXPECT_EQ(limit.observed_error->relative_l2, core::observed_error(mesh, levels).relative_l2);
+    }
+}
+
+/// Solutions of traction alone have reactions that do not depend on the mesh.
+TEST(Extrapolation, LeavesReactionsThatDoNotChange) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
+    auto levels = with_errors(mesh, std::array{0.008, 0.004, 0.002});
+    for (auto &solution : levels)
+        solution.reaction = {{0.0, 1.0, 0.0}};
+    EXPECT_EQ(core::extrapolated(mesh, levels).reaction, levels.back().reaction);
+}
+
+TEST(LocalRefinement, NamesTheTetrahedronThatEachIsAPartOf) {
+    const auto problem = pressed_box();
+    const auto refined = core::refine_at_rims(problem);
+    const auto &coarse = problem.body->mesh, &fine = refined.problem.body->mesh;
+    ASSERT_EQ(refined.parent_tetrahedron.size(), fine.tetrahedra.size());
+    std::vector<double> volume_of_parts(coarse.tetrahedra.size(), 0.0);
+    const auto volumes = core::tetrahedron_volumes(fine);
+    for (std::size_t t = 0; t < volumes.size(); ++t)
+        volume_of_parts[refined.parent_tetrahedron[t]] += volumes[t];
+    const auto expected = core::tetrahedron_volumes(coarse);
+    for (std::size_t t = 0; t < expected.size(); ++t)
+        EXPECT_NEAR(volume_of_parts[t], expected[t], 1e-12 * expected[t]);
+}
+
 } // namespace
 } // namespace livermark

@@ -6,12 +6,14 @@
 #include <limits>
 #include <stdexcept>
 
+#include "core/local_refinement.hpp"
 #include "core/refinement.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
 #include "fem_reference/solvers/iterative_solver.hpp"
 #include "fem_reference/solvers/prolongation.hpp"
+#include "fem_reference/solvers/two_level.hpp"
 #include "tests/fem_reference/verification/fem_test_bodies.hpp"
 #include "tests/not_a_number.hpp"
 
@@ -102,6 +104,35 @@ TEST(Prolongation, GivesTheCoarseStiffnessFromTheFineOne) {
     const double scale = *std::ranges::max_element(expected);
     for (std::size_t dof = 0; dof < u.size(); ++dof)
         EXPECT_NEAR(restricted[dof], expected[dof], 1e-11 * scale);
+}
+
+TEST(Prolongation, KeepsQuadraticFieldsOnPartsOfTetrahedra) {
+    const auto problem = stretched_rod(0.45);
+    const auto refined = core::refine_at_rims(problem);
+    const auto coarse = fem_reference::assemble(*problem.body, 2),
+               fine = fem_reference::assemble(*refined.problem.body, 2);
+    const auto prolongation = fem_reference::prolongation(coarse, fine, refined.parent_tetrahedron);
+    std::vector<double> prolonged(3 * fine.points.size(), 0.0);
+    prolongation.add_prolonged(quadratic_field(coarse.points), prolonged);
+    const auto exact = quadratic_field(fine.points);
+    for (std::size_t dof = 0; dof < exact.size(); ++dof)
+        EXPECT_NEAR(prolonged[dof], exact[dof], 1e-14);
+}
+
+/// Of linear elasticity P^T K P is the matrix of the coarse elements themselves.
+TEST(Galerkin, IsTheStiffnessOfLinearElements) {
+    const auto problem = stretched_rod(0.45);
+    const auto linear = fem_reference::assemble(*problem.body, 1),
+               quadratic = fem_reference::assemble(*problem.body, 2);
+    const auto found = fem_reference::galerkin(fem_reference::prolongation(linear, quadratic), quadratic.stiffness,
+                                               linear.stiffness.rows);
+    const double scale = linear.stiffness.diagonal[0][0];
+    for (std::size_t a = 0; a < found.diagonal.size(); ++a)
+        for (int i = 0; i < 9; ++i)
+            EXPECT_NEAR(found.diagonal[a][i], linear.stiffness.diagonal[a][i], 1e-12 * scale);
+    for (std::size_t k = 0; k < found.below.size(); ++k)
+        for (int i = 0; i < 9; ++i)
+            EXPECT_NEAR(found.below[k][i], linear.stiffness.below[k][i], 1e-12 * scale);
 }
 
 TEST(Prolongation, IsTheSameInSinglePrecision) {

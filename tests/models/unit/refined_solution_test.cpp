@@ -1,0 +1,69 @@
+#include "models/refined_solution.hpp"
+
+#include <array>
+#include <gtest/gtest.h>
+
+#include "tests/test_meshes.hpp"
+
+namespace livermark {
+namespace {
+
+/// On each level 1 + error, at the cost of a second; an error that is not positive is a level without a solution.
+core::Solution of_level(const core::TetraMesh &mesh, double error) {
+    core::Solution solution;
+    solution.displacement.assign(mesh.points.size(), core::Vector3(1.0 + error, 0.0, 0.0));
+    solution.strain_energy = 1.0 + error;
+    solution.solve_seconds = 1.0;
+    if (error <= 0.0)
+        solution.status = core::SolutionStatus::not_converged;
+    return solution;
+}
+
+struct Outcome {
+    core::Solution solution;
+    int num_levels = 0;
+};
+
+Outcome refine(std::array<double, 4> errors, double goal) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {1, 1, 1});
+    Outcome outcome;
+    outcome.solution = models::solve_refined(mesh, {.goal = goal, .finest_level = 3}, [&](int level) {
+        EXPECT_EQ(level, outcome.num_levels);
+        ++outcome.num_levels;
+        return of_level(mesh, errors[level]);
+    });
+    return outcome;
+}
+
+} // namespace
+
+TEST(RefinedSolution, GoesOnUntilTheErrorIsKnownToBeSmallEnough) {
+    const std::array errors{0.08, 0.04, 0.02, 0.01};
+    const auto rough = refine(errors, 0.05), fine = refine(errors, 0.008);
+    EXPECT_EQ(rough.num_levels, 3);
+    EXPECT_EQ(fine.num_levels, 4);
+    EXPECT_EQ(fine.solution.solve_seconds, 4.0);
+    EXPECT_NEAR(fine.solution.displacement[0].x(), 1.0, 1e-3);
+    EXPECT_LT(fine.solution.observed_error.value().relative_l2, rough.solution.observed_error.value().relative_l2);
+}
+
+TEST(RefinedSolution, StopsAtTheFinestLevelAndSaysWhatIsLeft) {
+    const auto outcome = refine({0.08, 0.04, 0.02, 0.01}, 1e-9);
+    EXPECT_EQ(outcome.num_levels, 4);
+    EXPECT_GT(outcome.solution.observed_error.value().relative_l2, 1e-3);
+}
+
+TEST(RefinedSolution, TakesWhatComesBeforeALevelWithoutASolution) {
+    const auto two_levels = refine({0.08, 0.04, 0.0, 0.0}, 1e-9);
+    EXPECT_EQ(two_levels.num_levels, 3);
+    EXPECT_EQ(two_levels.solution.status, core::SolutionStatus::ok);
+    EXPECT_EQ(two_levels.solution.displacement[0].x(), 1.04);
+    EXPECT_FALSE(two_levels.solution.observed_error);
+    const auto three_levels = refine({0.08, 0.04, 0.02, 0.0}, 1e-9);
+    EXPECT_TRUE(three_levels.solution.observed_error);
+    const auto none = refine({0.0, 0.0, 0.0, 0.0}, 1e-9);
+    EXPECT_EQ(none.num_levels, 1);
+    EXPECT_EQ(none.solution.status, core::SolutionStatus::not_converged);
+}
+
+} // namespace livermark
