@@ -13,8 +13,8 @@ namespace livermark::server {
 struct LiveBody {
     std::string file;                       ///< as the page named it, for messages
     std::shared_ptr<const core::Body> body; ///< of the result file
-    /// Constrains the facets on which the load case of the file prescribes no displacement in all three components, as one
-    /// constraint, and nothing else: the others are free, and nothing pulls.
+    /// Constrains the facets on which the load case of the file prescribes no displacement in all three components, as
+    /// one constraint, and nothing else: the others are free, and nothing pulls.
     core::LoadCase constrained;
 };
 

@@ -240,7 +240,9 @@ const std::vector<BadPlace> bad_places{
     {"RestOfNothing",
      "rest = true\npressure = 1.0\n[[condition]]\nrest = true",
      {"held.toml:9:", "no facet of the body is in 'the rest of the surface'"}},
-    {"PlaceBelowTheRest", "rest = true\npressure = 1.0\n[[condition]]\npatch = \"z_max\"", {"overlaps a place above it"}},
+    {"PlaceBelowTheRest",
+     "rest = true\npressure = 1.0\n[[condition]]\npatch = \"z_max\"",
+     {"overlaps a place above it"}},
     {"Nowhere", "", {"held.toml:6:", "one of 'disc', 'edge', 'patch', 'patches', 'rest'", "give one of them"}},
 };
 
