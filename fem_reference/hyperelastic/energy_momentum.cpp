@@ -108,7 +108,7 @@ double EnergyMomentum::Impl::begin_at(const std::vector<double> &displacement) {
 
 /// A parabola through the last three displacements, because velocities of stiff modes change sign from step to step.
 Unknowns EnergyMomentum::Impl::first_guess(const Motion &motion, double time_step) const {
-    const Unknowns now = Unknowns::Map(motion.displacement.data(), std::ssize(motion.displacement));
+    Unknowns now = Unknowns::Map(motion.displacement.data(), std::ssize(motion.displacement));
     if (before.size() < 3 || step_before != time_step || before.back() != now)
         return now;
     return 3.0 * before[2] - 3.0 * before[1] + before[0];
