@@ -112,7 +112,7 @@ class FrameGroups {
     template <std::uint16_t group, std::uint16_t element>
     std::vector<double> numbers(std::size_t frame, const gdcm::Tag &functional_group, std::size_t count,
                                 const char *name) {
-        const auto found = numbers_of<group, element>(of(frame, functional_group));
+        auto found = numbers_of<group, element>(of(frame, functional_group));
         if (found.size() != count || !std::ranges::all_of(found, [](double value) { return std::isfinite(value); }))
             refuse_dicom(file_, fmt::format("frame {} has no {}", frame + 1, name));
         return found;
