@@ -28,8 +28,10 @@ core::Solution solve_refined(const core::TetraMesh &mesh, const Refinement &refi
         if (best->observed_error->relative_l2 <= refinement.goal)
             break;
     }
-    if (!best)
+    if (!best) {
         best = std::move(levels.back());
+        best->solver += fmt::format(", finest of {} meshes that have a solution", levels.size());
+    }
     best->setup_seconds = setup_seconds;
     best->solve_seconds = solve_seconds;
     return std::move(*best);

@@ -52,6 +52,9 @@ void compare_motion(results::Result &result) {
     }
 }
 
+/// Relative L2 difference of two ways to the same solution; iterations leave less.
+constexpr double same_solution = 1e-6;
+
 void compare_with_reference(results::Result &result) {
     const auto &mesh = result.problem.body->mesh;
     const auto regime = result.problem.load_case.regime;
@@ -77,6 +80,9 @@ void compare_with_reference(results::Result &result) {
             results::estimate_uncertainty(mesh, reference->solution, reference->name, refined->solution, refined->name);
         if (result.reference_uncertainty->reference == refined->name)
             reference = refined;
+        // Where no finer mesh has a solution, both are that of the mesh, and nothing is known of its error.
+        if (result.reference_uncertainty->refinement_difference < same_solution)
+            result.reference_uncertainty.reset();
     }
     for (auto &model : result.models)
         if (&model != reference)
