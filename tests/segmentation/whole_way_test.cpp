@@ -56,19 +56,6 @@ double constrained_force(const results::Result &result) {
     return sum.norm();
 }
 
-/// Relative L2 distance of the references, over the nodes of the second result.
-double distance(const results::Result &from, const results::Result &to) {
-    const auto &mesh = to.problem.body->mesh;
-    const auto volumes = core::nodal_volumes(mesh);
-    double apart = 0.0, size = 0.0;
-    for (std::size_t i = 0; i < volumes.size(); ++i) {
-        const Vector3 expected = field_at(from.problem.body->mesh, reference_of(from).displacement, mesh.points[i]);
-        apart += volumes[i] * (reference_of(to).displacement[i] - expected).squaredNorm();
-        size += volumes[i] * expected.squaredNorm();
-    }
-    return std::sqrt(apart / size);
-}
-
 std::vector<Vector3> carried(const core::TetraMesh &from, const std::vector<Vector3> &field,
                              const core::TetraMesh &to) {
     std::vector<Vector3> result;
@@ -77,19 +64,30 @@ std::vector<Vector3> carried(const core::TetraMesh &from, const std::vector<Vect
     return result;
 }
 
+/// Relative L2 distance of two fields at the nodes of a mesh.
+double distance(const core::TetraMesh &mesh, const std::vector<Vector3> &field, const std::vector<Vector3> &expected) {
+    const auto volumes = core::nodal_volumes(mesh);
+    double apart = 0.0, size = 0.0;
+    for (std::size_t i = 0; i < volumes.size(); ++i) {
+        apart += volumes[i] * (field[i] - expected[i]).squaredNorm();
+        size += volumes[i] * expected[i].squaredNorm();
+    }
+    return std::sqrt(apart / size);
+}
+
+/// Of the references, over the nodes of the second result.
+double distance(const results::Result &from, const results::Result &to) {
+    const auto &mesh = to.problem.body->mesh;
+    return distance(mesh, reference_of(to).displacement,
+                    carried(from.problem.body->mesh, reference_of(from).displacement, mesh));
+}
+
 /// What a field loses on its way from the nodes of one mesh to those of the other: half of what it loses there and
 /// back.
 double interpolation_error(const results::Result &from, const results::Result &to) {
     const auto &mesh = to.problem.body->mesh, &other = from.problem.body->mesh;
     const auto &field = reference_of(to).displacement;
-    const auto back = carried(other, carried(mesh, field, other), mesh);
-    const auto volumes = core::nodal_volumes(mesh);
-    double lost = 0.0, size = 0.0;
-    for (std::size_t i = 0; i < volumes.size(); ++i) {
-        lost += volumes[i] * (back[i] - field[i]).squaredNorm();
-        size += volumes[i] * field[i].squaredNorm();
-    }
-    return 0.5 * std::sqrt(lost / size);
+    return 0.5 * distance(mesh, carried(other, carried(mesh, field, other), mesh), field);
 }
 
 /// The liver with tumours as it ships, but for its patches: their names are changed, so that the rules find them anew.
