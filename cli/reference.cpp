@@ -9,8 +9,8 @@
 #include "cli/progress.hpp"
 #include "core/units.hpp"
 #include "results/tables/table_layout.hpp"
-#include "studies/run/kept_references.hpp"
 #include "studies/run/problems.hpp"
+#include "studies/run/stored_references.hpp"
 
 namespace livermark::cli {
 
@@ -23,7 +23,7 @@ struct ReferenceOptions {
     bool only_check = false;
 };
 
-/// A solution that differs by more from the kept one is another: a thousandth of the discretisation error.
+/// A solution that differs by more from the stored one is another: a thousandth of the discretisation error.
 constexpr double largest_difference = 1e-5;
 
 std::vector<core::Problem> problems_to_keep(const ReferenceOptions &options) {
@@ -53,7 +53,7 @@ int solve_all(const ReferenceOptions &options, const std::string &command_line) 
     int num_steps = 0;
     for (const auto &problem : problems)
         for (const auto &model : models)
-            num_steps += studies::is_kept(model, problem) ? 1 : 0;
+            num_steps += studies::is_stored(model, problem) ? 1 : 0;
     studies::Steps steps(num_steps, progress);
     const auto as_text = [](double difference) {
         return std::isnan(difference) ? "-" : fmt::format("{:.1e}", difference);
@@ -61,7 +61,7 @@ int solve_all(const ReferenceOptions &options, const std::string &command_line) 
     results::Layout layout{{{"body"},
                             {"load case"},
                             {"model"},
-                            {"from kept: L2", true},
+                            {"from stored: L2", true},
                             {"reactions", true},
                             {"motion", true},
                             {"status"}},
@@ -69,19 +69,20 @@ int solve_all(const ReferenceOptions &options, const std::string &command_line) 
     bool all_is_well = true;
     for (const auto &problem : problems)
         for (const auto &model : models) {
-            if (!studies::is_kept(model, problem))
+            if (!studies::is_stored(model, problem))
                 continue;
             steps.next(fmt::format("{} / {} / {}", problem.body->name, problem.load_case.name, model.name));
-            const auto kept = studies::solve_and_keep(model, problem, options.folder, options.only_check, command_line);
+            const auto stored =
+                studies::solve_and_store(model, problem, options.folder, options.only_check, command_line);
             const bool is_same =
-                !(kept.difference > largest_difference) && !(kept.motion_difference > largest_difference);
-            const bool is_known = !std::isnan(kept.difference);
-            all_is_well =
-                all_is_well && kept.status == core::SolutionStatus::ok && is_same && (is_known || !options.only_check);
+                !(stored.difference > largest_difference) && !(stored.motion_difference > largest_difference);
+            const bool is_known = !std::isnan(stored.difference);
+            all_is_well = all_is_well && stored.status == core::SolutionStatus::ok && is_same &&
+                          (is_known || !options.only_check);
             layout.rows.push_back({problem.body->name, problem.load_case.name, model.name,
-                                   is_known ? as_text(kept.difference) : "not kept", as_text(kept.reaction_difference),
-                                   as_text(kept.motion_difference),
-                                   kept.message.empty() ? core::to_string(kept.status) : kept.message});
+                                   is_known ? as_text(stored.difference) : "not stored",
+                                   as_text(stored.reaction_difference), as_text(stored.motion_difference),
+                                   stored.message.empty() ? core::to_string(stored.status) : stored.message});
         }
     fmt::print("{}", results::to_text(layout));
     return all_is_well ? 0 : 1;
@@ -92,10 +93,10 @@ int solve_all(const ReferenceOptions &options, const std::string &command_line) 
 Command add_reference(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(
         "reference",
-        "Solve the references of large deformations and of motion and keep them, so that 'livermark run' and "
+        "Solve the references of large deformations and of motion and store them, so that 'livermark run' and "
         "'livermark score' need not; minutes for each load case");
     auto options = std::make_shared<ReferenceOptions>();
-    options->folder = studies::kept_references_folder().string();
+    options->folder = studies::stored_references_folder().string();
     command->add_option("--body", options->bodies, "Names as in 'livermark list bodies', or paths; all if left out");
     command->add_option(
         "--load-case", options->load_cases,
@@ -109,9 +110,9 @@ Command add_reference(CLI::App &parent, const std::string &command_line) {
         ->add_option("--poisson", options->poisson_ratios,
                      "Poisson's ratios of every region; as the bodies say if left out")
         ->delimiter(',');
-    command->add_option("--folder", options->folder, "Where they are kept")->capture_default_str();
+    command->add_option("--folder", options->folder, "Where they are stored")->capture_default_str();
     command->add_flag("--check", options->only_check,
-                      "Write nothing; exit status 1 if a solution is not the one that is kept");
+                      "Write nothing; exit status 1 if a solution is not the one that is stored");
     return [options, command_line] { return solve_all(*options, command_line); };
 }
 

@@ -142,7 +142,7 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
         "--no-uncertainty", options->no_uncertainty,
         "Do not solve the reference on the refined mesh: quicker, but the uncertainty of the reference stays unknown");
     command->add_flag("--solve-reference", options->solve_reference,
-                      "Solve the references of large deformations, also where their solutions are kept in "
+                      "Solve the references of large deformations, also where their solutions are stored in "
                       "results/references");
     command->add_flag("--static", options->only_static, "Leave out load cases that depend on time: quicker");
     command->add_flag(

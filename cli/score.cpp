@@ -54,7 +54,7 @@ Command add_score(CLI::App &parent, const std::string &command_line) {
         "--no-uncertainty", options->no_uncertainty,
         "Do not solve the reference on the refined mesh: quicker, but the uncertainty of the reference stays unknown");
     command->add_flag("--solve-reference", options->solve_reference,
-                      "Solve the reference of a large deformation, also where its solution is kept in "
+                      "Solve the reference of a large deformation, also where its solution is stored in "
                       "results/references");
     command->add_flag("--markdown", *markdown, "Print the table in Markdown");
     return [=] { return print_score(*options, *markdown, command_line); };

@@ -112,7 +112,7 @@ std::optional<core::Solution> read_reference(const std::filesystem::path &path, 
     if (!file.has_attribute("/", "fingerprint") || file.text("/", "fingerprint") != fingerprint(problem, model))
         return std::nullopt;
     auto solution = read_solution_group(file, only_solution, problem);
-    solution.solver = fmt::format("kept since {} (commit {}): {}", file.text("/", "created"),
+    solution.solver = fmt::format("stored since {} (commit {}): {}", file.text("/", "created"),
                                   file.text("/", "git_commit"), solution.solver);
     return solution;
 }

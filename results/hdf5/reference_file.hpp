@@ -14,7 +14,7 @@ namespace livermark::results {
 /// Numbers count with nine digits, so that machines that round differently agree.
 std::string fingerprint(const core::Problem &problem, const std::string &model);
 
-/// Where the solution of a model to a problem is kept: <folder>/<body>/<load case>.<model>.<fingerprint>.h5.
+/// Where the solution of a model to a problem is stored: <folder>/<body>/<load case>.<model>.<fingerprint>.h5.
 std::filesystem::path reference_path(const std::filesystem::path &folder, const core::Problem &problem,
                                      const std::string &model);
 
@@ -24,7 +24,8 @@ std::filesystem::path reference_path(const std::filesystem::path &folder, const 
 void write_reference(const std::filesystem::path &path, const core::Solution &solution, const core::Problem &problem,
                      const std::string &model, const Provenance &provenance);
 
-/// Reads what write_reference wrote. The solver of the solution says that it was kept, since when and of which commit.
+/// Reads what write_reference wrote. The solver of the solution says that it was stored, since when and of which
+/// commit.
 /// @return nothing if there is no such file, or if it is of something else
 /// @throws support::InputError if it is damaged
 std::optional<core::Solution> read_reference(const std::filesystem::path &path, const core::Problem &problem,

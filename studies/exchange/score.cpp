@@ -7,7 +7,7 @@
 #include "results/provenance.hpp"
 #include "studies/exchange/formats/outside_solution.hpp"
 #include "studies/run/benchmark_case.hpp"
-#include "studies/run/kept_references.hpp"
+#include "studies/run/stored_references.hpp"
 #include "studies/run/output_folder.hpp"
 #include "studies/run/prepared_models.hpp"
 #include "studies/run/problems.hpp"
@@ -39,7 +39,7 @@ core::Model outside_model(const ScoreOptions &options, const std::vector<core::V
 Score score(const ScoreOptions &options, const std::string &command_line, const ProgressReport &report) {
     auto models = choose_models(options.models, {}, !options.no_uncertainty);
     if (!options.solve_reference)
-        use_kept_references(models, kept_references_folder());
+        use_stored_references(models, stored_references_folder());
     for (const auto &model : models)
         if (model.name == options.name)
             throw support::InputError(

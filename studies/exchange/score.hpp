@@ -19,7 +19,7 @@ struct ScoreOptions {
     std::vector<std::string> models{std::string(models::baseline_model)};
     std::string output; ///< folder for <body>/<load case>.<name>.h5
     bool no_uncertainty = false;
-    bool solve_reference = false; ///< also where a solution is kept
+    bool solve_reference = false; ///< also where a solution is stored
 };
 
 /// The comparison, the file that it is in, and what a user should know of the input.

@@ -20,7 +20,7 @@ struct RunOptions {
     std::string calibration;            ///< a file; none if empty
     std::string output;
     bool no_uncertainty = false;
-    bool solve_reference = false; ///< also where a solution is kept
+    bool solve_reference = false; ///< also where a solution is stored
     bool only_static = false;
     bool resume = false;
     std::optional<int> jobs; ///< load cases side by side, >= 1; as many as there are cores and memory for if not given

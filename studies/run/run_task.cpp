@@ -9,7 +9,7 @@
 
 #include "results/hdf5/calibration_file.hpp"
 #include "studies/run/benchmark_case.hpp"
-#include "studies/run/kept_references.hpp"
+#include "studies/run/stored_references.hpp"
 #include "studies/run/output_folder.hpp"
 #include "support/input_error.hpp"
 #include "support/mpi_session.hpp"
@@ -86,7 +86,7 @@ RunTask prepare_on_this_rank(const RunOptions &options) {
     std::ranges::move(yielded_places(task.problems), std::back_inserter(task.notes));
     std::ranges::move(sentences(task.left_out), std::back_inserter(task.notes));
     if (!options.solve_reference)
-        use_kept_references(task.models, kept_references_folder());
+        use_stored_references(task.models, stored_references_folder());
     if (support::mpi_rank() == 0) {
         for (const auto &problem : task.problems)
             for (const auto &model : task.models)

@@ -1,14 +1,14 @@
-# Solves one of the references that are kept again, another one every day, and fails if it is not what is kept.
-# usage: cmake -DLIVERMARK=<program> -DSOURCE_DIR=<top of the repository> -P kept_reference_of_today.cmake
+# Solves one of the references that are stored again, another one every day, and fails if it is not what is stored.
+# usage: cmake -DLIVERMARK=<program> -DSOURCE_DIR=<top of the repository> -P stored_reference_of_today.cmake
 cmake_minimum_required(VERSION 3.25)
-file(GLOB kept ${SOURCE_DIR}/results/references/*/*.fem_p2p1_neo_hookean.*.h5)
-list(LENGTH kept num_kept)
-if(num_kept EQUAL 0)
-  message(FATAL_ERROR "no reference is kept in results/references; run `livermark reference`")
+file(GLOB stored ${SOURCE_DIR}/results/references/*/*.fem_p2p1_neo_hookean.*.h5)
+list(LENGTH stored num_stored)
+if(num_stored EQUAL 0)
+  message(FATAL_ERROR "no reference is stored in results/references; run `livermark reference`")
 endif()
 string(TIMESTAMP day "%s" UTC)
-math(EXPR number "${day} / 86400 % ${num_kept}")
-list(GET kept ${number} file)
+math(EXPR number "${day} / 86400 % ${num_stored}")
+list(GET stored ${number} file)
 cmake_path(GET file PARENT_PATH body)
 cmake_path(GET body FILENAME body)
 cmake_path(GET file STEM load_case)

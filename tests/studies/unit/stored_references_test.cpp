@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "results/hdf5/reference_file.hpp"
-#include "studies/run/kept_references.hpp"
+#include "studies/run/stored_references.hpp"
 #include "support/input_error.hpp"
 #include "tests/test_meshes.hpp"
 
@@ -43,61 +43,61 @@ core::Problem let_go() {
     return problem;
 }
 
-core::Model model_to_keep(const std::string &wanted) {
+core::Model model_to_store(const std::string &wanted) {
     for (auto &model : studies::models_to_keep())
         if (model.name == wanted)
             return model;
-    throw std::logic_error(wanted + " is not kept");
+    throw std::logic_error(wanted + " is not stored");
 }
 
-class KeptReferences : public testing::Test {
+class StoredReferences : public testing::Test {
   protected:
     void SetUp() override { fs::create_directories(folder); }
     void TearDown() override { fs::remove_all(folder); }
 
     core::Solution solve_with_kept(const core::Problem &problem, const std::string &model = name) const {
-        std::vector<core::Model> models{model_to_keep(model)};
-        studies::use_kept_references(models, folder);
+        std::vector<core::Model> models{model_to_store(model)};
+        studies::use_stored_references(models, folder);
         return models.front().solve(problem);
     }
 
-    fs::path folder = fs::path(testing::TempDir()) / "livermark_kept_references" /
+    fs::path folder = fs::path(testing::TempDir()) / "livermark_stored_references" /
                       testing::UnitTest::GetInstance()->current_test_info()->name(); // several run at a time
     core::Problem problem = pulled();
 };
 
-TEST_F(KeptReferences, AreReadWhereTheyFitAndSaySo) {
+TEST_F(StoredReferences, AreReadWhereTheyFitAndSaySo) {
     const auto solved = solve_with_kept(problem);
-    EXPECT_EQ(solved.solver.find("kept since"), std::string::npos);
-    const auto kept = studies::solve_and_keep(model_to_keep(name), problem, folder, false, "test");
-    EXPECT_EQ(kept.status, core::SolutionStatus::ok);
+    EXPECT_EQ(solved.solver.find("stored since"), std::string::npos);
+    const auto stored = studies::solve_and_store(model_to_store(name), problem, folder, false, "test");
+    EXPECT_EQ(stored.status, core::SolutionStatus::ok);
     EXPECT_EQ(studies::count_kept({problem}, name, folder), 1);
     const auto read = solve_with_kept(problem);
-    EXPECT_TRUE(read.solver.starts_with("kept since 20")) << read.solver;
+    EXPECT_TRUE(read.solver.starts_with("stored since 20")) << read.solver;
     EXPECT_EQ(read.displacement, solved.displacement);
     EXPECT_EQ(read.reaction, solved.reaction);
     ASSERT_EQ(read.path.size(), 2U);
     EXPECT_EQ(read.path.front().displacement, solved.path.front().displacement);
 }
 
-/// Of a motion the probes are kept, and the model that judges motion is kept where something moves.
-TEST_F(KeptReferences, HoldTheMotionOfTheProbes) {
-    const auto model = model_to_keep("fem_p2_neo_hookean");
+/// Of a motion the probes are stored, and the model that judges motion is stored where something moves.
+TEST_F(StoredReferences, HoldTheMotionOfTheProbes) {
+    const auto model = model_to_store("fem_p2_neo_hookean");
     const auto moving = let_go();
-    EXPECT_FALSE(studies::is_kept(model, problem));
-    ASSERT_TRUE(studies::is_kept(model, moving));
+    EXPECT_FALSE(studies::is_stored(model, problem));
+    ASSERT_TRUE(studies::is_stored(model, moving));
     const auto solved = solve_with_kept(moving, model.name);
     ASSERT_TRUE(solved.history);
     EXPECT_EQ(solved.history->frames.size(), 6 * moving.body->mesh.points.size());
-    studies::solve_and_keep(model, moving, folder, false, "test");
+    studies::solve_and_store(model, moving, folder, false, "test");
     const auto read = solve_with_kept(moving, model.name);
-    EXPECT_TRUE(read.solver.starts_with("kept since 20")) << read.solver;
+    EXPECT_TRUE(read.solver.starts_with("stored since 20")) << read.solver;
     ASSERT_TRUE(read.history);
     EXPECT_EQ(read.history->time, solved.history->time);
     EXPECT_EQ(read.history->displacement, solved.history->displacement);
     EXPECT_EQ(read.history->strain_energy, solved.history->strain_energy);
     EXPECT_TRUE(read.history->frames.empty());
-    EXPECT_EQ(studies::solve_and_keep(model, moving, folder, true, "test").motion_difference, 0.0);
+    EXPECT_EQ(studies::solve_and_store(model, moving, folder, true, "test").motion_difference, 0.0);
 
     auto longer = moving;
     longer.load_case.release->num_steps = 6;
@@ -107,7 +107,7 @@ TEST_F(KeptReferences, HoldTheMotionOfTheProbes) {
     EXPECT_NE(results::fingerprint(longer, model.name), results::fingerprint(moving, model.name));
 }
 
-TEST_F(KeptReferences, AreNotTakenForAnotherProblem) {
+TEST_F(StoredReferences, AreNotTakenForAnotherProblem) {
     const auto before = results::fingerprint(problem, name);
     const auto changed = [&](const std::function<void(core::Body &, core::LoadCase &)> &change) {
         auto body = *problem.body;
@@ -125,21 +125,21 @@ TEST_F(KeptReferences, AreNotTakenForAnotherProblem) {
     EXPECT_NE(results::fingerprint(problem, "another_model"), before);
 }
 
-TEST_F(KeptReferences, AreComparedWhenTheyAreChecked) {
-    const auto model = model_to_keep(name);
-    EXPECT_TRUE(std::isnan(studies::solve_and_keep(model, problem, folder, true, "test").difference));
+TEST_F(StoredReferences, AreComparedWhenTheyAreChecked) {
+    const auto model = model_to_store(name);
+    EXPECT_TRUE(std::isnan(studies::solve_and_store(model, problem, folder, true, "test").difference));
     EXPECT_EQ(studies::count_kept({problem}, name, folder), 0);
     auto wrong = model.solve(problem);
     wrong.displacement.back() *= 1.5;
     const auto file = results::reference_path(folder, problem, name);
     fs::create_directories(file.parent_path());
     results::write_reference(file, wrong, problem, name, {});
-    EXPECT_GT(studies::solve_and_keep(model, problem, folder, true, "test").difference, 1e-3);
-    studies::solve_and_keep(model, problem, folder, false, "test");
-    EXPECT_LT(studies::solve_and_keep(model, problem, folder, true, "test").difference, 1e-9);
+    EXPECT_GT(studies::solve_and_store(model, problem, folder, true, "test").difference, 1e-3);
+    studies::solve_and_store(model, problem, folder, false, "test");
+    EXPECT_LT(studies::solve_and_store(model, problem, folder, true, "test").difference, 1e-9);
 }
 
-TEST_F(KeptReferences, ThatAreDamagedAreRefused) {
+TEST_F(StoredReferences, ThatAreDamagedAreRefused) {
     const auto file = results::reference_path(folder, problem, name);
     fs::create_directories(file.parent_path());
     std::ofstream(file) << "no HDF5";

@@ -1,4 +1,4 @@
-#include "studies/run/kept_references.hpp"
+#include "studies/run/stored_references.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -46,7 +46,7 @@ bool is_there(const std::filesystem::path &folder, const core::Problem &problem,
     return std::filesystem::exists(results::reference_path(folder, problem, model), nobody_cares);
 }
 
-/// Reads what is kept and prepares the model for the rest when there is one.
+/// Reads what is stored and prepares the model for the rest when there is one.
 class PreparedReference : public core::PreparedModel {
   public:
     PreparedReference(core::Model model, std::shared_ptr<const core::Body> body, std::filesystem::path folder)
@@ -56,8 +56,8 @@ class PreparedReference : public core::PreparedModel {
         std::vector<core::Solution> solutions;
         for (const auto &load_case : load_cases) {
             const core::Problem problem{body_, load_case};
-            if (auto kept = is_kept(model_, problem) ? read(problem) : std::nullopt) {
-                solutions.push_back(std::move(*kept));
+            if (auto stored = is_stored(model_, problem) ? read(problem) : std::nullopt) {
+                solutions.push_back(std::move(*stored));
                 continue;
             }
             if (!prepared_)
@@ -80,7 +80,7 @@ class PreparedReference : public core::PreparedModel {
 
 } // namespace
 
-bool is_kept(const core::Model &model, const core::Problem &problem) {
+bool is_stored(const core::Model &model, const core::Problem &problem) {
     if (!model.takes_part_in(problem))
         return false;
     if (refines_motion(model))
@@ -89,22 +89,22 @@ bool is_kept(const core::Model &model, const core::Problem &problem) {
            (judges_large_deformations(model) || (judges_large_motion(model) && problem.load_case.release));
 }
 
-std::filesystem::path kept_references_folder() {
+std::filesystem::path stored_references_folder() {
     return support::root_folder() / "results" / "references";
 }
 
-void use_kept_references(std::vector<core::Model> &models, const std::filesystem::path &folder) {
+void use_stored_references(std::vector<core::Model> &models, const std::filesystem::path &folder) {
     for (auto &model : models)
         if (can_be_kept(model)) {
-            auto kept = model;
-            kept.prepare = [model, folder](const std::shared_ptr<const core::Body> &body, const core::LoadCase *) {
+            auto stored = model;
+            stored.prepare = [model, folder](const std::shared_ptr<const core::Body> &body, const core::LoadCase *) {
                 return std::make_unique<PreparedReference>(model, body, folder);
             };
             if (refines_motion(model))
-                kept.is_wanted = [name = model.name, folder](const core::Problem &problem) {
+                stored.is_wanted = [name = model.name, folder](const core::Problem &problem) {
                     return is_there(folder, problem, name);
                 };
-            model = std::move(kept);
+            model = std::move(stored);
         }
 }
 
@@ -115,26 +115,26 @@ int count_kept(const std::vector<core::Problem> &problems, const std::string &mo
     }));
 }
 
-KeptSolution solve_and_keep(const core::Model &model, const core::Problem &problem, const std::filesystem::path &folder,
-                            bool only_check, const std::string &command_line) {
+StoredSolution solve_and_store(const core::Model &model, const core::Problem &problem,
+                               const std::filesystem::path &folder, bool only_check, const std::string &command_line) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     const auto file = results::reference_path(folder, problem, model.name);
     const auto before = results::read_reference(file, problem, model.name);
     const auto solution = model.solve(problem);
-    KeptSolution kept{file, solution.status, solution.message, nan, nan, nan};
+    StoredSolution stored{file, solution.status, solution.message, nan, nan, nan};
     if (before && solution.status == core::SolutionStatus::ok) {
-        const auto comparison = core::compare(problem.body->mesh, solution, *before, "kept");
-        kept.difference = comparison.relative_l2;
-        kept.reaction_difference = comparison.reaction_error;
+        const auto comparison = core::compare(problem.body->mesh, solution, *before, "stored");
+        stored.difference = comparison.relative_l2;
+        stored.reaction_difference = comparison.reaction_error;
         if (solution.history && before->history)
-            kept.motion_difference = core::compare(*solution.history, *before->history, "kept").relative_l2;
+            stored.motion_difference = core::compare(*solution.history, *before->history, "stored").relative_l2;
     }
     if (only_check || solution.status != core::SolutionStatus::ok)
-        return kept;
+        return stored;
     std::error_code fault;
     std::filesystem::create_directories(file.parent_path(), fault);
     results::write_reference(file, solution, problem, model.name, results::current_provenance(command_line));
-    return kept;
+    return stored;
 }
 
 std::vector<core::Model> models_to_keep() {
