@@ -66,6 +66,34 @@ ObservedError observed_error(const TetraMesh &mesh, std::span<const Solution> le
             .reaction = std::isnan(second_step.reaction_error) ? 0.0 : share * second_step.reaction_error};
 }
 
+ObservedError observed_error_on_path(const TetraMesh &mesh, std::span<const Solution> levels, std::size_t chosen,
+                                     std::span<const double> path) {
+    require_three(levels.size());
+    const std::size_t first = levels.size() - 3;
+    std::size_t num_points = path.size();
+    for (const auto &level : levels.subspan(first))
+        num_points = std::min(num_points, level.path.size());
+    if (num_points == 0 || chosen < first || chosen >= levels.size())
+        throw std::invalid_argument("a level has no point of the path in common with the others");
+    std::vector<Solution> there(3);
+    for (std::size_t l = 0; l < there.size(); ++l) {
+        const auto &point = levels[first + l].path[num_points - 1];
+        for (const auto &displacement : point.displacement)
+            there[l].displacement.push_back(displacement.cast<double>());
+        there[l].reaction = point.reaction;
+        there[l].strain_energy = point.strain_energy;
+    }
+    auto error = observed_error(mesh, there);
+    for (std::size_t l = chosen - first; l < 2; ++l) {
+        const auto step = compare(mesh, there[l], there[l + 1], "the next mesh");
+        error.relative_l2 += step.relative_l2;
+        error.energy += std::abs(step.energy_error);
+        error.reaction += std::isnan(step.reaction_error) ? 0.0 : step.reaction_error;
+    }
+    error.load_fraction = path[num_points - 1];
+    return error;
+}
+
 Solution extrapolated(const TetraMesh &mesh, std::span<const Solution> levels) {
     auto error = observed_error(mesh, levels);
     const auto last = levels.last(3);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 
 #include "core/solution.hpp"
@@ -13,6 +14,16 @@ namespace livermark::core {
 /// @param levels  at least three, each on a finer mesh than the one before, status ok; r is from the last three
 /// @throws std::invalid_argument if there are fewer
 ObservedError observed_error(const TetraMesh &mesh, std::span<const Solution> levels);
+
+/// The same part of the way to the whole load, where finer meshes come no further: at the last point of
+/// LoadCase::path that all levels have. What is left after level c is the sum of the differences from there on, and of
+/// what is left after the last of them.
+/// @param levels  the last three count; all have a point of the path
+/// @param chosen  c, one of the last three
+/// @param path    LoadCase::path
+/// @throws std::invalid_argument if there are fewer than three, or one has no point
+ObservedError observed_error_on_path(const TetraMesh &mesh, std::span<const Solution> levels, std::size_t chosen,
+                                     std::span<const double> path);
 
 /// The same of the motion of probes. No order better than the first is believed: at rims there is none, and refinement
 /// there leaves the rest of the mesh as it is.

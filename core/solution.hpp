@@ -63,6 +63,8 @@ struct ObservedError {
     double relative_l2 = 0.0; ///< estimated error of the displacement, in the norm of core::Comparison
     double energy = 0.0;      ///< estimated, of the strain energy, relative, not signed
     double reaction = 0.0;    ///< estimated, of the reactions, as in core::Comparison
+    /// Where it was observed, in parts of the load: below 1 where finer meshes have no solution to the whole of it.
+    double load_fraction = 1.0;
 
     bool operator==(const ObservedError &) const = default;
 };

@@ -1,37 +1,63 @@
 #include "models/refined_solution.hpp"
 
+#include <cstddef>
 #include <fmt/format.h>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "core/observed_error.hpp"
 
 namespace livermark::models {
 
-core::Solution solve_refined(const core::TetraMesh &mesh, const Refinement &refinement,
+namespace {
+
+constexpr std::size_t enough_levels = 3; ///< to observe an order
+
+/// The finest of the levels that have a solution, and its error where three levels have come to.
+/// @param levels     the first num_solved have a solution, the others a part of the path
+core::Solution finest_solved(const core::TetraMesh &mesh, std::span<const double> path,
+                             std::vector<core::Solution> levels, std::size_t num_solved) {
+    auto best = levels[num_solved - 1];
+    best.solver += fmt::format(", finest of {} meshes that have a solution", num_solved);
+    if (levels.size() >= enough_levels) {
+        best.observed_error = core::observed_error_on_path(mesh, levels, num_solved - 1, path);
+        best.solver +=
+            fmt::format(", error observed at {:.0f} % of the load", 100.0 * best.observed_error->load_fraction);
+    }
+    return best;
+}
+
+} // namespace
+
+core::Solution solve_refined(const core::TetraMesh &mesh, std::span<const double> path, const Refinement &refinement,
                              const std::function<core::Solution(int level)> &solve) {
     std::vector<core::Solution> levels;
+    std::size_t num_solved = 0;
     std::optional<core::Solution> best;
     double setup_seconds = 0.0, solve_seconds = 0.0;
     for (int level = 0; level <= refinement.finest_level; ++level) {
         auto solution = solve(level);
         setup_seconds += solution.setup_seconds;
         solve_seconds += solution.solve_seconds;
-        const bool is_solved = solution.status == core::SolutionStatus::ok;
-        if (is_solved || levels.empty())
+        const bool is_solved = solution.status == core::SolutionStatus::ok && num_solved == levels.size();
+        if (is_solved || levels.empty() || (!best && !solution.path.empty()))
             levels.push_back(std::move(solution));
-        if (!is_solved)
+        else
             break;
-        if (levels.size() < 3)
+        if (is_solved)
+            ++num_solved;
+        if (num_solved == 0 || (num_solved < levels.size() && levels.size() >= enough_levels))
+            break;
+        if (num_solved < enough_levels)
             continue;
         best = core::extrapolated(mesh, levels);
         best->solver += fmt::format(", finest of {} meshes, extrapolated", levels.size());
         if (best->observed_error->relative_l2 <= refinement.goal)
             break;
     }
-    if (!best) {
-        best = std::move(levels.back());
-        best->solver += fmt::format(", finest of {} meshes that have a solution", levels.size());
-    }
+    if (!best)
+        best = num_solved == 0 ? std::move(levels.front()) : finest_solved(mesh, path, std::move(levels), num_solved);
     best->setup_seconds = setup_seconds;
     best->solve_seconds = solve_seconds;
     return std::move(*best);

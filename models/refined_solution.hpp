@@ -1,8 +1,7 @@
 #pragma once
 
 #include <functional>
-#include <optional>
-#include <vector>
+#include <span>
 
 #include "core/solution.hpp"
 #include "core/tetra_mesh.hpp"
@@ -16,13 +15,15 @@ struct Refinement {
 };
 
 /// Solves on the mesh, and on meshes that are finer and finer, at least three, until the error is known to be below the
-/// goal; see core::extrapolated(). A level without a solution ends it: what comes before is the answer then, without an
-/// observed error if there are fewer than three.
+/// goal; see core::extrapolated(). A level without a solution ends it: what comes before is the solution then. If those
+/// are fewer than three, their error is observed where three levels have come to on the way to the whole load, see
+/// core::observed_error_on_path(), and unknown if they have come nowhere.
 /// @param mesh   whose nodes solutions are given at
+/// @param path   LoadCase::path
 /// @param solve  the solution on the mesh that is refined so often, at the nodes of the mesh; asked for in ascending
 ///   order
 /// @return with the seconds of all levels
-core::Solution solve_refined(const core::TetraMesh &mesh, const Refinement &refinement,
+core::Solution solve_refined(const core::TetraMesh &mesh, std::span<const double> path, const Refinement &refinement,
                              const std::function<core::Solution(int level)> &solve);
 
 } // namespace livermark::models

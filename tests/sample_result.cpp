@@ -126,7 +126,7 @@ results::Result sample_result(int num_bricks) {
     const core::TetraMesh &mesh = result.problem.body->mesh;
     const core::Release &release = *result.problem.load_case.release;
     core::Solution reference = stretched(result.problem, 0.01);
-    reference.observed_error = core::ObservedError{1.1, 0.004, 0.003, 0.002, 0.001};
+    reference.observed_error = core::ObservedError{1.1, 0.004, 0.003, 0.002, 0.001, 0.6};
     reference.path = path_to(reference, result.problem.load_case.path);
     reference.history = swinging(release, mesh.num_nodes(), 0.01);
     reference.history->observed_error = core::ObservedMotionError{1.2, 0.04, 0.03};

@@ -69,7 +69,7 @@ core::Solution solve_at_rims(const core::Problem &problem, const std::string &la
                              const Discretisation &discretisation) {
     const auto num_nodes = problem.body->mesh.points.size();
     auto refined = problem;
-    return solve_refined(problem.body->mesh, refinement, [&](int level) {
+    return solve_refined(problem.body->mesh, problem.load_case.path, refinement, [&](int level) {
         if (level > 0)
             refined = core::refine_at_rims(refined).problem;
         auto solution = solve(refined, law, discretisation);

@@ -103,6 +103,8 @@ core::Solution read_solution_group(const InputFile &file, const std::string &mod
                                    .relative_l2 = file.number(group, "observed_l2"),
                                    .energy = file.number(group, "observed_energy"),
                                    .reaction = file.number(group, "observed_reaction")};
+    if (file.has_attribute(group, "observed_load_fraction")) // files of earlier versions have none
+        solution.observed_error.value().load_fraction = file.number(group, "observed_load_fraction");
     solution.displacement = file.dataset<core::Vector3>(group + "/displacement", num_nodes);
     solution.reaction = file.dataset<core::Vector3>(group + "/reaction", problem.load_case.constraint_names.size());
     if (file.texts(group + "/reaction", "patches") != problem.load_case.constraint_names)

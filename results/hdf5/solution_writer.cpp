@@ -94,6 +94,7 @@ void write_solution_group(hdf5::OutputFile &file, const std::string &model, cons
         file.number(group, "observed_l2", error->relative_l2);
         file.number(group, "observed_energy", error->energy);
         file.number(group, "observed_reaction", error->reaction);
+        file.number(group, "observed_load_fraction", error->load_fraction);
     }
     file.dataset(group + "/displacement", solution.displacement, "m");
     file.dataset(group + "/reaction", solution.reaction, "N");

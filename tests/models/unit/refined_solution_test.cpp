@@ -2,6 +2,7 @@
 
 #include <array>
 #include <gtest/gtest.h>
+#include <vector>
 
 #include "tests/test_meshes.hpp"
 
@@ -26,8 +27,9 @@ struct Outcome {
 
 Outcome refine(std::array<double, 4> errors, double goal) {
     const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {1, 1, 1});
+    const std::vector<double> path{0.5, 1.0};
     Outcome outcome;
-    outcome.solution = models::solve_refined(mesh, {.goal = goal, .finest_level = 3}, [&](int level) {
+    outcome.solution = models::solve_refined(mesh, path, {.goal = goal, .finest_level = 3}, [&](int level) {
         EXPECT_EQ(level, outcome.num_levels);
         ++outcome.num_levels;
         return of_level(mesh, errors[level]);
@@ -64,6 +66,28 @@ TEST(RefinedSolution, TakesWhatComesBeforeALevelWithoutASolution) {
     const auto none = refine({0.0, 0.0, 0.0, 0.0}, 1e-9);
     EXPECT_EQ(none.num_levels, 1);
     EXPECT_EQ(none.solution.status, core::SolutionStatus::not_converged);
+}
+
+/// The path of the levels that have no solution to the whole load ends at a half of it.
+TEST(RefinedSolution, HasAnErrorThatIsObservedWhereThreeLevelsHaveComeTo) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {1, 1, 1});
+    constexpr std::array errors{0.08, 0.04, 0.02};
+    for (const int num_whole : {1, 2}) {
+        const auto solution =
+            models::solve_refined(mesh, std::vector{0.5, 1.0}, {.goal = 0.01, .finest_level = 3}, [&](int level) {
+                auto result = of_level(mesh, level < num_whole ? errors.at(level) : 0.0);
+                result.path.resize(level < num_whole ? 2 : 1);
+                for (auto &point : result.path)
+                    point.displacement.assign(mesh.points.size(),
+                                              Eigen::Vector3f(static_cast<float>(1.0 + errors.at(level)), 0.0F, 0.0F));
+                return result;
+            });
+        EXPECT_EQ(solution.status, core::SolutionStatus::ok);
+        EXPECT_NEAR(solution.displacement[0].x(), 1.0 + errors.at(num_whole - 1), 1e-12);
+        ASSERT_TRUE(solution.observed_error);
+        EXPECT_EQ(solution.observed_error->load_fraction, 0.5);
+        EXPECT_NEAR(solution.observed_error->relative_l2, errors.at(num_whole - 1), 0.004);
+    }
 }
 
 } // namespace livermark
