@@ -23,10 +23,12 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 /// Reads a load case and puts it on a mesh.
 ///
 ///     title = "what a surgeon or engineer recognises"
-///     regime = "large"                        # surgical size, judged by hyperelasticity; or "small", which it is if
-///     left out path = [0.2, 0.4, 0.6, 0.8, 1.0]        # of a large one: parts of the loads at which solutions are
-///     kept; may be left out target_peak_displacement = 0.002        # [m] scale_to_target = true                  #
-///     may be left out: what drives is multiplied until the linear baseline
+///     regime = "large"                        # surgical size, judged by hyperelasticity; or "small", as it is if
+///                                             # this is left out
+///     path = [0.2, 0.4, 0.6, 0.8, 1.0]        # of a large one: parts of the loads at which solutions are stored;
+///                                             # may be left out
+///     target_peak_displacement = 0.002        # [m]
+///     scale_to_target = true                  # may be left out: what drives is multiplied until the linear baseline
 ///                                             # reaches the target; that is for who solves, not done here
 ///     acceleration = [0.0, 0.0, 0.0]          # [m/s^2], may be left out
 ///     [[condition]]                           # where: one of the keys of selectors/, such as
