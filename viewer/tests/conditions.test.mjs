@@ -19,7 +19,7 @@ const count = (colours, is) => colours.filter(is).length;
 
 test('the key names what the load case prescribes, with its size', async () => {
   const lines = await all.page.locator('#conditions li').allTextContents();
-  assert.deepEqual(lines, ['Held: x min', 'Moved: z max; longest arrow 1.00 mm', 'Traction: x max; longest arrow 120 Pa', 'Weight: 9.81 m/s² to feet']);
+  assert.deepEqual(lines, ['Constrained: x min', 'Moved: z max; longest arrow 1.00 mm', 'Traction: x max; longest arrow 120 Pa', 'Weight: 9.81 m/s² to feet']);
 });
 
 test('patterns and arrows are drawn where something is prescribed, and only if they are asked for', async () => {
@@ -52,9 +52,9 @@ test('a node says what is prescribed around it, in the numbers of the file', asy
   const said = await all.page.locator('#node .prescribed').textContent();
   assert.match(said, /traction \(([^)]*)\) Pa, 120 Pa \(x max\)/);
   said.match(/traction \(([^)]*)\) Pa/)[1].split(', ').forEach((number, i) => assert.ok(Math.abs(shown(number) - values[facet][i]) < 0.5));
-  const held = kinds.findIndex((kind, t) => kind === 1 && values[t].every((x) => x === 0));
-  await choose(triangles[held][0]);
-  assert.match(await all.page.locator('#node .prescribed').textContent(), /held \(x min\)/);
+  const constrained = kinds.findIndex((kind, t) => kind === 1 && values[t].every((x) => x === 0));
+  await choose(triangles[constrained][0]);
+  assert.match(await all.page.locator('#node .prescribed').textContent(), /constrained \(x min\)/);
 });
 
 test('strain is that of the displacement gradient', async () => {
@@ -125,4 +125,37 @@ test('lesions have their names in glass', async () => {
   await frames(all.page);
   assert.equal((await named()).filter((name) => name === 'tumour').length, 2);
   assert.match(await all.page.locator('#about').textContent(), /Inside: tumour \(\d+(\.\d+)? mL\)/);
+});
+
+test('a cut names the lesions that it meets, and no others', async () => {
+  const named = async () => (await all.page.locator('#stage .overlay text').allTextContents()).filter((name) => name === 'tumour').length;
+  await andDraw(all.page, () => all.page.locator('#exaggeration').fill('0'));
+  const points = dataset('mesh/points'), tetrahedra = dataset('mesh/tetrahedra'), region = dataset('mesh/region');
+  const inside = tetrahedra.filter((_, t) => region[t] === 1).flat().map((node) => points[node]);
+  assert.ok(inside.length > 0);
+  let numTried = 0;
+  for (const axis of ['x', 'y', 'z']) {
+    await andDraw(all.page, () => all.page.selectOption('#cut_axis', axis));
+    const along = inside.map((point) => point['xyz'.indexOf(axis)]);
+    const [low, high] = [Math.min(...along), Math.max(...along)];
+    const at = async () => Number((await all.page.locator('#cut_at').textContent()).match(/= (\S+) mm/)[1]) / 1000;
+    const moveTo = async (step) => {
+      await andDraw(all.page, () => all.page.locator('#cut_place').fill(String(step)));
+      await frames(all.page);
+    };
+    const most = Number(await all.page.locator('#cut_place').getAttribute('max'));
+    await moveTo(0);
+    const start = await at();
+    await moveTo(most);
+    const end = await at();
+    const cutAt = (place) => moveTo(Math.round((most * (place - start)) / (end - start)));
+    if (high - low < (3 * (end - start)) / most) continue; // thinner than steps of the slider
+    numTried++;
+    await cutAt((low + high) / 2);
+    assert.ok((await at()) > low && (await at()) < high, `${axis} = ${await at()} is in the lesion`);
+    assert.equal(await named(), 2, `both sides name it at ${axis} = ${await at()}`);
+    await cutAt(low - start > end - high ? (start + low) / 2 : (high + end) / 2);
+    assert.equal(await named(), 0, `${axis} = ${await at()} misses it`);
+  }
+  assert.ok(numTried > 0);
 });

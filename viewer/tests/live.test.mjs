@@ -10,7 +10,7 @@ import { bodyOf, frameOf, noReplay, playNatively } from './springs.mjs';
 
 let shipped, server, browser, page;
 const file = 'liver_tumours/palpation.h5';
-const loose = 'liver_tumours/loose.h5'; // held nowhere
+const loose = 'liver_tumours/loose.h5'; // constrained nowhere
 
 before(async () => {
   shipped = shippedFolder('liver_tumours');
@@ -285,7 +285,7 @@ test('finite elements answer the same forces, and the springs of the server can 
   await above('indentation', 0.001);
 });
 
-test('a body that is held nowhere stays in the comparison, with a sentence', async () => {
+test('a body that is constrained nowhere stays in the comparison, with a sentence', async () => {
   await openPage({}, `${server.address}#${encodeURIComponent(loose)}`);
   await page.waitForSelector('#stage[data-drawn]');
   await page.check('#mode [value=live]', { force: true });

@@ -81,7 +81,7 @@ test('while it pauses it does nothing', async () => {
   assert.equal(await live.value('steps'), 1);
 });
 
-test('a tool that is held still lets the body come to rest as well, and FEM has then answered the forces of that rest', async () => {
+test('a tool that keeps still lets the body come to rest as well, and FEM has then answered the forces of that rest', async () => {
   await live.goLive();
   await live.set('alpha', '60');
   await live.page.check('#live-fem');

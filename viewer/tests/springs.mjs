@@ -64,7 +64,7 @@ export async function bodyOf(path) {
     youngModulus: values('materials/young_modulus'),
     poissonRatio: values('materials/poisson_ratio'),
     triangles: values('mesh/boundary_triangles'),
-    held: condition.map((kind, f) => Number(kind === 1 && value.slice(3 * f, 3 * f + 3).every((x) => x === 0))),
+    constrained: condition.map((kind, f) => Number(kind === 1 && value.slice(3 * f, 3 * f + 3).every((x) => x === 0))),
   };
   file.close();
   return body;
@@ -72,7 +72,7 @@ export async function bodyOf(path) {
 
 const bodyNumbers = (b) => [
   b.points.length / 3, b.tetrahedra.length / 4, b.density.length, b.triangles.length / 3,
-  ...[b.points, b.tetrahedra, b.region, b.density, b.youngModulus, b.poissonRatio, b.triangles, b.held].flat(),
+  ...[b.points, b.tetrahedra, b.region, b.density, b.youngModulus, b.poissonRatio, b.triangles, b.constrained].flat(),
 ];
 const rowNumbers = (row, laws) => {
   const alone = { reset: 3, keep: 4, undo: 5 }[row.kind];

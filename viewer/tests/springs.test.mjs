@@ -1,4 +1,4 @@
-// The springs of the live page: in WebAssembly they move as natively, to the last bit, and they bear what hands do.
+// The springs of the live page: in WebAssembly they move as natively, to the last bit, and they bear what tools do.
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
@@ -37,14 +37,14 @@ function randomNumbers(seed) {
 function touchable(body) {
   const normals = new Map();
   const at = (node) => body.points.slice(3 * node, 3 * node + 3);
-  const heldNodes = new Set(body.triangles.filter((_, i) => body.held[Math.floor(i / 3)]));
-  for (let t = 0; t < body.held.length; t++) {
+  const constrainedNodes = new Set(body.triangles.filter((_, i) => body.constrained[Math.floor(i / 3)]));
+  for (let t = 0; t < body.constrained.length; t++) {
     const corners = body.triangles.slice(3 * t, 3 * t + 3);
     const [a, b, c] = corners.map(at);
     const u = b.map((x, i) => x - a[i]), v = c.map((x, i) => x - a[i]);
     const normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
     for (const node of corners)
-      if (!heldNodes.has(node)) normals.set(node, (normals.get(node) ?? [0, 0, 0]).map((x, i) => x + normal[i]));
+      if (!constrainedNodes.has(node)) normals.set(node, (normals.get(node) ?? [0, 0, 0]).map((x, i) => x + normal[i]));
   }
   return [...normals].map(([node, normal]) => ({ node, point: at(node), normal: normal.map((x) => x / Math.hypot(...normal)) }));
 }

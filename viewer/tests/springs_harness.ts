@@ -21,7 +21,7 @@ async function open(body: PlainBody): Promise<string[]> {
     youngModulus: Float64Array.from(body.youngModulus),
     poissonRatio: Float64Array.from(body.poissonRatio),
     triangles: Int32Array.from(body.triangles),
-    held: Uint8Array.from(body.held),
+    constrained: Uint8Array.from(body.constrained),
   });
   return springLaws;
 }

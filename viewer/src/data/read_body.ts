@@ -7,14 +7,14 @@ import { Fault, type SoftBody } from './types.ts';
 const prescribedDisplacement = 1; // of /load_case/condition
 
 /** 1 for each triangle that the load case fixes in all three components; server/sessions/live_body.cpp decides likewise. */
-function readHeld(file: File, numTriangles: number): Uint8Array {
+function readConstrained(file: File, numTriangles: number): Uint8Array {
   const condition = exactly(numTriangles, '/load_case/condition', 1, rows(file, '/load_case/condition', 1));
   const value = exactly(numTriangles, '/load_case/value', 3, rows(file, '/load_case/value', 3));
-  const held = Uint8Array.from({ length: numTriangles }, (_, t) =>
+  const constrained = Uint8Array.from({ length: numTriangles }, (_, t) =>
     Number(condition[t] === prescribedDisplacement && [0, 1, 2].every((i) => value[3 * t + i] === 0)));
-  if (!held.includes(1))
+  if (!constrained.includes(1))
     throw new Fault(`Its load case ${text(file, '/load_case', 'name')} does not fix any part of the surface, and the body would fly away; choose a result of a load case that does, such as palpation.`);
-  return held;
+  return constrained;
 }
 
 /** @param isOne  whether there is a material with this value */
@@ -45,6 +45,6 @@ export function readBody(file: File): SoftBody {
     youngModulus: readMaterial(file, 'young_modulus', numRegions, isAboveZero),
     poissonRatio: readMaterial(file, 'poisson_ratio', numRegions, (value) => value > -1 && value < 0.5),
     triangles: Int32Array.from(mesh.triangles),
-    held: readHeld(file, mesh.triangles.length / 3),
+    constrained: readConstrained(file, mesh.triangles.length / 3),
   };
 }

@@ -100,7 +100,7 @@ export interface SoftBody {
   youngModulus: Float64Array; // (R) Pa
   poissonRatio: Float64Array; // (R)
   triangles: Int32Array; // (T,3) boundary, right-handed seen from outside
-  held: Uint8Array; // (T) 1 where the load case prescribes no displacement in all three components
+  constrained: Uint8Array; // (T) 1 where the load case prescribes no displacement in all three components
 }
 
 /** Something is wrong with a file; the message is for the reader of the page. */

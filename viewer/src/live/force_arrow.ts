@@ -2,7 +2,7 @@
 import { byId } from '../page/elements.ts';
 import type { Stage } from '../picture/stage.ts';
 import { createColourRange } from './colour_range.ts';
-import { length } from './hand.ts';
+import { length } from './tool_state.ts';
 import type { LiveFrame, Vector } from './types.ts';
 
 const longest = 0.35; // of the size of the body

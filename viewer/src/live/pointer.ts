@@ -1,11 +1,11 @@
-// Mouse, finger and keys as motions of the hand.
+// Mouse, finger and keys as motions of the tool.
 import type { Stage } from '../picture/stage.ts';
-import { goalOf, letGo, plus, pushTo, slide, type Grasp, type Hand } from './hand.ts';
+import { goalOf, letGo, plus, pushTo, slide, type Grasp, type ToolState } from './tool_state.ts';
 import type { LiveBody, Vector } from './types.ts';
 
 export interface Handling {
-  hand(): Hand;
-  change(hand: Hand): void;
+  toolState(): ToolState;
+  change(toolState: ToolState): void;
   /** Sets the tool down. */
   take(place: Pick<Grasp, 'point' | 'inwards' | 'node'>): void;
   body(): LiveBody | null;
@@ -14,7 +14,7 @@ export interface Handling {
   say(sentence: string): void;
 }
 
-const heldSentence = 'The load case holds the body there: nothing gives way. Turn it and take another place.';
+const constrainedSentence = 'The load case constrains the body there: nothing gives way. Turn it and take another place.';
 const perNotch = 0.0005 / 100; // of the wheel: half a millimetre [m/pixel]
 const linesToPixels = 33;
 
@@ -22,9 +22,9 @@ export interface Pointer {
   takesPress(event: PointerEvent): boolean;
 }
 
-/** Moves of the pointer across the screen, seen at what is held. */
-function across(stage: Stage, hand: Hand, right: number, down: number): Vector {
-  const screen = stage.screenAt(hand.grasp!.point);
+/** Moves of the pointer across the screen, seen at the place that is grasped. */
+function across(stage: Stage, toolState: ToolState, right: number, down: number): Vector {
+  const screen = stage.screenAt(toolState.grasp!.point);
   return plus(screen.right.map((x) => x * right * screen.metresPerPixel) as Vector, screen.up, -down * screen.metresPerPixel);
 }
 
@@ -35,16 +35,16 @@ export function createPointer(canvas: HTMLCanvasElement, stage: () => Stage, han
   function release(lets: boolean): void {
     pressed = null;
     stage().setZooming(true);
-    if (lets) handling.change(letGo(handling.hand()));
+    if (lets) handling.change(letGo(handling.toolState()));
   }
   canvas.addEventListener('pointermove', (event) => {
-    const hand = handling.hand();
-    if (event.pointerId !== pressed?.id || !hand.grasp) return;
+    const toolState = handling.toolState();
+    if (event.pointerId !== pressed?.id || !toolState.grasp) return;
     const [right, down] = [event.clientX - pressed.x, event.clientY - pressed.y];
     pressed = { id: pressed.id, x: event.clientX, y: event.clientY };
     // Away from oneself is into the body.
-    const deeper = -down * stage().screenAt(hand.grasp.point).metresPerPixel;
-    handling.change(event.shiftKey ? pushTo(hand, goalOf(hand) + deeper) : slide(hand, across(stage(), hand, right, down)));
+    const deeper = -down * stage().screenAt(toolState.grasp.point).metresPerPixel;
+    handling.change(event.shiftKey ? pushTo(toolState, goalOf(toolState) + deeper) : slide(toolState, across(stage(), toolState, right, down)));
   });
   canvas.addEventListener('pointerup', (event) => event.pointerId === pressed?.id && release(!handling.stays()));
   canvas.addEventListener('pointercancel', (event) => event.pointerId === pressed?.id && release(true));
@@ -53,23 +53,23 @@ export function createPointer(canvas: HTMLCanvasElement, stage: () => Stage, han
     event.preventDefault();
     // With Shift a wheel rolls sideways on some systems.
     const pixels = (event.deltaY || event.deltaX) * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? linesToPixels : 1);
-    handling.change(pushTo(handling.hand(), goalOf(handling.hand()) - pixels * perNotch));
+    handling.change(pushTo(handling.toolState(), goalOf(handling.toolState()) - pixels * perNotch));
   }, { passive: false });
   canvas.addEventListener('contextmenu', (event) => event.preventDefault());
 
   return {
     takesPress(event) {
-      const [hand, body] = [handling.hand(), handling.body()];
+      const [toolState, body] = [handling.toolState(), handling.body()];
       if (pressed) {
         // A second finger: both turn the body.
         release(true);
         return false;
       }
-      if (hand.kind === 'none' || !body) return false;
+      if (toolState.kind === 'none' || !body) return false;
       const hit = stage().hitAt(event);
       if (!hit || hit.side !== 0) return false;
-      if (body.held[hit.triangle]) {
-        handling.say(heldSentence);
+      if (body.constrained[hit.triangle]) {
+        handling.say(constrainedSentence);
         return false;
       }
       pressed = { id: event.pointerId, x: event.clientX, y: event.clientY };
@@ -94,14 +94,14 @@ export interface KeyActions extends Handling {
 
 /** Keys on the picture. Arrows turn the body; with Shift they move the tool. */
 export function listenToKeys(canvas: HTMLCanvasElement, stage: () => Stage, actions: KeyActions): void {
-  const push = (metres: number) => actions.change(pushTo(actions.hand(), goalOf(actions.hand()) + metres));
+  const push = (metres: number) => actions.change(pushTo(actions.toolState(), goalOf(actions.toolState()) + metres));
   const arrow = (right: number, up: number, moves: boolean) => {
-    const hand = actions.hand();
+    const toolState = actions.toolState();
     if (!moves) return stage().turn(right * turned, up * turned);
-    if (!hand.grasp) return;
-    const { metresPerPixel } = stage().screenAt(hand.grasp.point);
+    if (!toolState.grasp) return;
+    const { metresPerPixel } = stage().screenAt(toolState.grasp.point);
     const pixels = millimetre / metresPerPixel;
-    actions.change(slide(hand, across(stage(), hand, right * pixels, -up * pixels)));
+    actions.change(slide(toolState, across(stage(), toolState, right * pixels, -up * pixels)));
   };
   const keys: Record<string, (isShifted: boolean) => void> = {
     ArrowLeft: (moves) => arrow(-1, 0, moves),
@@ -111,7 +111,7 @@ export function listenToKeys(canvas: HTMLCanvasElement, stage: () => Stage, acti
     PageDown: () => push(millimetre),
     PageUp: () => push(-millimetre),
     Enter: actions.touch,
-    Escape: () => actions.change(letGo(actions.hand())),
+    Escape: () => actions.change(letGo(actions.toolState())),
     ' ': actions.pause,
     '.': actions.step,
     '+': () => stage().zoom(0.9),

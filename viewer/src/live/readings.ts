@@ -1,7 +1,7 @@
 // The numbers of the body that moves. Each element also has its number as it is, in data-value.
 import { byId } from '../page/elements.ts';
 import { millimetres, short } from '../picture/scale.ts';
-import { length } from './hand.ts';
+import { length } from './tool_state.ts';
 import type { Timing } from './session.ts';
 import type { LiveFrame } from './types.ts';
 
@@ -30,7 +30,7 @@ function median(values: number[]): number {
   return sorted.length % 2 === 1 ? sorted[middle]! : (sorted[middle - 1]! + sorted[middle]!) / 2;
 }
 
-/** Where the force is read: a body that is slower than life also answers the hand later. */
+/** Where the force is read: a body that is slower than life also answers a tool later. */
 function showPace(part: number): void {
   const isSlow = part <= 0.97;
   const times = Number((1 / part).toPrecision(2));

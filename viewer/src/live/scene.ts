@@ -36,8 +36,8 @@ export interface Scene {
 const viewedFrom: Vector = [-0.6, -1, 0.45];
 
 /** What of the load case is there: where nothing moves. */
-function heldConditions({ held }: LiveBody): Conditions {
-  return { kind: held, value: new Float64Array(3 * held.length) };
+function constrainedConditions({ constrained }: LiveBody): Conditions {
+  return { kind: constrained, value: new Float64Array(3 * constrained.length) };
 }
 
 /** Largest extent [m]. */
@@ -117,7 +117,7 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
   return {
     stage,
     setBody(result, next) {
-      stage.setBody(result.points, result.surfaces, { ...partsOf(result), conditions: heldConditions(next) });
+      stage.setBody(result.points, result.surfaces, { ...partsOf(result), conditions: constrainedConditions(next) });
       setCutControls('', 50); // another body is whole at first
       showNames(false);
       opened = result;

@@ -13,7 +13,7 @@ export interface Timing {
 }
 
 export interface Listener {
-  /** What the hand does, so many seconds after it was asked last. */
+  /** What the tool does, so many seconds after it was asked last. */
   tool(elapsed: number): Tool;
   moved(tool: Tool, numSteps: number, frame: LiveFrame, timing: Timing): void;
   chosen(settings: LiveSettings, chosen: Chosen): void;
@@ -37,7 +37,7 @@ export interface Session {
   pause(isPaused: boolean): void;
   /** One step of a body that pauses. */
   step(): void;
-  /** The hand does something else. */
+  /** The tool does something else. */
   wake(): void;
   close(): void;
 }
@@ -94,8 +94,8 @@ export function startSession(engine: Engine, size: number, settings: LiveSetting
     }
   }
 
-  async function move(numSteps: number, handTime: number, elapsed: number): Promise<void> {
-    const tool = listener.tool(handTime);
+  async function move(numSteps: number, toolTime: number, elapsed: number): Promise<void> {
+    const tool = listener.tool(toolTime);
     const start = performance.now();
     const frame = await engine.move(tool, numSteps);
     const there = (performance.now() - start) / 1000;
@@ -128,7 +128,7 @@ export function startSession(engine: Engine, size: number, settings: LiveSetting
       return;
     }
     debt = Math.min(debt + elapsed, longestFrame);
-    // An engine that is slower than the clock gets less at once, so that the hand is answered soon.
+    // An engine that is slower than the clock gets less at once, so that a tool has its force soon.
     const numSteps = Math.min(Math.floor(debt / timeStep + 1e-9), pacing.bearable());
     if (numSteps === 0) return;
     debt -= numSteps * timeStep;

@@ -5,7 +5,7 @@ import type { Chosen, LiveBody, LiveFrame, LiveSettings, Tool, Vector } from './
 export function bodyMessage(body: LiveBody): Float64Array {
   const parts = [
     [body.points.length / 3, body.tetrahedra.length / 4, body.density.length, body.triangles.length / 3],
-    body.points, body.tetrahedra, body.region, body.density, body.youngModulus, body.poissonRatio, body.triangles, body.held,
+    body.points, body.tetrahedra, body.region, body.density, body.youngModulus, body.poissonRatio, body.triangles, body.constrained,
   ];
   const message = new Float64Array(parts.reduce((length, part) => length + part.length, 0));
   let length = 0;

@@ -1,5 +1,5 @@
 // Places on the surface of a body that has moved.
-import { dot, length, plus } from './hand.ts';
+import { dot, length, plus } from './tool_state.ts';
 import type { LiveBody, Vector } from './types.ts';
 
 const vectorAt = (values: ArrayLike<number>, row: number): Vector => [values[3 * row]!, values[3 * row + 1]!, values[3 * row + 2]!];
@@ -16,7 +16,7 @@ function across(a: Vector, b: Vector): Vector {
 function trianglesAt(body: LiveBody, node: number): number[] {
   const found: number[] = [];
   for (let i = 0; i < body.triangles.length; i++)
-    if (body.triangles[i] === node && !body.held[Math.floor(i / 3)]) found.push(Math.floor(i / 3));
+    if (body.triangles[i] === node && !body.constrained[Math.floor(i / 3)]) found.push(Math.floor(i / 3));
   return found;
 }
 
@@ -38,7 +38,7 @@ export function furthest(body: LiveBody, direction: Vector): number {
   let [best, most] = [0, -Infinity];
   body.triangles.forEach((node, i) => {
     const reach = dot(vectorAt(body.points, node), direction);
-    if (reach <= most || body.held[Math.floor(i / 3)]) return;
+    if (reach <= most || body.constrained[Math.floor(i / 3)]) return;
     [best, most] = [node, reach];
   });
   return best;

@@ -28,7 +28,7 @@ export interface Chosen {
 }
 
 /**
- * What the hand does. A probe is a sphere that follows the target as if by a spring, and is stopped by the body; a pull
+ * What the tool does. A probe is a sphere that follows the target as if by a spring, and is stopped by the body; a pull
  * takes hold of the surface around a node and draws it to the target.
  */
 export type Tool =

@@ -1,11 +1,11 @@
-// The live page: a body, an engine that moves it, and somebody's hand on it.
+// The live page: a body, an engine that moves it, and the tool of who looks at it.
 import type { Result } from '../data/types.ts';
 import { byId } from '../page/elements.ts';
 import { savePicture } from '../page/save.ts';
 import type { Skin } from '../picture/body.ts';
 import { watchPageColours } from '../picture/page_colours.ts';
 import { startFollowing, type Following } from './following.ts';
-import { atRest, goOn, letGo, take, toolOf, type Hand } from './hand.ts';
+import { atRest, goOn, letGo, take, toolOf, type ToolState } from './tool_state.ts';
 import { linkedLook, linkedSettings, writeLiveLink } from './live_link.ts';
 import { liveFrame } from './live_picture.ts';
 import { createNodeReading } from './node_reading.ts';
@@ -17,7 +17,7 @@ import { startSession, type Listener, type Session } from './session.ts';
 import { listenToSettings, settingsOf, showChosen, showLaws, showSettings } from './settings_panel.ts';
 import { nativeEngine } from './socket_engines.ts';
 import { furthest, surfaceAt } from './surface.ts';
-import { listenToTools, nodeField, showHand, stays } from './tools_panel.ts';
+import { listenToTools, nodeField, showToolState, stays } from './tools_panel.ts';
 import { drawTrace } from './trace.ts';
 import { createUndo } from './undo.ts';
 import type { LiveBody, LiveFrame, LiveSettings } from './types.ts';
@@ -40,7 +40,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
   let session: Session | null = null;
   let settings: LiveSettings | null = null;
   let entries: Entry[] = [];
-  let hand: Hand = atRest;
+  let toolState: ToolState = atRest;
   let frame: LiveFrame | null = null;
   let isPaused = false;
   let wasPaused = false; // before it was hidden
@@ -54,29 +54,29 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
   const note = (sentence: string) => (byId('live-note').textContent = sentence);
   const complain = (error: unknown) => say(error instanceof Error ? error.message : String(error));
 
-  function change(next: Hand): void {
-    if (isPaused && next.grasp && !hand.grasp) note('It pauses; “Go on”, or Space on the picture.');
-    hand = next;
-    showHand(hand);
+  function change(next: ToolState): void {
+    if (isPaused && next.grasp && !toolState.grasp) note('It pauses; “Go on”, or Space on the picture.');
+    toolState = next;
+    showToolState(toolState);
     session?.wake();
   }
   function takeAt(place: Parameters<Handling['take']>[0]): void {
-    undoing.keep(hand);
+    undoing.keep(toolState);
     session?.keep();
-    change(take(hand, place));
+    change(take(toolState, place));
   }
-  const handling: Handling = { hand: () => hand, change, take: takeAt, body: () => body, stays, say: note };
+  const handling: Handling = { toolState: () => toolState, change, take: takeAt, body: () => body, stays, say: note };
   const pointer = createPointer(canvas, () => scene.stage, handling);
   const scene: Scene = createScene(canvas, { takesPress: pointer.takesPress, onDrawn: budget.draw, onPick: read, onTurned: changed });
   const following: Following = startFollowing(scene, tellNode, complain);
 
   function touch(): void {
     const node = nodeField().valueAsNumber;
-    if (!body || hand.kind === 'none') return;
+    if (!body || toolState.kind === 'none') return;
     const isNode = Number.isInteger(node) && node >= 0 && node < body.points.length / 3;
     const place = isNode ? surfaceAt(body, frame?.displacement ?? new Float32Array(body.points.length), node) : null;
     if (place) takeAt(place);
-    note(place ? '' : isNode ? `Node ${node} is inside or held; take one of the free surface, such as ${furthest(body, [0, -1, 0])}.` : 'There is no such node.');
+    note(place ? '' : isNode ? `Node ${node} is inside or constrained; take one of the free surface, such as ${furthest(body, [0, -1, 0])}.` : 'There is no such node.');
   }
   /** Says from now on what is there at a node. */
   function read(node: number | null): void {
@@ -93,10 +93,10 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     const before = undoing.take();
     if (!before) return;
     session?.restore();
-    // The next frame is already that of the hand as it was.
+    // The next frame is already that of the tool as it was.
     change(before);
   }
-  const letHandGo = () => change(letGo(hand));
+  const letToolGo = () => change(letGo(toolState));
   const pause = () => session?.pause(!isPaused);
   const step = () => session?.step();
 
@@ -112,8 +112,8 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
 
   const listener: Listener = {
     tool(elapsed) {
-      hand = goOn(hand, elapsed);
-      return toolOf(hand);
+      toolState = goOn(toolState, elapsed);
+      return toolOf(toolState);
     },
     moved(tool, numSteps, next, timing) {
       entries.push(moveOf(tool, numSteps, next));
@@ -137,7 +137,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     },
     wasReset() {
       entries.push({ kind: 'reset' });
-      letHandGo();
+      letToolGo();
       undoing.forget();
     },
     wasKept() {
@@ -171,7 +171,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     entries = [];
     frame = null;
     undoing.forget();
-    letHandGo();
+    letToolGo();
     say('');
     note(fitting);
     byId('live').dataset['state'] = 'starting';
@@ -189,7 +189,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     }
   }
 
-  listenToTools({ hand: () => hand, change, touch, letGo: letHandGo });
+  listenToTools({ toolState: () => toolState, change, touch, letGo: letToolGo });
   listenToKeys(canvas, () => scene.stage, { ...handling, touch, pause, step, undo });
   listenToSettings(() => settings, (asked) => (say(''), note(fitting), session?.choose(asked)), say);
   byId('live-engine').addEventListener('change', () => body && void start(body));
@@ -204,7 +204,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     if (result && settings) savePicture(scene.stage, byId('live-stage'), liveFrame(result, settings, scene.legend())).catch(complain);
   });
   byId('live').addEventListener('change', changed);
-  showHand(hand);
+  showToolState(toolState);
 
   return {
     async show(of, next, view) {
@@ -229,7 +229,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     link: () => settings && writeLiveLink(settings, { ...scene.look(), hasElements: following.isOn() }),
     hide() {
       wasPaused = isPaused;
-      letHandGo();
+      letToolGo();
       session?.pause(true);
     },
   };

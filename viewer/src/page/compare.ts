@@ -85,7 +85,7 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
     }
     // Tractions are let go when motion begins.
     const shows = choice.showsConditions;
-    stage.showConditions({ held: shows, loaded: shows && choice.frame === null });
+    stage.showConditions({ constrained: shows, loaded: shows && choice.frame === null });
     stage.setCut(choice.cut);
     stage.showNames(!choice.showsNames ? 'none' : choice.skin === 'translucent' ? 'all' : 'cut');
     const exceeds = largest.some((l) => l[choice.quantity] > end);

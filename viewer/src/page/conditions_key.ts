@@ -5,7 +5,7 @@ import { short } from '../picture/scale.ts';
 import { element } from './elements.ts';
 
 type Shown = Exclude<FacetState, 'free'>;
-const words: Record<Shown, string> = { fixed: 'Held', sliding: 'Held, but slides', moved: 'Moved', loaded: 'Traction' };
+const words: Record<Shown, string> = { fixed: 'Constrained', sliding: 'Slides', moved: 'Moved', loaded: 'Traction' };
 
 const spoken = (name: string) => name.replaceAll('_', ' ');
 
@@ -52,12 +52,12 @@ export function conditionsAt({ conditions, surfaces }: Result, node: number): st
     const state = facetState(conditions, facet);
     const place = spoken(conditions.names[conditions.name[facet]!] ?? '');
     if (state === 'free') return `free (${place})`;
-    if (state === 'fixed') return `held (${place})`;
+    if (state === 'fixed') return `constrained (${place})`;
     const isFree = (i: number) => Number.isNaN(conditions.value[3 * facet + i]);
     const factor = state === 'loaded' ? 1 : 1000;
     const components = vectorOf(conditions, facet).map((x, i) => (isFree(i) && state !== 'loaded' ? 'free' : short(factor * x))).join(', ');
     const size = state === 'loaded' ? `, ${sizeOf('loaded', Math.hypot(...vectorOf(conditions, facet)))}` : '';
-    return `${state === 'loaded' ? 'traction' : state === 'moved' ? 'moved by' : 'held, but slides:'} (${components}) ${state === 'loaded' ? 'Pa' : 'mm'}${size} (${place})`;
+    return `${state === 'loaded' ? 'traction' : state === 'moved' ? 'moved by' : 'slides:'} (${components}) ${state === 'loaded' ? 'Pa' : 'mm'}${size} (${place})`;
   });
   return [...new Set(sentences)];
 }

@@ -1,4 +1,4 @@
-// Where a body is held, pressed and pulled: patterns on the facets of its surface, and arrows. Any stage can show it.
+// Where a body is constrained, pressed and pulled: patterns on the facets of its surface, and arrows. Any stage can show it.
 import * as three from 'three';
 import { createArrows, type Arrow, type Arrows } from './arrows.ts';
 import { facetsIn, facetStates, largestOf, spreadOut, vectorOf, type Conditions } from './facet_conditions.ts';
@@ -7,7 +7,7 @@ export type { Conditions } from './facet_conditions.ts';
 
 /** What of it is drawn: a body that moves after the release has no tractions any more. */
 export interface ConditionsShown {
-  held: boolean; // all displacements that are prescribed
+  constrained: boolean; // all displacements that are prescribed
   loaded: boolean; // tractions
 }
 
@@ -121,8 +121,8 @@ export function createConditions(outside: three.BufferGeometry, conditions: Cond
   return {
     object,
     show(shown) {
-      for (const { state, part } of parts) part.visible = state === 'loaded' ? shown.loaded : shown.held;
-      loads.moved.arrows.object.visible = shown.held;
+      for (const { state, part } of parts) part.visible = state === 'loaded' ? shown.loaded : shown.constrained;
+      loads.moved.arrows.object.visible = shown.constrained;
       loads.loaded.arrows.object.visible = shown.loaded;
     },
     follow() {

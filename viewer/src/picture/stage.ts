@@ -27,7 +27,7 @@ export interface Stage {
   /** What is under the pointer. */
   hitAt(event: PointerEvent): (Hit & { side: Side }) | null;
   screenAt(point: readonly number[]): Screen;
-  /** What the wheel does, and two pointers: zoom, or nothing while a tool is held. */
+  /** What the wheel does, and two pointers: zoom, or nothing while a tool has hold of the body. */
   setZooming(isZooming: boolean): void;
   resetView(): void;
   turn(right: number, up: number): void; // rad

@@ -1,0 +1,79 @@
+// What the tool of the reader does: which one, taken where, moved how far, pushed in how deep. Values in, values out.
+import type { Tool, Vector } from './types.ts';
+
+export type Kind = Tool['kind'];
+export type Holding = Exclude<Kind, 'none'>;
+
+/** A place of the surface that is touched or grasped. */
+export interface Grasp {
+  point: Vector; // [m]
+  inwards: Vector; // normal
+  node: number;
+  moved: Vector; // since it was taken, across the screen [m]
+  depth: number; // now, along the normal [m]; below 0 it is outside
+  goal: number; // depth that is asked for [m]
+}
+
+export interface ToolState {
+  kind: Kind;
+  radius: Record<Holding, number>; // [m]
+  start: Record<Holding, number>; // depth that a tool goes to when it is set down [m]
+  grasp: Grasp | null;
+}
+
+export const deepest = 0.03; // [m]
+const pushing = 0.05; // speed of a tool along the normal [m/s]
+
+export const atRest: ToolState = { kind: 'probe', radius: { probe: 0.01, pull: 0.015 }, start: { probe: 0.005, pull: 0 }, grasp: null };
+
+export const plus = (a: Vector, b: Vector, factor = 1): Vector => [a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]];
+export const dot = (a: Vector, b: Vector) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+export const length = (a: Vector) => Math.hypot(...a);
+
+/** Sets the tool down where it just touches; it then goes to the depth that it starts with. */
+export function take(toolState: ToolState, place: Pick<Grasp, 'point' | 'inwards' | 'node'>): ToolState {
+  if (toolState.kind === 'none') return toolState;
+  const { point, inwards, node } = place;
+  return { ...toolState, grasp: { point, inwards, node, moved: [0, 0, 0], depth: 0, goal: toolState.start[toolState.kind] } };
+}
+
+export const letGo = (toolState: ToolState): ToolState => ({ ...toolState, grasp: null });
+
+export function choose(toolState: ToolState, kind: Kind): ToolState {
+  return { ...toolState, kind, grasp: null };
+}
+
+export function slide(toolState: ToolState, by: Vector): ToolState {
+  return toolState.grasp ? { ...toolState, grasp: { ...toolState.grasp, moved: plus(toolState.grasp.moved, by) } } : toolState;
+}
+
+/** How deep it is to be: of what is grasped, else of what will be taken. */
+export function goalOf(toolState: ToolState): number {
+  return toolState.grasp?.goal ?? (toolState.kind === 'none' ? 0 : toolState.start[toolState.kind]);
+}
+
+export function pushTo(toolState: ToolState, depth: number): ToolState {
+  const goal = Math.min(Math.max(depth, -deepest), deepest);
+  if (toolState.grasp) return { ...toolState, grasp: { ...toolState.grasp, goal } };
+  return toolState.kind === 'none' ? toolState : { ...toolState, start: { ...toolState.start, [toolState.kind]: goal } };
+}
+
+export function resize(toolState: ToolState, radius: number): ToolState {
+  return toolState.kind === 'none' ? toolState : { ...toolState, radius: { ...toolState.radius, [toolState.kind]: radius } };
+}
+
+/** What is asked for at once is done at the speed of somebody's hand. */
+export function goOn(toolState: ToolState, seconds: number): ToolState {
+  const { grasp } = toolState;
+  if (!grasp || grasp.depth === grasp.goal) return toolState;
+  const step = Math.min(Math.abs(grasp.goal - grasp.depth), pushing * seconds);
+  return { ...toolState, grasp: { ...grasp, depth: grasp.depth + Math.sign(grasp.goal - grasp.depth) * step } };
+}
+
+export function toolOf({ kind, grasp, radius }: ToolState): Tool {
+  if (kind === 'none' || !grasp) return { kind: 'none' };
+  const place = plus(grasp.point, grasp.moved);
+  // The place of a probe is its centre.
+  if (kind === 'probe') return { kind, radius: radius.probe, target: plus(place, grasp.inwards, grasp.depth - radius.probe) };
+  return { kind, radius: radius.pull, node: grasp.node, target: plus(place, grasp.inwards, grasp.depth) };
+}
