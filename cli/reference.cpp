@@ -42,7 +42,17 @@ std::vector<core::Problem> problems_to_keep(const ReferenceOptions &options) {
     return problems;
 }
 
-int solve_all(const ReferenceOptions &options, const std::string &command_line) {
+/// The command that makes the one file again, wherever it is and whatever it was made with.
+std::string command_that_stores(const ReferenceOptions &options, const core::Model &model,
+                                const core::Problem &problem) {
+    auto command = fmt::format("livermark reference --body {} --load-case {} --model {}", problem.body->name,
+                               problem.load_case.name, model.name);
+    if (!options.poisson_ratios.empty())
+        command += fmt::format(" --poisson {:g}", problem.body->materials.front().poisson_ratio);
+    return command;
+}
+
+int solve_all(const ReferenceOptions &options) {
     auto models = studies::models_to_keep();
     if (!options.models.empty())
         std::erase_if(models, [&](const core::Model &model) {
@@ -72,8 +82,8 @@ int solve_all(const ReferenceOptions &options, const std::string &command_line) 
             if (!studies::is_stored(model, problem))
                 continue;
             steps.next(fmt::format("{} / {} / {}", problem.body->name, problem.load_case.name, model.name));
-            const auto stored =
-                studies::solve_and_store(model, problem, options.folder, options.only_check, command_line);
+            const auto stored = studies::solve_and_store(model, problem, options.folder, options.only_check,
+                                                         command_that_stores(options, model, problem));
             const bool is_same =
                 !(stored.difference > largest_difference) && !(stored.motion_difference > largest_difference);
             const bool is_known = !std::isnan(stored.difference);
@@ -90,7 +100,7 @@ int solve_all(const ReferenceOptions &options, const std::string &command_line) 
 
 } // namespace
 
-Command add_reference(CLI::App &parent, const std::string &command_line) {
+Command add_reference(CLI::App &parent, const std::string & /*command_line*/) {
     auto *command = parent.add_subcommand(
         "reference",
         "Solve the references of large deformations and of motion and store them, so that 'livermark run' and "
@@ -113,7 +123,7 @@ Command add_reference(CLI::App &parent, const std::string &command_line) {
     command->add_option("--folder", options->folder, "Where they are stored")->capture_default_str();
     command->add_flag("--check", options->only_check,
                       "Write nothing; exit status 1 if a solution is not the one that is stored");
-    return [options, command_line] { return solve_all(*options, command_line); };
+    return [options] { return solve_all(*options); };
 }
 
 } // namespace livermark::cli
