@@ -134,25 +134,32 @@ HWY_INLINE void sum_of_corners(const StepWorkspace<T> &at, const std::array<Alig
     const auto &body = at.body;
     const std::size_t first = static_cast<std::size_t>(body.volume_start[volume_slice]) * slice_size;
     const std::size_t end = static_cast<std::size_t>(body.volume_start[volume_slice + 1]) * slice_size;
-    // Four rows at once, because each sum has to wait for the one before.
+    // Four rows and both parts of them at once, because each sum has to wait for the one before.
     for (std::size_t row = 0; row < slice_size; row += 4)
-        for (const auto half : {0, 1})
-            for (std::size_t part = 0; part < 4; part += hn::Lanes(four)) {
-                const T *value = corners[half].data() + part;
-                const auto *member = body.member.data() + row;
-                auto a = hn::Zero(four), b = a, c = a, e = a;
-                for (std::size_t m = first; m < end; m += slice_size) {
-                    a = hn::Add(a, hn::LoadU(four, value + member[m]));
-                    b = hn::Add(b, hn::LoadU(four, value + member[m + 1]));
-                    c = hn::Add(c, hn::LoadU(four, value + member[m + 2]));
-                    e = hn::Add(e, hn::LoadU(four, value + member[m + 3]));
-                }
-                T *sum = (half == 0 ? first_four : other_four) + 4 * row + part;
-                hn::StoreU(a, four, sum);
-                hn::StoreU(b, four, sum + 4);
-                hn::StoreU(c, four, sum + 8);
-                hn::StoreU(e, four, sum + 12);
+        for (std::size_t part = 0; part < 4; part += hn::Lanes(four)) {
+            const T *one = corners[0].data() + part, *other = corners[1].data() + part;
+            const auto *member = body.member.data() + row;
+            auto a = hn::Zero(four), b = a, c = a, e = a, p = a, q = a, r = a, s = a;
+            for (std::size_t m = first; m < end; m += slice_size) {
+                a = hn::Add(a, hn::LoadU(four, one + member[m]));
+                p = hn::Add(p, hn::LoadU(four, other + member[m]));
+                b = hn::Add(b, hn::LoadU(four, one + member[m + 1]));
+                q = hn::Add(q, hn::LoadU(four, other + member[m + 1]));
+                c = hn::Add(c, hn::LoadU(four, one + member[m + 2]));
+                r = hn::Add(r, hn::LoadU(four, other + member[m + 2]));
+                e = hn::Add(e, hn::LoadU(four, one + member[m + 3]));
+                s = hn::Add(s, hn::LoadU(four, other + member[m + 3]));
             }
+            T *sum = first_four + 4 * row + part, *other_sum = other_four + 4 * row + part;
+            hn::StoreU(a, four, sum);
+            hn::StoreU(b, four, sum + 4);
+            hn::StoreU(c, four, sum + 8);
+            hn::StoreU(e, four, sum + 12);
+            hn::StoreU(p, four, other_sum);
+            hn::StoreU(q, four, other_sum + 4);
+            hn::StoreU(r, four, other_sum + 8);
+            hn::StoreU(s, four, other_sum + 12);
+        }
 }
 
 /// From two times four numbers of each of some nodes behind each other.
