@@ -1,5 +1,6 @@
 #include "benchmarks/kernels.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -11,6 +12,7 @@
 #include "msm/dynamics/elastic_motion.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/time_step.hpp"
+#include "msm/hyperelastic_springs.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/mass_lumping.hpp"
@@ -60,6 +62,12 @@ msm::ElasticBody coupled_springs(const Scene &scene) {
     return msm::nodal_springs_with_volume(*scene.problem.body);
 }
 
+msm::ElasticBody neo_hookean_springs(const Scene &scene) {
+    const auto energies = msm::all_spring_energies();
+    const auto energy = std::ranges::find(energies, "neo_hookean", &msm::SpringEnergy::name);
+    return msm::hyperelastic_springs_with_volume(*scene.problem.body, *energy);
+}
+
 msm::ElasticBody springs_inside_tetrahedra(const Scene &scene) {
     const auto &body = *scene.problem.body;
     return {msm::lumped_masses(body), {msm::biquadratic_springs(body)}};
@@ -87,6 +95,12 @@ std::vector<Matter> all_matter() {
          .max_refinements = max_refinements_with_volume,
          .make = coupled_springs,
          .largest_angular_frequency = [](const Scene &scene) { return frequency_of(coupled_springs(scene), scene); }},
+        {.suffix = "_nodal_neo_hookean",
+         .summary = "springs coupled around nodes with a neo-Hookean energy, and means of the volume there",
+         .max_refinements = max_refinements_with_volume,
+         .make = neo_hookean_springs,
+         .largest_angular_frequency =
+             [](const Scene &scene) { return frequency_of(neo_hookean_springs(scene), scene); }},
         {.suffix = "_biquadratic_springs",
          .summary = "springs coupled inside each tetrahedron",
          .max_refinements = max_refinements_with_volume,

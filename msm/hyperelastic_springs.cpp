@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "msm/biquadratic_springs.hpp"
+#include "msm/dynamics/step_parts.hpp"
 #include "msm/mass_lumping.hpp"
 #include "msm/nodal_parts.hpp"
 #include "msm/springs_with_volume.hpp"
@@ -43,6 +44,7 @@ class HyperelasticSprings : public ElasticTerm {
         : energy_(std::move(energy)), alone_(alone) {
         const auto parts = nodal_parts(body);
         part_volume_ = parts.volume;
+        part_node_ = parts.node;
         for (const int region : parts.region)
             part_modulus_.push_back(body.materials[region].shear_modulus());
         const auto rest = to_unknowns(body.mesh.points);
@@ -132,6 +134,22 @@ class HyperelasticSprings : public ElasticTerm {
             for (int a = 0; a < 4; ++a)
                 blocks[tetrahedron.nodes[a]] += 4.0 * block.block<3, 3>(3 * a, 3 * a);
         }
+    }
+
+    bool describe(StepParts &parts) const override {
+        if (!energy_.in_kernels)
+            return false;
+        parts.coupled_energy = *energy_.in_kernels;
+        std::vector<std::array<int, 4>> part_at_corner;
+        parts.tetrahedra.clear();
+        for (const auto &tetrahedron : tetrahedra_) {
+            part_at_corner.push_back(tetrahedron.parts);
+            parts.tetrahedra.push_back(tetrahedron.nodes);
+            parts.inner_modulus.push_back(alone_ * tetrahedron.shear_modulus);
+        }
+        for (const double modulus : part_modulus_)
+            parts.coupled_modulus.push_back((1.0 - alone_) * modulus);
+        return describe_volumes(part_node_, part_at_corner, parts);
     }
 
   private:
@@ -257,6 +275,7 @@ class HyperelasticSprings : public ElasticTerm {
     SpringEnergy energy_;
     double alone_;
     std::vector<SpringTetrahedron> tetrahedra_;
+    std::vector<int> part_node_;       // (C)
     std::vector<double> part_volume_;  // (C) [m^3]
     std::vector<double> part_modulus_; // (C) [Pa]
 };

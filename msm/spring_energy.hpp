@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 #include <string>
 
+#include "msm/dynamics/step_parts.hpp"
 #include "msm/edge_stretches.hpp"
 #include "msm/volume_penalty.hpp"
 
@@ -28,6 +30,8 @@ struct SpringEnergy {
     /// d2 W_s / dE2 = 4 d2 W_s / dC2 in the components of edge_stretches.hpp [Pa]
     Matrix6 (*stiffness)(double shear_modulus, const Eigen::Matrix3d &strain);
     MeasureVolume volume; ///< g
+    /// What fast kernels know it as; nothing if they do not.
+    std::optional<CoupledEnergy> in_kernels{};
 };
 
 /// Every energy of spring_energies/, in alphabetical order.

@@ -112,7 +112,8 @@ class VolumePenalty : public ElasticTerm {
     }
 
     bool describe(StepParts &parts) const override {
-        if (measure_ != change_of_volume)
+        parts.has_logarithmic_volume = measure_ == logarithm_of_volume;
+        if (measure_ != change_of_volume && (!parts.has_logarithmic_volume || mean_.size() == 0))
             return false;
         const Eigen::VectorXd stiffness = modulus_.cwiseQuotient(rest_volume_);
         parts.tetrahedra = tetrahedra_;

@@ -13,11 +13,23 @@ bool describe_volumes(const std::vector<int> &centre, const std::vector<std::arr
     return parts.centre == centre && parts.corner_volume == corner_volume;
 }
 
+namespace {
+
+/// Neo-Hookean springs keep strains and their rates apart, so the volume beside them has to do that too.
+bool are_of_one_kind(const StepParts &parts) {
+    if (parts.coupled_energy != CoupledEnergy::neo_hookean)
+        return !parts.has_logarithmic_volume;
+    const bool has_volume = !parts.volume_stiffness.empty();
+    return parts.tetrahedron_stiffness.empty() && has_volume == parts.has_logarithmic_volume;
+}
+
+} // namespace
+
 std::optional<StepParts> step_parts(const ElasticBody &body) {
     StepParts parts;
     const bool are_known = std::ranges::all_of(body.terms, [&](const auto &term) { return term->describe(parts); });
     const bool are_coupled_twice = !parts.coupled_modulus.empty() && !parts.shear_modulus.empty();
-    return are_known && !are_coupled_twice ? std::optional(std::move(parts)) : std::nullopt;
+    return are_known && !are_coupled_twice && are_of_one_kind(parts) ? std::optional(std::move(parts)) : std::nullopt;
 }
 
 } // namespace livermark::msm

@@ -14,6 +14,10 @@ struct MeanEntry {
     double weight;
 };
 
+/// What springs that are coupled around nodes resist with: forces in proportion to elongations (nodal_springs.hpp), or
+/// the neo-Hookean energy of squared lengths (hyperelastic_springs.hpp).
+enum class CoupledEnergy { elongations, neo_hookean };
+
 /// What fast kernels know how to move: springs, springs coupled around nodes or inside tetrahedra, the volume around
 /// nodes or of tetrahedra, and the guard against inversion, as plain arrays. Empty arrays stand for a part that is not
 /// there.
@@ -31,6 +35,9 @@ struct StepParts {
     std::vector<std::array<int, 4>> corner_volume; ///< (M) control volume around each corner
     /// Makes of relative changes of volumes the means that are resisted in place of these; empty if these are.
     std::vector<MeanEntry> mean;
+    /// Whether the means are resisted by their logarithms, see logarithm_of_volume(); only beside neo-Hookean springs.
+    bool has_logarithmic_volume = false;
+    CoupledEnergy coupled_energy = CoupledEnergy::elongations; ///< of what follows
     /// (C) shear modulus of the springs that are coupled in each control volume [Pa]
     std::vector<double> coupled_modulus;
     std::vector<double> inner_modulus; ///< (M) of those that stay inside each tetrahedron [Pa]

@@ -85,13 +85,21 @@ template <class T> class Steps : public FastSteps::Implementation {
         if (at_.body.coupled_modulus.empty()) {
             at_.gain.assign(at_.body.corner.size() + slice_size, T(0));
         } else {
-            at_.strain.assign(8 * (at_.body.rest_volume.size() + 1), T(0));
+            if (at_.body.inverse_volume.empty())
+                at_.strain.assign(8 * (at_.body.rest_volume.size() + 1), T(0));
+            else
+                for (auto &values : at_.corner_strain)
+                    values.assign(4 * (at_.body.corner.size() + slice_size), T(0));
+            if (!at_.body.inverse_volume.empty() && damping.beta != 0.0)
+                at_.corner_rate = at_.corner_strain;
             for (auto &rows : at_.stress)
                 rows.assign(4 * static_cast<std::size_t>(at_.body.num_rows + 1), T(0));
         }
         if (!at_.body.mean_change.offset.empty()) {
             at_.change.assign(at_.body.volume_row.size(), T(0));
             at_.mean_change = at_.change;
+            if (at_.body.has_logarithmic_volume && damping.beta != 0.0)
+                at_.change_rate = at_.change;
         }
         at_.corner_force.assign(4 * static_cast<std::size_t>(at_.body.chunk_start.back() + 1), T(0));
         partition_work(at_, team_.size());
@@ -167,7 +175,8 @@ template <class T> class Steps : public FastSteps::Implementation {
                bytes(body.rest_length) + bytes(body.half_lambda) + bytes(body.shear_modulus) +
                bytes(body.inner_modulus) + bytes(body.coupled_modulus) + bytes(body.mean_change) +
                bytes(body.mean_pressure) + bytes(at_.strain) + 2 * bytes(at_.stress[0]) + bytes(at_.change) +
-               bytes(at_.mean_change);
+               bytes(at_.mean_change) + bytes(at_.change_rate) + bytes(body.inverse_volume) +
+               2 * bytes(at_.corner_strain[0]) + 2 * bytes(at_.corner_rate[0]);
     }
 
   private:

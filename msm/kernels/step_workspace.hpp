@@ -116,11 +116,16 @@ template <class T> struct StepWorkspace {
     /// (lines * 16 + 1, 8) of springs that are coupled: volume times the strain of each tetrahedron, xx yy zz xy yz zx,
     /// and the volume that it has gained; zeros for nobody's [m^3]
     Aligned<T> strain;
+    /// (corners of fans + 16, 4) each, of neo-Hookean springs: sums over the tetrahedra of a fan at each of its corners
+    /// of the volume times twice the strain, xx yy zz xy and yz zx, with the volume gained [m^3]; the same of their
+    /// rates times beta, where stiffness damps
+    std::array<Aligned<T>, 2> corner_strain, corner_rate;
     /// (rows + 1, 4) each: a quarter of the stress around each node, xx yy zz xy and yz zx 0 0 [Pa]
     std::array<Aligned<T>, 2> stress;
     /// (volumes) where means are resisted: what the tetrahedra around each node have gained [m^3], and the means of
     /// relative changes
     Aligned<T> change, mean_change;
+    Aligned<T> change_rate;  ///< (volumes) beta times the rate of change where logarithms of means are resisted [m^3]
     Aligned<T> corner_force; ///< (places of all chunks and one that stays zero, 4) [N]
 
     std::vector<PairPartition> pairs;                         ///< of each thread

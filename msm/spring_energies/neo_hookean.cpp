@@ -50,7 +50,8 @@ SpringEnergy neo_hookean() {
             .energy = energy,
             .stress = stress,
             .stiffness = stiffness,
-            .volume = logarithm_of_volume};
+            .volume = logarithm_of_volume,
+            .in_kernels = CoupledEnergy::neo_hookean};
 }
 
 } // namespace livermark::msm::spring_energies

@@ -92,15 +92,22 @@ template <class T> struct SlicedBody {
     /// from the first of them to the second and so on around [m]. Empty if no springs are coupled around nodes, as are
     /// the following.
     Aligned<T> rest_length;
-    Aligned<T> inner_modulus;   ///< (lines, 16) of springs inside a tetrahedron [Pa]
-    Aligned<T> coupled_modulus; ///< (volumes) 1/16 of the shear modulus of springs around a node, by volume [Pa/m^3]
+    Aligned<T>
+        inner_modulus; ///< (lines, 16) of springs inside a tetrahedron [Pa]; of neo-Hookean ones times its volume
+    /// (volumes) of springs around a node, 1/16 of the shear modulus by volume [Pa/m^3]; of neo-Hookean ones a quarter
+    /// of the shear modulus [Pa]
+    Aligned<T> coupled_modulus;
+    /// (volumes) of neo-Hookean springs alone, which have no rest_length: 1 over four times the volume at rest [1/m^3]
+    Aligned<T> inverse_volume;
+    bool has_logarithmic_volume = false; ///< means are resisted by their logarithms
 
     /// (volumes) the row of each control volume, near each other in order, and of about as many tetrahedra; filled up
     /// with the far row
     std::vector<int> volume_row;
     std::vector<int> volume_start; ///< (volumes / 16 + 1) corners of fans in the volumes, in units of 16
     Aligned<std::int32_t> member;  ///< the corner; one behind the last where there is none. Where springs are coupled,
-                                   ///< eight times a tetrahedron around the node
+                                   ///< eight times a tetrahedron around the node; four times a corner for neo-Hookean
+                                   ///< ones
     Aligned<T> volume_stiffness;   ///< (volumes) a quarter of the pressure for each m^3 gained [Pa/m^3]
     /// From the sums of what the tetrahedra around nodes have gained to means of relative changes [1/m^3]; empty if no
     /// means are resisted.

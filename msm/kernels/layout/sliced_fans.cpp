@@ -119,7 +119,7 @@ template <class T> std::vector<std::vector<int>> corners_of_rows(const Lines &li
 template <class T>
 std::vector<int> slice_volumes(const StepParts &parts, const std::vector<int> &row_of_volume, const Lines &lines,
                                SlicedBody<T> &body) {
-    const bool is_coupled = !parts.coupled_modulus.empty();
+    const bool is_coupled = !parts.coupled_modulus.empty() && parts.coupled_energy == CoupledEnergy::elongations;
     const auto of_rows =
         is_coupled ? tetrahedra_of_rows(parts, row_of_volume, lines, body.num_rows) : corners_of_rows(lines, body);
     std::vector<int> volumes(row_of_volume.size());

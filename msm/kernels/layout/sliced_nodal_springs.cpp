@@ -43,14 +43,25 @@ void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3
                          const std::vector<int> &number_of_volume, const Lines &lines, SlicedBody<T> &body) {
     if (parts.coupled_modulus.empty())
         return;
+    const bool is_neo_hookean = parts.coupled_energy == CoupledEnergy::neo_hookean;
     const auto x = to_unknowns(positions);
-    body.inner_modulus = on_lines<T>(parts.inner_modulus, lines);
+    auto inner = parts.inner_modulus;
+    if (is_neo_hookean)
+        for (std::size_t t = 0; t < inner.size(); ++t)
+            inner[t] *= volume_gradient(x, parts.tetrahedra[t]).volume;
+    body.inner_modulus = on_lines<T>(inner, lines);
     for (auto &member : body.member)
-        member *= 8;
+        member *= is_neo_hookean ? 4 : 8;
     body.coupled_modulus.assign(body.volume_row.size(), T(0));
     const auto volume = rest_volumes(parts, x);
     for (std::size_t c = 0; c < volume.size(); ++c)
-        body.coupled_modulus[number_of_volume[c]] = static_cast<T>(parts.coupled_modulus[c] / (16.0 * volume[c]));
+        body.coupled_modulus[number_of_volume[c]] = static_cast<T>(
+            is_neo_hookean ? 0.25 * parts.coupled_modulus[c] : parts.coupled_modulus[c] / (16.0 * volume[c]));
+    if (!is_neo_hookean)
+        return;
+    body.inverse_volume.assign(body.volume_row.size(), T(0));
+    for (std::size_t c = 0; c < volume.size(); ++c)
+        body.inverse_volume[number_of_volume[c]] = static_cast<T>(0.25 / volume[c]);
 }
 
 template <class T>
@@ -66,6 +77,7 @@ void slice_means(const StepParts &parts, const std::vector<core::Vector3> &posit
         const double modulus = parts.volume_stiffness[c] * volume[c];
         pressure.push_back({other_number, number, 0.25 * weight * modulus * volume[c] / volume[other]});
     }
+    body.has_logarithmic_volume = parts.has_logarithmic_volume;
     const auto size = static_cast<int>(body.volume_row.size());
     body.mean_change = sliced_matrix<T>(change, size);
     body.mean_pressure = sliced_matrix<T>(pressure, size);

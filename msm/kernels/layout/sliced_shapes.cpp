@@ -60,7 +60,7 @@ void slice_shapes(const StepParts &parts, const std::vector<core::Vector3> &posi
     const auto x = to_unknowns(positions);
     body.rest_gradient =
         values_on_lines<T>(lines, body, [&](const std::array<int, 4> &nodes) { return gradients(x, nodes); });
-    if (are_around_nodes)
+    if (are_around_nodes && parts.coupled_energy == CoupledEnergy::elongations)
         body.rest_length =
             values_on_lines<T>(lines, body, [&](const std::array<int, 4> &nodes) { return lengths(x, nodes); });
 }

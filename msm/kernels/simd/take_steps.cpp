@@ -10,6 +10,7 @@
 #include "msm/kernels/simd/biquadratic_springs-inl.hpp"
 #include "msm/kernels/simd/chebyshev_scheme-inl.hpp"
 #include "msm/kernels/simd/fan_forces-inl.hpp"
+#include "msm/kernels/simd/neo_hookean_springs-inl.hpp"
 #include "msm/kernels/simd/nodal_springs-inl.hpp"
 #include "msm/kernels/simd/schemes-inl.hpp"
 #include "msm/kernels/simd/spring_forces-inl.hpp"
@@ -25,7 +26,10 @@ template <bool is_damped, class T> HWY_NOINLINE void chunk_forces(StepWorkspace<
     std::fill(at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk]),
               at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk + 1]), T(0));
     const int end = body.chunk_fans[chunk + 1];
-    if (!body.coupled_modulus.empty())
+    if (!body.inverse_volume.empty())
+        for (int slice = body.chunk_fans[chunk]; slice < end; ++slice)
+            neo_hookean_spring_forces<is_damped>(at, now, slice);
+    else if (!body.coupled_modulus.empty())
         for (int slice = body.chunk_fans[chunk]; slice < end; ++slice)
             nodal_spring_forces(at, now, slice);
     else if (!body.shear_modulus.empty())
@@ -42,14 +46,19 @@ HWY_NOINLINE void nodal_states(StepWorkspace<T> &at, int now, int thread, Barrie
     const auto [first_fan, last_fan] = at.fan_slices[thread];
     const auto [first, last] = at.volume_slices[thread];
     const bool is_coupled = !at.body.coupled_modulus.empty();
+    const bool is_neo_hookean = !at.body.inverse_volume.empty();
     for (int slice = first_fan; slice < last_fan; ++slice)
-        if (is_coupled)
+        if (is_neo_hookean)
+            neo_hookean_strains<is_damped>(at, now, slice);
+        else if (is_coupled)
             nodal_strains<is_damped>(at, now, slice);
         else
             volume_gains<is_damped>(at, now, slice);
     barrier.wait();
     for (int slice = first; slice < last; ++slice)
-        if (is_coupled)
+        if (is_neo_hookean)
+            neo_hookean_stresses<is_damped>(at, slice);
+        else if (is_coupled)
             nodal_stresses(at, now, slice);
         else
             pressures(at, now, slice);
@@ -57,7 +66,10 @@ HWY_NOINLINE void nodal_states(StepWorkspace<T> &at, int now, int thread, Barrie
     if (at.change.empty())
         return;
     for (int slice = first; slice < last; ++slice)
-        mean_changes(at, slice);
+        if (at.body.has_logarithmic_volume)
+            logarithmic_mean_changes<is_damped>(at, slice);
+        else
+            mean_changes(at, slice);
     barrier.wait();
     for (int slice = first; slice < last; ++slice)
         mean_pressures(at, now, slice);

@@ -1,8 +1,14 @@
+#include <algorithm>
 #include <gtest/gtest.h>
+#include <random>
 
 #include "msm/biquadratic_springs.hpp"
+#include "msm/dynamics/elastic_motion.hpp"
+#include "msm/hyperelastic_springs.hpp"
+#include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/nodal_springs.hpp"
+#include "msm/springs_with_volume.hpp"
 #include "tests/moving_samples.hpp"
 
 namespace livermark {
@@ -19,6 +25,51 @@ Sample around_nodes(int num_tetrahedra, double soft_ratio, double hard_ratio) {
     auto sample = tests::loose(body);
     sample.body.terms = msm::nodal_springs_with_volume(body).terms;
     return sample;
+}
+
+msm::SpringEnergy neo_hookean() {
+    const auto energies = msm::all_spring_energies();
+    return *std::ranges::find(energies, "neo_hookean", &msm::SpringEnergy::name);
+}
+
+/// Tetrahedra with neo-Hookean springs that are coupled around nodes.
+Sample with_energy(int num_tetrahedra, double soft_ratio, double hard_ratio) {
+    const auto body = tests::two_materials(num_tetrahedra, soft_ratio, hard_ratio);
+    auto sample = tests::loose(body);
+    sample.body.terms = msm::hyperelastic_springs_with_volume(body, neo_hookean()).terms;
+    return sample;
+}
+
+/// The body pressed or pulled along x and sheared, and every node somewhere else by a little: no tetrahedron is inside
+/// out, as the energy does not allow it.
+msm::State deformed(const Sample &sample, double stretch) {
+    std::mt19937 random(7);
+    auto state = tests::shaken(sample);
+    for (std::size_t i = 0; i < sample.positions.size(); ++i) {
+        const auto &x = sample.positions[i];
+        const core::Vector3 moved((stretch - 1.0) * x.x() + 0.2 * x.y(), 0.1 * x.z(), 0.0);
+        const core::Vector3 displacement = moved + tests::random_vector(random, 0.0005);
+        for (int c = 0; c < 3; ++c)
+            state.displacement[static_cast<Eigen::Index>(3 * i) + c] = displacement[c];
+    }
+    return state;
+}
+
+/// Largest difference of the velocities after some steps from there, as a part of their largest change.
+double error_from(const msm::State &start, const Sample &sample, const core::RayleighDamping &damping,
+                  const std::string &integrator, msm::ForcePrecision precision) {
+    auto expected = start;
+    const auto equation = msm::elastic_motion(sample.body, sample.positions, sample.conditions, damping);
+    const auto step = msm::find_integrator(integrator).prepare(equation, tests::sample_step);
+    auto steps = msm::FastSteps::prepare(sample.body, sample.positions, sample.conditions, damping, integrator,
+                                         tests::sample_step, {.precision = precision})
+                     .value();
+    steps.set_state(start);
+    steps.take(3);
+    for (int s = 0; s < 3; ++s)
+        step(expected);
+    return (steps.state().velocity - expected.velocity).lpNorm<Eigen::Infinity>() /
+           (expected.velocity - start.velocity).lpNorm<Eigen::Infinity>();
 }
 
 /// Tetrahedra with springs that are coupled inside each.
@@ -47,6 +98,22 @@ TEST_P(CoupledSprings, AroundNodesMoveAsTheOracleDoes) {
         }
 }
 
+TEST_P(CoupledSprings, WithAnEnergyMoveAsTheOracleDoesWherePressedAndPulled) {
+    for (const int count : all_counts)
+        for (const auto &[soft_ratio, hard_ratio] :
+             {std::pair(0.25, 0.25), std::pair(0.1, 0.45), std::pair(0.45, 0.45)})
+            for (const double stretch : {0.6, 1.0, 1.5})
+                for (const auto &damping : {core::RayleighDamping{0.0, 0.0}, core::RayleighDamping{3.0, 0.002}})
+                    for (const auto *integrator : {"symplectic_euler", "runge_kutta_4"})
+                        for (const auto precision : tests::both_precisions) {
+                            const auto sample = with_energy(count, soft_ratio, hard_ratio);
+                            EXPECT_LT(error_from(deformed(sample, stretch), sample, damping, integrator, precision),
+                                      tests::tolerance(precision))
+                                << count << " " << soft_ratio << " " << hard_ratio << " " << stretch << " "
+                                << damping.beta << " " << integrator;
+                        }
+}
+
 TEST_P(CoupledSprings, InsideTetrahedraMoveAsTheOracleDoes) {
     for (const int count : all_counts) {
         SCOPED_TRACE(count);
@@ -63,8 +130,8 @@ TEST_P(CoupledSprings, InsideTetrahedraMoveAsTheOracleDoesBesideOtherTerms) {
 }
 
 TEST_P(CoupledSprings, GiveTheSameForAnyNumberOfThreads) {
-    for (const auto &sample :
-         {around_nodes(108, 0.4, 0.45), inside_tetrahedra(108), beside_others(108, "nodal_volume")})
+    for (const auto &sample : {around_nodes(108, 0.4, 0.45), with_energy(108, 0.25, 0.45), inside_tetrahedra(108),
+                               beside_others(108, "nodal_volume")})
         tests::expect_the_same_for_any_number_of_threads(sample);
 }
 
@@ -80,6 +147,19 @@ TEST(FastSteps, AreNotThereForSpringsOfBothKinds) {
         EXPECT_FALSE(msm::FastSteps::prepare(sample.body, sample.positions, sample.conditions, {}, "symplectic_euler",
                                              tests::sample_step)
                          .has_value());
+    }
+}
+
+TEST(FastSteps, AreNotThereForAnEnergyBesideVolumesOfTheOtherKind) {
+    const auto body = tests::two_materials(108, 0.25, 0.45);
+    auto sample = tests::loose(body);
+    for (const auto *name : {"mean_nodal_volume", "nodal_volume", "tetrahedral_volume"}) {
+        sample.body.terms = {msm::hyperelastic_springs(body, neo_hookean(), 0.2),
+                             msm::volume_beside_springs(body, msm::find_volume_term(name))};
+        EXPECT_FALSE(msm::FastSteps::prepare(sample.body, sample.positions, sample.conditions, {}, "symplectic_euler",
+                                             tests::sample_step)
+                         .has_value())
+            << name;
     }
 }
 
