@@ -16,9 +16,8 @@ namespace livermark::msm {
 /// @param body  at rest, positive volumes
 std::shared_ptr<const ElasticTerm> biquadratic_springs(const core::Body &body);
 
-/// The same of a material with lambda at most ratio mu, as ElasticBody::preconditioner of springs around nodes: their
-/// shear stiffness is near that of linear elements, but their volumes give way more easily.
-/// @param ratio  the fewest steps at Poisson's ratios 0.45 and 0.49 are taken between 2 and 6
-std::shared_ptr<const ElasticTerm> linear_elements(const core::Body &body, double ratio = 2.5);
+/// The same of a material with a lambda that is no more than a few mu, as ElasticBody::preconditioner of springs around
+/// nodes: their shear stiffness is near that of linear elements, but their volumes give way more easily.
+std::shared_ptr<const ElasticTerm> linear_elements(const core::Body &body);
 
 } // namespace livermark::msm

@@ -183,18 +183,8 @@ class HyperelasticSprings : public ElasticTerm {
         return rate;
     }
 
-    double share(const SpringTetrahedron &tetrahedron, int part) const {
-        return 0.25 * tetrahedron.volume / part_volume_[part];
-    }
-
     /// E_c
-    Six means(const Six &strain) const {
-        Six mean(part_volume_.size(), Vector6::Zero());
-        for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
-            for (const int part : tetrahedra_[t].parts)
-                mean[part] += share(tetrahedra_[t], part) * strain[t];
-        return mean;
-    }
+    Six means(const Six &strain) const { return nodal_means(tetrahedra_, part_volume_, strain); }
 
     /// Of each edge in each tetrahedron, 2 dU/dq_e, and what its dashpots add [N/m].
     Six tensions(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta) const {
@@ -241,7 +231,7 @@ class HyperelasticSprings : public ElasticTerm {
                 for (int column = 0; column < 12; ++column)
                     for (int row = 0; row < 6; ++row)
                         entries.emplace_back(6 * part + row, 3 * tetrahedron.nodes[column / 3] + column % 3,
-                                             share(tetrahedron, part) * slope(row, column));
+                                             share_of_part(tetrahedron, part, part_volume_) * slope(row, column));
         }
         Eigen::SparseMatrix<double> slopes(6 * static_cast<Eigen::Index>(part_volume_.size()), x.size());
         slopes.setFromTriplets(entries.begin(), entries.end());

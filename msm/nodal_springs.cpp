@@ -163,19 +163,8 @@ class NodalSprings : public ElasticTerm {
         return strain;
     }
 
-    /// Part of the strain of a tetrahedron that is the strain of each part around its corners.
-    double share(const Tetrahedron &tetrahedron, int part) const {
-        return 0.25 * tetrahedron.volume / part_volume_[part];
-    }
-
     /// E_c
-    Strains means(const Strains &strain) const {
-        Strains mean(part_volume_.size(), Vector6::Zero());
-        for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
-            for (const int part : tetrahedra_[t].parts)
-                mean[part] += share(tetrahedra_[t], part) * strain[t];
-        return mean;
-    }
+    Strains means(const Strains &strain) const { return nodal_means(tetrahedra_, part_volume_, strain); }
 
     /// Of each edge in each tetrahedron, 2 dU/dq_e [N/m].
     Strains tensions(const Strains &strain) const {
@@ -203,7 +192,7 @@ class NodalSprings : public ElasticTerm {
                 for (int column = 0; column < 12; ++column)
                     for (int row = 0; row < 6; ++row)
                         entries.emplace_back(6 * part + row, 3 * tetrahedron.nodes[column / 3] + column % 3,
-                                             share(tetrahedron, part) * slope(row, column));
+                                             share_of_part(tetrahedron, part, part_volume_) * slope(row, column));
         }
         Eigen::SparseMatrix<double> slopes(6 * static_cast<Eigen::Index>(part_volume_.size()), x.size());
         slopes.setFromTriplets(entries.begin(), entries.end());
