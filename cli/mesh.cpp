@@ -13,7 +13,9 @@
 #include "core/bounding_box.hpp"
 #include "meshes/body_reader.hpp"
 #include "meshes/box_generator.hpp"
+#include "meshes/liver_body_file.hpp"
 #include "meshes/liver_generator.hpp"
+#include "meshes/liver_variation.hpp"
 #include "meshes/mesh_figures.hpp"
 #include "meshes/mesh_reader.hpp"
 #include "meshes/msh_writer.hpp"
@@ -29,6 +31,7 @@ namespace {
 
 struct LiverCommand {
     meshes::LiverOptions options;
+    int variant = 0; ///< 0 is the liver that ships
     std::string output;
 };
 
@@ -89,8 +92,19 @@ int make_box(const BoxCommand &command) {
     return write_mesh(command.output, meshes::generate_box(size, command.edge, command.topology));
 }
 
-int make_liver(const LiverCommand &command) {
+int make_liver(const LiverCommand &command, const std::string &command_line) {
     support::check_place(command.output);
+    if (command.variant != 0) {
+        if (command.options.tumours)
+            throw support::InputError(
+                fmt::format("variant {} of the liver has lesions of its own; leave out --tumours", command.variant));
+        const auto variant = meshes::draw_liver(command.variant);
+        print_notes({meshes::to_text(variant)});
+        const auto mesh = meshes::generate_liver(variant, command.options.target_tetrahedra);
+        meshes::write_liver_body(command.output, mesh, variant, command_line);
+        fmt::print("{}", meshes::to_text(meshes::mesh_figures(mesh)));
+        return 0;
+    }
     return write_mesh(command.output, meshes::generate_liver(command.options));
 }
 
@@ -200,6 +214,11 @@ Command add_mesh(CLI::App &parent, const std::string &command_line) {
     make->add_flag("--tumours", liver->options.tumours, "With its six lesions");
     make->add_option("--tetrahedra", liver->options.target_tetrahedra, "How many, about")
         ->check(CLI::Range(2000, 2000000));
+    make->add_option("--variant", liver->variant,
+                     "The liver of another person, drawn by this number: volume, lobes, lesions; 0 is the liver that "
+                     "ships. A body .toml is written beside it")
+        ->check(CLI::Range(0, 1000000))
+        ->capture_default_str();
     make->add_option("-o,--output", liver->output, "The .msh file to write")->required();
 
     auto box = std::make_shared<BoxCommand>();
@@ -224,7 +243,7 @@ Command add_mesh(CLI::App &parent, const std::string &command_line) {
 
     return [=] {
         if (make->parsed())
-            return make_liver(*liver);
+            return make_liver(*liver, command_line);
         if (make_a_box->parsed())
             return make_box(*box);
         if (!check->parsed())

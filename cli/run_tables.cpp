@@ -4,6 +4,7 @@
 #include <functional>
 #include <string>
 
+#include "results/tables/cohort_table.hpp"
 #include "results/tables/large_table.hpp"
 #include "results/tables/median_errors.hpp"
 #include "results/tables/overview.hpp"
@@ -23,6 +24,17 @@ std::string medians_with_legend(std::span<const results::Result> results,
         throw support::InputError("there is no static load case here to take a median of; give result files of "
                                   "`livermark run --static`");
     return as_text(layout) + "\n" + results::median_legend(results);
+}
+
+std::string cohort_with_legend(std::span<const results::Result> results,
+                               const std::function<std::string(const results::Layout &)> &as_text) {
+    const auto layout = results::cohort_table(results);
+    if (layout.rows.empty())
+        throw support::InputError("there is no cohort here; give static results on bodies whose names end in their "
+                                  "number, such as those of `livermark mesh liver --variant 7 -o liver_variant_7.msh`");
+    return as_text(layout) +
+           "\nover bodies, of the mean relative L2 error over load cases; in brackets the interval of "
+           "95 % by bootstrap; training: odd numbers, unseen: even ones\n";
 }
 
 class Printer {
@@ -67,6 +79,9 @@ void print_regime(Printer &printer, std::span<const results::Result> results, Ta
             medians_with_legend(results, [&](const results::Layout &layout) { return printer.as_text(layout); }));
     if (kind == TableKind::means)
         printer.print(results::mean_errors(results));
+    if (kind == TableKind::cohort)
+        printer.print(
+            cohort_with_legend(results, [&](const results::Layout &layout) { return printer.as_text(layout); }));
 }
 
 } // namespace

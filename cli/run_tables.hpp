@@ -10,19 +10,22 @@
 
 namespace livermark::cli {
 
-enum class TableKind { all, models, forces, summary, overview, means, medians };
+enum class TableKind { all, models, forces, summary, overview, means, medians, cohort };
 
 /// By their words on the command line.
 inline const std::map<std::string, TableKind> table_kinds{
     {"all", TableKind::all},         {"models", TableKind::models},     {"forces", TableKind::forces},
     {"summary", TableKind::summary}, {"overview", TableKind::overview}, {"means", TableKind::means},
-    {"medians", TableKind::medians}};
+    {"medians", TableKind::medians}, {"cohort", TableKind::cohort}};
 
 /// Prints what results say, to standard output: a row for each model, the summary by load case, the overview by
 /// Poisson's ratio if a body is there with several of them, and the medians over load cases if a body has several of
-/// these. Each kind is also printed when it is asked for; the means over load cases by body, and the forces along the
-/// paths of large deformations, only then. Small and large deformations are never in one table.
-/// @throws support::InputError if medians are asked for and there is no static load case
+/// these. Each kind is also printed when it is asked for; the means over load cases by body, the forces along the paths
+/// of large deformations and the statistics over a cohort of bodies, only then. Small and large deformations are never
+/// in one table.
+/// @throws support::InputError if medians are asked for and there is no static load case, and if a cohort is asked for
+/// and no
+///         body's name ends in a number
 void print_tables(std::span<const results::Result> results, TableKind kind, bool markdown);
 
 /// Prints which load cases do not fit which body, and why; nothing where all fit.

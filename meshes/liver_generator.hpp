@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/tetra_mesh.hpp"
+#include "meshes/liver_variation.hpp"
 
 namespace livermark::meshes {
 
@@ -25,5 +26,13 @@ struct LiverOptions {
 /// @throws support::InputError   if target_tetrahedra is negative, or too small to hold the anatomy
 /// @throws std::runtime_error if gmsh fails, or a canonical body misses one of its figures
 core::TetraMesh generate_liver(const LiverOptions &options);
+
+/// The liver of another person in the same way: its volume is met to the last digits of the file, its regions are
+/// "parenchyma" and "tumour_1" ... for its lesions, largest first. From healthy_liver_tetrahedra on its quality and its
+/// shortest edge are those of the bodies that ship.
+/// @param target_tetrahedra  0: as many as the body that ships with or without lesions has
+/// @throws support::InputError   as above
+/// @throws std::runtime_error if gmsh fails, or the quality is missed
+core::TetraMesh generate_liver(const LiverVariant &variant, int target_tetrahedra = 0);
 
 } // namespace livermark::meshes

@@ -14,14 +14,16 @@ enum Patch { posterior, anterior, inferior, superior, right_lobe_dome, right_lat
 
 /// @param p  centroid of a facet [m]
 /// @param n  its unit outward normal
-Patch patch_at(const Vector3 &p, const Vector3 &n) {
-    if (p.x() > 0.105)
+/// @param drawn  the liver at the scale and the place of the one that ships
+/// @param tip  where its tip begins [m]
+Patch patch_at(const Vector3 &p, const Vector3 &n, const LiverShape &drawn, double tip) {
+    if (p.x() > tip)
         return left_lobe_tip;
     if (n.y() > 0.45 && n.z() > -0.35 && p.x() > -0.068 && p.x() < 0.062 && p.z() > -0.035)
         return posterior;
     if (n.z() > 0.5)
         return p.x() < 0.02 ? right_lobe_dome : superior;
-    if (diaphragmatic_depth(p) > 0.005)
+    if (diaphragmatic_depth(p, drawn) > 0.005)
         return inferior;
     if (n.x() < -0.65)
         return right_lateral;
@@ -32,14 +34,14 @@ Patch patch_at(const Vector3 &p, const Vector3 &n) {
 
 class Painter {
   public:
-    Painter(core::TetraMesh &mesh, const LiverFit &fit)
+    Painter(core::TetraMesh &mesh, const LiverFit &fit, const LiverShape &drawn, double tip)
         : mesh_(mesh), areas_(mesh.boundary_triangles.size()), around_node_(mesh.points.size()) {
         for (int t = 0; t < mesh.num_boundary_triangles(); ++t) {
             const auto &[a, b, c] = mesh.boundary_triangles[t];
             const Vector3 area = core::area_vector(mesh, t);
             areas_[t] = area.norm();
-            mesh.boundary_patch.push_back(
-                patch_at(fit.place((mesh.points[a] + mesh.points[b] + mesh.points[c]) / 3.0), fit.normal(area)));
+            mesh.boundary_patch.push_back(patch_at(fit.place((mesh.points[a] + mesh.points[b] + mesh.points[c]) / 3.0),
+                                                   fit.normal(area), drawn, tip));
             for (const int node : {a, b, c})
                 around_node_[node].push_back(t);
         }
@@ -129,6 +131,19 @@ class Painter {
     std::vector<std::vector<int>> around_node_;
 };
 
+void paint(core::TetraMesh &mesh, const LiverFit &fit, const LiverShape &drawn, double tip) {
+    mesh.patch_names = {"posterior",       "anterior",      "inferior",     "superior",
+                        "right_lobe_dome", "right_lateral", "left_lobe_tip"};
+    mesh.boundary_patch.clear();
+    Painter painter(mesh, fit, drawn, tip);
+    constexpr int num_rounds = 6;
+    for (int round = 0; round < num_rounds; ++round)
+        painter.smooth();
+    painter.absorb_islands();
+}
+
+constexpr double tip_of_shipped_liver = 0.105; // [m]
+
 } // namespace
 
 void assign_liver_patches(core::TetraMesh &mesh) {
@@ -137,14 +152,20 @@ void assign_liver_patches(core::TetraMesh &mesh) {
 }
 
 void assign_liver_patches(core::TetraMesh &mesh, const LiverFit &fit) {
-    mesh.patch_names = {"posterior",       "anterior",      "inferior",     "superior",
-                        "right_lobe_dome", "right_lateral", "left_lobe_tip"};
-    mesh.boundary_patch.clear();
-    Painter painter(mesh, fit);
-    constexpr int num_rounds = 6;
-    for (int round = 0; round < num_rounds; ++round)
-        painter.smooth();
-    painter.absorb_islands();
+    paint(mesh, fit, {}, tip_of_shipped_liver);
+}
+
+void assign_liver_patches(core::TetraMesh &mesh, const LiverShape &shape) {
+    mesh.boundary_triangles = core::outer_faces(mesh.tetrahedra);
+    // Through the drawing to the scale and the place of the liver that ships.
+    LiverShape drawn = shape;
+    drawn.metres_per_unit = LiverShape().metres_per_unit;
+    drawn.centroid = LiverShape().centroid;
+    LiverFit fit;
+    const Vector3 stretch = drawn.metres_per_unit.cwiseQuotient(shape.metres_per_unit);
+    fit.linear = stretch.asDiagonal();
+    fit.offset = (shape.centroid - drawn.centroid).cwiseProduct(drawn.metres_per_unit);
+    paint(mesh, fit, drawn, left_lobe_tip_begin(drawn));
 }
 
 } // namespace livermark::meshes

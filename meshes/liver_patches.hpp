@@ -2,6 +2,7 @@
 
 #include "core/tetra_mesh.hpp"
 #include "meshes/liver_registration.hpp"
+#include "meshes/liver_shape.hpp"
 
 namespace livermark::meshes {
 
@@ -21,5 +22,9 @@ void assign_liver_patches(core::TetraMesh &mesh);
 /// The same for a liver that lies elsewhere, whose boundary is there and stays.
 /// @param fit  where it lies in the axes of liver_level
 void assign_liver_patches(core::TetraMesh &mesh, const LiverFit &fit);
+
+/// The same by the same rules for a liver of another shape, in the axes of liver_level: its boundary is found, and the
+/// tip begins where the left lobe of that shape narrows.
+void assign_liver_patches(core::TetraMesh &mesh, const LiverShape &shape);
 
 } // namespace livermark::meshes

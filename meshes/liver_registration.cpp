@@ -47,7 +47,7 @@ template <class Triangles> Moments moments_of(const Triangles &triangles, const 
 const Moments &moments_of_shipped_liver() {
     static const Moments moments = [] {
         const auto [low, high] = liver_bounding_box();
-        const auto surface = march_tetrahedra(liver_level, low, high, 0.006);
+        const auto surface = march_tetrahedra([](const Vector3 &p) { return liver_level(p); }, low, high, 0.006);
         return moments_of(surface.triangles, surface.points);
     }();
     return moments;

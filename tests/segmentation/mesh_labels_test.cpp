@@ -68,7 +68,7 @@ Phantom liver_phantom() {
             low,
             high,
             {0.0008, 0.0008, thick_slice},
-            meshes::liver_level,
+            [](const core::Vector3 &point) { return meshes::liver_level(point); },
             lesions,
             16000,
             0.0005,
