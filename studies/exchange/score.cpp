@@ -7,10 +7,10 @@
 #include "results/provenance.hpp"
 #include "studies/exchange/formats/outside_solution.hpp"
 #include "studies/run/benchmark_case.hpp"
-#include "studies/run/stored_references.hpp"
 #include "studies/run/output_folder.hpp"
 #include "studies/run/prepared_models.hpp"
 #include "studies/run/problems.hpp"
+#include "studies/run/stored_references.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::studies {

@@ -9,8 +9,8 @@
 
 #include "results/hdf5/calibration_file.hpp"
 #include "studies/run/benchmark_case.hpp"
-#include "studies/run/stored_references.hpp"
 #include "studies/run/output_folder.hpp"
+#include "studies/run/stored_references.hpp"
 #include "support/input_error.hpp"
 #include "support/mpi_session.hpp"
 #include "support/root_folder.hpp"
