@@ -125,7 +125,7 @@ std::string remarks(const std::vector<const results::Result *> &cases) {
 std::string errors_section(const ReportData &data) {
     if (data.results.empty())
         return section("errors", "How far each model is off",
-                       missing("There are no result files of runs here.", "livermark run"));
+                       missing("There are no result files of small deformations here.", "livermark run"));
     auto html =
         paragraph("Relative L2 error of the displacement at rest against the reference, weighted by nodal volume. "
                   "The smallest error among the springs is in bold type, and so is their smallest mean. A star marks a "

@@ -182,7 +182,8 @@ std::map<std::string, double> shown_ratios(const ReportData &data) {
 std::string pictures_section(const ReportData &data) {
     constexpr auto *title = "What it looks like";
     if (data.results.empty())
-        return section("pictures", title, missing("There are no result files of runs here.", "livermark run"));
+        return section("pictures", title,
+                       missing("There are no result files of small deformations here.", "livermark run"));
     auto html =
         paragraph("Each load case: the reference, the nearest of the springs, and Lloyd's springs, which are the "
                   "simplest; below them the distance of each from the reference. All displacements of a load case have "

@@ -81,6 +81,11 @@ svg { display: block; width: 100%; height: auto; }
   .pictures { gap: 0.6rem; }
   .legend { grid-column: 1 / -1; display: flex; gap: 1rem; }
   .legend + div { grid-column: 2; }
+  /* Words wrap anywhere, so that the first errors are seen without scrolling sideways. */
+  table { font-size: 0.72rem; }
+  td:not(.number), td:first-child { white-space: normal; overflow-wrap: anywhere; min-width: 3.2rem; padding-right: 0.3rem; }
+  th.number, td.number { padding-left: 0.4rem; }
+  .matrix td.number { min-width: 2.4rem; }
 }
 @media screen and (prefers-color-scheme: dark) {
   :root { --ink: #e4e8eb; --soft: #a9b4bd; --line: #3a434b; --paper: #15191d; --tint: #222930; --accent: #74bfe0;

@@ -123,7 +123,7 @@ TEST(Report, IsThereWithoutAnyRun) {
     ReportData data;
     data.timings = {tests::sample_timings()};
     const auto page = make_report(data, {}, "livermark report runs");
-    EXPECT_EQ(count(page, "There are no result files of runs here"), 2u);
+    EXPECT_EQ(count(page, "There are no result files of small deformations here"), 2u);
     EXPECT_EQ(page.find("<img"), std::string::npos);
 }
 
