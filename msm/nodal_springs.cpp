@@ -122,16 +122,7 @@ class NodalSprings : public ElasticTerm {
     }
 
     bool describe(StepParts &parts) const override {
-        std::vector<std::array<int, 4>> part_at_corner;
-        parts.tetrahedra.clear();
-        for (const auto &tetrahedron : tetrahedra_) {
-            part_at_corner.push_back(tetrahedron.parts);
-            parts.tetrahedra.push_back(tetrahedron.nodes);
-            parts.inner_modulus.push_back(alone_ * tetrahedron.shear_modulus);
-        }
-        for (const double modulus : part_modulus_)
-            parts.coupled_modulus.push_back((1.0 - alone_) * modulus);
-        return describe_volumes(part_node_, part_at_corner, parts);
+        return describe_coupled_springs(tetrahedra_, part_node_, part_modulus_, alone_, parts);
     }
 
   private:

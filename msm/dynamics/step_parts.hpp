@@ -52,6 +52,27 @@ struct StepParts {
 bool describe_volumes(const std::vector<int> &centre, const std::vector<std::array<int, 4>> &corner_volume,
                       StepParts &parts);
 
+/// Puts down springs that are coupled around nodes.
+/// @param tetrahedra    (M) each with its nodes, the parts around its corners, and its shear modulus [Pa]
+/// @param part_node     (C) in the middle of each part
+/// @param part_modulus  (C) shear modulus [Pa]
+/// @param alone         part of the stiffness that stays inside tetrahedra
+/// @return as describe_volumes()
+template <class Tetrahedron>
+bool describe_coupled_springs(const std::vector<Tetrahedron> &tetrahedra, const std::vector<int> &part_node,
+                              const std::vector<double> &part_modulus, double alone, StepParts &parts) {
+    std::vector<std::array<int, 4>> part_at_corner;
+    parts.tetrahedra.clear();
+    for (const auto &tetrahedron : tetrahedra) {
+        part_at_corner.push_back(tetrahedron.parts);
+        parts.tetrahedra.push_back(tetrahedron.nodes);
+        parts.inner_modulus.push_back(alone * tetrahedron.shear_modulus);
+    }
+    for (const double modulus : part_modulus)
+        parts.coupled_modulus.push_back((1.0 - alone) * modulus);
+    return describe_volumes(part_node, part_at_corner, parts);
+}
+
 /// @return nothing if the body has a part that fast kernels do not know
 std::optional<StepParts> step_parts(const ElasticBody &body);
 

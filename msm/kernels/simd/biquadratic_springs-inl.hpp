@@ -54,14 +54,17 @@ HWY_INLINE Symmetric<D> stress(hn::Vec<D> half_lambda, hn::Vec<D> shear_modulus,
             hn::Mul(shear_modulus, yz),          hn::Mul(shear_modulus, zx)};
 }
 
-/// What a stress pulls the corners inwards with, F S g of each.
-/// @param stress  times the volume
-template <class D>
-HWY_INLINE OfCorners<D> pulls(const Columns<D> &f, const Symmetric<D> &stress, const OfCorners<D> &rest) {
-    const auto x = combined<D>(stress.xx, f.x, stress.xy, f.y, stress.zx, f.z);
-    const auto y = combined<D>(stress.xy, f.x, stress.yy, f.y, stress.yz, f.z);
-    const auto z = combined<D>(stress.zx, f.x, stress.yz, f.y, stress.zz, f.z);
-    const auto along = [&](const Vec3<D> &g) HWY_ATTR { return combined<D>(g.x, x, g.y, y, g.z, z); };
+/// F S.
+template <class D> HWY_INLINE Columns<D> product(const Columns<D> &f, const Symmetric<D> &stress) {
+    return {combined<D>(stress.xx, f.x, stress.xy, f.y, stress.zx, f.z),
+            combined<D>(stress.xy, f.x, stress.yy, f.y, stress.yz, f.z),
+            combined<D>(stress.zx, f.x, stress.yz, f.y, stress.zz, f.z)};
+}
+
+/// What a stress pulls the corners inwards with, P g of each.
+/// @param p  first stress of Piola and Kirchhoff, times the volume
+template <class D> HWY_INLINE OfCorners<D> pulls(const Columns<D> &p, const OfCorners<D> &rest) {
+    const auto along = [&](const Vec3<D> &g) HWY_ATTR { return combined<D>(g.x, p.x, g.y, p.y, g.z, p.z); };
     return {along(rest.a), along(rest.b), along(rest.c)};
 }
 
@@ -101,7 +104,7 @@ HWY_NOINLINE void biquadratic_spring_forces(StepWorkspace<T> &at, int now, int s
                 stress<D>(hn::Load(d, body.half_lambda.data() + t), hn::Load(d, body.shear_modulus.data() + t), strain);
             const auto pressure = hn::Add(axis.pressure, hn::Add(from.pressure, to.pressure));
             const auto push = push_on(D(), body, pressure, volume, plain, t);
-            sums.add(D(), pulls<D>(f, inside, rest), push, from, to, at.corner_force, rim_slot);
+            sums.add(D(), pulls<D>(product<D>(f, inside), rest), push, from, to, at.corner_force, rim_slot);
             from = to;
         }
         sums.finish(D(), at.corner_force, slot, rim_slot);

@@ -194,14 +194,7 @@ template <bool is_damped, class T> HWY_NOINLINE void neo_hookean_stresses(StepWo
             if (!at.change.empty())
                 hn::Store(rate.more, d, at.change_rate.data() + volume);
         }
-        const auto &[xx, yy, zz, xy, yz, zx] = total;
-        hn::StoreInterleaved4(xx, yy, zz, xy, d, first_four.data());
-        hn::StoreInterleaved4(yz, zx, hn::Zero(d), hn::Zero(d), d, other_four.data());
-        for (std::size_t i = 0; i < hn::Lanes(d); ++i) {
-            const auto row = 4 * static_cast<std::size_t>(body.volume_row[volume + i]);
-            std::copy_n(first_four.data() + 4 * i, 4, at.stress[0].data() + row);
-            std::copy_n(other_four.data() + 4 * i, 4, at.stress[1].data() + row);
-        }
+        store_stress(D(), total, volume, at);
     }
 }
 
@@ -279,14 +272,11 @@ HWY_NOINLINE void neo_hookean_spring_forces(StepWorkspace<T> &at, int now, int s
             // (ln J - 1) / J, with the sign of J
             const auto inside = hn::Mul(hn::Mul(modulus, hn::Sub(log, one)), hn::Div(j, square));
             const auto on_cofactor = hn::Sub(inside, push);
-            const auto x =
-                plus_scaled<D>(combined<D>(around.xx, f.x, around.xy, f.y, around.zx, f.z), on_cofactor, cofactor.x);
-            const auto y =
-                plus_scaled<D>(combined<D>(around.xy, f.x, around.yy, f.y, around.yz, f.z), on_cofactor, cofactor.y);
-            const auto z =
-                plus_scaled<D>(combined<D>(around.zx, f.x, around.yz, f.y, around.zz, f.z), on_cofactor, cofactor.z);
-            const auto along = [&](const Vec3<D> &g) HWY_ATTR { return combined<D>(g.x, x, g.y, y, g.z, z); };
-            sums.add(D(), {along(rest.a), along(rest.b), along(rest.c)}, zero, from, to, at.corner_force, rim_slot);
+            const auto stressed = product<D>(f, around);
+            const Columns<D> first_stress{plus_scaled<D>(stressed.x, on_cofactor, cofactor.x),
+                                          plus_scaled<D>(stressed.y, on_cofactor, cofactor.y),
+                                          plus_scaled<D>(stressed.z, on_cofactor, cofactor.z)};
+            sums.add(D(), pulls<D>(first_stress, rest), zero, from, to, at.corner_force, rim_slot);
             from = to;
             from_stress = to_stress;
         }

@@ -153,6 +153,20 @@ template <bool is_damped, class T> HWY_NOINLINE void nodal_strains(StepWorkspace
     }
 }
 
+/// Puts stresses down in the rows of control volumes behind each other, where fetch_stress() finds them.
+template <class D, class T>
+HWY_INLINE void store_stress(D d, const Symmetric<D> &stress, std::size_t first_volume, StepWorkspace<T> &at) {
+    HWY_ALIGN std::array<T, 4 * slice_size> first_four, other_two;
+    const auto &[xx, yy, zz, xy, yz, zx] = stress;
+    hn::StoreInterleaved4(xx, yy, zz, xy, d, first_four.data());
+    hn::StoreInterleaved4(yz, zx, hn::Zero(d), hn::Zero(d), d, other_two.data());
+    for (std::size_t i = 0; i < hn::Lanes(d); ++i) {
+        const auto row = 4 * static_cast<std::size_t>(at.body.volume_row[first_volume + i]);
+        std::copy_n(first_four.data() + 4 * i, 4, at.stress[0].data() + row);
+        std::copy_n(other_two.data() + 4 * i, 4, at.stress[1].data() + row);
+    }
+}
+
 /// A quarter of the stress in 16 control volumes, from the strains of the tetrahedra there, and the pressures
 /// there or what these are made of.
 template <class T> HWY_NOINLINE void nodal_stresses(StepWorkspace<T> &at, int now, int volume_slice) {
@@ -184,16 +198,7 @@ template <class T> HWY_NOINLINE void nodal_stresses(StepWorkspace<T> &at, int no
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const auto strain = load_eight(D(), sums + 8 * lane);
         const std::size_t volume = static_cast<std::size_t>(volume_slice) * slice_size + lane;
-        const auto [xx, yy, zz, xy, yz, zx] =
-            stress(D(), hn::Load(d, body.coupled_modulus.data() + volume), strain.tensor);
-        HWY_ALIGN std::array<T, 4 * slice_size> first_four, other_two;
-        hn::StoreInterleaved4(xx, yy, zz, xy, d, first_four.data());
-        hn::StoreInterleaved4(yz, zx, hn::Zero(d), hn::Zero(d), d, other_two.data());
-        for (std::size_t i = 0; i < hn::Lanes(d); ++i) {
-            const auto row = 4 * static_cast<std::size_t>(body.volume_row[volume + i]);
-            std::copy_n(first_four.data() + 4 * i, 4, at.stress[0].data() + row);
-            std::copy_n(other_two.data() + 4 * i, 4, at.stress[1].data() + row);
-        }
+        store_stress(D(), stress(D(), hn::Load(d, body.coupled_modulus.data() + volume), strain.tensor), volume, at);
         hn::Store(strain.more, d, gain + lane);
     }
     if (!body.volume_stiffness.empty())
