@@ -13,6 +13,7 @@
 
 #include "results/hdf5/timings_file.hpp"
 #include "results/provenance.hpp"
+#include "results/quantile.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::benchmarks {

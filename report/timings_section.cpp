@@ -5,6 +5,7 @@
 #include "core/units.hpp"
 #include "report/html.hpp"
 #include "report/sections.hpp"
+#include "results/quantile.hpp"
 
 namespace livermark::report {
 

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "results/hdf5/file_parts.hpp"
+#include "results/quantile.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::results {
@@ -50,11 +51,6 @@ void read_below(const hdf5::InputFile &file, const std::string &group, std::vect
 }
 
 } // namespace
-
-double median(std::vector<double> values) {
-    std::ranges::sort(values);
-    return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
-}
 
 void write_timings(const std::filesystem::path &path, const Timings &timings) {
     hdf5::OutputFile file;

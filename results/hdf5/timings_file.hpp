@@ -33,8 +33,4 @@ void write_timings(const std::filesystem::path &path, const Timings &timings);
 /// @throws support::InputError that names the file and the dataset or attribute, and says what is wrong and what to do
 Timings read_timings(const std::filesystem::path &path);
 
-/// The middle one, or the mean of the two in the middle.
-/// @param values  at least one
-double median(std::vector<double> values);
-
 } // namespace livermark::results

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "core/units.hpp"
+#include "results/quantile.hpp"
 #include "support/random_numbers.hpp"
 
 namespace livermark::results {
@@ -48,14 +49,6 @@ std::vector<double> means_of(const ErrorsOfBodies &bodies, std::size_t num_load_
 }
 
 } // namespace
-
-double quantile(std::vector<double> values, double part) {
-    std::ranges::sort(values);
-    const double place = part * static_cast<double>(values.size() - 1);
-    const auto below = static_cast<std::size_t>(place);
-    const auto above = std::min(below + 1, values.size() - 1);
-    return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
-}
 
 Interval bootstrap_interval(const std::vector<double> &values, double part) {
     constexpr int num_samples = 2000;

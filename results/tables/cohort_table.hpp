@@ -16,11 +16,6 @@ struct Interval {
     double high = 0.0;
 };
 
-/// Linear interpolation between the sorted values (type 7 of Hyndman, Fan 1996, The American Statistician 50(4)).
-/// @param values  at least one
-/// @param part    from 0 to 1; 0.5 is the median
-double quantile(std::vector<double> values, double part);
-
 /// Percentile bootstrap of a quantile (Efron 1979, Annals of Statistics 7(1)): 2.5 to 97.5 % of the quantiles of 2000
 /// samples with replacement. The seed is fixed, so the same values give the same interval.
 Interval bootstrap_interval(const std::vector<double> &values, double part);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/units.hpp"
+#include "results/quantile.hpp"
 #include "results/tables/overview.hpp"
 
 namespace livermark::results {
@@ -38,13 +39,6 @@ std::map<Key, const Result *> last_of_each(std::span<const Result> results) {
         if (is_counted(result))
             last[{result.problem.body->name, poisson_ratio(result), result.problem.load_case.name}] = &result;
     return last;
-}
-
-/// @param values  at least one
-double median(std::vector<double> values) {
-    std::ranges::sort(values);
-    const auto middle = values.size() / 2;
-    return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
 }
 
 /// What there is of one model over some load cases.

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "results/quantile.hpp"
+
 namespace livermark::results {
 namespace {
 

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <gtest/gtest.h>
 
+#include "results/quantile.hpp"
 #include "support/input_error.hpp"
 #include "tests/sample_timings.hpp"
 
