@@ -65,6 +65,9 @@ struct LoadCase {
     /// (T) 1 where a traction is a pressure that stays perpendicular to the surface and acts on its area as that moves;
     /// its value is the traction at rest, which linear models take. Empty where there is none.
     std::vector<std::uint8_t> follows;
+    /// (N) what prescribed displacements are multiplied by at each node of the mesh, linear along edges: how a round
+    /// tool sinks in. Empty where all are as the value says.
+    std::vector<double> node_factor;
     Vector3 acceleration = Vector3::Zero();    ///< body force per mass [m/s^2]
     std::vector<std::string> constraint_names; ///< (P) the places where displacement is prescribed
     std::vector<int> constraint;               ///< (T) index into constraint_names, -1 where nothing is prescribed
@@ -73,6 +76,13 @@ struct LoadCase {
     /// (L) parts of the loads at which solutions are kept, ascending to 1; all that drives the body grows with them.
     /// Empty in the small regime.
     std::vector<double> path;
+
+    /// What a prescribed displacement is multiplied by at a node of the mesh.
+    double factor_at(int node) const { return node_factor.empty() ? 1.0 : node_factor[node]; }
+    /// The same in the middle of an edge.
+    double factor_between(int a, int b) const {
+        return node_factor.empty() ? 1.0 : 0.5 * (node_factor[a] + node_factor[b]);
+    }
 
     /// Whether the traction on a facet is a pressure that follows the surface.
     bool follows_surface(int facet) const {

@@ -71,7 +71,8 @@ bool are_alike(const LoadCase &load_case, int a, int b) {
 
 BisectedBody bisect(const Body &body, const std::set<Edge> &edges) {
     const auto &coarse = body.mesh;
-    BisectedBody result{{.name = body.name, .mesh = {}, .materials = body.materials}, {}, {}};
+    BisectedBody result{
+        {.name = body.name, .mesh = {}, .materials = body.materials}, {}, {}, {edges.begin(), edges.end()}};
     auto &fine = result.body.mesh;
     fine.points = coarse.points;
     fine.region_names = coarse.region_names;
@@ -92,19 +93,22 @@ BisectedBody bisect(const Body &body, const std::set<Edge> &edges) {
     return result;
 }
 
-LoadCase on_parts(const LoadCase &load_case, const std::vector<int> &parent_triangle) {
+LoadCase on_parts(const LoadCase &load_case, const BisectedBody &parts) {
     auto result = load_case;
     result.condition.clear();
     result.value.clear();
     result.constraint.clear();
     result.follows.clear();
-    for (const int parent : parent_triangle) {
+    for (const int parent : parts.parent_triangle) {
         result.condition.push_back(load_case.condition[parent]);
         result.value.push_back(load_case.value[parent]);
         result.constraint.push_back(load_case.constraint[parent]);
         if (!load_case.follows.empty())
             result.follows.push_back(load_case.follows[parent]);
     }
+    if (!load_case.node_factor.empty())
+        for (const auto &[a, b] : parts.parent_edge)
+            result.node_factor.push_back(load_case.factor_between(a, b));
     return result;
 }
 
@@ -129,9 +133,9 @@ BisectedProblem refine_at_rims(const Problem &problem) {
             for (const auto &[i, j] : tetrahedron_edges)
                 edges.insert(edge_of(nodes[i], nodes[j]));
     auto bisected = bisect(*problem.body, edges);
-    return {
-        {std::make_shared<const Body>(std::move(bisected.body)), on_parts(problem.load_case, bisected.parent_triangle)},
-        std::move(bisected.parent_tetrahedron)};
+    auto load_case = on_parts(problem.load_case, bisected);
+    return {{std::make_shared<const Body>(std::move(bisected.body)), std::move(load_case)},
+            std::move(bisected.parent_tetrahedron)};
 }
 
 Problem refine_at_rims(const Problem &problem, int levels) {

@@ -11,8 +11,9 @@ namespace livermark::core {
 /// A body with some of its tetrahedra bisected. Its first nodes are those of the body that it was made from.
 struct BisectedBody {
     Body body;
-    std::vector<int> parent_tetrahedron; ///< (M') the tetrahedron that each is a part of, ascending
-    std::vector<int> parent_triangle;    ///< (T') the boundary triangle that each is a part of
+    std::vector<int> parent_tetrahedron;         ///< (M') the tetrahedron that each is a part of, ascending
+    std::vector<int> parent_triangle;            ///< (T') the boundary triangle that each is a part of
+    std::vector<std::array<int, 2>> parent_edge; ///< (N' - N) the edge in whose middle each new node is
 };
 
 /// Bisects edges, the longest first in each tetrahedron, with all tetrahedra and boundary triangles at them. Which one
@@ -21,8 +22,8 @@ struct BisectedBody {
 /// @param edges  lower node number first
 BisectedBody bisect(const Body &body, const std::set<std::array<int, 2>> &edges);
 
-/// A load case on the parts of the boundary triangles that it was put on.
-LoadCase on_parts(const LoadCase &load_case, const std::vector<int> &parent_triangle);
+/// A load case on the parts of the mesh that it was put on.
+LoadCase on_parts(const LoadCase &load_case, const BisectedBody &parts);
 
 /// Nodes where the condition of the boundary changes: from constrained to free, from one constraint or traction to
 /// another. Displacements and tractions are not smooth there.

@@ -89,17 +89,20 @@ Body refine(const Body &body) {
     return refined;
 }
 
-LoadCase refine(const LoadCase &load_case) {
+LoadCase refine(const LoadCase &load_case, const TetraMesh &coarse) {
     auto refined = load_case;
     refined.condition = repeated(load_case.condition, 4);
     refined.value = repeated(load_case.value, 4);
     refined.constraint = repeated(load_case.constraint, 4);
     refined.follows = repeated(load_case.follows, 4);
+    if (!load_case.node_factor.empty())
+        for (const auto &[a, b] : edge_table(coarse.tetrahedra).edges)
+            refined.node_factor.push_back(load_case.factor_between(a, b));
     return refined;
 }
 
 Problem refine(const Problem &problem) {
-    return {std::make_shared<const Body>(refine(*problem.body)), refine(problem.load_case)};
+    return {std::make_shared<const Body>(refine(*problem.body)), refine(problem.load_case, problem.body->mesh)};
 }
 
 } // namespace livermark::core

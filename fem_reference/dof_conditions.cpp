@@ -9,6 +9,21 @@ namespace {
 
 constexpr double is_free = std::numeric_limits<double>::quiet_NaN();
 
+/// What prescribed displacements are multiplied by at the nodes of the facets; 1 at all others.
+std::vector<double> factors(const core::LoadCase &load_case, const ElasticSystem &system) {
+    std::vector<double> factor(system.points.size(), 1.0);
+    if (load_case.node_factor.empty())
+        return factor;
+    for (std::size_t node = 0; node < system.mesh_node.size(); ++node)
+        factor[system.mesh_node[node]] = load_case.node_factor[node];
+    for (std::size_t first = 0; first < system.facet_nodes.size(); first += system.nodes_per_facet)
+        for (int middle = 3; middle < system.nodes_per_facet; ++middle) {
+            const int a = system.facet_nodes[first + middle - 3], b = system.facet_nodes[first + (middle - 2) % 3];
+            factor[system.facet_nodes[first + middle]] = 0.5 * (factor[a] + factor[b]);
+        }
+    return factor;
+}
+
 } // namespace
 
 DofConditions dof_conditions(const core::LoadCase &load_case, const ElasticSystem &system) {
@@ -20,6 +35,7 @@ DofConditions dof_conditions(const core::LoadCase &load_case, const ElasticSyste
         for (int i = 0; i < 3; ++i)
             dofs.load.push_back(mass * load_case.acceleration[i]);
 
+    const auto factor = factors(load_case, system);
     for (std::size_t f = 0; f < load_case.condition.size(); ++f) {
         for (std::size_t k = f * system.nodes_per_facet; k < (f + 1) * system.nodes_per_facet; ++k) {
             for (int i = 0; i < 3; ++i) {
@@ -33,7 +49,7 @@ DofConditions dof_conditions(const core::LoadCase &load_case, const ElasticSyste
                 if (load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
                     (owner < 0 || load_case.constraint[f] < owner)) {
                     owner = load_case.constraint[f];
-                    dofs.prescribed[dof] = value;
+                    dofs.prescribed[dof] = factor[system.facet_nodes[k]] * value;
                 }
             }
         }

@@ -113,6 +113,7 @@ std::map<NodeKey, NodeCondition> node_conditions(const core::LoadCase &load_case
             auto &condition =
                 conditions.try_emplace(key, NodeCondition{core::Vector3::Constant(nan), {-1, -1, -1}}).first->second;
             const bool carries_load = degree == 1 || k >= 3;
+            const double factor = load_case.factor_between(key[0], key[1]);
             for (int i = 0; i < 3; ++i) {
                 const double value = load_case.value[f][i];
                 if (std::isnan(value))
@@ -122,7 +123,7 @@ std::map<NodeKey, NodeCondition> node_conditions(const core::LoadCase &load_case
                     condition.force[i] += carries_load ? share * value : 0.0;
                 else if (owner < 0 || load_case.constraint[f] < owner) {
                     owner = load_case.constraint[f];
-                    condition.prescribed[i] = value;
+                    condition.prescribed[i] = factor * value;
                 }
             }
         }

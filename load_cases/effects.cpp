@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <fmt/format.h>
+#include <utility>
 #include <vector>
 
 #include "load_cases/facets.hpp"
@@ -13,28 +14,31 @@ namespace livermark::load_cases {
 
 namespace {
 
-/// The same on every facet.
-Effect uniform(core::FacetCondition condition, const core::Vector3 &value) {
-    return {condition, [=](int) { return value; }};
+/// The same on every facet, or what a round tool makes of it.
+Effect prescribed(const core::Vector3 &value, const Selection &selection, const core::TetraMesh &mesh) {
+    Effect effect{core::FacetCondition::prescribed_displacement, [=](int) { return value; }};
+    if (selection.tool)
+        effect.node_factor = sinking(*selection.tool, mesh, selection.facets);
+    return effect;
 }
 
-Effect read_displacement(const toml::table &table, const Selection &, const core::TetraMesh &) {
+Effect read_displacement(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
     const auto value = support::required_vector(table, "displacement", true);
     if (value.array().isNaN().all())
         throw support::InputError(
             fmt::format("{}: a displacement that is free in every direction constrains nothing; give a number",
                         support::place_of(table)));
-    return uniform(core::FacetCondition::prescribed_displacement, value);
+    return prescribed(value, selection, mesh);
 }
 
 Effect read_push(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
-    return uniform(core::FacetCondition::prescribed_displacement,
-                   -support::required_number(table, "push") * mean_normal(selection.facets, mesh));
+    return prescribed(-support::required_number(table, "push") * pressed_normal(selection, mesh), selection, mesh);
 }
 
 Effect read_traction(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
-    return uniform(core::FacetCondition::traction,
-                   area_ratio(selection, mesh) * support::required_vector(table, "traction"));
+    const auto value = support::required_vector(table, "traction");
+    return {core::FacetCondition::traction,
+            [=, share = load_shares(selection, mesh)](int facet) { return core::Vector3(share[facet] * value); }};
 }
 
 core::Vector3 unit_normal(const core::TetraMesh &mesh, int facet) {
@@ -42,32 +46,69 @@ core::Vector3 unit_normal(const core::TetraMesh &mesh, int facet) {
 }
 
 Effect read_tangential_traction(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
-    const core::Vector3 value = area_ratio(selection, mesh) * support::required_vector(table, "tangential_traction");
-    return {core::FacetCondition::traction, [=, &mesh](int facet) {
+    const auto value = support::required_vector(table, "tangential_traction");
+    return {core::FacetCondition::traction, [=, &mesh, share = load_shares(selection, mesh)](int facet) {
                 const core::Vector3 normal = unit_normal(mesh, facet);
-                return core::Vector3(value - value.dot(normal) * normal);
+                return core::Vector3(share[facet] * (value - value.dot(normal) * normal));
+            }};
+}
+
+double norm_above_zero(const core::Vector3 &value, const toml::table &table, const char *key) {
+    if (!(value.norm() > 0.0))
+        throw support::InputError(fmt::format("{}: the '{}' is zero; give one that pulls somewhere",
+                                              support::place_of(*table.get(key)), key));
+    return value.norm();
+}
+
+Effect read_force(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
+    const core::Vector3 force = support::required_vector(table, "force");
+    auto share = load_shares(selection, mesh);
+    double area = 0.0;
+    for (const int f : selection.facets)
+        area += share[f] * area_vector(mesh, f).norm();
+    return {core::FacetCondition::traction,
+            [=, share = std::move(share)](int facet) { return core::Vector3(share[facet] / area * force); }};
+}
+
+Effect read_tangential_force(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
+    const core::Vector3 force = support::required_vector(table, "tangential_force");
+    const core::Vector3 direction = force / norm_above_zero(force, table, "tangential_force");
+    const auto along_surface = [&mesh, share = load_shares(selection, mesh)](int facet, const core::Vector3 &value) {
+        const core::Vector3 normal = unit_normal(mesh, facet);
+        return core::Vector3(share[facet] * (value - value.dot(normal) * normal));
+    };
+    double resultant = 0.0; // of a unit traction
+    for (const int f : selection.facets)
+        resultant += area_vector(mesh, f).norm() * direction.dot(along_surface(f, direction));
+    if (!(resultant > 0.0))
+        throw NotOnBody(support::place_of(*table.get("tangential_force")),
+                        fmt::format("no facet of '{}' lies along the force", selection.name),
+                        "choose another place or direction");
+    return {core::FacetCondition::traction, [=](int facet) { return along_surface(facet, force / resultant); }};
+}
+
+Effect pressing(double pressure, const Selection &selection, const core::TetraMesh &mesh) {
+    return {core::FacetCondition::traction, [=, &mesh, share = load_shares(selection, mesh)](int facet) {
+                return core::Vector3(share[facet] * (-pressure * unit_normal(mesh, facet)));
             }};
 }
 
 Effect read_pressure(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
-    const double pressure = support::required_number(table, "pressure");
-    return {core::FacetCondition::traction, [=, &mesh, ratio = area_ratio(selection, mesh)](int facet) {
-                return core::Vector3(ratio * (-pressure * unit_normal(mesh, facet)));
-            }};
+    return pressing(support::required_number(table, "pressure"), selection, mesh);
 }
 
 Effect read_follower_pressure(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
-    const double pressure = support::required_number(table, "follower_pressure");
-    return {core::FacetCondition::traction,
-            [=, &mesh, ratio = area_ratio(selection, mesh)](int facet) {
-                return core::Vector3(ratio * (-pressure * unit_normal(mesh, facet)));
-            },
-            true};
+    auto effect = pressing(support::required_number(table, "follower_pressure"), selection, mesh);
+    effect.follows = true;
+    return effect;
 }
 
 /// Tractions c x r about the middle, with sum A r x (c x r) the torque.
 Effect read_torque(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
     const auto torque = support::required_vector(table, "torque");
+    if (selection.tool)
+        throw support::InputError(fmt::format("{}: a round tool takes no torque; let its profile be \"flat\"",
+                                              support::place_of(*table.get("torque"))));
     const core::Vector3 middle = middle_of(selection.facets, mesh);
     Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
     for (const int f : selection.facets) {
@@ -90,10 +131,12 @@ struct EffectReader {
     Effect (*read)(const toml::table &, const Selection &, const core::TetraMesh &);
 };
 
-constexpr std::array<EffectReader, 7> effect_readers{{{"displacement", read_displacement},
+constexpr std::array<EffectReader, 9> effect_readers{{{"displacement", read_displacement},
                                                       {"push", read_push},
                                                       {"traction", read_traction},
                                                       {"tangential_traction", read_tangential_traction},
+                                                      {"force", read_force},
+                                                      {"tangential_force", read_tangential_force},
                                                       {"pressure", read_pressure},
                                                       {"follower_pressure", read_follower_pressure},
                                                       {"torque", read_torque}}};
@@ -113,11 +156,12 @@ std::span<const std::string_view> effect_keys() {
 Effect read_effect(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
     const auto is_given = [&](const EffectReader &reader) { return table.contains(reader.key); };
     if (std::ranges::count_if(effect_readers, is_given) != 1)
-        throw support::InputError(
-            fmt::format("{}: a condition is either a 'displacement', a 'push', a 'traction', a "
-                        "'tangential_traction', a 'pressure', a 'follower_pressure' or a 'torque'; "
-                        "give one of them",
-                        support::place_of(table)));
+        throw support::InputError(fmt::format(
+            "{}: a condition is either a 'displacement', a 'push', a 'traction', a "
+            "'tangential_traction', a 'force', a 'tangential_force', a 'pressure', a 'follower_pressure' or a "
+            "'torque'; "
+            "give one of them",
+            support::place_of(table)));
     return std::ranges::find_if(effect_readers, is_given)->read(table, selection, mesh);
 }
 

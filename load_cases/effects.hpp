@@ -3,6 +3,7 @@
 #include <functional>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "core/load_case.hpp"
 #include "load_cases/selector.hpp"
@@ -15,6 +16,8 @@ struct Effect {
     core::FacetCondition condition;
     std::function<core::Vector3(int facet)> value;
     bool follows = false; ///< whether it stays perpendicular to the surface as that moves
+    /// (N) what a prescribed displacement is multiplied by at each node. Empty where it is the same everywhere.
+    std::vector<double> node_factor{};
 };
 
 /// The keys that say what a condition puts on its place, see load_case_reader.hpp.

@@ -35,6 +35,23 @@ std::optional<double> crossing(const core::TetraMesh &mesh, int facet, const Vec
     return along;
 }
 
+/// Its foot on the plane of the facet if that is inside, else the nearest point of the sides.
+Vector3 nearest_of_facet(const core::TetraMesh &mesh, int facet, const Vector3 &point) {
+    const auto &corners = mesh.boundary_triangles[facet];
+    const Vector3 area = area_vector(mesh, facet);
+    const Vector3 foot = point - area * area.dot(point - mesh.points[corners[0]]) / area.squaredNorm();
+    bool is_inside = true;
+    Vector3 nearest = mesh.points[corners[0]];
+    for (std::size_t k = 0; k < 3; ++k) {
+        const Vector3 &from = mesh.points[corners[k]], &to = mesh.points[corners[(k + 1) % 3]];
+        is_inside = is_inside && (to - from).cross(foot - from).dot(area) >= 0.0;
+        if (const Vector3 candidate = nearest_of_segment(from, to, point);
+            (candidate - point).squaredNorm() < (nearest - point).squaredNorm())
+            nearest = candidate;
+    }
+    return is_inside ? foot : nearest;
+}
+
 } // namespace
 
 std::vector<int> all_facets(const core::TetraMesh &mesh) {
@@ -83,19 +100,28 @@ Vector3 mean_normal(const std::vector<int> &facets, const core::TetraMesh &mesh)
     return sum / sum.norm();
 }
 
-int nearest_facet(const std::vector<int> &facets, const core::TetraMesh &mesh, const Vector3 &point) {
-    return *std::ranges::min_element(facets, {},
-                                     [&](int f) { return (facet_centroid(mesh, f) - point).squaredNorm(); });
+Vector3 nearest_of_segment(const Vector3 &from, const Vector3 &to, const Vector3 &point) {
+    const Vector3 side = to - from;
+    return from + std::clamp((point - from).dot(side) / side.squaredNorm(), 0.0, 1.0) * side;
 }
 
-std::optional<int> exit_facet(const core::TetraMesh &mesh, const Vector3 &origin, const Vector3 &direction,
-                              Exit which) {
-    std::optional<int> chosen;
+SurfacePoint nearest_point(const std::vector<int> &facets, const core::TetraMesh &mesh, const Vector3 &point) {
+    SurfacePoint nearest{facets.front(), nearest_of_facet(mesh, facets.front(), point)};
+    for (const int f : facets)
+        if (const Vector3 candidate = nearest_of_facet(mesh, f, point);
+            (candidate - point).squaredNorm() < (nearest.point - point).squaredNorm())
+            nearest = {f, candidate};
+    return nearest;
+}
+
+std::optional<SurfacePoint> exit_point(const core::TetraMesh &mesh, const Vector3 &origin, const Vector3 &direction,
+                                       Exit which) {
+    std::optional<SurfacePoint> chosen;
     double at = 0.0;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
         if (const auto along = crossing(mesh, f, origin, direction);
             along && (!chosen || (which == Exit::first ? *along < at : *along > at))) {
-            chosen = f;
+            chosen = SurfacePoint{f, origin + *along * direction};
             at = *along;
         }
     return chosen;

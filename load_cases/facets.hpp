@@ -30,16 +30,24 @@ core::Vector3 middle_of(const std::vector<int> &facets, const core::TetraMesh &m
 /// Unit vector along the sum of their area vectors; NaN where that is zero, as on a closed surface.
 core::Vector3 mean_normal(const std::vector<int> &facets, const core::TetraMesh &mesh);
 
-/// The facet whose centroid is nearest to a point [m].
+/// The point of a straight line between two points that is nearest to a third [m].
+core::Vector3 nearest_of_segment(const core::Vector3 &from, const core::Vector3 &to, const core::Vector3 &point);
+
+struct SurfacePoint {
+    int facet = 0;
+    core::Vector3 point; ///< [m], on it
+};
+
+/// The point of the facets that is nearest to a point [m].
 /// @param facets  at least one
-int nearest_facet(const std::vector<int> &facets, const core::TetraMesh &mesh, const core::Vector3 &point);
+SurfacePoint nearest_point(const std::vector<int> &facets, const core::TetraMesh &mesh, const core::Vector3 &point);
 
 enum class Exit { first, last };
 
-/// The facet through which a ray leaves the body, where it does so for the first or the last time.
+/// Where a ray leaves the body for the first or the last time.
 /// @param direction  not zero
 /// @return nothing if it never does
-std::optional<int> exit_facet(const core::TetraMesh &mesh, const core::Vector3 &origin, const core::Vector3 &direction,
-                              Exit which);
+std::optional<SurfacePoint> exit_point(const core::TetraMesh &mesh, const core::Vector3 &origin,
+                                       const core::Vector3 &direction, Exit which);
 
 } // namespace livermark::load_cases

@@ -48,6 +48,12 @@ void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core
         load_case.value[f] = effect.value(f);
         load_case.constraint[f] = constraint;
     }
+    if (!effect.node_factor.empty()) {
+        load_case.node_factor.resize(mesh.points.size(), 1.0);
+        for (const int f : selection.facets)
+            for (const int node : mesh.boundary_triangles[f])
+                load_case.node_factor[node] = effect.node_factor[node];
+    }
     if (effect.follows) {
         if (load_case.regime == core::Regime::small)
             throw support::InputError(fmt::format("{}: a pressure that follows the surface needs large deformations; "

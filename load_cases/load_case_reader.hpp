@@ -40,6 +40,9 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 ///     push = d                                # the whole place moves by d [m] against its mean outward normal
 ///     traction = [x, y, z]                    # [Pa]
 ///     tangential_traction = [x, y, z]         # [Pa], its part along the surface
+///     force = [x, y, z]                       # [N], the same traction on the whole place, with this resultant
+///     tangential_force = [x, y, z]            # [N], tractions along the surface, with this part of their resultant
+///                                             # along the given direction
 ///     pressure = p                            # [Pa], pushes inwards
 ///     follower_pressure = p                   # [Pa], the same, and stays perpendicular to the surface as that moves;
 ///                                             # in the large regime
@@ -58,7 +61,9 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 ///     patch = "left_lobe_tip"                 # the node in the middle of it
 ///
 /// The area of the facets of a disc is not that of the disc, so its tractions are multiplied by the ratio of the two:
-/// the resultant is the same on every mesh.
+/// the resultant is the same on every mesh. With profile = "round" in a disc the tool has a round end
+/// (round_tool.hpp): displacements are largest in its middle and half of that at its rim, pressures and tractions
+/// vanish at its rim, and what is given is their mean.
 ///
 /// Where a body is narrow, a place yields to those above it: see place_apart(). What it lost is LoadCase::yielded.
 /// @throws support::InputError with file, line and remedy: not TOML, unknown keys, a body that is not constrained,

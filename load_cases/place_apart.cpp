@@ -29,12 +29,14 @@ struct Obstacle {
 struct PrescribedNodes {
     std::vector<Vector3> value;  ///< (N) NaN where nothing is prescribed
     std::vector<int> constraint; ///< (N) -1 where nothing is prescribed
+    std::vector<double> factor;  ///< (N) what the value is multiplied by
 };
 
 PrescribedNodes prescribed_nodes(const core::TetraMesh &mesh, const core::LoadCase &load_case) {
     PrescribedNodes nodes{
         std::vector<Vector3>(mesh.points.size(), Vector3::Constant(std::numeric_limits<double>::quiet_NaN())),
-        std::vector<int>(mesh.points.size(), -1)};
+        std::vector<int>(mesh.points.size(), -1), load_case.node_factor};
+    nodes.factor.resize(mesh.points.size(), 1.0);
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
         if (load_case.condition[f] == core::FacetCondition::prescribed_displacement)
             for (const int node : mesh.boundary_triangles[f]) {
@@ -46,7 +48,11 @@ PrescribedNodes prescribed_nodes(const core::TetraMesh &mesh, const core::LoadCa
     return nodes;
 }
 
-bool is_contradicted(const Vector3 &prescribed, const Vector3 &wanted) {
+/// Whether a node cannot have both. It has one factor for all its components.
+bool is_contradicted(const Vector3 &prescribed, double prescribed_factor, const Vector3 &wanted, double wanted_factor) {
+    const auto moves = [](double component) { return component < 0.0 || component > 0.0; };
+    if (prescribed_factor != wanted_factor && std::ranges::any_of(prescribed, moves))
+        return true;
     for (int c = 0; c < 3; ++c)
         if (!std::isnan(prescribed[c]) && !std::isnan(wanted[c]) && prescribed[c] != wanted[c])
             return true;
@@ -75,8 +81,10 @@ bool yield_contradicted(Selection &selection, const Effect &effect, const core::
     return std::erase_if(selection.facets, [&](int f) {
                const Vector3 wanted = effect.value(f);
                const auto &corners = mesh.boundary_triangles[f];
-               const auto node = std::ranges::find_if(
-                   corners, [&](int corner) { return is_contradicted(nodes.value[corner], wanted); });
+               const auto node = std::ranges::find_if(corners, [&](int corner) {
+                   const double factor = effect.node_factor.empty() ? 1.0 : effect.node_factor[corner];
+                   return is_contradicted(nodes.value[corner], nodes.factor[corner], wanted, factor);
+               });
                if (node == corners.end())
                    return false;
                if (!first)

@@ -20,8 +20,38 @@ void refuse_empty(const Selection &selection, const toml::table &place) {
 NotOnBody::NotOnBody(const std::string &where, std::string reason, const std::string &remedy)
     : support::InputError(fmt::format("{}: {}; {}", where, reason, remedy)), reason_(std::move(reason)) {}
 
-double area_ratio(const Selection &selection, const core::TetraMesh &mesh) {
-    return selection.area ? *selection.area / area_of(selection.facets, mesh) : 1.0;
+std::vector<double> load_shares(const Selection &selection, const core::TetraMesh &mesh) {
+    std::vector<double> shares(mesh.boundary_triangles.size(), 0.0);
+    double pressed_area = 0.0;
+    for (const int f : selection.facets) {
+        shares[f] = selection.tool ? mean_pressure(*selection.tool, mesh, f) : 1.0;
+        pressed_area += shares[f] * area_vector(mesh, f).norm();
+    }
+    if (selection.area)
+        for (double &share : shares)
+            share *= *selection.area / pressed_area;
+    return shares;
+}
+
+core::Vector3 pressed_normal(const Selection &selection, const core::TetraMesh &mesh) {
+    core::Vector3 sum = core::Vector3::Zero();
+    for (const int f : selection.facets)
+        sum += (selection.tool ? mean_pressure(*selection.tool, mesh, f) : 1.0) * area_vector(mesh, f);
+    return sum / sum.norm();
+}
+
+bool is_round(const toml::table &place) {
+    if (!place.contains("profile"))
+        return false;
+    const auto profile = support::required_string(place, "profile");
+    if (profile != "round" && profile != "flat")
+        throw support::InputError(fmt::format("{}: there is no profile '{}'; a tool is \"round\" or \"flat\"",
+                                              support::place_of(*place.get("profile")), profile));
+    return profile == "round";
+}
+
+bool prescribes_displacement(const toml::table &condition) {
+    return condition.contains("displacement") || condition.contains("push");
 }
 
 Selection select_facets(const toml::table &condition, const core::TetraMesh &mesh,

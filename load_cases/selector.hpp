@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/load_case.hpp"
+#include "load_cases/round_tool.hpp"
 #include "support/input_error.hpp"
 #include "support/toml_input.hpp"
 
@@ -27,14 +28,27 @@ class NotOnBody : public support::InputError {
 
 /// Boundary triangles that a condition applies to.
 struct Selection {
-    std::string name;             ///< of the place, for reactions
-    std::vector<int> facets;      ///< indices into mesh.boundary_triangles, ascending
-    std::optional<double> area{}; ///< of the place that was meant [m^2], where facets only come near it
+    std::string name;                ///< of the place, for reactions
+    std::vector<int> facets;         ///< indices into mesh.boundary_triangles, ascending
+    std::optional<double> area{};    ///< of the place that was meant [m^2], where facets only come near it
+    std::optional<RoundTool> tool{}; ///< what presses there, unless it is flat
 };
 
-/// Area of the place that was meant over the area of the facets: a mesh has no facets that make a circle, and a load
-/// that is multiplied by this has the same resultant on every mesh. 1 where the facets are the place.
-double area_ratio(const Selection &selection, const core::TetraMesh &mesh);
+/// (T) what a pressure or traction is multiplied by on each facet, 0 outside the place: a round tool presses most in
+/// the middle, and a mesh has no facets that make a circle, so that the area of the place that was meant over that of
+/// the facets is a factor in it. The resultant is the same on every mesh.
+std::vector<double> load_shares(const Selection &selection, const core::TetraMesh &mesh);
+
+/// Mean outward unit normal of the facets, by what the tool presses on them.
+core::Vector3 pressed_normal(const Selection &selection, const core::TetraMesh &mesh);
+
+/// Whether the table of a place says profile = "round", not "flat", which it is if nothing is said.
+/// @throws support::InputError for another profile
+bool is_round(const toml::table &place);
+
+/// Whether a [[condition]] prescribes a displacement, so that its place has the facets whose centroids are inside; a
+/// load has all that reach into it.
+bool prescribes_displacement(const toml::table &condition);
 
 /// A way to say in a [[condition]] where it applies. One file each in selectors/, named as the key.
 struct Selector {

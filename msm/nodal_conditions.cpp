@@ -35,7 +35,7 @@ NodalConditions nodal_conditions(const core::Problem &problem, const std::vector
             if (load_case.condition[f] == core::FacetCondition::traction)
                 nodes.force[node] += area_vector(mesh, f).norm() / 3.0 * load_case.value[f];
             if (load_case.condition[f] == core::FacetCondition::prescribed_displacement)
-                prescribe(nodes, node, load_case.value[f], load_case.constraint[f]);
+                prescribe(nodes, node, load_case.factor_at(node) * load_case.value[f], load_case.constraint[f]);
         }
     }
     return nodes;

@@ -36,6 +36,8 @@ core::Problem sample_problem(int num_bricks) {
     load_case.follows.assign(load_case.condition.size(), 0);
     for (std::size_t f = 0; f < load_case.condition.size(); ++f)
         load_case.follows[f] = load_case.condition[f] == core::FacetCondition::traction ? 1 : 0;
+    load_case.node_factor.assign(body->mesh.points.size(), 1.0);
+    load_case.node_factor.back() = 0.5;
     for (int y = 1; y <= 7; ++y)
         load_case.yielded.push_back({"jaw " + std::to_string(y), 0.03 * y});
     load_case.release = core::Release{52, 0.01, {1.5, 1e-4}, {{"tip", 3}, {"dome", 0}, {"edge", 5}}};

@@ -16,7 +16,7 @@ using core::Vector3;
 struct Place {
     std::string name;
     std::vector<int> facets;
-    std::optional<int> middle{};
+    std::optional<SurfacePoint> middle{};
 };
 
 Vector3 region_centroid(const std::string &name, const toml::node &place, const core::TetraMesh &mesh) {
@@ -40,7 +40,7 @@ Place around_patch(const toml::table &disc, const core::TetraMesh &mesh) {
     const auto name = support::required_string(disc, "patch");
     Place place{"disc on " + name, facets_of_patch(name, *disc.get("patch"), mesh)};
     if (!place.facets.empty())
-        place.middle = nearest_facet(place.facets, mesh, middle_of(place.facets, mesh));
+        place.middle = nearest_point(place.facets, mesh, middle_of(place.facets, mesh));
     return place;
 }
 
@@ -53,14 +53,14 @@ Place seen_from(const toml::table &disc, const core::TetraMesh &mesh) {
                             : fmt::format("disc at ({:g}, {:g}, {:g}) m", origin.x(), origin.y(), origin.z()),
                 all_facets(mesh)};
     if (!disc.contains("direction")) {
-        place.middle = nearest_facet(place.facets, mesh, origin);
+        place.middle = nearest_point(place.facets, mesh, origin);
         return place;
     }
     const auto direction = support::required_vector(disc, "direction");
     if (!(direction.norm() > 0.0))
         throw support::InputError(fmt::format("{}: the 'direction' is zero; give one that points somewhere",
                                               support::place_of(*disc.get("direction"))));
-    place.middle = exit_facet(mesh, origin, direction, Exit::last);
+    place.middle = exit_point(mesh, origin, direction, Exit::last);
     return place;
 }
 
@@ -81,42 +81,62 @@ Place find_place(const toml::table &disc, const core::TetraMesh &mesh) {
     return around_patch(disc, mesh);
 }
 
-/// The place where the normal of the middle, followed inwards, leaves the body.
-Place opposite(const Place &place, const core::TetraMesh &mesh) {
-    const Vector3 inwards = -area_vector(mesh, *place.middle);
-    return {place.name + ", far side", all_facets(mesh),
-            exit_facet(mesh, facet_centroid(mesh, *place.middle), inwards, Exit::first)};
+/// Its facets that face the way of the middle and are inside, one at least; for a load all that reach in.
+void keep_disc(Place &place, const core::TetraMesh &mesh, double radius, const RoundTool &tool, bool has_all) {
+    std::erase_if(place.facets, [&](int f) {
+        if (area_vector(mesh, f).dot(area_vector(mesh, place.middle->facet)) <= 0.0)
+            return true;
+        return has_all ? mean_pressure(tool, mesh, f) == 0.0
+                       : f != place.middle->facet && (facet_centroid(mesh, f) - place.middle->point).norm() > radius;
+    });
+}
+
+RoundTool round_tool(const Place &place, double radius) {
+    return {[middle = place.middle->point, radius](const Vector3 &point) {
+        return (point - middle).squaredNorm() / (radius * radius);
+    }};
+}
+
+/// The place where the mean normal of a disc, followed inwards from its middle, leaves the body.
+Place opposite(Place place, const core::TetraMesh &mesh, double radius) {
+    const auto tool = round_tool(place, radius);
+    keep_disc(place, mesh, radius, tool, true);
+    if (place.facets.empty())
+        return place;
+    const Vector3 inwards = -pressed_normal({place.name, place.facets, {}, tool}, mesh);
+    return {place.name + ", far side", all_facets(mesh), exit_point(mesh, place.middle->point, inwards, Exit::first)};
 }
 
 Selection select(const toml::table &condition, const core::TetraMesh &mesh, std::span<const core::FacetCondition>) {
     const auto &disc = support::required_table(condition, "disc");
-    support::refuse_unknown_keys(disc, {"patch", "point", "region", "direction", "radius", "opposite"});
+    support::refuse_unknown_keys(disc, {"patch", "point", "region", "direction", "radius", "opposite", "profile"});
     const double radius = support::required_number(disc, "radius");
     if (!(radius > 0.0))
         throw support::InputError(
             fmt::format("{}: the radius is {} m; it has to be positive", support::place_of(disc), radius));
+    const bool has_round_tool = is_round(disc);
     auto place = find_place(disc, mesh);
     if (place.middle && support::optional_flag(disc, "opposite"))
-        place = opposite(place, mesh);
+        place = opposite(place, mesh, radius);
     if (!place.middle)
         return {place.name, {}};
-    std::erase_if(place.facets, [&](int f) {
-        return (facet_centroid(mesh, f) - facet_centroid(mesh, *place.middle)).norm() > radius ||
-               area_vector(mesh, f).dot(area_vector(mesh, *place.middle)) <= 0.0;
-    });
-    return {place.name, place.facets, std::numbers::pi * radius * radius};
+    const auto tool = round_tool(place, radius);
+    keep_disc(place, mesh, radius, tool, has_round_tool && !prescribes_displacement(condition));
+    return {place.name, place.facets, std::numbers::pi * radius * radius,
+            has_round_tool ? std::optional(tool) : std::nullopt};
 }
 
 } // namespace
 
-/// disc = { patch = "anterior", radius = 0.01 }: the facets whose centroid is within the radius [m] of a facet in the
-/// middle, and that face the same way. The middle is
-///   of a patch     the facet nearest to its area centroid; the disc has facets of the patch only
+/// disc = { patch = "anterior", radius = 0.01, profile = "round" }: the facets whose centroid is within the radius [m]
+/// of a point in the middle, and that face the same way; under the load of a round tool all that reach into it. The
+/// middle is
+///   of a patch     the point of it that is nearest to its area centroid; the disc has facets of the patch only
 ///   of a point or region, as in { region = "tumour_1", direction = [0, 0, 1], radius = 0.01 }
 ///                  where the direction, followed from the point [m] or the centroid of the region, leaves the body for
-///                  the last time; without a direction, the facet nearest to it
-/// With opposite = true it is the place that faces this one: where the normal of the middle, followed inwards, leaves
-/// the body.
+///                  the last time; without a direction, the point of the surface that is nearest to it
+/// With opposite = true it is the place that faces this one: where the mean normal of its facets, followed inwards from
+/// the middle, leaves the body.
 Selector disc() {
     return {.name = {}, .select = select};
 }

@@ -66,6 +66,8 @@ std::string fingerprint(const core::Problem &problem, const std::string &model) 
     hash.add_integers(load_case.follows);
     for (const auto &value : load_case.value)
         hash.add(value);
+    for (const double factor : load_case.node_factor)
+        hash.add(factor);
     hash.add(load_case.acceleration);
     for (const double fraction : load_case.path)
         hash.add(fraction);

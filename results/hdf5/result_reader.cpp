@@ -109,6 +109,12 @@ core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles, 
             file.refuse("/load_case/constraint", fmt::format("row {} contradicts /load_case/condition", f));
     if (file.has("/load_case/follows"))
         load_case.follows = file.dataset<std::uint8_t>("/load_case/follows", num_triangles);
+    if (file.has("/load_case/node_factor")) {
+        load_case.node_factor = file.dataset<double>("/load_case/node_factor", num_nodes);
+        if (!std::ranges::all_of(load_case.node_factor,
+                                 [](double factor) { return factor >= 0.0 && std::isfinite(factor); }))
+            file.refuse("/load_case/node_factor", "holds what is not a number from 0");
+    }
     if (file.has("/load_case/path")) {
         load_case.path = file.dataset<double>("/load_case/path");
         if (load_case.path.empty() || !(load_case.path.front() > 0.0) || load_case.path.back() != 1.0 ||

@@ -92,6 +92,8 @@ void check_shapes(const Result &result) {
     if (!load_case.follows.empty())
         require_size(load_case.follows.size(), mesh.boundary_triangles.size(),
                      "the follower pressure of the load case");
+    if (!load_case.node_factor.empty())
+        require_size(load_case.node_factor.size(), mesh.points.size(), "the factor at the nodes of the load case");
     std::set<std::string> names;
     for (const ModelResult &model : result.models) {
         check_model(model, result.problem);
@@ -172,6 +174,8 @@ void write_load_case(hdf5::OutputFile &file, const core::LoadCase &load_case) {
     file.texts("/load_case/constraint", "names", load_case.constraint_names);
     if (!load_case.follows.empty())
         file.dataset("/load_case/follows", load_case.follows, "");
+    if (!load_case.node_factor.empty())
+        file.dataset("/load_case/node_factor", load_case.node_factor, "");
     if (!load_case.path.empty())
         file.dataset("/load_case/path", load_case.path, "");
     if (!load_case.yielded.empty()) {

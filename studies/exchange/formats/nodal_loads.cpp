@@ -46,10 +46,13 @@ std::vector<Vector3> prescribed_displacement(const core::LoadCase &load_case, co
     for (int constraint = 0; constraint < static_cast<int>(load_case.constraint_names.size()); ++constraint)
         for (std::size_t f = 0; f < fem.facets.size(); ++f)
             if (load_case.constraint[f] == constraint)
-                for (const int node : fem.facets[f])
+                for (std::size_t k = 0; k < fem.facets[f].size(); ++k) {
+                    const auto &nodes = fem.facets[f];
+                    const int a = nodes[k % 3], b = k < 3 ? a : nodes[(k + 1) % 3];
                     for (int i = 0; i < 3; ++i)
-                        if (std::isnan(value[node][i]))
-                            value[node][i] = load_case.value[f][i];
+                        if (std::isnan(value[nodes[k]][i]))
+                            value[nodes[k]][i] = load_case.factor_between(a, b) * load_case.value[f][i];
+                }
     return value;
 }
 

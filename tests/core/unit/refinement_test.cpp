@@ -163,6 +163,8 @@ TEST(Refinement, CarriesTheConditionsOverOnTheFacets) {
     tests::prescribe(load_case, body->mesh, "y_min", {nan, 0.001, nan});
     tests::pull(load_case, body->mesh, "x_max", {10.0, 20.0, 30.0});
     load_case.acceleration = {0.0, 0.0, -9.81};
+    for (const auto &point : body->mesh.points)
+        load_case.node_factor.push_back(1.0 + point.x());
     const auto fine = refine(Problem{body, load_case});
     const auto same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
     ASSERT_EQ(fine.load_case.condition.size(), fine.body->mesh.boundary_triangles.size());
@@ -174,6 +176,8 @@ TEST(Refinement, CarriesTheConditionsOverOnTheFacets) {
         for (int i = 0; i < 3; ++i)
             EXPECT_TRUE(same(fine.load_case.value[f][i], load_case.value[f / 4][i]));
     }
+    for (int node = 0; node < fine.body->mesh.num_nodes(); ++node)
+        EXPECT_NEAR(fine.load_case.factor_at(node), 1.0 + fine.body->mesh.points[node].x(), 1e-15);
     EXPECT_EQ(fine.load_case.constraint_names, load_case.constraint_names);
     EXPECT_EQ(fine.load_case.acceleration, load_case.acceleration);
     EXPECT_EQ(fine.load_case.name, load_case.name);

@@ -27,6 +27,8 @@ core::Problem rod(double poisson_ratio, const std::array<int, 3> &bricks = {5, 4
     auto problem = tests::shaken_rod(poisson_ratio, bricks);
     tests::prescribe(problem.load_case, problem.body->mesh, "x_max", {0.002, -0.001, nan});
     tests::pull(problem.load_case, problem.body->mesh, "z_max", {20.0, -10.0, 5.0});
+    for (const auto &point : problem.body->mesh.points)
+        problem.load_case.node_factor.push_back(1.0 + 5.0 * point.y());
     return problem;
 }
 

@@ -65,6 +65,19 @@ TEST_P(FemLoadCases, ReactionsBalanceTractionsAndGravity) {
     EXPECT_DOUBLE_EQ(solution.reaction[1].y(), 0.0); // what is free pulls at nothing
 }
 
+/// What is prescribed on all sides is linear in x, and so is the solution, midpoints of edges included.
+TEST_P(FemLoadCases, AFactorAtTheNodesIsLinearBetweenThem) {
+    const Vector3 value(0.001, -0.002, 0.0005);
+    for (const auto &patch : mesh.patch_names)
+        tests::prescribe(load_case, mesh, patch, value);
+    for (const auto &point : mesh.points)
+        load_case.node_factor.push_back(1.0 + 3.0 * point.x() / box_size.x());
+    const auto solution = fem_reference::solve_static({body, load_case}, GetParam());
+    ASSERT_EQ(solution.status, core::SolutionStatus::ok) << solution.message;
+    for (int node = 0; node < mesh.num_nodes(); ++node)
+        EXPECT_LT((solution.displacement[node] - load_case.node_factor[node] * value).norm(), 1e-10 * value.norm());
+}
+
 TEST_P(FemLoadCases, NumberingOfTheMeshIsKept) {
     tests::prescribe(load_case, mesh, "x_min", Vector3::Zero());
     tests::pull(load_case, mesh, "x_max", {1.0, -2.0, 3.0});

@@ -204,7 +204,7 @@ TEST_F(FemTogether, SolutionsOnTheRefinedMeshAreThoseOfOneByOne) {
     fem_reference::StaticSolver fine(refined, coarse, 1e-9);
     std::vector<core::LoadCase> some;
     for (std::size_t c = 0; c < 3; ++c)
-        some.push_back(core::refine(load_cases[c]));
+        some.push_back(core::refine(load_cases[c], problem.body->mesh));
     const auto together = fine.solve(std::span(some));
     coarse.solve(std::span(load_cases)); // what it holds then must not disturb the fine one
     for (std::size_t c = 0; c < some.size(); ++c) {
@@ -272,7 +272,7 @@ TEST(FemNestedIteration, TakesFieldsToTheRefinedMesh) {
 TEST(FemNestedIteration, TakesFewerIterations) {
     const auto problem = rod(0.45, 0.45, {6, 4, 4});
     const core::Body fine_body = core::refine(*problem.body);
-    const auto fine_load_case = core::refine(problem.load_case);
+    const auto fine_load_case = core::refine(problem.load_case, problem.body->mesh);
     const auto num_iterations = [&](bool is_nested) {
         const auto coarse = fem_reference::assemble(fem_reference::without_pressure(*problem.body), 2);
         const auto fine = fem_reference::assemble(fem_reference::without_pressure(fine_body), 2);

@@ -76,6 +76,7 @@ void expect_equal(const core::LoadCase &a, const core::LoadCase &b) {
     EXPECT_EQ(a.regime, b.regime);
     EXPECT_EQ(a.path, b.path);
     EXPECT_EQ(a.follows, b.follows);
+    EXPECT_EQ(a.node_factor, b.node_factor);
     ASSERT_EQ(a.yielded.size(), b.yielded.size());
     for (std::size_t y = 0; y < a.yielded.size(); ++y) {
         EXPECT_EQ(a.yielded[y].name, b.yielded[y].name);
