@@ -28,8 +28,9 @@ set(may_include_fuzz support core meshes load_cases live results studies/exchang
 set(may_include_tests support core meshes segmentation load_cases msm live fem_reference models results results/tables
   report server server/sessions studies studies/exchange/formats)
 set(may_include_examples "")
+set(may_include_workflow "")
 set(rooms support core meshes segmentation load_cases msm live fem_reference models results results/tables report server
-  server/sessions studies/exchange/formats studies cli benchmarks fuzz tests examples)
+  server/sessions studies/exchange/formats studies cli benchmarks fuzz tests examples workflow)
 # Libraries that one room alone may use. MPI is begun by deal.II, which begins the libraries behind it as well.
 set(owner_of_deal.II fem_reference support)
 set(owner_of_gmsh.h meshes)
