@@ -28,9 +28,8 @@ set(may_include_fuzz support core meshes load_cases live results studies/exchang
 set(may_include_tests support core meshes segmentation load_cases msm live fem_reference models results results/tables
   report server server/sessions studies studies/exchange/formats)
 set(may_include_examples "")
-set(may_include_workflow "")
 set(rooms support core meshes segmentation load_cases msm live fem_reference models results results/tables report server
-  server/sessions studies/exchange/formats studies cli benchmarks fuzz tests examples workflow)
+  server/sessions studies/exchange/formats studies cli benchmarks fuzz tests examples)
 # Libraries that one room alone may use. MPI is begun by deal.II, which begins the libraries behind it as well.
 set(owner_of_deal.II fem_reference support)
 set(owner_of_gmsh.h meshes)
@@ -72,10 +71,10 @@ foreach(top IN LISTS tops)
     string(APPEND faults "${top}/ is no room of this test\n")
   endif()
 endforeach()
-# The tests of a folder lie in tests/<folder>/; those of all that ships, and of the house itself, have folders of their own.
+# The tests of a folder lie in tests/<folder>/; those of all that ships, of the house itself and of sweeps have folders of their own.
 file(GLOB test_folders LIST_DIRECTORIES ON RELATIVE ${SOURCE_DIR}/tests ${SOURCE_DIR}/tests/*)
 foreach(folder IN LISTS test_folders)
-  if(IS_DIRECTORY ${SOURCE_DIR}/tests/${folder} AND NOT folder IN_LIST folders AND NOT folder MATCHES "^(house|package|peer|validation)$")
+  if(IS_DIRECTORY ${SOURCE_DIR}/tests/${folder} AND NOT folder IN_LIST folders AND NOT folder MATCHES "^(house|package|peer|validation|workflow)$")
     string(APPEND faults "tests/${folder}/ is named as no folder; put its tests where the folder is named that they test\n")
   endif()
 endforeach()
