@@ -35,6 +35,11 @@ std::optional<double> crossing(const core::TetraMesh &mesh, int facet, const Vec
     return along;
 }
 
+Vector3 nearest_of_segment(const Vector3 &from, const Vector3 &to, const Vector3 &point) {
+    const Vector3 side = to - from;
+    return from + std::clamp((point - from).dot(side) / side.squaredNorm(), 0.0, 1.0) * side;
+}
+
 /// Its foot on the plane of the facet if that is inside, else the nearest point of the sides.
 Vector3 nearest_of_facet(const core::TetraMesh &mesh, int facet, const Vector3 &point) {
     const auto &corners = mesh.boundary_triangles[facet];
@@ -98,11 +103,6 @@ Vector3 mean_normal(const std::vector<int> &facets, const core::TetraMesh &mesh)
     for (const int f : facets)
         sum += area_vector(mesh, f);
     return sum / sum.norm();
-}
-
-Vector3 nearest_of_segment(const Vector3 &from, const Vector3 &to, const Vector3 &point) {
-    const Vector3 side = to - from;
-    return from + std::clamp((point - from).dot(side) / side.squaredNorm(), 0.0, 1.0) * side;
 }
 
 SurfacePoint nearest_point(const std::vector<int> &facets, const core::TetraMesh &mesh, const Vector3 &point) {

@@ -30,9 +30,6 @@ core::Vector3 middle_of(const std::vector<int> &facets, const core::TetraMesh &m
 /// Unit vector along the sum of their area vectors; NaN where that is zero, as on a closed surface.
 core::Vector3 mean_normal(const std::vector<int> &facets, const core::TetraMesh &mesh);
 
-/// The point of a straight line between two points that is nearest to a third [m].
-core::Vector3 nearest_of_segment(const core::Vector3 &from, const core::Vector3 &to, const core::Vector3 &point);
-
 struct SurfacePoint {
     int facet = 0;
     core::Vector3 point; ///< [m], on it

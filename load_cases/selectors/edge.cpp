@@ -1,8 +1,5 @@
 #include <algorithm>
-#include <array>
 #include <fmt/format.h>
-#include <iterator>
-#include <vector>
 
 #include "load_cases/facets.hpp"
 #include "load_cases/selector.hpp"
@@ -22,39 +19,11 @@ std::vector<int> nodes_of(const std::vector<int> &facets, const core::TetraMesh 
     return nodes;
 }
 
-using Segment = std::array<Vector3, 2>;
-
-/// Sides of triangles whose ends are both in two patches.
-std::vector<Segment> line_between(const std::vector<int> &facets, const std::vector<int> &shared,
-                                  const core::TetraMesh &mesh) {
-    std::vector<Segment> line;
-    const auto is_shared = [&](int node) { return std::ranges::binary_search(shared, node); };
-    for (const int f : facets)
-        for (std::size_t k = 0; k < 3; ++k) {
-            const int a = mesh.boundary_triangles[f][k], b = mesh.boundary_triangles[f][(k + 1) % 3];
-            if (is_shared(a) && is_shared(b))
-                line.push_back({mesh.points[a], mesh.points[b]});
-        }
-    return line;
-}
-
-Vector3 nearest_point(const std::vector<Segment> &line, const Vector3 &point) {
-    Vector3 nearest = line.front()[0];
-    for (const auto &[a, b] : line)
-        if (const Vector3 candidate = nearest_of_segment(a, b, point);
-            (candidate - point).squaredNorm() < (nearest - point).squaredNorm())
-            nearest = candidate;
+double distance_to(const std::vector<Vector3> &points, const Vector3 &point) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const auto &other : points)
+        nearest = std::min(nearest, (other - point).norm());
     return nearest;
-}
-
-Vector3 centroid(const std::vector<Segment> &line) {
-    Vector3 moment = Vector3::Zero();
-    double length = 0.0;
-    for (const auto &[a, b] : line) {
-        moment += 0.5 * (b - a).norm() * (a + b);
-        length += (b - a).norm();
-    }
-    return moment / length;
 }
 
 double positive(const toml::table &table, const char *key) {
@@ -78,17 +47,23 @@ Selection select(const toml::table &condition, const core::TetraMesh &mesh, std:
     const auto others = facets_of_patch(names[1], *edge.get("between"), mesh);
     std::vector<int> shared;
     std::ranges::set_intersection(nodes_of(facets, mesh), nodes_of(others, mesh), std::back_inserter(shared));
-    const auto line = line_between(facets, shared, mesh);
 
     Selection selection{fmt::format("edge between {} and {}", names[0], names[1]), {}};
-    if (line.empty())
+    if (shared.empty())
         return selection;
-    const Vector3 middle = nearest_point(line, centroid(line));
+    std::vector<Vector3> line;
+    Vector3 mean = Vector3::Zero();
+    for (const int node : shared) {
+        line.push_back(mesh.points[node]);
+        mean += mesh.points[node] / static_cast<double>(shared.size());
+    }
+    const Vector3 middle =
+        *std::ranges::min_element(line, {}, [&](const Vector3 &point) { return (point - mean).squaredNorm(); });
     facets.insert(facets.end(), others.begin(), others.end());
     std::ranges::sort(facets);
     std::ranges::copy_if(facets, std::back_inserter(selection.facets), [&](int f) {
-        const Vector3 point = facet_centroid(mesh, f);
-        return (point - nearest_point(line, point)).norm() <= width && (point - middle).norm() <= 0.5 * length;
+        const Vector3 centroid = facet_centroid(mesh, f);
+        return distance_to(line, centroid) <= width && (centroid - middle).norm() <= 0.5 * length;
     });
     return selection;
 }
@@ -96,8 +71,8 @@ Selection select(const toml::table &condition, const core::TetraMesh &mesh, std:
 } // namespace
 
 /// edge = { between = ["anterior", "inferior"], width = 0.01, length = 0.06 }: where two patches meet. The facets of
-/// both whose centroid is within the width of the line between them, and within half the length of the middle of that
-/// line [m].
+/// both whose centroid is within the width of a node that they share, and within half the length of the middle one of
+/// these nodes [m].
 Selector edge() {
     return {.name = {}, .select = select};
 }
