@@ -1,6 +1,40 @@
 #include "cli/common_options.hpp"
 
+#include <algorithm>
+#include <fmt/format.h>
+#include <string_view>
+
+#include "cli/usage.hpp"
+#include "support/input_error.hpp"
+
 namespace livermark::cli {
+
+namespace {
+
+using Regimes = std::vector<core::Regime>;
+
+/// Of "nodal_springs.a=0.1,0.25".
+std::vector<double> swept_parts(const std::string &text) {
+    constexpr std::string_view constant = "nodal_springs.a=";
+    const auto refuse = [&](const std::string &fault) {
+        throw support::InputError(
+            fmt::format("--sweep '{}': {}; write it as nodal_springs.a=0.1,0.15,0.25", support::shown(text), fault));
+    };
+    if (!text.starts_with(constant))
+        refuse("nodal_springs.a is the only constant that can be swept");
+    std::vector<double> parts;
+    for (const auto &word : CLI::detail::split(text.substr(constant.size()), ',')) {
+        double part = 0.0;
+        if (!CLI::detail::lexical_cast(word, part) || !(part > 0.0 && part <= 1.0))
+            refuse(fmt::format("'{}' is no number above 0 and up to 1", support::shown(word)));
+        parts.push_back(part);
+    }
+    if (sorted_once(parts).size() < parts.size())
+        refuse("a value is there twice");
+    return sorted_once(std::move(parts));
+}
+
+} // namespace
 
 void add_bodies(CLI::App &command, std::vector<std::string> &bodies) {
     command.add_option("body", bodies,
@@ -12,6 +46,50 @@ void add_materials(CLI::App &command, meshes::MaterialOverride &material) {
     command.add_option("--young", material.young_modulus,
                        "Young's modulus of the first region [Pa]; the others keep their ratio to it");
     command.add_option("--poisson", material.poisson_ratio, "Poisson's ratio of every region");
+}
+
+void add_run_choices(CLI::App &command, const std::shared_ptr<studies::RunOptions> &options) {
+    command.add_option("--load-case", options->load_cases,
+                       "Names as in 'livermark list load-cases', or paths of load case .toml files");
+    command
+        .add_option_function<std::string>(
+            "--regime",
+            [options](const std::string &word) {
+                using enum core::Regime;
+                options->regimes = word == "all" ? Regimes{small, large} : Regimes{word == "large" ? large : small};
+            },
+            "Which load cases, where none is named: small (judged by linear elasticity), large (deformations of "
+            "surgical size, judged by hyperelasticity; minutes on each body) or all")
+        ->check(CLI::IsMember({"small", "large", "all"}))
+        ->default_str("small");
+    command.add_option("--model", options->models,
+                       "Names as in 'livermark list models'; the reference and the baseline always run beside them");
+    command.add_option_function<std::string>(
+        "--sweep",
+        [options](const std::string &text) { options->model_options.nodal_springs_parts = swept_parts(text); },
+        "More values of a constant, such as nodal_springs.a=0.1,0.15,0.25: each is a model of its own beside the one "
+        "that ships, here nodal_springs_a_0_1 and so on");
+    command
+        .add_option("--poisson", options->poisson_ratios,
+                    "Poisson's ratios of every region, such as 0.25,0.45,0.49; result files are then in a folder "
+                    "poisson_<ratio> for each")
+        ->delimiter(',');
+    command.add_flag(
+        "--no-uncertainty", options->no_uncertainty,
+        "Do not solve the reference on the refined mesh: quicker, but the uncertainty of the reference stays unknown");
+    command
+        .add_option(
+            "--jobs", options->jobs,
+            "Number of parallel workers, each on one core; by default one for each core, if memory allows. With "
+            "several, the file of a load case is written when the last model has solved it; with --jobs 1 it is "
+            "written as soon as the load case is done, and no other worker disturbs the times of the models")
+        ->check(CLI::Range(1, 1024));
+}
+
+std::vector<double> sorted_once(std::vector<double> values) {
+    std::ranges::sort(values);
+    values.erase(std::unique(values.begin(), values.end()), values.end());
+    return values;
 }
 
 } // namespace livermark::cli

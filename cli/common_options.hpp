@@ -1,10 +1,12 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "meshes/body_reader.hpp"
+#include "studies/run/run_options.hpp"
 
 /// Options that several commands have, with the same words.
 namespace livermark::cli {
@@ -14,5 +16,11 @@ void add_bodies(CLI::App &command, std::vector<std::string> &bodies);
 
 /// --young and --poisson
 void add_materials(CLI::App &command, meshes::MaterialOverride &material);
+
+/// What to run, and how: --load-case, --regime, --model, --sweep, --poisson, --no-uncertainty and --jobs
+void add_run_choices(CLI::App &command, const std::shared_ptr<studies::RunOptions> &options);
+
+/// In ascending order, each once.
+std::vector<double> sorted_once(std::vector<double> values);
 
 } // namespace livermark::cli

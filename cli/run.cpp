@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "cli/commands.hpp"
+#include "cli/common_options.hpp"
 #include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
 #include "cli/run_tables.hpp"
@@ -16,6 +17,7 @@
 #include "models/model_table.hpp"
 #include "results/tables/table_layout.hpp"
 #include "studies/run/amplitudes.hpp"
+#include "studies/run/benchmark_case.hpp"
 #include "studies/run/run_cases.hpp"
 #include "studies/run/run_options.hpp"
 #include "studies/run/run_task.hpp"
@@ -27,15 +29,12 @@ namespace livermark::cli {
 
 namespace {
 
-/// In the large regime a model that finds no equilibrium is a result like others.
 bool all_is_well(const results::Result &result) {
-    const bool may_fail = result.problem.load_case.regime == core::Regime::large;
+    const auto regime = result.problem.load_case.regime;
     return std::ranges::all_of(result.models, [=](const results::ModelResult &model) {
-        const bool is_reference =
-            std::ranges::find(models::references, model.name, &models::Reference::on_mesh) != models::references.end();
-        if (may_fail && !is_reference)
-            return results::meets_band(model).value_or(true);
-        return model.solution.status == core::SolutionStatus::ok && results::meets_band(model).value_or(true);
+        const bool has_come_to_an_end = model.solution.status == core::SolutionStatus::ok;
+        return (has_come_to_an_end || studies::may_fail(model.name, regime)) &&
+               results::meets_band(model).value_or(true);
     });
 }
 
@@ -106,22 +105,7 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
         "meshed first: label images (NIfTI, NRRD, MetaImage, DICOM) or closed surfaces (STL, OBJ, PLY, VTK, VTP), the "
         "liver and then its lesions");
     command->add_flag("--force", *force, "Mesh segmentations anew, over the body files in the output folder");
-    command->add_option("--load-case", options->load_cases,
-                        "Names as in 'livermark list load-cases', or paths of load case .toml files");
-    using Regimes = std::vector<core::Regime>;
-    command
-        ->add_option_function<std::string>(
-            "--regime",
-            [options](const std::string &word) {
-                using enum core::Regime;
-                options->regimes = word == "all" ? Regimes{small, large} : Regimes{word == "large" ? large : small};
-            },
-            "Which load cases, where none is named: small (judged by linear elasticity), large (deformations of "
-            "surgical size, judged by hyperelasticity; minutes on each body) or all")
-        ->check(CLI::IsMember({"small", "large", "all"}))
-        ->default_str("small");
-    command->add_option("--model", options->models,
-                        "Names as in 'livermark list models'; the reference and the baseline always run beside them");
+    add_run_choices(*command, options);
     command
         ->add_option("--amplitude", options->amplitudes,
                      "Multiples of the loads, such as 0.1,1,10, to see where linear elasticity stops being a fair "
@@ -130,17 +114,9 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
         ->check(positive_number());
     command->add_option("--young", options->young_modulus,
                         "Young's modulus of the first region [Pa]; the others keep their ratio to it");
-    command
-        ->add_option("--poisson", options->poisson_ratios,
-                     "Poisson's ratios of every region, such as 0.25,0.45,0.49; result files are then in a folder "
-                     "poisson_<ratio> for each")
-        ->delimiter(',');
     command->add_option("--calibration", options->calibration,
                         "A file of 'livermark calibrate' for the body: its springs join as calibrated_nodal_volume");
     command->add_option("--output", options->output, "Folder for <body>/<load case>.h5")->capture_default_str();
-    command->add_flag(
-        "--no-uncertainty", options->no_uncertainty,
-        "Do not solve the reference on the refined mesh: quicker, but the uncertainty of the reference stays unknown");
     command->add_flag("--solve-reference", options->solve_reference,
                       "Solve the references of large deformations, also where their solutions are stored in "
                       "results/references");
@@ -148,13 +124,6 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
     command->add_flag(
         "--resume", options->resume,
         "Keep the result files that the same command has left in the output folder, and go on from there");
-    command
-        ->add_option(
-            "--jobs", options->jobs,
-            "Number of parallel workers, each on one core; by default one for each core, if memory allows. With "
-            "several, the file of a load case is written when the last model has solved it; with --jobs 1 it is "
-            "written as soon as the load case is done, and no other worker disturbs the times of the models")
-        ->check(CLI::Range(1, 1024));
     using enum fem_reference::SolverChoice;
     command
         ->add_option("--fem-solver", options->model_options.fem_solver,
@@ -190,10 +159,8 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
     command->add_flag("--force-time-step", stepping.force, "Take the step even if it is too long to be stable");
     command->add_flag("--markdown", *markdown, "Print the table in Markdown");
     return [options, markdown, force, command_line] {
-        for (auto *values : {&options->amplitudes, &options->poisson_ratios}) {
-            std::ranges::sort(*values);
-            values->erase(std::unique(values->begin(), values->end()), values->end());
-        }
+        options->amplitudes = sorted_once(std::move(options->amplitudes));
+        options->poisson_ratios = sorted_once(std::move(options->poisson_ratios));
         const auto kept_command_line = without_resume(command_line);
         options->bodies = with_images_meshed(options->bodies, options->output, kept_command_line, *force);
         return run(*options, *markdown, kept_command_line);

@@ -1,5 +1,6 @@
 #include "cli/run_tables.hpp"
 
+#include <algorithm>
 #include <fmt/format.h>
 #include <functional>
 #include <string>
@@ -17,6 +18,9 @@ namespace livermark::cli {
 
 namespace {
 
+constexpr auto *small_title = "Small deformations, judged by linear elasticity\n";
+constexpr auto *large_title = "Large deformations, judged by hyperelasticity along the path of the load\n";
+
 std::string medians_with_legend(std::span<const results::Result> results,
                                 const std::function<std::string(const results::Layout &)> &as_text) {
     const auto layout = results::median_errors(results);
@@ -26,9 +30,9 @@ std::string medians_with_legend(std::span<const results::Result> results,
     return as_text(layout) + "\n" + results::median_legend(results);
 }
 
-std::string cohort_with_legend(std::span<const results::Result> results,
+std::string cohort_with_legend(std::span<const results::CohortStatistics> statistics,
                                const std::function<std::string(const results::Layout &)> &as_text) {
-    const auto layout = results::cohort_table(results);
+    const auto layout = results::cohort_table(statistics);
     if (layout.rows.empty())
         throw support::InputError("there is no cohort here; give static results on bodies whose names end in their "
                                   "number, such as those of `livermark mesh liver --variant 7 -o liver_variant_7.msh`");
@@ -80,8 +84,8 @@ void print_regime(Printer &printer, std::span<const results::Result> results, Ta
     if (kind == TableKind::means)
         printer.print(results::mean_errors(results));
     if (kind == TableKind::cohort)
-        printer.print(
-            cohort_with_legend(results, [&](const results::Layout &layout) { return printer.as_text(layout); }));
+        printer.print(cohort_with_legend(results::cohort_statistics(results::cohort_errors(results)),
+                                         [&](const results::Layout &layout) { return printer.as_text(layout); }));
 }
 
 } // namespace
@@ -105,11 +109,27 @@ void print_tables(std::span<const results::Result> results, TableKind kind, bool
     if (large.empty())
         return print_regime(printer, small, kind);
     if (!small.empty()) {
-        printer.print("Small deformations, judged by linear elasticity\n");
+        printer.print(small_title);
         print_regime(printer, small, kind);
     }
-    printer.print("Large deformations, judged by hyperelasticity along the path of the load\n");
+    printer.print(large_title);
     print_regime(printer, large, kind);
+}
+
+void print_cohort(std::span<const results::CohortStatistics> statistics, bool markdown) {
+    Printer printer(markdown);
+    const auto as_text = [&](const results::Layout &layout) { return printer.as_text(layout); };
+    const auto is_small = [](const results::CohortStatistics &group) { return group.regime == core::Regime::small; };
+    const auto num_small = static_cast<std::size_t>(std::ranges::count_if(statistics, is_small)); // they come first
+    const auto small = statistics.first(num_small), large = statistics.subspan(num_small);
+    if (large.empty())
+        return printer.print(cohort_with_legend(small, as_text));
+    if (!small.empty()) {
+        printer.print(small_title);
+        printer.print(cohort_with_legend(small, as_text));
+    }
+    printer.print(large_title);
+    printer.print(cohort_with_legend(large, as_text));
 }
 
 } // namespace livermark::cli

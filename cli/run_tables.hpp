@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "results/cohort.hpp"
 #include "results/result.hpp"
 #include "studies/run/problems.hpp"
 
@@ -27,6 +28,10 @@ inline const std::map<std::string, TableKind> table_kinds{
 /// and no
 ///         body's name ends in a number
 void print_tables(std::span<const results::Result> results, TableKind kind, bool markdown);
+
+/// Prints what `--kind cohort` prints of the results behind the statistics.
+/// @throws support::InputError if there are none
+void print_cohort(std::span<const results::CohortStatistics> statistics, bool markdown);
 
 /// Prints which load cases do not fit which body, and why; nothing where all fit.
 void print_left_out(const std::vector<studies::LeftOut> &left_out, bool markdown);

@@ -57,7 +57,13 @@ struct ModelOptions {
     livermark::msm::TimeStepping time_stepping; ///< of mass-spring models, where something depends on time
     std::shared_ptr<const core::CalibratedSprings>
         calibration; ///< of calibrated_nodal_volume, which is not there without
+    /// More values of the constant a of nodal_springs, above 0 and up to 1: each is a model of its own, beside the one
+    /// that ships.
+    std::vector<double> nodal_springs_parts;
 };
+
+/// The model of nodal_springs with another constant a, such as nodal_springs_a_0_25: a name holds no '.'.
+std::string swept_nodal_springs(double part);
 
 /// Models that come from one adapter. One file each in families/, named as the family.
 struct ModelFamily {

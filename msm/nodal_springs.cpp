@@ -244,8 +244,8 @@ std::shared_ptr<const ElasticTerm> nodal_springs(const core::Body &body, double 
     return std::make_shared<NodalSprings>(body, alone);
 }
 
-ElasticBody nodal_springs_with_volume(const core::Body &body) {
-    std::vector<std::shared_ptr<const ElasticTerm>> terms{nodal_springs(body, 0.2)};
+ElasticBody nodal_springs_with_volume(const core::Body &body, double alone) {
+    std::vector<std::shared_ptr<const ElasticTerm>> terms{nodal_springs(body, alone)};
     if (needs_volume(body))
         terms.push_back(volume_beside_springs(body, find_volume_term("mean_nodal_volume")));
     terms.push_back(inversion_guard(body));

@@ -22,6 +22,7 @@ struct Part {
 };
 constexpr std::array parts{Part{"errors", "How far each model is off"},
                            Part{"large", "Deformations of surgical size"},
+                           Part{"cohort", "Livers of other people"},
                            Part{"pictures", "What it looks like"},
                            Part{"cost", "Error against cost"},
                            Part{"poisson", "Error against Poisson's ratio"},
@@ -108,9 +109,9 @@ std::string head(const ReportData &data) {
         html += figure("table", table_html(findings(data, labels)), "In short: means over the load cases of each body.",
                        {});
     html += "<dl class=\"facts\">\n";
-    html += fact("Files", fmt::format("{} of runs, {} of stability, {} of histories, {} of timings",
-                                      data.results.size() + data.large.size(), data.stability.size(),
-                                      data.histories.size(), data.timings.size()));
+    html += fact("Files", fmt::format("{} of runs, {} of cohorts, {} of stability, {} of histories, {} of timings",
+                                      data.results.size() + data.large.size(), data.cohorts.size(),
+                                      data.stability.size(), data.histories.size(), data.timings.size()));
     for (const auto &fault : data.faults)
         html += fact("Left out", below(data.folder, fault));
     if (!data.results.empty()) {

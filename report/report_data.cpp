@@ -32,6 +32,18 @@ void sort_results(ReportData &data) {
     data.files = std::move(sorted.files);
 }
 
+/// A cohort file speaks for the result files of its bodies below it.
+struct SpokenFor {
+    std::filesystem::path folder;
+    std::vector<results::CohortBody> bodies;
+
+    bool has(const std::filesystem::path &file) const {
+        return std::ranges::mismatch(folder, file).in1 == folder.end() &&
+               std::ranges::find(bodies, file.parent_path().filename().string(), &results::CohortBody::name) !=
+                   bodies.end();
+    }
+};
+
 void read_file(const std::filesystem::path &file, const std::string &name, ReportData &data) {
     switch (results::kind_of_file(file)) {
     case results::FileKind::result:
@@ -51,11 +63,29 @@ void read_file(const std::filesystem::path &file, const std::string &name, Repor
     case results::FileKind::timings:
         data.timings.push_back(results::read_timings(file));
         break;
+    case results::FileKind::cohort: // none is left in the list
     case results::FileKind::modes:
     case results::FileKind::calibration:
     case results::FileKind::other:
         data.others.push_back(name);
     }
+}
+
+/// Reads the cohort files, and takes them and what cannot be read from the list.
+std::vector<SpokenFor> read_cohorts(std::vector<std::filesystem::path> &files, ReportData &data) {
+    std::vector<SpokenFor> spoken_for;
+    std::erase_if(files, [&](const std::filesystem::path &file) {
+        try {
+            if (results::kind_of_file(file) != results::FileKind::cohort)
+                return false;
+            data.cohorts.push_back(results::read_cohort(file));
+            spoken_for.push_back({file.parent_path(), data.cohorts.back().bodies});
+        } catch (const support::InputError &fault) {
+            data.faults.emplace_back(fault.what());
+        }
+        return true;
+    });
+    return spoken_for;
 }
 
 } // namespace
@@ -67,14 +97,17 @@ ReportData read_report_data(const std::filesystem::path &folder) {
             fmt::format("{}: there is no such folder; give the one that `livermark run` filled", folder.string()));
     ReportData data;
     data.folder = folder;
-    for (const auto &file : results::hdf5_files_below(folder))
+    auto files = results::hdf5_files_below(folder);
+    const auto spoken_for = read_cohorts(files, data);
+    for (const auto &file : files)
         try {
-            read_file(file, file.lexically_relative(folder).string(), data);
+            if (std::ranges::none_of(spoken_for, [&](const SpokenFor &cohort) { return cohort.has(file); }))
+                read_file(file, file.lexically_relative(folder).string(), data);
         } catch (const support::InputError &fault) {
             data.faults.emplace_back(fault.what());
         }
-    if (data.results.empty() && data.large.empty() && data.stability.empty() && data.histories.empty() &&
-        data.timings.empty())
+    if (data.results.empty() && data.large.empty() && data.cohorts.empty() && data.stability.empty() &&
+        data.histories.empty() && data.timings.empty())
         throw support::InputError(
             data.faults.empty() ? fmt::format("{0}: there are no result files here; make some with `livermark run "
                                               "--output {0}`",

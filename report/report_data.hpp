@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "results/hdf5/cohort_file.hpp"
 #include "results/hdf5/history_file.hpp"
 #include "results/hdf5/stability_file.hpp"
 #include "results/hdf5/timings_file.hpp"
@@ -17,6 +18,7 @@ struct ReportData {
     std::vector<results::Result> results; ///< with models, of small deformations
     std::vector<std::string> files;       ///< of each of these, relative to the folder
     std::vector<results::Result> large;   ///< with models, of large deformations; never beside the others
+    std::vector<results::Cohort> cohorts; ///< their bodies are not among the results
     std::vector<results::Stability> stability;
     std::vector<results::Histories> histories;
     std::vector<results::Timings> timings;
@@ -24,7 +26,8 @@ struct ReportData {
     std::vector<std::string> faults; ///< a sentence for each file that cannot be read or is damaged, and is left out
 };
 
-/// Reads every .h5 below a folder.
+/// Reads every .h5 below a folder. Result files of the bodies of a cohort stand below its file and are left out: they
+/// are many, and what they come to is in that file.
 /// @throws support::InputError if the folder cannot be listed, or none of the files has anything for a report
 ReportData read_report_data(const std::filesystem::path &folder);
 

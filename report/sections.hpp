@@ -20,6 +20,7 @@ struct PaperTable {
 std::string head(const ReportData &data);
 std::string errors_section(const ReportData &data);
 std::string large_section(const ReportData &data);
+std::string cohort_section(const ReportData &data);
 std::string cost_section(const ReportData &data);
 std::string poisson_section(const ReportData &data);
 std::string refinement_section(const ReportData &data);

@@ -17,7 +17,9 @@ namespace {
 void add_results_below(const std::filesystem::path &path, std::vector<Result> &results) {
     for (const auto &file : hdf5_files_below(path))
         try {
-            if (auto result = read_result(file); !result.models.empty()) // modes have files of the same kind
+            if (kind_of_file(file) == FileKind::cohort) // sums up the files below it
+                continue;
+            else if (auto result = read_result(file); !result.models.empty()) // modes have files of the same kind
                 results.push_back(std::move(result));
         } catch (const support::InputError &fault) {
             fmt::print(stderr, "livermark: passed over: {}\n", support::shown(fault.what()));

@@ -129,6 +129,11 @@ const core::Model &baseline_of(const std::vector<core::Model> &models) {
     return *std::ranges::find(models, models::baseline_model, &core::Model::name);
 }
 
+bool may_fail(const std::string &model, core::Regime regime) {
+    return regime == core::Regime::large &&
+           std::ranges::find(models::references, model, &models::Reference::on_mesh) == models::references.end();
+}
+
 results::Result evaluate(const core::Problem &problem, const std::vector<core::Model> &models, const SolveModel &solve,
                          const results::ErrorBands &bands, results::Provenance provenance) {
     results::Result result{

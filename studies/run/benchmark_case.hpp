@@ -21,6 +21,9 @@ std::vector<core::Model> choose_models(const std::vector<std::string> &wanted, c
 /// The one that scales loads; every choice of models has it.
 const core::Model &baseline_of(const std::vector<core::Model> &models);
 
+/// Whether it is a result like others that a model finds no solution: in the large regime, unless it is a reference.
+bool may_fail(const std::string &model, core::Regime regime);
+
 /// Finds the solution of a model to a problem, or has it already.
 using SolveModel = std::function<core::Solution(const core::Model &, const core::Problem &)>;
 

@@ -57,7 +57,7 @@ std::vector<std::string> sentences(const std::vector<LeftOut> &left_out) {
 }
 
 ProblemSet read_problems(const std::vector<std::string> &bodies, const std::vector<std::string> &load_cases,
-                         const meshes::MaterialOverride &material) {
+                         const meshes::MaterialOverride &material, bool may_leave_out) {
     ProblemSet set;
     std::optional<std::string> fault;
     const auto load_case_files = find_toml_files(load_cases, load_cases_folder, "load case");
@@ -69,7 +69,7 @@ ProblemSet read_problems(const std::vector<std::string> &bodies, const std::vect
             try {
                 set.problems.push_back({body, load_cases::read_load_case(load_case_file, body->mesh)});
             } catch (const load_cases::NotOnBody &error) {
-                if (!bodies.empty() && is_own_file(load_case_file))
+                if (!may_leave_out && !bodies.empty() && is_own_file(load_case_file))
                     throw;
                 set.left_out.push_back({body->name, load_case_file.stem().string(), error.reason(),
                                         load_cases::load_case_kind(load_case_file)});

@@ -36,13 +36,13 @@ std::vector<std::string> sentences(const std::vector<LeftOut> &left_out);
 /// Reads every body once and puts every load case on it, so that a fault shows before the first hour of work.
 ///
 /// A load case that does not fit a body (see load_cases::NotOnBody) is left out there, and the others are read. It is
-/// refused where it is a file of the user's own and the body was asked for by name.
+/// refused where it is a file of the user's own and the body was asked for by name, unless it may be left out as well.
 /// @param bodies      names or paths of what was asked for; all that ship if there are none
 /// @param load_cases  the same
 /// @return body by body, loads as they are written
 /// @throws support::InputError for a fault of any file, and if no load case fits any body
 ProblemSet read_problems(const std::vector<std::string> &bodies, const std::vector<std::string> &load_cases,
-                         const meshes::MaterialOverride &material);
+                         const meshes::MaterialOverride &material, bool may_leave_out = false);
 
 /// The same for a command of one rank and one load case, with the loads scaled to their target where it asks for that.
 /// Places that yielded and what is left out are in the notes.

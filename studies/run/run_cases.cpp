@@ -26,11 +26,12 @@ namespace livermark::studies {
 
 namespace {
 
-void keep(const std::filesystem::path &file, const results::Result &result) {
+void keep(const std::filesystem::path &file, const results::Result &result, const RunOptions &options) {
     try {
         results::write_result(file, result);
     } catch (const support::InputError &error) {
-        throw support::InputError(fmt::format("{}, and go on with --resume", error.what()));
+        throw support::InputError(
+            fmt::format("{}, and go on with {}", error.what(), options.resume ? "the same command" : "--resume"));
     }
 }
 
@@ -109,7 +110,7 @@ void run_case(const Run &run, std::size_t load, PreparedModels &prepared, const 
             auto result = evaluate(problem, run.task.models, solve, run.task.bands,
                                    results::current_provenance(run.command_line));
             spent.begin(other_work);
-            keep(file, result);
+            keep(file, result, run.options);
         }
         send(to_text(MessageKind::result, load, file.string()));
     } catch (const support::InputError &error) {
@@ -221,6 +222,7 @@ Outcomes run_cases(const RunTask &task, const RunOptions &options, const std::st
         run.plan.waits_for);
     for (std::size_t load = 0; load < of_load.size(); ++load) {
         auto &outcome = outcomes.of_problem[run.loads[load].number];
+        outcome.num_kept += run.is_resumed[load] ? 1 : 0;
         std::ranges::move(of_load[load].done, std::back_inserter(outcome.done));
         std::ranges::move(of_load[load].failures, std::back_inserter(outcome.failures));
     }

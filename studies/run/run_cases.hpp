@@ -14,6 +14,7 @@ namespace livermark::studies {
 struct Outcome {
     std::vector<results::Result> done;
     std::vector<std::string> failures; ///< a sentence each
+    int num_kept = 0;                  ///< of those done, that were there already
 };
 
 /// What became of all.

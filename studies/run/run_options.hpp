@@ -23,6 +23,7 @@ struct RunOptions {
     bool solve_reference = false; ///< also where a solution is stored
     bool only_static = false;
     bool resume = false;
+    bool may_leave_out = false; ///< also load case files of the user's own that do not fit a body
     std::optional<int> jobs; ///< load cases side by side, >= 1; as many as there are cores and memory for if not given
     models::ModelOptions model_options;
 };

@@ -43,10 +43,11 @@ models::ModelOptions model_options(const RunOptions &options) {
 
 ProblemSet read_all_problems(const RunOptions &options) {
     if (options.poisson_ratios.empty())
-        return read_problems(options.bodies, options.load_cases, {options.young_modulus, {}});
+        return read_problems(options.bodies, options.load_cases, {options.young_modulus, {}}, options.may_leave_out);
     ProblemSet all;
     for (const double poisson_ratio : options.poisson_ratios) {
-        auto some = read_problems(options.bodies, options.load_cases, {options.young_modulus, poisson_ratio});
+        auto some = read_problems(options.bodies, options.load_cases, {options.young_modulus, poisson_ratio},
+                                  options.may_leave_out);
         std::ranges::move(some.problems, std::back_inserter(all.problems));
         all.notes = std::move(some.notes); // they are the same for every Poisson's ratio
         all.left_out = std::move(some.left_out);
@@ -54,14 +55,33 @@ ProblemSet read_all_problems(const RunOptions &options) {
     return all;
 }
 
+/// Those that are swept run beside the models asked for by name.
+std::vector<std::string> wanted_models(const RunOptions &options) {
+    auto wanted = options.models;
+    if (!wanted.empty())
+        for (const double part : options.model_options.nodal_springs_parts)
+            wanted.push_back(models::swept_nodal_springs(part));
+    return wanted;
+}
+
 RunTask prepare_on_this_rank(const RunOptions &options) {
+    auto task = read_task(options);
+    if (support::mpi_rank() == 0)
+        for (const auto &problem : task.problems)
+            make_output_folder(output_folder(options, problem), problem);
+    return task;
+}
+
+} // namespace
+
+RunTask read_task(const RunOptions &options) {
     if (support::mpi_num_ranks() > 1 && options.resume)
         throw support::InputError("--resume works on one rank only; leave it out or start without mpirun");
     if (support::mpi_num_ranks() > 1 && options.model_options.fem_solver == fem_reference::SolverChoice::direct)
         throw support::InputError("--fem-solver direct works on one rank only; leave it out or start without mpirun");
     if (support::mpi_num_ranks() > 1 && options.jobs.value_or(1) > 1)
         throw support::InputError("--jobs works on one rank only; leave it out or start without mpirun");
-    RunTask task{choose_models(options.models, model_options(options), !options.no_uncertainty),
+    RunTask task{choose_models(wanted_models(options), model_options(options), !options.no_uncertainty),
                  {},
                  read_bands(options),
                  {},
@@ -87,18 +107,13 @@ RunTask prepare_on_this_rank(const RunOptions &options) {
     std::ranges::move(sentences(task.left_out), std::back_inserter(task.notes));
     if (!options.solve_reference)
         use_stored_references(task.models, stored_references_folder());
-    if (support::mpi_rank() == 0) {
+    if (support::mpi_rank() == 0)
         for (const auto &problem : task.problems)
             for (const auto &model : task.models)
                 if (model.check)
                     model.check(problem);
-        for (const auto &problem : task.problems)
-            make_output_folder(output_folder(options, problem), problem);
-    }
     return task;
 }
-
-} // namespace
 
 std::filesystem::path output_folder(const RunOptions &options, const core::Problem &problem) {
     return options.poisson_ratios.empty()

@@ -20,7 +20,11 @@ struct RunTask {
     std::vector<LeftOut> left_out;
 };
 
-/// Reads and checks all that a user may have got wrong, and makes the output folders.
+/// Reads and checks all that a user may have got wrong, on this MPI rank alone, and writes nothing.
+/// @throws support::InputError as prepare()
+RunTask read_task(const RunOptions &options);
+
+/// The same on all MPI ranks, and makes the output folders.
 /// @throws support::InputError on all MPI ranks, if it has a fault on one of them, and if no load case that is asked
 /// for
 ///         fits a body

@@ -1,6 +1,9 @@
 #include "results/tables/cohort_table.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
+#include <string>
+#include <vector>
 
 #include "results/quantile.hpp"
 
@@ -38,6 +41,50 @@ TEST(CohortTable, TakesOddNumbersForTrainingAndEvenOnesForUnseen) {
     EXPECT_EQ(cohort_half("liver_variant_7"), "training");
     EXPECT_EQ(cohort_half("liver_variant_10"), "unseen");
     EXPECT_EQ(cohort_half("liver_healthy"), std::nullopt);
+}
+
+CohortError error_of(const std::string &body, const std::string &load_case, double relative_l2) {
+    return {.body = body, .load_case = load_case, .model = "springs", .relative_l2 = relative_l2};
+}
+
+TEST(CohortStatistics, TakeTheMeanOverLoadCasesThenTheMedianOverTheBodiesOfEachHalf) {
+    const std::vector<CohortError> errors{error_of("b_1", "pull", 0.1), error_of("b_1", "push", 0.3),
+                                          error_of("b_3", "pull", 0.4), error_of("b_3", "push", 0.6),
+                                          error_of("b_2", "pull", 0.7), error_of("b_2", "push", 0.9)};
+    const auto statistics = cohort_statistics(errors);
+    ASSERT_EQ(statistics.size(), 2U);
+    EXPECT_EQ(statistics[0].half, "training");
+    EXPECT_DOUBLE_EQ(statistics[0].median, 0.35);
+    EXPECT_DOUBLE_EQ(statistics[0].percentile_95, 0.2 + 0.95 * 0.3);
+    EXPECT_DOUBLE_EQ(statistics[0].worst, 0.5);
+    EXPECT_EQ(statistics[1].half, "unseen");
+    EXPECT_DOUBLE_EQ(statistics[1].median, 0.8);
+    EXPECT_EQ(statistics[1].left_out, 0);
+}
+
+TEST(CohortStatistics, LeaveOutBodiesWithoutALoadCaseOrAnEnd) {
+    auto stopped = error_of("b_5", "push", 0.2);
+    stopped.status = core::SolutionStatus::not_converged;
+    const std::vector<CohortError> errors{error_of("b_1", "pull", 0.1), error_of("b_1", "push", 0.3),
+                                          error_of("b_3", "pull", 0.4), error_of("b_5", "pull", 0.1), stopped};
+    const auto statistics = cohort_statistics(errors);
+    ASSERT_EQ(statistics.size(), 1U);
+    ASSERT_EQ(statistics[0].means.size(), 1U);
+    EXPECT_EQ(statistics[0].means[0].body, "b_1");
+    EXPECT_EQ(statistics[0].left_out, 2);
+    EXPECT_EQ(cohort_table(statistics).rows[0][4], "2");
+}
+
+TEST(CohortStatistics, KeepRegimesApartAndHaveNoNumberWithoutABody) {
+    auto large = error_of("b_1", "large_pull", std::nan(""));
+    large.regime = core::Regime::large;
+    large.status = core::SolutionStatus::diverged;
+    const auto statistics = cohort_statistics(std::vector{large, error_of("b_1", "pull", 0.1)});
+    ASSERT_EQ(statistics.size(), 2U);
+    EXPECT_EQ(statistics[0].median, 0.1);
+    EXPECT_EQ(statistics[1].regime, core::Regime::large);
+    EXPECT_EQ(statistics[1].left_out, 1);
+    EXPECT_TRUE(std::isnan(statistics[1].median));
 }
 
 } // namespace

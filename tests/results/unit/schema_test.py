@@ -9,7 +9,7 @@ import sys
 
 import h5py
 
-OTHER_FILES = ["Stability files", "History files", "Calibration files", "Timing files"]
+OTHER_FILES = ["Cohort files", "Stability files", "History files", "Calibration files", "Timing files"]
 PROVENANCE = "Where it comes from"
 TYPES = {"float64": "<f8", "float32": "<f4", "int64": "<i8", "int32": "<i4", "uint8": "|u1"}
 
@@ -75,6 +75,13 @@ def check_type(path, dtype, said):
 def sizes_of(file):
     if "critical_time_step" in file:
         return {"I": len(file["/critical_time_step"].attrs["integrators"])}
+    if "statistics" in file:
+        sizes = {"U": file["/bodies/number"].shape[0], "O": file["/lesions/body"].shape[0],
+                 "E": file["/errors/body"].shape[0], "H": file["/statistics/half"].shape[0],
+                 "J": len(file["/errors/load_case"].attrs["names"]), "W": len(file["/errors/model"].attrs["names"]),
+                 "X": len(file["/statistics/model"].attrs["names"]), "Z": file["/failures"].shape[0]}
+        assert sizes["U"] != sizes["E"] != sizes["H"] != sizes["O"], f"{sizes}"
+        return sizes
     if "springs" in file:
         return {"R": file["/materials/density"].shape[0], "S": file["/springs/edges"].shape[0],
                 "L": file["/loads/held_out"].shape[0]}

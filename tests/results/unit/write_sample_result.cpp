@@ -3,11 +3,13 @@
 #include <filesystem>
 
 #include "results/hdf5/calibration_file.hpp"
+#include "results/hdf5/cohort_file.hpp"
 #include "results/hdf5/history_file.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/stability_file.hpp"
 #include "results/hdf5/timings_file.hpp"
 #include "tests/sample_calibration.hpp"
+#include "tests/sample_cohort.hpp"
 #include "tests/sample_result.hpp"
 #include "tests/sample_timings.hpp"
 
@@ -39,5 +41,6 @@ int main(int argc, char **argv) {
                        {"release", "", {{"alpha", 1.0}, {"beta", 2.0}}, 0.1, {history}}};
     results::write_histories(folder / "sample_histories.h5", histories);
     results::write_calibration(folder / "sample_calibration.h5", tests::sample_calibration(*result.problem.body));
+    results::write_cohort(folder / "sample_cohort.h5", tests::sample_cohort());
     results::write_timings(folder / "sample_timings.h5", tests::sample_timings());
 }

@@ -18,6 +18,7 @@ function refuseOtherFiles(file: File): void {
     ['/histories', 'motions of single points (livermark histories)'],
     ['/springs', 'calibrated springs (livermark calibrate)'],
     ['/timings', 'timings of the benchmarks'],
+    ['/statistics', 'errors over a cohort (livermark cohort)'],
   ];
   const kind = kinds.find(([path]) => has(file, path))?.[1];
   const what = kind ? `it holds ${kind}` : 'it is an HDF5 file of something else';

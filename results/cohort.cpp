@@ -1,0 +1,127 @@
+#include "results/cohort.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include "results/quantile.hpp"
+#include "support/random_numbers.hpp"
+
+namespace livermark::results {
+
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// Regime, half, Poisson's ratio and model.
+using Group = std::tuple<core::Regime, std::string, double, std::string>;
+/// Relative L2 error by body and load case; NaN where a model has not come to an end.
+using ErrorsOfBodies = std::map<std::string, std::map<std::string, double>>;
+
+bool is_in_cohort(const Result &result) {
+    const auto &load_case = result.problem.load_case;
+    return !load_case.release && load_case.name.find('@') == std::string::npos &&
+           cohort_half(result.problem.body->name).has_value();
+}
+
+/// Means over load cases, of the bodies that have them all.
+std::vector<BodyMean> means_of(const ErrorsOfBodies &bodies, std::size_t num_load_cases) {
+    std::vector<BodyMean> means;
+    for (const auto &[body, errors] : bodies) {
+        double sum = 0.0;
+        for (const auto &[load_case, error] : errors)
+            sum += error;
+        if (errors.size() == num_load_cases && std::isfinite(sum))
+            means.push_back({body, sum / static_cast<double>(num_load_cases)});
+    }
+    return means;
+}
+
+CohortStatistics statistics_of(const Group &group, const ErrorsOfBodies &bodies, std::size_t num_load_cases) {
+    CohortStatistics statistics{.regime = std::get<0>(group),
+                                .half = std::get<1>(group),
+                                .poisson_ratio = std::get<2>(group),
+                                .model = std::get<3>(group),
+                                .means = means_of(bodies, num_load_cases),
+                                .median = nan,
+                                .median_interval = {nan, nan},
+                                .percentile_95 = nan,
+                                .percentile_95_interval = {nan, nan},
+                                .worst = nan};
+    statistics.left_out = static_cast<int>(bodies.size() - statistics.means.size());
+    if (statistics.means.empty())
+        return statistics;
+    std::vector<double> values;
+    for (const auto &mean : statistics.means)
+        values.push_back(mean.error);
+    statistics.median = quantile(values, 0.5);
+    statistics.median_interval = bootstrap_interval(values, 0.5);
+    statistics.percentile_95 = quantile(values, 0.95);
+    statistics.percentile_95_interval = bootstrap_interval(values, 0.95);
+    statistics.worst = *std::ranges::max_element(values);
+    return statistics;
+}
+
+} // namespace
+
+Interval bootstrap_interval(const std::vector<double> &values, double part) {
+    constexpr int num_samples = 2000;
+    constexpr std::uint64_t seed = 1979;
+    support::RandomNumbers random(seed);
+    std::vector<double> quantiles, sample(values.size());
+    for (int s = 0; s < num_samples; ++s) {
+        for (auto &value : sample)
+            value = values[random.below(static_cast<int>(values.size()))];
+        quantiles.push_back(quantile(sample, part));
+    }
+    return {quantile(quantiles, 0.025), quantile(quantiles, 0.975)};
+}
+
+std::optional<std::string> cohort_half(const std::string &body) {
+    if (body.empty() || body.back() < '0' || body.back() > '9')
+        return std::nullopt;
+    return (body.back() - '0') % 2 == 1 ? "training" : "unseen";
+}
+
+std::vector<CohortError> cohort_errors(std::span<const Result> results) {
+    std::vector<CohortError> errors;
+    for (const auto &result : results) {
+        if (!is_in_cohort(result))
+            continue;
+        for (const auto &model : result.models)
+            if (model.comparison || model.solution.status != core::SolutionStatus::ok)
+                errors.push_back({.body = result.problem.body->name,
+                                  .regime = result.problem.load_case.regime,
+                                  .poisson_ratio = poisson_ratio(result),
+                                  .load_case = result.problem.load_case.name,
+                                  .model = model.name,
+                                  .status = model.solution.status,
+                                  .relative_l2 = model.comparison ? model.comparison->relative_l2 : nan,
+                                  .reaction_error = model.comparison ? model.comparison->reaction_error : nan});
+    }
+    return errors;
+}
+
+std::vector<CohortStatistics> cohort_statistics(std::span<const CohortError> errors) {
+    std::map<Group, ErrorsOfBodies> groups;
+    std::map<std::pair<core::Regime, double>, std::set<std::string>> load_cases; // by regime and Poisson's ratio
+    for (const auto &error : errors) {
+        const auto half = cohort_half(error.body);
+        if (!half)
+            continue;
+        load_cases[{error.regime, error.poisson_ratio}].insert(error.load_case);
+        groups[{error.regime, *half, error.poisson_ratio, error.model}][error.body][error.load_case] =
+            error.status == core::SolutionStatus::ok ? error.relative_l2 : nan;
+    }
+    std::vector<CohortStatistics> statistics;
+    for (const auto &[group, bodies] : groups)
+        statistics.push_back(statistics_of(group, bodies, load_cases[{std::get<0>(group), std::get<2>(group)}].size()));
+    return statistics;
+}
+
+} // namespace livermark::results

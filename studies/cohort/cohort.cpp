@@ -1,0 +1,166 @@
+#include "studies/cohort/cohort.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <filesystem>
+#include <fmt/format.h>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+#include "meshes/liver_variation.hpp"
+#include "results/cohort.hpp"
+#include "results/provenance.hpp"
+#include "studies/cohort/cohort_body.hpp"
+#include "studies/run/benchmark_case.hpp"
+#include "studies/run/run_cases.hpp"
+#include "studies/run/run_task.hpp"
+#include "support/input_error.hpp"
+#include "support/mpi_session.hpp"
+#include "support/whole_file.hpp"
+
+namespace livermark::studies {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path bodies_in(const CohortOptions &options) {
+    return fs::path(options.run.output) / "bodies";
+}
+
+RunOptions options_of_cohort(const CohortOptions &options) {
+    auto run = options.run;
+    run.only_static = true;
+    run.resume = true;
+    run.may_leave_out = true;
+    for (auto &load_case : run.load_cases) // files keep their place wherever the command is typed again
+        if (std::error_code error; fs::is_regular_file(load_case, error))
+            load_case = fs::absolute(load_case).lexically_normal().string();
+    return run;
+}
+
+/// The command that makes the results of one body again, typed in the output folder. It is the same for every number of
+/// workers and every choice of the other bodies, so these do not decide whether a result is kept.
+std::string command_of_body(const RunOptions &options, const std::string &body_file) {
+    auto command = fmt::format("livermark run --static --body {}", body_file);
+    if (!options.load_cases.empty())
+        command += fmt::format(" --load-case {}", fmt::join(options.load_cases, " "));
+    else
+        command +=
+            fmt::format(" --regime {}", options.regimes.size() > 1 ? "all" : core::to_string(options.regimes.front()));
+    if (!options.models.empty())
+        command += fmt::format(" --model {}", fmt::join(options.models, " "));
+    if (const auto &parts = options.model_options.nodal_springs_parts; !parts.empty())
+        command += fmt::format(" --sweep nodal_springs.a={}", fmt::join(parts, ","));
+    if (!options.poisson_ratios.empty())
+        command += fmt::format(" --poisson {}", fmt::join(options.poisson_ratios, ","));
+    return command + (options.no_uncertainty ? " --no-uncertainty" : "") + " --output .";
+}
+
+/// Everything that a user may have got wrong: on the livers that ship, which have the places of all others.
+void check_all(const CohortOptions &options, RunOptions run) {
+    if (support::mpi_num_ranks() > 1)
+        throw support::InputError("`livermark cohort` works on one rank only; start it without mpirun");
+    run.bodies = {"liver_healthy", "liver_tumours"};
+    read_task(run);
+    for (const int number : options.bodies)
+        check_cohort_body(cohort_body_file(bodies_in(options), number), number, options.tetrahedra);
+}
+
+void make_folders(const CohortOptions &options) {
+    std::error_code error;
+    fs::create_directories(bodies_in(options), error);
+    if (error)
+        throw support::InputError(fmt::format("{}: cannot be made ({}); choose another --output",
+                                              bodies_in(options).string(), error.message()));
+    support::check_place(fs::path(options.run.output) / "cohort.h5");
+}
+
+/// Makes and reads one body with its load cases.
+/// @param was_there  whether its file was there already
+RunTask task_of_body(const meshes::LiverVariant &variant, const fs::path &file, const CohortOptions &options,
+                     const RunOptions &run) {
+    std::error_code error;
+    const bool was_there = fs::exists(file, error);
+    make_cohort_body(file, variant, options.tetrahedra);
+    try {
+        return prepare(run);
+    } catch (const support::InputError &fault) {
+        if (!was_there)
+            throw;
+        throw support::InputError(
+            fmt::format("{}; or remove {}, and the same command makes the body again", fault.what(), file.string()));
+    }
+}
+
+/// Keeps what a cohort file has of results, which are much larger.
+void add_outcomes(Outcomes &&outcomes, const std::string &body, CohortOutcome &all) {
+    KeptResults kept{body, 0, 0};
+    for (auto &outcome : outcomes.of_problem) {
+        kept.num_kept += outcome.num_kept;
+        kept.num_load_cases += static_cast<int>(outcome.done.size());
+        std::ranges::move(results::cohort_errors(outcome.done), std::back_inserter(all.cohort.errors));
+        std::ranges::move(outcome.failures, std::back_inserter(all.cohort.failures));
+    }
+    if (kept.num_kept > 0)
+        all.kept.push_back(kept);
+    for (const auto &[stage, seconds] : outcomes.spent.stages())
+        all.spent.add(stage, seconds);
+}
+
+void run_body(int number, const CohortOptions &options, RunOptions run, const ProgressReport &report,
+              CohortOutcome &all) {
+    const auto variant = meshes::draw_liver(number);
+    const auto &body = all.cohort.bodies.emplace_back(drawn_body(variant));
+    const auto place = fmt::format("body {} of {}", all.cohort.bodies.size(), options.bodies.size());
+    std::optional<RunTask> task;
+    all.spent.begin("bodies and load cases");
+    try {
+        const auto file = cohort_body_file(bodies_in(options), number);
+        run.bodies = {file.string()};
+        if (report)
+            report(static_cast<int>(all.cohort.bodies.size()), static_cast<int>(options.bodies.size()),
+                   fmt::format("{}: body and load cases", body.name));
+        task = task_of_body(variant, file, options, run);
+    } catch (const std::exception &error) {
+        all.cohort.failures.push_back(fmt::format("{}: {}", body.name, error.what()));
+    }
+    all.spent.stop();
+    if (!task)
+        return;
+    std::ranges::move(task->notes, std::back_inserter(all.notes));
+    const auto of_body = [&](int step, int num_steps, const std::string &about) {
+        if (report)
+            report(step, num_steps, fmt::format("{}: {}", place, about));
+    };
+    const auto body_file = fmt::format("bodies/{}.toml", body.name);
+    try {
+        add_outcomes(run_cases(*task, run, command_of_body(run, body_file), of_body), body.name, all);
+    } catch (const support::InputError &) {
+        throw; // results have no place any more
+    } catch (const std::exception &error) {
+        all.cohort.failures.push_back(fmt::format("{}: {}", body.name, error.what()));
+    }
+}
+
+} // namespace
+
+CohortOutcome run_cohort(const CohortOptions &options, const std::string &command_line, const ProgressReport &report) {
+    const auto run = options_of_cohort(options);
+    check_all(options, run);
+    make_folders(options);
+    CohortOutcome all;
+    all.cohort.tetrahedra = options.tetrahedra;
+    for (const int number : options.bodies)
+        run_body(number, options, run, report, all);
+    all.cohort.provenance = results::current_provenance(command_line);
+    results::write_cohort(fs::path(options.run.output) / "cohort.h5", all.cohort);
+    all.is_well =
+        all.cohort.failures.empty() && std::ranges::all_of(all.cohort.errors, [](const results::CohortError &error) {
+            return error.status == core::SolutionStatus::ok || may_fail(error.model, error.regime);
+        });
+    return all;
+}
+
+} // namespace livermark::studies

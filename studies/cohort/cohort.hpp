@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "results/hdf5/cohort_file.hpp"
+#include "studies/progress.hpp"
+#include "studies/run/run_options.hpp"
+#include "studies/run/time_spent.hpp"
+
+namespace livermark::studies {
+
+/// What `livermark cohort` was asked for.
+struct CohortOptions {
+    std::vector<int> bodies; ///< of body_numbers()
+    int tetrahedra = 0;      ///< of each, about; 0: as many as the bodies that ship have
+    /// Models, load cases, regimes, Poisson's ratios, workers and the output folder; the rest is set here.
+    RunOptions run;
+};
+
+/// Load cases of one body that were not evaluated again.
+struct KeptResults {
+    std::string body;
+    int num_kept, num_load_cases;
+};
+
+struct CohortOutcome {
+    results::Cohort cohort;
+    std::vector<KeptResults> kept;  ///< bodies that have some
+    std::vector<std::string> notes; ///< what a user should know of the bodies, a sentence each
+    TimeSpent spent;
+    bool is_well = true; ///< nothing failed, and every model has come to an end that has to
+};
+
+/// Makes the livers of other people, <output>/bodies/liver_variant_<number>.toml, lets the models solve the static load
+/// cases on them, <output>/<body>/<load case>.h5 as in a run, and writes <output>/cohort.h5. Bodies and results that
+/// are there already, made by the same options and program, are kept. A body or load case that fails does not stop the
+/// others.
+/// @param command_line  kept in cohort.h5; result files have the `livermark run` that makes them in the output folder
+/// @throws support::InputError for bad input, with nothing written, and if a result cannot be kept
+CohortOutcome run_cohort(const CohortOptions &options, const std::string &command_line, const ProgressReport &report);
+
+} // namespace livermark::studies

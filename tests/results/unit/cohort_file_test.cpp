@@ -1,0 +1,82 @@
+#include "results/hdf5/cohort_file.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <gtest/gtest.h>
+
+#include "results/hdf5/file_kind.hpp"
+#include "results/hdf5/hdf5_io.hpp"
+#include "results/provenance.hpp"
+#include "support/input_error.hpp"
+#include "tests/result_folder.hpp"
+#include "tests/sample_cohort.hpp"
+
+namespace livermark::results {
+namespace {
+
+using CohortFile = tests::ResultFolder;
+
+TEST_F(CohortFile, HoldsWhatWasWritten) {
+    auto written = tests::sample_cohort();
+    written.provenance = current_provenance("livermark cohort --bodies 1-3");
+    write_cohort(path_, written);
+    EXPECT_EQ(kind_of_file(path_), FileKind::cohort);
+    const auto read = read_cohort(path_);
+    EXPECT_EQ(read.provenance, written.provenance);
+    EXPECT_EQ(read.tetrahedra, written.tetrahedra);
+    EXPECT_EQ(read.failures, written.failures);
+    ASSERT_EQ(read.bodies.size(), written.bodies.size());
+    for (std::size_t b = 0; b < read.bodies.size(); ++b) {
+        EXPECT_EQ(read.bodies[b].number, written.bodies[b].number);
+        EXPECT_EQ(read.bodies[b].name, written.bodies[b].name);
+        EXPECT_EQ(read.bodies[b].volume, written.bodies[b].volume);
+        EXPECT_EQ(read.bodies[b].has_riedel_lobe, written.bodies[b].has_riedel_lobe);
+        ASSERT_EQ(read.bodies[b].lesions.size(), written.bodies[b].lesions.size());
+        for (std::size_t l = 0; l < read.bodies[b].lesions.size(); ++l)
+            EXPECT_EQ(read.bodies[b].lesions[l].semi_axes, written.bodies[b].lesions[l].semi_axes);
+    }
+    ASSERT_EQ(read.errors.size(), written.errors.size());
+    for (std::size_t e = 0; e < read.errors.size(); ++e) {
+        EXPECT_EQ(read.errors[e].body, written.errors[e].body);
+        EXPECT_EQ(read.errors[e].load_case, written.errors[e].load_case);
+        EXPECT_EQ(read.errors[e].model, written.errors[e].model);
+        EXPECT_EQ(read.errors[e].regime, written.errors[e].regime);
+        EXPECT_EQ(read.errors[e].status, written.errors[e].status);
+        EXPECT_TRUE(read.errors[e].relative_l2 == written.errors[e].relative_l2 ||
+                    (std::isnan(read.errors[e].relative_l2) && std::isnan(written.errors[e].relative_l2)));
+    }
+}
+
+TEST_F(CohortFile, HasTheStatisticsOfItsErrors) {
+    const auto cohort = tests::sample_cohort();
+    write_cohort(path_, cohort);
+    const auto statistics = cohort_statistics(cohort.errors);
+    const hdf5::InputFile file(path_);
+    const auto median = file.dataset<double>("/statistics/median", statistics.size());
+    const auto bodies = file.dataset<int>("/statistics/bodies", statistics.size());
+    for (std::size_t h = 0; h < statistics.size(); ++h) {
+        EXPECT_TRUE(median[h] == statistics[h].median || (std::isnan(median[h]) && std::isnan(statistics[h].median)));
+        EXPECT_EQ(bodies[h], std::ssize(statistics[h].means));
+    }
+}
+
+TEST_F(CohortFile, HoldsACohortWithoutAnyResult) {
+    auto written = tests::sample_cohort();
+    written.errors.clear();
+    for (auto &body : written.bodies)
+        body.lesions.clear();
+    write_cohort(path_, written);
+    const auto read = read_cohort(path_);
+    EXPECT_TRUE(read.errors.empty());
+    EXPECT_EQ(read.bodies.size(), 3U);
+    EXPECT_EQ(read.failures.size(), 2U);
+}
+
+TEST_F(CohortFile, IsRefusedWhereItIsCutOff) {
+    write_cohort(path_, tests::sample_cohort());
+    std::filesystem::resize_file(path_, std::filesystem::file_size(path_) / 2);
+    EXPECT_THROW(read_cohort(path_), support::InputError);
+}
+
+} // namespace
+} // namespace livermark::results
