@@ -22,6 +22,6 @@ foreach(part IN LISTS parts)
   string(REPLACE "_test.py" "" name ${part})
   add_test(NAME Python.${name}
     COMMAND ${LIVERMARK_PYTHON} -m pytest -q -p no:cacheprovider ${CMAKE_CURRENT_SOURCE_DIR}/python/${part})
-  set_tests_properties(Python.${name} PROPERTIES LABELS python TIMEOUT 600 FIXTURES_REQUIRED python_runs
-    ENVIRONMENT "PYTHONPATH=${PROJECT_BINARY_DIR}/python;PYTHONDONTWRITEBYTECODE=1;LIVERMARK_BINARY=$<TARGET_FILE:livermark>;LIVERMARK_PYTHON_RUNS=${python_runs};LIVERMARK_SOURCE_DIR=${PROJECT_SOURCE_DIR}")
+  set_tests_properties(Python.${name} PROPERTIES LABELS python TIMEOUT 600 FIXTURES_REQUIRED "python_runs;sample_result"
+    ENVIRONMENT "PYTHONPATH=${PROJECT_BINARY_DIR}/python;PYTHONDONTWRITEBYTECODE=1;LIVERMARK_BINARY=$<TARGET_FILE:livermark>;LIVERMARK_PYTHON_RUNS=${python_runs};LIVERMARK_SAMPLES=${CMAKE_CURRENT_BINARY_DIR}")
 endforeach()

@@ -6,6 +6,7 @@ import h5py
 import numpy
 import pytest
 
+BINARY = os.environ["LIVERMARK_BINARY"]
 RUNS = pathlib.Path(os.environ["LIVERMARK_PYTHON_RUNS"])
 
 
