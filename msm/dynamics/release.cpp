@@ -18,8 +18,6 @@ namespace livermark::msm {
 
 namespace {
 
-/// Lowest frequency that the damping is looked at, as a part of the highest.
-constexpr double lowest_part = 1e-3;
 /// A motion further than this many times the size of the body has diverged.
 constexpr double largest_motion = 10.0;
 /// Nothing adds energy after the release: more than this many times what there was has come from the steps.
@@ -104,7 +102,7 @@ StepPlan plan_steps(const core::Problem &problem, double highest, const TimeStep
         StepPlan plan{.integrator = find_known_integrator(name), .kernel = choice.kernel};
         const auto find_critical_time_step = [&] {
             plan.critical_time_step =
-                critical_time_step(plan.integrator, release.damping, lowest_part * highest, highest);
+                critical_time_step(plan.integrator, release.damping, lowest_damped_part * highest, highest);
         };
         find_critical_time_step();
         if (plan.integrator.with_forces_per_step && !choice.time_step && plan.critical_time_step > 0.0) {

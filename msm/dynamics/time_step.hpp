@@ -26,6 +26,9 @@ double largest_amplification(const Integrator &integrator, const core::RayleighD
 double critical_time_step(const Integrator &integrator, const core::RayleighDamping &damping, double lowest,
                           double highest);
 
+/// Lowest frequency at which runs look at the damping, as a part of the highest.
+inline constexpr double lowest_damped_part = 1e-3;
+
 /// Part of the critical time step that runs take by default: the springs get stiffer as they are stretched.
 inline constexpr double default_safety_factor = 0.8;
 

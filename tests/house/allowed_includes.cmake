@@ -23,13 +23,16 @@ set(may_include_studies support core meshes load_cases msm fem_reference models 
   studies/exchange/formats)
 set(may_include_cli support core meshes segmentation load_cases msm fem_reference models results results/tables report
   server server/sessions studies studies/exchange/formats)
+set(may_include_python support core msm)
+set(may_include_python/suite support core meshes load_cases msm fem_reference models results studies
+  studies/exchange/formats python)
 set(may_include_benchmarks support core meshes load_cases msm fem_reference models results results/tables)
 set(may_include_fuzz support core meshes load_cases live results studies/exchange/formats)
 set(may_include_tests support core meshes segmentation load_cases msm live fem_reference models results results/tables
   report server server/sessions studies studies/exchange/formats)
 set(may_include_examples "")
 set(rooms support core meshes segmentation load_cases msm live fem_reference models results results/tables report server
-  server/sessions studies/exchange/formats studies cli benchmarks fuzz tests examples)
+  server/sessions studies/exchange/formats studies cli python python/suite benchmarks fuzz tests examples)
 # Libraries that one room alone may use. MPI is begun by deal.II, which begins the libraries behind it as well.
 set(owner_of_deal.II fem_reference support)
 set(owner_of_gmsh.h meshes)
@@ -79,7 +82,7 @@ foreach(folder IN LISTS test_folders)
   endif()
 endforeach()
 foreach(folder IN LISTS folders)
-  file(GLOB_RECURSE tests ${SOURCE_DIR}/tests/${folder}/*_test.cpp)
+  file(GLOB_RECURSE tests ${SOURCE_DIR}/tests/${folder}/*_test.cpp ${SOURCE_DIR}/tests/${folder}/*_test.py)
   if(NOT tests AND NOT folder MATCHES "^(tests|benchmarks|examples)$")
     string(APPEND faults "${folder}/ has no tests in tests/${folder}/\n")
   endif()

@@ -1,0 +1,21 @@
+#include "python/bindings/errors.hpp"
+
+#include <exception>
+
+#include "support/input_error.hpp"
+
+namespace livermark::python {
+
+void translate_input_errors() {
+    pybind11::register_local_exception_translator([](std::exception_ptr thrown) {
+        try {
+            if (thrown)
+                std::rethrow_exception(thrown);
+        } catch (const support::InputError &error) {
+            const auto type = pybind11::module_::import("livermark.errors").attr("InputError");
+            PyErr_SetString(type.ptr(), error.what());
+        }
+    });
+}
+
+} // namespace livermark::python

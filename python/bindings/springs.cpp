@@ -1,0 +1,189 @@
+#include "python/bindings/springs.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <set>
+#include <span>
+#include <utility>
+
+#include "msm/hyperelastic_springs.hpp"
+#include "msm/nodal_springs.hpp"
+#include "msm/spring_energy.hpp"
+#include "msm/spring_law.hpp"
+#include "msm/spring_network.hpp"
+#include "msm/springs_with_volume.hpp"
+#include "msm/volume_term.hpp"
+#include "python/bindings/body.hpp"
+#include "support/input_error.hpp"
+
+namespace livermark::python {
+
+namespace {
+
+template <class Entry> std::vector<std::string> names_of(std::span<const Entry> table) {
+    std::vector<std::string> names;
+    for (const auto &entry : table)
+        names.push_back(entry.name);
+    return names;
+}
+
+template <class Entry> const Entry &find(std::span<const Entry> table, const std::string &name, const char *word) {
+    const auto found = std::ranges::find(table, name, &Entry::name);
+    if (found == table.end())
+        throw support::InputError(
+            fmt::format("there is no {} '{}'; known are: {}", word, name, fmt::join(names_of(table), ", ")));
+    return *found;
+}
+
+Springs make_springs(const py::object &points, const py::object &tetrahedra, const py::object &young_modulus,
+                     const py::object &poisson_ratio, const std::string &law, const py::object &density,
+                     const std::optional<std::string> &volume_term) {
+    const auto &chosen = find(msm::all_spring_laws(), law, "spring law");
+    auto body = to_body(points, tetrahedra, young_modulus, poisson_ratio, density);
+    if (!volume_term) {
+        auto network = msm::spring_network(body, chosen);
+        return {std::move(body.mesh.points), network, network};
+    }
+    const auto &term = find(msm::all_volume_terms(), *volume_term, "volume term");
+    auto both = msm::springs_with_volume(body, msm::springs_beside_volume(body, chosen), term);
+    return {std::move(body.mesh.points), std::move(both.springs), std::move(both.body)};
+}
+
+Springs make_coupled_springs(const py::object &points, const py::object &tetrahedra, const py::object &young_modulus,
+                             const py::object &poisson_ratio, const std::optional<std::string> &energy,
+                             const py::object &density) {
+    auto body = to_body(points, tetrahedra, young_modulus, poisson_ratio, density);
+    auto springs =
+        energy ? msm::hyperelastic_springs_with_volume(body, find(msm::all_spring_energies(), *energy, "spring energy"))
+               : msm::nodal_springs_with_volume(body);
+    return {std::move(body.mesh.points), {springs.node_mass, {}, {}, {}}, springs};
+}
+
+void refuse_not_positive(const std::vector<double> &values, const char *name) {
+    for (std::size_t i = 0; i < values.size(); ++i)
+        if (!(values[i] > 0.0))
+            throw support::InputError(fmt::format("{}: number {} is {}; it has to be positive", name, i, values[i]));
+}
+
+Springs given_springs(const py::object &points, const py::object &edges, const py::object &stiffness,
+                      const py::object &node_mass, const py::object &rest_length) {
+    auto nodes = to_vectors(points, "points");
+    core::SpringNetwork network;
+    const auto ends = to_node_numbers(edges, "edges", 2, nodes.size());
+    std::set<std::array<int, 2>> seen;
+    for (std::size_t i = 0; i < ends.size(); i += 2) {
+        network.edges.push_back({ends[i], ends[i + 1]});
+        if (!seen.insert({std::min(ends[i], ends[i + 1]), std::max(ends[i], ends[i + 1])}).second)
+            throw support::InputError(
+                fmt::format("edges: nodes {} and {} are joined twice; add the two stiffnesses", ends[i], ends[i + 1]));
+        if (!((nodes[ends[i + 1]] - nodes[ends[i]]).norm() > 0.0))
+            throw support::InputError(
+                fmt::format("edges: nodes {} and {} are in one place; merge them", ends[i], ends[i + 1]));
+    }
+    network.stiffness = to_numbers(stiffness, "stiffness", network.edges.size());
+    network.node_mass = to_numbers(node_mass, "node_mass", nodes.size());
+    if (rest_length.is_none())
+        for (const auto &[i, j] : network.edges)
+            network.rest_length.push_back((nodes[j] - nodes[i]).norm());
+    else
+        network.rest_length = to_numbers(rest_length, "rest_length", network.edges.size());
+    refuse_not_positive(network.stiffness, "stiffness");
+    refuse_not_positive(network.node_mass, "node_mass");
+    refuse_not_positive(network.rest_length, "rest_length");
+    return {std::move(nodes), network, network};
+}
+
+std::vector<core::Vector3> positions_of(const Springs &springs, const py::object &positions) {
+    return to_vectors(positions, "positions", springs.points.size());
+}
+
+/// What each node is pulled with.
+py::array_t<double> elastic_forces(const Springs &springs, const py::object &positions) {
+    auto force = msm::elastic_gradient(springs.body, positions_of(springs, positions));
+    for (auto &f : force)
+        f = -f;
+    return to_array(force);
+}
+
+std::string summary(const Springs &springs) {
+    return fmt::format("<livermark.Springs of {} nodes and {} edges>", springs.points.size(),
+                       springs.network.edges.size());
+}
+
+/// A read-only property that shows memory of the springs.
+template <class Scalar, class Pick> auto shows(Pick pick, py::ssize_t columns) {
+    return [=](const py::object &self) {
+        const auto &values = pick(self.cast<const Springs &>());
+        std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(values.size())};
+        if (columns > 1)
+            shape.push_back(columns);
+        return view(reinterpret_cast<const Scalar *>(values.data()), shape, self);
+    };
+}
+
+} // namespace
+
+void add_springs(py::module_ &module) {
+    py::class_<Springs>(module, "Springs",
+                        "Point masses and the springs between them. Arrays are views that cannot be "
+                        "written to.")
+        .def(py::init(&given_springs), py::arg("points"), py::arg("edges"), py::arg("stiffness"), py::arg("node_mass"),
+             py::arg("rest_length") = py::none(),
+             "Springs of your own.\n\n"
+             "points: (N, 3) [m], where the body is at rest. edges: (S, 2) node numbers. stiffness: (S) or a number "
+             "[N/m].\nnode_mass: (N) or a number [kg]. rest_length: (S) or a number [m]; by default the lengths at the "
+             "points.\nRaises InputError.")
+        .def_property_readonly("points",
+                               shows<double>(
+                                   [](const Springs &s) -> const auto & { return s.points; }, 3),
+                               "(N, 3) where the nodes are at rest [m]")
+        .def_property_readonly("edges",
+                               shows<int>(
+                                   [](const Springs &s) -> const auto & { return s.network.edges; }, 2),
+                               "(S, 2) int32, the nodes that each spring joins; empty of coupled_springs()")
+        .def_property_readonly("stiffness",
+                               shows<double>(
+                                   [](const Springs &s) -> const auto & { return s.network.stiffness; }, 1),
+                               "(S) k [N/m]")
+        .def_property_readonly("rest_length",
+                               shows<double>(
+                                   [](const Springs &s) -> const auto & { return s.network.rest_length; }, 1),
+                               "(S) l0 [m]")
+        .def_property_readonly("node_mass",
+                               shows<double>(
+                                   [](const Springs &s) -> const auto & { return s.network.node_mass; }, 1),
+                               "(N) [kg]")
+        .def(
+            "elastic_energy",
+            [](const Springs &s, const py::object &x) { return msm::elastic_energy(s.body, positions_of(s, x)); },
+            py::arg("positions"), "U [J] of positions of shape (N, 3) [m].")
+        .def("elastic_forces", &elastic_forces, py::arg("positions"),
+             "-dU/dx, shape (N, 3) [N], of positions of shape (N, 3) [m]: what springs and volumes pull the nodes "
+             "with.")
+        .def("__repr__", &summary);
+
+    module.def("springs", &make_springs, py::arg("points"), py::arg("tetrahedra"), py::arg("young_modulus"),
+               py::arg("poisson_ratio"), py::arg("law") = "lloyd", py::arg("density") = 1060.0,
+               py::arg("volume_term") = py::none(),
+               "The springs of a mesh, one along each edge.\n\n"
+               "points: (N, 3) [m]. tetrahedra: (M, 4) node numbers, positive volumes. young_modulus [Pa], "
+               "poisson_ratio and\ndensity [kg/m^3]: a number each, or (M) for bodies of several materials. law: one "
+               "of spring_laws(). volume_term:\none of volume_terms(); then springs carry lambda = mu of the material, "
+               "and the term the rest of lambda.\nReturns Springs. Raises InputError.");
+    module.def("coupled_springs", &make_coupled_springs, py::arg("points"), py::arg("tetrahedra"),
+               py::arg("young_modulus"), py::arg("poisson_ratio"), py::arg("energy") = py::none(),
+               py::arg("density") = 1060.0,
+               "Springs that are coupled around each node, the most accurate ones here: the model nodal_springs, or "
+               "with an energy\nof spring_energies() the model nodal_<energy>. Arguments as of springs(). Returns "
+               "Springs without edges of their own.");
+    module.def(
+        "spring_laws", [] { return names_of(msm::all_spring_laws()); }, "Names of the spring laws, for springs().");
+    module.def(
+        "volume_terms", [] { return names_of(msm::all_volume_terms()); }, "Names of the volume terms, for springs().");
+    module.def(
+        "spring_energies", [] { return names_of(msm::all_spring_energies()); },
+        "Names of the energies, for coupled_springs().");
+}
+
+} // namespace livermark::python

@@ -1,0 +1,25 @@
+"""Livermark: springs for soft tissue, their motion, and a benchmark suite that judges them.
+
+Arrays come in and go out as numpy arrays, all quantities are in SI units. See docs/python.md.
+"""
+from livermark.convert import Mesh, from_meshio, to_sofa
+from livermark.errors import InputError
+from livermark.results import open
+
+_COMPILED = ("RayleighDamping", "Simulation", "Springs", "coupled_springs", "critical_time_step", "integrators",
+             "largest_angular_frequency", "mass_proportional_damping", "rayleigh_damping", "spring_energies",
+             "spring_laws", "springs", "stiffness_proportional_damping", "two_mode_damping", "volume_terms")
+try:
+    from livermark._livermark import (RayleighDamping, Simulation, Springs, coupled_springs, critical_time_step,
+                                      integrators, largest_angular_frequency, mass_proportional_damping,
+                                      rayleigh_damping, spring_energies, spring_laws, springs,
+                                      stiffness_proportional_damping, two_mode_damping, volume_terms)
+except ModuleNotFoundError as _error:  # result files are read without compiled code
+    if _error.name != "livermark._livermark":
+        raise
+
+
+def __getattr__(name):
+    if name in _COMPILED:
+        raise ImportError(f"livermark.{name} is compiled, and this package is not; see docs/python.md")
+    raise AttributeError(f"module 'livermark' has no attribute '{name}'")

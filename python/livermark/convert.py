@@ -1,0 +1,126 @@
+"""To and from the formats of other programs."""
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
+
+import numpy
+
+from livermark.errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from livermark._livermark import Springs
+
+
+class Mesh(NamedTuple):
+    """Tetrahedra of positive volume, for springs()."""
+    points: NDArray[numpy.float64]  #: (N, 3) [m]
+    tetrahedra: NDArray[numpy.int64]  #: (M, 4) node numbers
+    region: NDArray[numpy.int64]  #: (M) group number of the file, 0 where it has none
+
+
+#: Where formats keep the group of an element, as scripts/convert_mesh has it.
+REGIONS = ("gmsh:physical", "region", "Region", "MaterialIds", "material", "medit:ref", "cell_tags", "flag")
+
+
+def from_meshio(mesh: Any, metres_per_unit: float = 1.0) -> Mesh:
+    """The tetrahedra of a meshio.Mesh, or of a file that meshio reads.
+
+    Quadratic tetrahedra lose the middles of their edges, inverted ones are turned, and nodes that no tetrahedron uses are
+    left out. metres_per_unit: 0.001 for a mesh in mm. Raises InputError if there are no tetrahedra.
+    """
+    if isinstance(mesh, (str, os.PathLike)):
+        try:
+            import meshio
+        except ImportError as error:
+            raise ImportError("this needs meshio; install python3-meshio") from error
+        mesh = meshio.read(mesh)
+    key = next((name for name in REGIONS if name in mesh.cell_data), None)
+    corners, regions = [], []
+    for number, block in enumerate(mesh.cells):
+        if block.type in ("tetra", "tetra10"):
+            corners.append(numpy.asarray(block.data)[:, :4])
+            of_file = numpy.zeros(len(block.data)) if key is None else mesh.cell_data[key][number]
+            regions.append(numpy.asarray(of_file).astype(numpy.int64))
+    if sum(map(len, corners)) == 0:
+        raise InputError("mesh: there are no tetrahedra; mesh the volume, not only the surface")
+    used, tetrahedra = numpy.unique(numpy.concatenate(corners), return_inverse=True)
+    tetrahedra = tetrahedra.reshape(-1, 4)
+    points = metres_per_unit * numpy.asarray(mesh.points, dtype=float)[used]
+    a, b, c, d = (points[tetrahedra[:, k]] for k in range(4))
+    is_inverted = numpy.einsum("ij,ij->i", numpy.cross(b - a, c - a), d - a) < 0.0
+    tetrahedra[is_inverted] = tetrahedra[is_inverted][:, [0, 1, 3, 2]]
+    return Mesh(points, tetrahedra, numpy.concatenate(regions))
+
+
+SCENE = '''"""Springs of Livermark in SOFA: runSofa -l SofaPython3 {name}
+
+{num_nodes} nodes, {num_springs} springs, SI units. For SOFA 24.12 or newer with SofaPython3.
+"""
+
+TIME_STEP = {time_step!r}  # [s]
+POINTS = {points!r}  # [m]
+NODE_MASS = {node_mass!r}  # [kg]
+# Nodes, stiffness [N/m], damping [N s/m] and rest length [m] of each spring
+SPRINGS = {springs!r}
+FIXED = {fixed!r}  # node numbers
+FORCES = {forces!r}  # of all nodes [N], or none
+
+
+def createScene(root):
+    root.dt = TIME_STEP
+    root.gravity = [0.0, 0.0, 0.0]
+    root.addObject("RequiredPlugin", pluginName=[
+        "Sofa.Component.Constraint.Projective", "Sofa.Component.LinearSolver.Iterative", "Sofa.Component.Mass",
+        "Sofa.Component.MechanicalLoad", "Sofa.Component.ODESolver.Backward",
+        "Sofa.Component.SolidMechanics.Spring", "Sofa.Component.StateContainer",
+        "Sofa.Component.Topology.Container.Dynamic"])
+    root.addObject("DefaultAnimationLoop")
+    body = root.addChild("livermark")
+    body.addObject("EulerImplicitSolver", rayleighMass={alpha!r}, rayleighStiffness=0.0)
+    body.addObject("CGLinearSolver", iterations=200, tolerance=1e-10, threshold=1e-10)
+    body.addObject("EdgeSetTopologyContainer", name="edges", position=POINTS,
+                   edges=[[i, j] for i, j, _, _, _ in SPRINGS])
+    body.addObject("MechanicalObject", name="nodes", template="Vec3d", position=POINTS, showObject=True)
+    body.addObject("DiagonalMass", name="mass", topology="@edges", vertexMass=NODE_MASS)
+    body.addObject("SpringForceField", name="springs",
+                   spring=" ".join(" ".join(map(repr, spring)) for spring in SPRINGS))
+    if FIXED:
+        body.addObject("FixedProjectiveConstraint", indices=FIXED)
+    if FORCES:
+        body.addObject("ConstantForceField", indices=list(range(len(POINTS))), forces=FORCES)
+'''
+
+
+def to_sofa(springs: Springs, path: Union[str, os.PathLike[str]], time_step: float, fixed: Optional[ArrayLike] = None,
+            forces: Optional[ArrayLike] = None, damping: Any = None) -> None:
+    """Writes a scene of SofaPython3 whose springs have the nodes, stiffnesses and lengths of these.
+
+    time_step [s]. fixed: node numbers, or a mask of shape (N). forces: (N, 3) [N]. damping: RayleighDamping; the part of
+    the stiffness becomes dashpots beta k. Springs of coupled_springs() and volume terms have no counterpart in SOFA: the
+    first are refused, of the second only the springs are written. Raises InputError.
+    """
+    if len(springs.edges) == 0:
+        raise InputError("springs: coupled springs are not edges of their own, which SOFA needs; take springs()")
+    num_nodes = len(springs.points)
+    chosen = numpy.zeros(0, int) if fixed is None else numpy.asarray(fixed)
+    if chosen.dtype == bool:
+        if chosen.shape != (num_nodes,):
+            raise InputError(f"fixed: the shape is {chosen.shape}; SOFA fixes whole nodes, give one of shape ({num_nodes},)")
+        chosen = numpy.flatnonzero(chosen)
+    if len(chosen) and not (chosen.min() >= 0 and chosen.max() < num_nodes):
+        raise InputError(f"fixed: nodes are numbered from 0 to {num_nodes - 1}")
+    loads = [] if forces is None else numpy.asarray(forces, dtype=float)
+    if len(loads) and loads.shape != (num_nodes, 3):
+        raise InputError(f"forces: the shape is {loads.shape}; give one of shape ({num_nodes}, 3)")
+    beta = damping.beta if damping else 0.0
+    rows = [[i, j, k, beta * k, length] for (i, j), k, length in
+            zip(springs.edges.tolist(), springs.stiffness.tolist(), springs.rest_length.tolist())]
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(SCENE.format(name=os.path.basename(os.fspath(path)), num_nodes=num_nodes, num_springs=len(rows),
+                                time_step=float(time_step), points=springs.points.tolist(),
+                                node_mass=springs.node_mass.tolist(), springs=rows, fixed=chosen.tolist(),
+                                forces=loads if isinstance(loads, list) else loads.tolist(),
+                                alpha=damping.alpha if damping else 0.0))

@@ -1,0 +1,27 @@
+# Tests of the Python package, against what `livermark` itself writes. Without pybind11 there is no package, and without
+# pytest no test of it.
+if(NOT TARGET _livermark)
+  message(STATUS "The Python package is not tested: it is not built")
+  return()
+endif()
+execute_process(COMMAND ${LIVERMARK_PYTHON} -c "import pytest, pandas, h5py" RESULT_VARIABLE missing OUTPUT_QUIET ERROR_QUIET)
+if(NOT missing STREQUAL "0")
+  message(STATUS "The Python package is not tested: see python3-pytest, python3-pandas, python3-h5py")
+  return()
+endif()
+
+set(python_runs ${CMAKE_CURRENT_BINARY_DIR}/python_runs)
+add_test(NAME Python.ProgramRuns COMMAND livermark run --jobs 1 --no-uncertainty --body beam
+  --load-case beam_bend ${CMAKE_CURRENT_SOURCE_DIR}/python/beam_release.toml
+  --model lloyd van_gelder patch uniform van_gelder_nodal_volume van_gelder_tetrahedral_volume nodal_springs nodal_neo_hookean
+  --kernel simd_double --integrator velocity_verlet --output ${python_runs})
+set_tests_properties(Python.ProgramRuns PROPERTIES LABELS python TIMEOUT 600 FIXTURES_SETUP python_runs)
+
+file(GLOB parts CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR}/python ${CMAKE_CURRENT_SOURCE_DIR}/python/*_test.py)
+foreach(part IN LISTS parts)
+  string(REPLACE "_test.py" "" name ${part})
+  add_test(NAME Python.${name}
+    COMMAND ${LIVERMARK_PYTHON} -m pytest -q -p no:cacheprovider ${CMAKE_CURRENT_SOURCE_DIR}/python/${part})
+  set_tests_properties(Python.${name} PROPERTIES LABELS python TIMEOUT 600 FIXTURES_REQUIRED "python_runs;sample_result"
+    ENVIRONMENT "PYTHONPATH=${PROJECT_BINARY_DIR}/python;PYTHONDONTWRITEBYTECODE=1;LIVERMARK_BINARY=$<TARGET_FILE:livermark>;LIVERMARK_PYTHON_RUNS=${python_runs};LIVERMARK_SAMPLES=${CMAKE_CURRENT_BINARY_DIR}")
+endforeach()

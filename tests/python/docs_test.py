@@ -1,0 +1,32 @@
+"""The examples in documents run as they stand."""
+import os
+import pathlib
+import re
+
+import pytest
+
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+RESULTS = "results/runs/liver_healthy/"  # a folder of the reader's
+
+
+def examples(document):
+    return re.findall(r"```python\n(.*?)```", (SOURCE / document).read_text(), re.DOTALL)
+
+
+@pytest.mark.parametrize("document, imports", [("README.md", True), ("docs/python.md", True)])
+def test_examples_run(document, imports, monkeypatch):
+    monkeypatch.chdir(SOURCE)
+    blocks = [block for block in examples(document) if RESULTS not in block]
+    assert blocks and ("import livermark" in blocks[0]) == imports
+    scope = {}
+    for block in blocks:  # each goes on from those before
+        exec(block, scope)
+
+
+def test_examples_of_result_files_run(monkeypatch):
+    blocks = [block for block in examples("docs/python.md") if RESULTS in block]
+    assert len(blocks) == 1
+    code = blocks[0].replace(RESULTS + "palpation.h5", "beam/beam_bend.h5").replace(RESULTS + "release.h5",
+                                                                                    "beam/beam_release.h5")
+    monkeypatch.chdir(os.environ["LIVERMARK_PYTHON_RUNS"])
+    exec("import livermark\n" + code.replace("left lobe tip", "end"), {})

@@ -1,0 +1,157 @@
+"""Result files as numpy arrays, tables and grids, without any compiled module."""
+import os
+import pathlib
+import subprocess
+import sys
+
+import h5py
+import livermark
+import numpy
+import pytest
+from conftest import RUNS
+
+SAMPLES = pathlib.Path(os.environ["LIVERMARK_SAMPLES"])
+BENDING = RUNS / "beam" / "beam_bend.h5"
+RELEASE = RUNS / "beam" / "beam_release.h5"
+
+
+def test_arrays_are_those_of_the_file():
+    with livermark.open(BENDING) as result, h5py.File(BENDING) as file:
+        assert (result.body, result.load_case) == ("beam", "beam_bend")
+        assert result.constraint_names == ["x_min"] and result.region_names == ["solid"]
+        for name in ("points", "tetrahedra", "region"):
+            assert numpy.array_equal(getattr(result, name), file["mesh"][name][:]), name
+        lloyd, theirs = result["lloyd"], file["solutions/lloyd"]
+        assert lloyd.status == "ok"
+        assert numpy.array_equal(lloyd.displacement, theirs["displacement"][:])
+        assert numpy.array_equal(lloyd.reaction, theirs["reaction"][:])
+        assert numpy.array_equal(lloyd.error, file["comparisons/lloyd/error"][:])
+        assert lloyd.springs.keys() == {"edges", "stiffness", "rest_length", "node_mass"}
+        assert result["fem_p1"].springs is None
+        assert result["fem_p2p1"].error is None and result["fem_p2p1"].comparison is None
+        assert lloyd.frames is None and result.reference is None
+
+
+def test_models_are_in_the_order_in_which_they_were_run():
+    listed = [line.split()[0] for line in
+              subprocess.run([os.environ["LIVERMARK_BINARY"], "list", "models"], check=True, capture_output=True,
+                             text=True).stdout.splitlines()]
+    with livermark.open(BENDING) as result:
+        assert result.models == [name for name in listed if name in result.models]
+        assert len(result.models) == 11
+
+
+def test_errors_are_a_table_with_a_row_for_each_model():
+    with livermark.open(BENDING) as result:
+        errors = result.errors()
+        assert list(errors.index) == result.models
+        for model in result.models:
+            comparison = result[model].comparison
+            if comparison is None:
+                assert numpy.isnan(errors.loc[model, "relative_l2"])
+            else:
+                assert errors.loc[model, "relative_l2"] == comparison["relative_l2"]
+                assert errors.loc[model, "reference"] == "fem_p2p1"
+        # what is in the table is what the fields say
+        weighted = result["lloyd"].error
+        assert errors.loc["lloyd", "max_error"] == pytest.approx(numpy.linalg.norm(weighted, axis=1).max(), rel=1e-12)
+
+
+def test_history_is_a_table_over_time():
+    with livermark.open(RELEASE) as result, h5py.File(RELEASE) as file:
+        table = result["lloyd"].history()
+        theirs = file["solutions/lloyd/history"]
+        assert list(table.columns) == ["end x", "end y", "end z", "kinetic_energy", "strain_energy"]
+        assert numpy.array_equal(table.index, theirs["time"][:])
+        assert numpy.array_equal(table[["end x", "end y", "end z"]].to_numpy(), theirs["displacement"][:, 0])
+        frames = result["lloyd"].frames
+        assert frames.shape == (11, len(result.points), 3) and frames.dtype == numpy.float32
+        probe = file["load_case/release/probe"][0]
+        assert frames[:, probe] == pytest.approx(theirs["displacement"][:, 0], rel=1e-6, abs=1e-9)
+        with pytest.raises(livermark.InputError, match="^fem_p2p1 has no motion; "):
+            result["fem_p2p1"].history()
+
+
+def test_a_diverged_model_is_a_row_like_any_other():
+    with livermark.open(SAMPLES / "sample_result.h5") as result:
+        errors = result.errors()
+        assert errors.loc["blown_up", "status"] == "diverged"
+        assert errors.loc["springs", "relative_l2"] == pytest.approx(0.2, rel=1e-3)
+        assert result.reference["model"] in result.models
+
+
+def test_a_path_of_loads_has_frames():
+    with livermark.open(SAMPLES / "path_result.h5") as result:
+        model = next(result[name] for name in result.models if result[name].frames is not None)
+        assert model.frames.shape[1:] == (len(result.points), 3)
+
+
+def test_grid_of_vtk_has_the_fields_of_the_file():
+    numpy_support = pytest.importorskip("vtkmodules.util.numpy_support")
+    with livermark.open(BENDING) as result:
+        grid = result.to_vtk()
+        assert grid.GetNumberOfCells() == len(result.tetrahedra)
+        assert grid.GetNumberOfPoints() == len(result.points)
+        assert grid.GetCellType(0) == 10
+        corners = grid.GetCell(17).GetPointIds()
+        assert [corners.GetId(c) for c in range(4)] == result.tetrahedra[17].tolist()
+        field = numpy_support.vtk_to_numpy(grid.GetPointData().GetArray("displacement_lloyd"))
+        assert numpy.array_equal(field, result["lloyd"].displacement)
+        error = numpy_support.vtk_to_numpy(grid.GetPointData().GetArray("error_lloyd"))
+        assert numpy.array_equal(error, result["lloyd"].error)
+        assert grid.GetPointData().GetArray("error_fem_p2p1") is None
+        region = numpy_support.vtk_to_numpy(grid.GetCellData().GetArray("region"))
+        assert numpy.array_equal(region, result.region)
+    del result
+    assert numpy_support.vtk_to_numpy(grid.GetPoints().GetData()).shape == (1142, 3)  # of its own
+
+
+def test_grid_of_pyvista_is_that_of_vtk_or_says_what_to_install():
+    with livermark.open(BENDING) as result:
+        try:
+            import pyvista  # noqa: F401
+        except ImportError:
+            with pytest.raises(ImportError, match="^this needs pyvista; install pyvista from PyPI, which Debian 12"):
+                result.to_pyvista()
+        else:
+            assert numpy.array_equal(result.to_pyvista()["displacement_lloyd"], result["lloyd"].displacement)
+
+
+@pytest.mark.parametrize("make, sentence", [
+    (lambda path: path.write_text("text"), "this is no HDF5 file, or it is damaged; make it again"),
+    (lambda path: h5py.File(path, "w").close(), "the schema version is None, and 1 is read here"),
+    (lambda path: path.write_bytes((SAMPLES / "sample_stability.h5").read_bytes()),
+     "this is no result file of `livermark run`, it has no solutions")])
+def test_other_files_are_refused_with_a_sentence(tmp_path, make, sentence):
+    path = tmp_path / "file.h5"
+    make(path)
+    with pytest.raises(livermark.InputError, match=sentence):
+        livermark.open(path)
+
+
+def test_unknown_models_and_missing_files_are_refused(tmp_path):
+    with livermark.open(BENDING) as result:
+        with pytest.raises(livermark.InputError, match="there is no model 'loyd'; it has fem_p1, "):
+            result["loyd"]
+        with pytest.raises(livermark.InputError, match="there are no modes of 'lloyd'"):
+            result.modes("lloyd")
+    with pytest.raises(FileNotFoundError, match="there is no such file"):
+        livermark.open(tmp_path / "nothing.h5")
+
+
+def test_result_files_are_read_without_the_compiled_module(tmp_path):
+    package = tmp_path / "livermark"
+    package.mkdir()
+    for source in pathlib.Path(livermark.__file__).parent.glob("*.py"):
+        (package / source.name).write_text(source.read_text())
+    code = f"""import livermark
+assert livermark.__file__.startswith({str(tmp_path)!r})
+assert len(livermark.open({str(BENDING)!r}).models) == 11
+try:
+    livermark.springs
+except ImportError as error:
+    assert "compiled" in str(error)
+else:
+    raise AssertionError
+"""
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(tmp_path)})

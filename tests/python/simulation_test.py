@@ -1,0 +1,165 @@
+"""Motions are those of the program, and of the formulas."""
+import threading
+import time
+
+import livermark
+import numpy
+import pytest
+from conftest import arguments_of
+
+
+def fixed_in(file):
+    """Components that a load case prescribes, (N, 3)."""
+    fixed = numpy.zeros(file["mesh/points"].shape, bool)
+    triangles, values = file["mesh/boundary_triangles"][:], file["load_case/value"][:]
+    for facet in numpy.flatnonzero(file["load_case/condition"][:] == 1):
+        fixed[triangles[facet]] |= ~numpy.isnan(values[facet])
+    return fixed
+
+
+@pytest.mark.parametrize("model, make", [
+    ("lloyd", lambda body: livermark.springs(**body)),
+    ("van_gelder_nodal_volume", lambda body: livermark.springs(**body, law="van_gelder", volume_term="nodal_volume")),
+    ("nodal_springs", lambda body: livermark.coupled_springs(**body)),
+    ("nodal_neo_hookean", lambda body: livermark.coupled_springs(**body, energy="neo_hookean"))])
+@pytest.mark.parametrize("num_threads", [1, 2])
+def test_motion_is_that_of_the_program_to_the_last_bit(release, model, make, num_threads):
+    springs = make(arguments_of(release))
+    history = release["solutions"][model]["history"]
+    case = release["load_case"]
+    damping = livermark.RayleighDamping(case["release"].attrs["alpha"], case["release"].attrs["beta"])
+    fixed = fixed_in(release)
+    assert livermark.critical_time_step(springs, "velocity_verlet", damping, fixed) == \
+        history.attrs["critical_time_step"]
+
+    step = history.attrs["time_step"]
+    simulation = livermark.Simulation(springs, step, "velocity_verlet", damping, fixed,
+                                      forces=springs.node_mass[:, None] * case["acceleration"][:],
+                                      num_threads=num_threads)
+    simulation.displacement = release["solutions"][model]["displacement"][:]
+    probes = case["release/probe"][:]
+    steps_per_record = round(case["release"].attrs["output_interval"] / step)
+    recorded = history["displacement"][:]
+    # Kernels keep positions, so a displacement that is set is rounded to their digits.
+    assert simulation.displacement[probes] == pytest.approx(recorded[0], abs=1e-17)
+    for record, expected in enumerate(recorded[1:]):
+        simulation.step(steps_per_record)
+        simulation.displacement = simulation.displacement  # the program takes the state out and in at each record
+        assert numpy.array_equal(simulation.displacement[probes], expected), record
+    assert simulation.num_steps == steps_per_record * case["release"].attrs["num_steps"]
+    assert simulation.time == simulation.num_steps * step
+
+
+def pair():
+    """Two masses and a spring whose relative motion has the period 2 pi sqrt(m / (2 k))."""
+    return livermark.Springs([[0, 0, 0], [1, 0, 0]], [[0, 1]], stiffness=200.0, node_mass=1.0)
+
+
+def test_two_masses_swing_with_the_frequency_of_the_formula():
+    assert livermark.largest_angular_frequency(pair()) == pytest.approx(20.0, rel=1e-9)
+    assert livermark.largest_angular_frequency(pair(), fixed=[0]) == pytest.approx(200.0**0.5, rel=1e-9)
+    assert livermark.critical_time_step(pair()) == pytest.approx(2.0 / 20.0, rel=1e-6)
+
+
+def test_a_step_above_the_critical_one_grows_and_one_below_does_not():
+    for part, grows in ((0.99, False), (1.01, True)):
+        simulation = livermark.Simulation(pair(), part * livermark.critical_time_step(pair()))
+        simulation.displacement = [[0, 0, 0], [1e-6, 0, 0]]
+        simulation.step(2000)
+        assert (not abs(simulation.displacement).max() < 1e-5) == grows  # what grows ends as NaN
+
+
+def test_a_force_moves_the_free_body_as_newton_says():
+    simulation = livermark.Simulation(pair(), 0.01, forces=[[3.0, 0, 0], [0, 0, 0]])
+    simulation.step(5)
+    assert (simulation.velocity.sum(axis=0)) == pytest.approx([0.15, 0, 0], rel=1e-12)
+    simulation.set_force(0, [0, 0, 0])
+    simulation.step(5)
+    assert (simulation.velocity.sum(axis=0)) == pytest.approx([0.15, 0, 0], rel=1e-12)
+    simulation.set_forces([[0, 0, 0], [0, -2.0, 0]])
+    simulation.step(5)
+    assert (simulation.velocity.sum(axis=0)) == pytest.approx([0.15, -0.1, 0], rel=1e-12)
+
+
+def test_fixed_components_stay_where_they_are_put(bar):
+    springs = livermark.springs(*bar, 5000.0, 0.45)
+    fixed = numpy.zeros((8, 3), bool)
+    fixed[:4] = True
+    fixed[7, 1] = True
+    step = 0.5 * livermark.critical_time_step(springs, fixed=fixed)
+    simulation = livermark.Simulation(springs, step, fixed=fixed, forces=numpy.full((8, 3), 1e-4))
+    given = numpy.zeros((8, 3))
+    given[0] = [1e-4, 2e-4, 3e-4]
+    simulation.displacement = given
+    simulation.velocity = numpy.ones((8, 3))
+    simulation.step(100)
+    moved = simulation.displacement
+    assert moved[fixed] == pytest.approx(given[fixed], abs=1e-17)
+    assert (moved[~fixed] != 0.0).all() and (simulation.velocity[fixed] == 0.0).all()
+    assert numpy.array_equal(simulation.positions, springs.points + moved)
+
+
+def test_ways_to_name_fixed_nodes_mean_the_same(bar):
+    springs = livermark.springs(*bar, 5000.0, 0.45)
+    mask = numpy.arange(8) < 4
+    ways = ([0, 1, 2, 3], range(4), mask, numpy.repeat(mask[:, None], 3, axis=1))
+    assert len({livermark.largest_angular_frequency(springs, way) for way in ways}) == 1
+    assert livermark.largest_angular_frequency(springs, []) == livermark.largest_angular_frequency(springs)
+
+
+def test_single_precision_is_near_double_precision(bar):
+    springs = livermark.springs(*bar, 5000.0, 0.45)
+    step = 0.5 * livermark.critical_time_step(springs, fixed=range(4))
+    ends = []
+    for kernel in ("simd_double", "simd_float"):
+        simulation = livermark.Simulation(springs, step, fixed=range(4), forces=numpy.full((8, 3), 1e-3),
+                                          damping=livermark.mass_proportional_damping(0.1, 50.0), kernel=kernel)
+        simulation.step(200)
+        ends.append(simulation.displacement)
+    assert 0.0 < abs(ends[0] - ends[1]).max() < 1e-3 * abs(ends[0]).max()
+
+
+def test_other_threads_run_while_steps_are_taken():
+    count = 40
+    grid = numpy.stack(numpy.meshgrid(*[numpy.arange(count)] * 3, indexing="ij"), -1).reshape(-1, 3) * 0.01
+    number = numpy.arange(count**3).reshape(count, count, count)
+    edges = numpy.concatenate([numpy.stack([number[:-1].ravel(), number[1:].ravel()], 1),
+                               numpy.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], 1),
+                               numpy.stack([number[:, :, :-1].ravel(), number[:, :, 1:].ravel()], 1)])
+    simulation = livermark.Simulation(livermark.Springs(grid, edges, 10.0, 1e-3), 1e-3)
+    ticks = []
+    stepping = threading.Thread(target=simulation.step, args=(199,))  # one piece: no other chance between two
+    stepping.start()
+    while stepping.is_alive():
+        ticks.append(time.perf_counter())
+        time.sleep(1e-4)
+    assert len(ticks) > 10
+    assert simulation.num_steps == 199
+
+
+def test_damping_has_the_ratios_that_were_asked_for():
+    assert livermark.rayleigh_damping(0.05, 10.0, 60.0).ratio(10.0) == pytest.approx(0.05, rel=1e-12)
+    assert livermark.rayleigh_damping(0.05, 10.0, 60.0).ratio(60.0) == pytest.approx(0.05, rel=1e-12)
+    two = livermark.two_mode_damping(0.05, 10.0, 0.08, 60.0)
+    assert (two.ratio(10.0), two.ratio(60.0)) == (pytest.approx(0.05), pytest.approx(0.08))
+    assert livermark.mass_proportional_damping(0.1, 5.0).alpha == pytest.approx(1.0)
+    assert livermark.stiffness_proportional_damping(0.1, 5.0).beta == pytest.approx(0.04)
+
+
+@pytest.mark.parametrize("call, sentence", [
+    (lambda: livermark.Simulation(pair(), 0.0), "time_step: 0 s; it has to be positive"),
+    (lambda: livermark.Simulation(pair(), 0.1, "leapfrog"), "there is no integrator 'leapfrog'; known are: "),
+    (lambda: livermark.Simulation(pair(), 0.1, kernel="gpu"), "there is no kernel 'gpu'; known are: simd_double, "),
+    (lambda: livermark.Simulation(pair(), 0.1, num_threads=0), "num_threads: 0; there has to be one at least"),
+    (lambda: livermark.Simulation(pair(), 0.1, fixed=[2]), "fixed: there is no node 2; nodes are numbered from 0 to 1"),
+    (lambda: livermark.Simulation(pair(), 0.1, fixed=[0.5]), "fixed: node numbers have to be integers"),
+    (lambda: livermark.Simulation(pair(), 0.1, fixed=numpy.ones(3, bool)), r"fixed: the shape is \(3,\); give "),
+    (lambda: livermark.Simulation(pair(), 0.1, forces=[[0, 0, 0]]), r"forces: the shape is \(1, 3\); give "),
+    (lambda: livermark.Simulation(pair(), 0.1).step(-1), "num_steps: -1; there is no way back in time"),
+    (lambda: livermark.Simulation(pair(), 0.1).set_force(2, [0, 0, 0]), "node: there is no node 2"),
+    (lambda: livermark.critical_time_step(pair(), fixed=[0, 1]), "fixed: nothing can move"),
+    (lambda: livermark.RayleighDamping(-1.0), "alpha is -1 1/s and beta 0 s; both have to be finite and not negative"),
+    (lambda: livermark.rayleigh_damping(0.1, 0.0, 1.0), "a damping ratio of 0.1 at 0 and 1 rad/s; ")])
+def test_wrong_input_is_refused_with_a_sentence(call, sentence):
+    with pytest.raises(livermark.InputError, match="^" + sentence):
+        call()
