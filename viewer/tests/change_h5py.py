@@ -1,6 +1,7 @@
 """Copies a result file with changes.
 usage: python3 change_h5py.py FROM.h5 TO.h5, and on stdin a JSON object of any of
-  "body": name, "scale": factor of all static displacements, "nan": [dataset, row, column], "narrow": dataset that loses its columns
+  "body": name, "scale": factor of all static displacements, "nan": [dataset, row, and column if there are any], "narrow": dataset that loses its columns,
+  "delete": dataset, "set": [dataset, row or null for all, value], "shorten": dataset that loses its last row
 """
 import json
 import shutil
@@ -19,9 +20,18 @@ with h5py.File(target, "r+") as file:
         for solution in file["solutions"].values():
             solution["displacement"][...] *= changes["scale"]
     if "nan" in changes:
-        path, row, column = changes["nan"]
-        file[path][row, column] = np.nan
+        path, *place = changes["nan"]
+        file[path][tuple(place)] = np.nan
     if "narrow" in changes:
         values = file[changes["narrow"]][:, 0]
         del file[changes["narrow"]]
         file[changes["narrow"]] = values
+    if "delete" in changes:
+        del file[changes["delete"]]
+    if "set" in changes:
+        path, row, value = changes["set"]
+        file[path][... if row is None else row] = value
+    if "shorten" in changes:
+        values = file[changes["shorten"]][:-1]
+        del file[changes["shorten"]]
+        file[changes["shorten"]] = values

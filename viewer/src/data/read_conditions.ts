@@ -1,12 +1,26 @@
 // What the load case prescribes on each facet of the surface.
 import type { File } from 'h5wasm';
-import { exactly, rows, texts } from './hdf5.ts';
+import { exactly, has, rows, texts } from './hdf5.ts';
 import { Fault, type NamedConditions } from './types.ts';
 
 const mostKinds = 2; // of /load_case/condition: 0 free, 1 prescribed displacement, 2 traction
 
-/** @throws Fault with a sentence that names the place in the file */
-export function readConditions(file: File, numTriangles: number): NamedConditions {
+/** A round tool sinks in deepest in the middle. @return (N), or null where the file has none */
+function readNodeFactor(file: File, numNodes: number): Float64Array | null {
+  const path = '/load_case/node_factor';
+  if (!has(file, path)) return null;
+  const factor = Float64Array.from(exactly(numNodes, path, 1, rows(file, path, 1)));
+  if (!factor.every((x) => x >= 0 && Number.isFinite(x)))
+    throw new Fault(`${path} holds what is not a number from 0; make the file again with livermark run.`);
+  return factor;
+}
+
+/**
+ * @param triangles  (T,3) of the boundary
+ * @throws Fault with a sentence that names the place in the file
+ */
+export function readConditions(file: File, triangles: ArrayLike<number>, numNodes: number): NamedConditions {
+  const numTriangles = triangles.length / 3;
   const read = (path: string, columns: number) => exactly(numTriangles, path, columns, rows(file, path, columns));
   const kind = Uint8Array.from(read('/load_case/condition', 1));
   if (kind.some((k) => k > mostKinds))
@@ -15,8 +29,12 @@ export function readConditions(file: File, numTriangles: number): NamedCondition
   const patch = read('/mesh/boundary_patch', 1);
   const constraints = texts(file, '/load_case/constraint', 'names');
   const patches = texts(file, '/mesh/boundary_patch', 'names');
+  const nodeFactor = readNodeFactor(file, numNodes);
+  const meanOf = (factor: Float64Array, t: number) => [0, 1, 2].reduce((sum, i) => sum + factor[triangles[3 * t + i]!]! / 3, 0);
   return {
     kind,
+    ...(nodeFactor ? { factor: Float64Array.from(kind, (_, t) => meanOf(nodeFactor, t)) } : {}), // linear along edges
+    nodeFactor,
     value: Float64Array.from(read('/load_case/value', 3)),
     name: Int32Array.from(kind, (_, t) => (constraint[t]! >= 0 ? constraint[t]! : constraints.length + patch[t]!)),
     names: [...constraints, ...patches],

@@ -93,7 +93,7 @@ export function readResult(file: File, name: string): Result {
     tetrahedra: Int32Array.from(tetrahedra),
     lesions: lesionsOf(regions, points, tetrahedra, region),
     isAnatomical: regions[0] === 'parenchyma',
-    conditions: readConditions(file, triangles.length / 3),
+    conditions: readConditions(file, triangles, points.length / 3),
     frameTimes: models.some((m) => m.moves) ? frameTimes(file) : [],
     probes: texts(file, '/load_case/release/probe', 'names'),
   };

@@ -39,6 +39,7 @@ export interface Lesion {
 export interface NamedConditions extends Conditions {
   name: Int32Array; // (T) index into names: of the constraint, or of the patch
   names: string[];
+  nodeFactor: Float64Array | null; // (N) what a prescribed displacement is multiplied by at each node; null where all is as it says
   acceleration: number[]; // (3) m/s^2
 }
 

@@ -1,6 +1,6 @@
 // What the load case prescribes, in words: beside the picture, and at a node.
 import type { Result } from '../data/types.ts';
-import { facetsIn, facetState, facetStates, largestOf, vectorOf, type FacetState } from '../picture/facet_conditions.ts';
+import { facetsIn, facetState, facetStates, largestOf, valueOf, vectorOf, type FacetState } from '../picture/facet_conditions.ts';
 import { short } from '../picture/scale.ts';
 import { element } from './elements.ts';
 
@@ -54,8 +54,8 @@ export function conditionsAt({ conditions, surfaces }: Result, node: number): st
     if (state === 'free') return `free (${place})`;
     if (state === 'fixed') return `constrained (${place})`;
     const isFree = (i: number) => Number.isNaN(conditions.value[3 * facet + i]);
-    const factor = state === 'loaded' ? 1 : 1000;
-    const components = vectorOf(conditions, facet).map((x, i) => (isFree(i) && state !== 'loaded' ? 'free' : short(factor * x))).join(', ');
+    const factor = state === 'loaded' ? 1 : 1000 * (conditions.nodeFactor?.[node] ?? 1);
+    const components = valueOf(conditions, facet).map((x, i) => (isFree(i) && state !== 'loaded' ? 'free' : short(factor * x))).join(', ');
     const size = state === 'loaded' ? `, ${sizeOf('loaded', Math.hypot(...vectorOf(conditions, facet)))}` : '';
     return `${state === 'loaded' ? 'traction' : state === 'moved' ? 'moved by' : 'slides:'} (${components}) ${state === 'loaded' ? 'Pa' : 'mm'}${size} (${place})`;
   });

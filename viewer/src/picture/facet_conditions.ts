@@ -3,6 +3,7 @@
 export interface Conditions {
   kind: Uint8Array; // (T) of each facet: 0 free, 1 prescribed displacement, 2 traction
   value: Float64Array; // (T,3) [m] or [Pa], as the kind says; NaN where a component of the displacement is free
+  factor?: Float64Array; // (T) what a prescribed displacement is multiplied by at the centre of a facet; 1 where there is none
 }
 
 /** fixed: no component moves; sliding: some do, freely; moved: by a prescribed displacement; loaded: by a traction. */
@@ -18,9 +19,16 @@ export function facetState({ kind, value }: Conditions, facet: number): FacetSta
   return components.every((x) => x === 0) ? 'fixed' : components.every(Number.isNaN) ? 'free' : 'sliding';
 }
 
-/** The vector of a facet; components that are free count as 0. */
-export const vectorOf = ({ value }: Conditions, facet: number): [number, number, number] =>
-  [0, 1, 2].map((i) => value[3 * facet + i]! || 0) as [number, number, number];
+type Vector = [number, number, number];
+
+/** As the load case says it, before any factor; components that are free count as 0. */
+export const valueOf = ({ value }: Conditions, facet: number): Vector => [0, 1, 2].map((i) => value[3 * facet + i]! || 0) as Vector;
+
+/** The vector at the centre of a facet; components that are free count as 0. */
+export function vectorOf(conditions: Conditions, facet: number): Vector {
+  const factor = conditions.kind[facet] === 1 ? (conditions.factor?.[facet] ?? 1) : 1;
+  return valueOf(conditions, facet).map((x) => factor * x) as Vector;
+}
 
 export function facetsIn(conditions: Conditions, state: FacetState): number[] {
   return Array.from(conditions.kind.keys()).filter((facet) => facetState(conditions, facet) === state);
