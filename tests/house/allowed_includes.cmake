@@ -10,9 +10,10 @@ set(may_include_meshes support core)
 set(may_include_segmentation support core meshes)
 set(may_include_load_cases support core)
 set(may_include_msm support core)
+set(may_include_interactive support core)
 set(may_include_live support core msm)
 set(may_include_fem_reference support core)
-set(may_include_models support core msm fem_reference)
+set(may_include_models support core msm interactive fem_reference)
 set(may_include_results support core)
 set(may_include_results/tables support core results)
 set(may_include_report support core results results/tables)
@@ -28,11 +29,11 @@ set(may_include_python/suite support core meshes load_cases msm fem_reference mo
   studies/exchange/formats python)
 set(may_include_benchmarks support core meshes load_cases msm fem_reference models results results/tables)
 set(may_include_fuzz support core meshes load_cases live results studies/exchange/formats)
-set(may_include_tests support core meshes segmentation load_cases msm live fem_reference models results results/tables
-  report server server/sessions studies studies/exchange/formats)
+set(may_include_tests support core meshes segmentation load_cases msm interactive live fem_reference models results
+  results/tables report server server/sessions studies studies/exchange/formats)
 set(may_include_examples "")
-set(rooms support core meshes segmentation load_cases msm live fem_reference models results results/tables report server
-  server/sessions studies/exchange/formats studies cli python python/suite benchmarks fuzz tests examples)
+set(rooms support core meshes segmentation load_cases msm interactive live fem_reference models results results/tables report
+  server server/sessions studies/exchange/formats studies cli python python/suite benchmarks fuzz tests examples)
 # Libraries that one room alone may use. MPI is begun by deal.II, which begins the libraries behind it as well.
 set(owner_of_deal.II fem_reference support)
 set(owner_of_gmsh.h meshes)

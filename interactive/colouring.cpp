@@ -1,0 +1,68 @@
+#include "interactive/colouring.hpp"
+
+#include <algorithm>
+
+namespace livermark::interactive {
+
+namespace {
+
+Colouring grouped(const std::vector<int> &colour) {
+    Colouring result;
+    const int num_colours = colour.empty() ? 0 : *std::ranges::max_element(colour) + 1;
+    result.offsets.push_back(0);
+    for (int c = 0; c < num_colours; ++c) {
+        for (std::size_t i = 0; i < colour.size(); ++i)
+            if (colour[i] == c)
+                result.order.push_back(static_cast<int>(i));
+        result.offsets.push_back(static_cast<int>(result.order.size()));
+    }
+    return result;
+}
+
+std::vector<std::vector<int>> sets_of_nodes(std::span<const std::vector<int>> sets, int num_nodes) {
+    std::vector<std::vector<int>> of_node(num_nodes);
+    for (std::size_t s = 0; s < sets.size(); ++s)
+        for (const int node : sets[s])
+            of_node[node].push_back(static_cast<int>(s));
+    return of_node;
+}
+
+/// Of each all that any group names it with, itself aside.
+std::vector<std::vector<int>> neighbours_in(std::span<const std::vector<int>> groups, std::size_t size) {
+    std::vector<std::vector<int>> neighbours(size);
+    for (const auto &group : groups)
+        for (const int a : group)
+            for (const int b : group)
+                if (a != b)
+                    neighbours[a].push_back(b);
+    for (auto &list : neighbours) {
+        std::ranges::sort(list);
+        list.erase(std::ranges::unique(list).begin(), list.end());
+    }
+    return neighbours;
+}
+
+} // namespace
+
+Colouring colour_greedily(const std::vector<std::vector<int>> &neighbours) {
+    std::vector<int> colour(neighbours.size(), -1);
+    std::vector<bool> is_taken;
+    for (std::size_t i = 0; i < neighbours.size(); ++i) {
+        is_taken.assign(neighbours[i].size() + 1, false);
+        for (const int j : neighbours[i])
+            if (colour[j] >= 0 && colour[j] < static_cast<int>(is_taken.size()))
+                is_taken[colour[j]] = true;
+        colour[i] = static_cast<int>(std::ranges::find(is_taken, false) - is_taken.begin());
+    }
+    return grouped(colour);
+}
+
+Colouring colour_sets(std::span<const std::vector<int>> sets, int num_nodes) {
+    return colour_greedily(neighbours_in(sets_of_nodes(sets, num_nodes), sets.size()));
+}
+
+Colouring colour_nodes(std::span<const std::vector<int>> sets, int num_nodes) {
+    return colour_greedily(neighbours_in(sets, static_cast<std::size_t>(num_nodes)));
+}
+
+} // namespace livermark::interactive

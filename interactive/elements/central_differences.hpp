@@ -1,0 +1,43 @@
+#pragma once
+
+#include <utility>
+
+#include "interactive/simulation.hpp"
+
+namespace livermark::interactive {
+
+/// Explicit steps with the forces of the energy. An iteration is one step of central differences, h = time step over
+/// iterations, with velocities half a step behind:
+///     v = ((1 - alpha h / 2) v + h (f + f_ext) / m) / (1 + alpha h / 2),   x += h v.
+/// Constrained nodes go to their targets in equal parts. Longer steps than critical_time_step() blow up.
+/// (Belytschko, Liu, Moran 2000, Nonlinear Finite Elements for Continua and Structures, box 6.1)
+class CentralDifferences : public Simulation {
+  public:
+    explicit CentralDifferences(Scene given) : Simulation(std::move(given)), forces_(rest_positions(scene())) {}
+
+    void step(double time_step, int iterations) override {
+        auto &x = mutable_positions();
+        auto &v = mutable_velocities();
+        for (Eigen::Index c = 0; c < targets().cols(); ++c) {
+            const int node = scene().constrained_nodes[c];
+            v.col(node) = (targets().col(c) - x.col(node)) / time_step;
+        }
+        const double h = time_step / iterations;
+        const double half_damping = 0.5 * scene().mass_damping * h;
+        for (int i = 0; i < iterations; ++i) {
+            forces_ = external_forces();
+            energy().add_forces(x, forces_);
+            for (Eigen::Index n = 0; n < x.cols(); ++n)
+                if (is_free()[n])
+                    v.col(n) = ((1.0 - half_damping) * v.col(n) + h / scene().node_mass[n] * forces_.col(n)) /
+                               (1.0 + half_damping);
+            x += h * v;
+        }
+        move_to_targets(); // to the last bit
+    }
+
+  private:
+    Field forces_;
+};
+
+} // namespace livermark::interactive

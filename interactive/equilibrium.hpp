@@ -1,0 +1,40 @@
+#pragma once
+
+#include "interactive/minimiser.hpp"
+#include "interactive/simulation.hpp"
+
+namespace livermark::interactive {
+
+/// A static solution.
+struct Equilibrium {
+    Field positions;      ///< shape (3, N) [m], as far as the load went
+    Field elastic_forces; ///< shape (3, N) [N]; minus these and the external forces is what constrained nodes need
+    bool converged = false;
+    double fraction = 0.0; ///< of the load that was reached, 1 if converged
+    int iterations = 0;    ///< of Newton's method, in all
+    int load_steps = 0;
+};
+
+/// What a method comes to when nothing moves and nothing limits its iterations: the least of its energy less the work
+/// of the external forces, with the constrained nodes at their targets. Newton's method, along a path on which forces
+/// and displacements of constrained nodes grow; a load step that does not converge is taken again at half its length.
+/// @param load_steps  > 0, that the path begins with
+Equilibrium equilibrium(const Energy &energy, const Scene &scene, const Field &external_forces, const Field &targets,
+                        double tolerance = 1e-9, int load_steps = 4);
+
+/// The same with the forces and targets of a simulation, which stays as it is.
+Equilibrium equilibrium(const Simulation &simulation, double tolerance = 1e-9, int load_steps = 4);
+
+/// How a simulation came to rest by its own steps.
+struct Settled {
+    bool converged = false;
+    int steps = 0;
+    double last_move = 0.0; ///< longest move of a node in the last step, over its longest displacement
+};
+
+/// Lets a simulation come to rest by its own steps, with all velocities set to zero after each: where it stays is its
+/// own static solution, with as many iterations as it gets.
+/// @param tolerance  of the last move
+Settled settle(Simulation &simulation, double time_step, int iterations, double tolerance, int max_steps);
+
+} // namespace livermark::interactive

@@ -1,0 +1,46 @@
+#include <memory>
+#include <utility>
+
+#include "interactive/elements/central_differences.hpp"
+#include "interactive/elements/critical_step.hpp"
+#include "interactive/elements/element_energy.hpp"
+#include "interactive/method.hpp"
+
+namespace livermark::interactive::methods {
+
+namespace {
+
+class Tled : public CentralDifferences {
+  public:
+    explicit Tled(Scene given)
+        : CentralDifferences(std::move(given)), energy_(tetrahedra_at_rest(*scene().body)),
+          critical_time_step_(interactive::critical_time_step(energy_.tetrahedra(), scene().node_mass)) {}
+
+    const Energy &energy() const override { return energy_; }
+    double critical_time_step() const override { return critical_time_step_; }
+    Cost cost(int iterations) const override {
+        return {.element_passes = static_cast<double>(iterations), .bytes_per_element = sizeof(Tetrahedron)};
+    }
+
+  private:
+    ElementEnergy<densities::NeoHookean> energy_;
+    double critical_time_step_;
+};
+
+} // namespace
+
+/// Total Lagrangian explicit dynamics on linear tetrahedra, as NiftySim has it: all derivatives are those at rest.
+Method tled() {
+    return {.name = {},
+            .summary = "neo-Hookean linear tetrahedra, explicit (total Lagrangian explicit dynamics)",
+            .source = "Miller, Joldes, Lance, Wittek 2007, Commun. Numer. Meth. Engng 23",
+            .energy = "mu / 2 (I1 - 3 - 2 ln J) + lambda / 2 (ln J)^2",
+            .converges_to = "the motion of the energy as h goes to 0; at rest the equilibrium of neo-Hookean linear "
+                            "tetrahedra",
+            .implementation = "plain loop over tetrahedra, double",
+            .time_step = frame_time,
+            .iterations = 40,
+            .prepare = [](const Scene &scene) { return std::make_unique<Tled>(scene); }};
+}
+
+} // namespace livermark::interactive::methods

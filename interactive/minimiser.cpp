@@ -1,0 +1,186 @@
+#include "interactive/minimiser.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "support/sparse_cholesky.hpp"
+
+namespace livermark::interactive {
+
+namespace {
+
+using Sparse = Eigen::SparseMatrix<double>;
+
+class Newton {
+  public:
+    Newton(const Energy &energy, const std::vector<bool> &is_free, const Field &forces, const Inertia *inertia)
+        : energy_(energy), forces_(forces), inertia_(inertia), unknown_(3 * is_free.size(), -1) {
+        for (std::size_t i = 0; i < is_free.size(); ++i)
+            for (std::size_t c = 0; c < 3; ++c)
+                if (is_free[i])
+                    unknown_[3 * i + c] = num_unknowns_++;
+    }
+
+    Minimum minimise(Field x, const NewtonSettings &settings) {
+        Minimum minimum{std::move(x)};
+        double size = 0.0;
+        while (true) {
+            const Eigen::VectorXd gradient = gradient_at(minimum.positions, size);
+            minimum.residual = num_unknowns_ == 0 || gradient.norm() == 0.0 ? 0.0 : gradient.norm() / size;
+            minimum.converged = minimum.residual <= settings.tolerance;
+            if (minimum.converged || minimum.iterations == settings.max_iterations || !std::isfinite(minimum.residual))
+                return minimum;
+            const Eigen::VectorXd direction = descent(minimum.positions, gradient);
+            ++minimum.iterations;
+            if (direction.size() == 0 || !advance(minimum.positions, direction, gradient))
+                return minimum;
+        }
+    }
+
+    /// Where the free nodes go by the tangent at x when forces change and constrained nodes move.
+    Field predict(const Field &x, const Field &moved_to, const Field &more_forces) {
+        Energy::Triplets all;
+        energy_.add_hessian(x, true, all);
+        const Field by = moved_to - x; // zero at free nodes
+        Eigen::VectorXd right(num_unknowns_);
+        for (std::size_t k = 0; k < unknown_.size(); ++k)
+            if (unknown_[k] >= 0)
+                right[unknown_[k]] = more_forces.data()[k];
+        for (const auto &entry : all)
+            if (unknown_[entry.row()] >= 0 && unknown_[entry.col()] < 0)
+                right[unknown_[entry.row()]] -= entry.value() * by.data()[entry.col()];
+        const Sparse matrix = upper_of_free(all);
+        factor_.order(matrix);
+        is_ordered_ = true;
+        return factor_.factorise(matrix) ? moved(moved_to, factor_.solve(right)) : moved_to;
+    }
+
+  private:
+    double value(const Field &x) const {
+        double value = energy_.value(x) - forces_.cwiseProduct(x).sum();
+        if (inertia_)
+            for (Eigen::Index i = 0; i < x.cols(); ++i)
+                value += 0.5 * inertia_->stiffness[i] * (x.col(i) - inertia_->predicted.col(i)).squaredNorm();
+        return value;
+    }
+
+    /// Of the unknowns. The size is that of the forces which are in balance: the elastic ones of all nodes.
+    Eigen::VectorXd gradient_at(const Field &x, double &size) const {
+        Field f = Field::Zero(3, x.cols());
+        energy_.add_forces(x, f);
+        size = std::max(f.norm(), forces_.norm());
+        f += forces_;
+        if (inertia_)
+            for (Eigen::Index i = 0; i < x.cols(); ++i) {
+                const core::Vector3 pull = inertia_->stiffness[i] * (inertia_->predicted.col(i) - x.col(i));
+                f.col(i) += pull;
+                size = std::max(size, pull.norm());
+            }
+        Eigen::VectorXd gradient(num_unknowns_);
+        for (std::size_t k = 0; k < unknown_.size(); ++k)
+            if (unknown_[k] >= 0)
+                gradient[unknown_[k]] = -f.data()[k];
+        return gradient;
+    }
+
+    Sparse hessian(const Field &x, bool is_projected) const {
+        Energy::Triplets all;
+        energy_.add_hessian(x, is_projected, all);
+        return upper_of_free(all);
+    }
+
+    /// The upper triangle, all that factors look at.
+    Sparse upper_of_free(const Energy::Triplets &all) const {
+        Energy::Triplets kept;
+        kept.reserve(all.size() / 2);
+        for (const auto &entry : all) {
+            const int row = unknown_[entry.row()];
+            const int column = unknown_[entry.col()];
+            if (row >= 0 && column >= row)
+                kept.emplace_back(row, column, entry.value());
+        }
+        for (std::size_t k = 0; k < unknown_.size(); ++k)
+            if (unknown_[k] >= 0) // an entry also where it is zero, so that the places are the same each time
+                kept.emplace_back(unknown_[k], unknown_[k], inertia_ ? inertia_->stiffness[k / 3] : 0.0);
+        Sparse matrix(num_unknowns_, num_unknowns_);
+        matrix.setFromTriplets(kept.begin(), kept.end());
+        return matrix;
+    }
+
+    /// Empty if there is none.
+    Eigen::VectorXd descent(const Field &x, const Eigen::VectorXd &gradient) {
+        for (const bool is_projected : {false, true}) {
+            const Sparse matrix = hessian(x, is_projected);
+            if (!is_ordered_)
+                factor_.order(matrix);
+            is_ordered_ = true;
+            if (!factor_.factorise(matrix))
+                continue;
+            const Eigen::VectorXd direction = -factor_.solve(gradient);
+            if (direction.dot(gradient) < 0.0)
+                return direction;
+        }
+        return {};
+    }
+
+    /// Armijo's rule, or a smaller gradient where rounding hides what the value loses.
+    bool advance(Field &x, const Eigen::VectorXd &direction, const Eigen::VectorXd &gradient) const {
+        constexpr double decrease = 1e-4, rounding = 1e-13, shortest = 1e-12;
+        const double start = value(x);
+        const double noise = rounding * (std::abs(start) + forces_.cwiseProduct(x).cwiseAbs().sum());
+        const double slope = direction.dot(gradient);
+        for (double length = 1.0; length > shortest; length *= 0.5) {
+            const Field tried = moved(x, length * direction);
+            const double end = value(tried);
+            double unused = 0.0;
+            if (std::isfinite(end) &&
+                (end <= start + decrease * length * slope ||
+                 (std::abs(end - start) <= noise && gradient_at(tried, unused).norm() < gradient.norm()))) {
+                x = tried;
+                return true;
+            }
+        }
+        return false;
+    }
+
+    Field moved(Field x, const Eigen::VectorXd &by) const {
+        for (std::size_t k = 0; k < unknown_.size(); ++k)
+            if (unknown_[k] >= 0)
+                x.data()[k] += by[unknown_[k]];
+        return x;
+    }
+
+    const Energy &energy_;
+    const Field &forces_;
+    const Inertia *inertia_;
+    std::vector<int> unknown_; ///< (3 N), -1 where constrained
+    int num_unknowns_ = 0;
+    bool is_ordered_ = false;
+    support::SparseCholesky factor_;
+};
+
+} // namespace
+
+Minimum minimise(const Energy &energy, const std::vector<bool> &is_free, const Field &forces, const Inertia *inertia,
+                 const Field &start, const NewtonSettings &settings) {
+    return Newton(energy, is_free, forces, inertia).minimise(start, settings);
+}
+
+Field predict(const Energy &energy, const std::vector<bool> &is_free, const Field &x, const Field &moved_to,
+              const Field &more_forces) {
+    return Newton(energy, is_free, more_forces, nullptr).predict(x, moved_to, more_forces);
+}
+
+Minimum backward_euler(const Simulation &simulation, double time_step, const NewtonSettings &settings) {
+    const auto terms = inertia(simulation, time_step);
+    const auto is_free = free_nodes(simulation.scene());
+    Field start = simulation.positions();
+    for (Eigen::Index i = 0; i < start.cols(); ++i)
+        if (!is_free[i])
+            start.col(i) = terms.predicted.col(i);
+    // The external forces are in where the nodes would go.
+    const Field none = Field::Zero(3, start.cols());
+    return minimise(simulation.energy(), is_free, none, &terms, start, settings);
+}
+
+} // namespace livermark::interactive

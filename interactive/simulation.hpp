@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include "interactive/energy.hpp"
+
+namespace livermark::interactive {
+
+/// What a step of a method costs, independent of the machine.
+struct Cost {
+    double element_passes = 0.0;    ///< how often a step visits all its elements, for forces or what takes their place
+    double bytes_per_element = 0.0; ///< that it stores of the body, over the number of tetrahedra
+};
+
+/// A method on a scene. It begins at rest. For one thread; the same steps give the same bits.
+class Simulation {
+  public:
+    /// @throws std::invalid_argument if the scene has masses of another number or sign, or nodes that it does not have
+    explicit Simulation(Scene scene);
+    virtual ~Simulation() = default;
+    Simulation(const Simulation &) = delete;
+    Simulation &operator=(const Simulation &) = delete;
+
+    /// Moves everything forward in time. The constrained nodes come to where they were told to be.
+    /// @param time_step   h [s], > 0
+    /// @param iterations  > 0; what one is, the method says
+    virtual void step(double time_step, int iterations) = 0;
+
+    /// What the static solution minimises, together with the external forces.
+    virtual const Energy &energy() const = 0;
+
+    virtual Cost cost(int iterations) const = 0;
+
+    /// The longest stable step of one iteration at rest [s].
+    virtual double critical_time_step() const { return std::numeric_limits<double>::infinity(); }
+
+    const Scene &scene() const { return scene_; }
+    const Field &positions() const { return x_; }
+    const Field &velocities() const { return v_; }
+    const Field &external_forces() const { return external_; }
+    /// shape (3, C) where the constrained nodes are to be at the end of the next step
+    const Field &targets() const { return targets_; }
+
+    /// Dead forces on the nodes [N], from the next step on. shape (3, N)
+    void set_external_forces(const Field &forces);
+    /// Where the constrained nodes are at the end of the next step. shape (3, C) [m]
+    void set_targets(const Field &positions);
+    /// Starts elsewhere. Both shape (3, N).
+    virtual void set_state(const Field &positions, const Field &velocities);
+
+    /// What the method itself applies to the nodes at the end of the last step [N]; unless it says otherwise, the
+    /// forces of its energy. shape (3, N)
+    virtual Field elastic_forces() const;
+
+    /// What each constrained node has to be pushed with against the elastic and external forces [N]: what a hand feels
+    /// through a tool, but for the inertia of the nodes. shape (3, C)
+    Field reactions() const;
+
+  protected:
+    Field &mutable_positions() { return x_; }
+    Field &mutable_velocities() { return v_; }
+    const std::vector<bool> &is_free() const { return is_free_; }
+    void move_to_targets();
+
+  private:
+    Scene scene_;
+    std::vector<bool> is_free_;
+    Field x_, v_, external_, targets_;
+};
+
+} // namespace livermark::interactive

@@ -1,0 +1,166 @@
+#include <Eigen/Geometry>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <map>
+#include <string>
+
+#include "interactive/equilibrium.hpp"
+#include "interactive/method.hpp"
+#include "tests/interactive/moving_scene.hpp"
+
+namespace livermark {
+namespace {
+
+using core::Vector3;
+using interactive::Field;
+using tests::bar_scene;
+using tests::noise;
+
+/// So many iterations that more would change nothing, at the steps of 2 ms that are taken here.
+int many_iterations(const std::string &method) {
+    static const std::map<std::string, int> many{{"corotational_implicit", 300}, {"tled", 20},
+                                                 {"tled_nodal_pressure", 20},    {"xpbd_springs", 4000},
+                                                 {"xpbd_neo_hookean", 4000},     {"vertex_block_descent", 1500},
+                                                 {"projective_dynamics", 1500},  {"fast_mass_spring", 1500}};
+    return many.at(method);
+}
+
+constexpr double time_step = 2e-3;
+
+/// Over every method of the table.
+struct InteractiveMethod : testing::TestWithParam<std::string> {
+    const interactive::Method &method = interactive::find_method(GetParam());
+};
+
+/// Turned by two radians, and elsewhere.
+Field turned(const Field &x) {
+    const Eigen::Matrix3d turn = Eigen::AngleAxisd(2.0, Vector3(1.0, -2.0, 0.5).normalized()).matrix();
+    return (turn * x).colwise() + Vector3(0.1, 0.2, -0.3);
+}
+
+TEST_P(InteractiveMethod, HasAnEnergyWhoseDerivativesAreItsForces) {
+    const auto simulation = method.prepare(bar_scene(false));
+    const auto &energy = simulation->energy();
+    const Field x = turned(simulation->positions()) + noise(simulation->positions().cols(), 1e-3, 1);
+    Field forces = Field::Zero(3, x.cols());
+    energy.add_forces(x, forces);
+    for (unsigned seed = 2; seed < 6; ++seed) {
+        const Field way = noise(x.cols(), 1e-6, seed);
+        const double difference = energy.value(x + way) - energy.value(x - way);
+        EXPECT_NEAR(difference, -2.0 * forces.cwiseProduct(way).sum(), 1e-5 * std::abs(difference));
+    }
+}
+
+TEST_P(InteractiveMethod, HasForcesWhoseDerivativesAreItsHessian) {
+    const auto simulation = method.prepare(bar_scene(false));
+    const auto &energy = simulation->energy();
+    if (!energy.has_exact_hessian())
+        GTEST_SKIP() << "it has something positive definite in its place";
+    const Field x = turned(simulation->positions()) + noise(simulation->positions().cols(), 1e-3, 1);
+    interactive::Energy::Triplets triplets;
+    energy.add_hessian(x, false, triplets);
+    for (unsigned seed = 2; seed < 4; ++seed) {
+        const Field way = noise(x.cols(), 1e-7, seed);
+        Field difference = Field::Zero(3, x.cols()), product = difference;
+        energy.add_forces(x - way, difference);
+        difference *= -1.0;
+        energy.add_forces(x + way, difference);
+        for (const auto &entry : triplets)
+            product.data()[entry.row()] -= 2.0 * entry.value() * way.data()[entry.col()];
+        EXPECT_LT((difference - product).norm(), 1e-5 * product.norm());
+    }
+}
+
+TEST_P(InteractiveMethod, HasNoForcesWhereTheBodyIsMovedRigidly) {
+    const auto simulation = method.prepare(bar_scene(false));
+    const Field rest = simulation->positions();
+    Field moved = Field::Zero(3, rest.cols()), stretched = moved;
+    simulation->energy().add_forces(turned(rest), moved);
+    simulation->energy().add_forces(1.01 * rest, stretched);
+    EXPECT_LT(moved.norm(), 1e-9 * stretched.norm());
+    EXPECT_GT(stretched.norm(), 0.0);
+}
+
+TEST_P(InteractiveMethod, StaysAtRestWhereNothingMovesIt) {
+    const auto simulation = method.prepare(bar_scene(true));
+    const Field rest = simulation->positions();
+    for (int i = 0; i < 5; ++i)
+        simulation->step(time_step, 10);
+    EXPECT_LT((simulation->positions() - rest).norm(), 1e-12);
+    EXPECT_LT(simulation->reactions().norm(), 1e-8);
+}
+
+TEST_P(InteractiveMethod, FliesAsARigidBodyDoes) {
+    const auto simulation = method.prepare(bar_scene(false));
+    const Field start = turned(simulation->positions());
+    const Vector3 velocity(0.3, -0.2, 0.1);
+    simulation->set_state(start, velocity.replicate(1, start.cols()));
+    for (int i = 0; i < 10; ++i)
+        simulation->step(time_step, 20);
+    EXPECT_LT((simulation->positions() - (start.colwise() + 10 * time_step * velocity)).norm(), 1e-9 * start.norm());
+}
+
+TEST_P(InteractiveMethod, ConservesMomentumOnceItsIterationsHaveConverged) {
+    const auto simulation = method.prepare(bar_scene(false));
+    const auto &mass = simulation->scene().node_mass;
+    const auto momentum = [&] {
+        Vector3 sum = Vector3::Zero();
+        for (Eigen::Index i = 0; i < simulation->velocities().cols(); ++i)
+            sum += mass[i] * simulation->velocities().col(i);
+        return sum;
+    };
+    simulation->set_state(simulation->positions(), noise(simulation->positions().cols(), 0.2, 3));
+    const Vector3 before = momentum();
+    for (int i = 0; i < 3; ++i)
+        simulation->step(time_step, many_iterations(method.name));
+    EXPECT_LT((momentum() - before).norm(), 1e-7 * before.norm());
+    EXPECT_GT(simulation->elastic_forces().norm(), 0.01); // it did deform
+}
+
+TEST_P(InteractiveMethod, PutsConstrainedNodesWhereTheyAreToldToBe) {
+    const auto simulation = method.prepare(bar_scene(true));
+    const Field targets = simulation->targets().colwise() + Vector3(-1e-3, 5e-4, 0.0);
+    simulation->set_targets(targets);
+    simulation->step(time_step, 20);
+    for (Eigen::Index c = 0; c < targets.cols(); ++c)
+        EXPECT_EQ(simulation->positions().col(simulation->scene().constrained_nodes[c]), targets.col(c));
+    EXPECT_LT(simulation->reactions().row(0).sum(), -0.01); // it is pulled there
+}
+
+TEST_P(InteractiveMethod, TakesTheSameStepsToTheLastBit) {
+    const auto one = method.prepare(bar_scene(true)), two = method.prepare(bar_scene(true));
+    for (const auto *simulation : {&one, &two}) {
+        (*simulation)->set_external_forces(noise((*simulation)->positions().cols(), 1e-2, 7));
+        for (int i = 0; i < 5; ++i)
+            (*simulation)->step(time_step, 20);
+    }
+    EXPECT_EQ(one->positions(), two->positions());
+}
+
+TEST_P(InteractiveMethod, RestsWhereReactionsCarryTheExternalForces) {
+    const auto simulation = method.prepare(bar_scene(true));
+    const Field forces = Vector3(0.0, 0.0, -1e-3).replicate(1, simulation->positions().cols());
+    simulation->set_external_forces(forces);
+    const auto rest = interactive::equilibrium(*simulation);
+    ASSERT_TRUE(rest.converged);
+    simulation->set_state(rest.positions, Field::Zero(3, forces.cols()));
+    const Vector3 total = simulation->reactions().rowwise().sum();
+    EXPECT_NEAR(total.z(), 1e-3 * static_cast<double>(forces.cols()), 1e-8);
+    EXPECT_LT(rest.positions.row(2).minCoeff(), -1e-4); // it did sag
+}
+
+std::string name_of(const testing::TestParamInfo<std::string> &info) {
+    return info.param;
+}
+
+std::vector<std::string> names() {
+    std::vector<std::string> names;
+    for (const auto &method : interactive::all_methods())
+        names.push_back(method.name);
+    return names;
+}
+
+INSTANTIATE_TEST_SUITE_P(All, InteractiveMethod, testing::ValuesIn(names()), name_of);
+
+} // namespace
+} // namespace livermark
