@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "cli/commands.hpp"
 #include "cli/common_options.hpp"

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <set>
-#include <utility>
 
 #include "core/units.hpp"
 #include "report/html.hpp"
