@@ -21,8 +21,8 @@ bool are_statically_equal(const LoadCase &a, const LoadCase &b) {
     const auto same_value = [&](const Vector3 &x, const Vector3 &y) {
         return std::equal(x.begin(), x.end(), y.begin(), same_component);
     };
-    return a.regime == b.regime && a.path == b.path && a.follows == b.follows && a.node_factor == b.node_factor && a.condition == b.condition &&
-           a.constraint == b.constraint && a.acceleration == b.acceleration &&
+    return a.regime == b.regime && a.path == b.path && a.follows == b.follows && a.node_factor == b.node_factor &&
+           a.condition == b.condition && a.constraint == b.constraint && a.acceleration == b.acceleration &&
            std::ranges::equal(a.value, b.value, same_value);
 }
 

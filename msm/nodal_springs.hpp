@@ -24,8 +24,8 @@ namespace livermark::msm {
 /// @param alone  part of the stiffness that stays inside each tetrahedron, between 0 and 1
 std::shared_ptr<const ElasticTerm> nodal_springs(const core::Body &body, double alone);
 
-/// The part alone of the model. It was chosen on the two livers at Poisson's ratios 0.25, 0.45 and 0.49; the beam had no
-/// say in it.
+/// The part alone of the model. It was chosen on the two livers at Poisson's ratios 0.25, 0.45 and 0.49; the beam had
+/// no say in it.
 inline constexpr double nodal_springs_alone = 0.2;
 
 /// The model: a fifth of them alone, what is left of lambda on means of the volumes around nodes, and a guard against
