@@ -1,4 +1,5 @@
-# Installs what other programs link, in three components that each need those before them:
+# Installs what other programs link, in three components that each need those before them, and the Python package, whose
+# components python/CMakeLists.txt installs:
 #   core            mesh, material, load case, solution; needs Eigen and fmt
 #   msm             spring laws, volume terms, kernels, critical steps, damping; needs Highway as well
 #   fem_reference   finite elements, and what of mass-spring models needs sparse factors; deal.II, CHOLMOD and so the GPL
@@ -89,6 +90,12 @@ set(CPACK_GENERATOR DEB)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_COMPONENTS_ALL ${components})
+if(TARGET _livermark)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+endif()
+if(TARGET _suite)
+  list(APPEND CPACK_COMPONENTS_ALL python_suite)
+endif()
 set(CPACK_COMPONENT_CORE_DESCRIPTION "Mesh, material, load case and solution of Livermark. Licence: Apache-2.0 alone.")
 set(CPACK_COMPONENT_MSM_DESCRIPTION
   "Mass-spring models of Livermark: spring laws, volume terms, vector kernels, critical time steps. Licence: Apache-2.0 alone.")
@@ -101,4 +108,16 @@ set(CPACK_DEBIAN_CORE_PACKAGE_DEPENDS "libeigen3-dev, libfmt-dev")
 set(CPACK_DEBIAN_MSM_PACKAGE_DEPENDS "livermark-core-dev, libhwy-dev")
 set(CPACK_DEBIAN_FEM_REFERENCE_PACKAGE_DEPENDS
   "livermark-msm-dev, libdeal.ii-dev, libsuitesparse-dev, libblas-dev, libspectra-dev, libnlopt-dev")
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION
+  "Springs of Livermark, their motion, and its result files in Python. Licence: Apache-2.0 alone.")
+set(CPACK_COMPONENT_PYTHON_SUITE_DESCRIPTION
+  "Problems, models and the reference of Livermark in Python. Linked with CHOLMOD and gmsh, and so under the GPL, see NOTICE.")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-livermark)
+set(CPACK_DEBIAN_PYTHON_SUITE_PACKAGE_NAME python3-livermark-suite)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "${LIVERMARK_PYTHON_VERSION}, python3-numpy, python3-h5py")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-pandas, python3-vtk9, python3-livermark-suite")
+set(CPACK_DEBIAN_PYTHON_SUITE_PACKAGE_DEPENDS "python3-livermark, libopenblas0-serial, python3-meshio")
+# The libraries that the extension modules are linked with.
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PYTHON_SUITE_PACKAGE_SHLIBDEPS ON)
 include(CPack)

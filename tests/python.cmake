@@ -15,7 +15,9 @@ add_test(NAME Python.ProgramRuns COMMAND livermark run --jobs 1 --no-uncertainty
   --load-case beam_bend ${CMAKE_CURRENT_SOURCE_DIR}/python/beam_release.toml
   --model lloyd van_gelder patch uniform van_gelder_nodal_volume van_gelder_tetrahedral_volume nodal_springs nodal_neo_hookean
   --kernel simd_double --integrator velocity_verlet --output ${python_runs})
-set_tests_properties(Python.ProgramRuns PROPERTIES LABELS python TIMEOUT 600 FIXTURES_SETUP python_runs)
+add_test(NAME Python.ProgramRunsOneLoadCase COMMAND livermark run --jobs 1 --no-uncertainty --body beam --load-case beam_bend
+  --model lloyd van_gelder van_gelder_nodal_volume nodal_springs --output ${python_runs}/alone)
+set_tests_properties(Python.ProgramRuns Python.ProgramRunsOneLoadCase PROPERTIES LABELS python TIMEOUT 600 FIXTURES_SETUP python_runs)
 
 file(GLOB parts CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR}/python ${CMAKE_CURRENT_SOURCE_DIR}/python/*_test.py)
 foreach(part IN LISTS parts)

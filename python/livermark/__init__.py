@@ -2,9 +2,11 @@
 
 Arrays come in and go out as numpy arrays, all quantities are in SI units. See docs/python.md.
 """
+from livermark import suite as _suite_functions
 from livermark.convert import Mesh, from_meshio, to_sofa
 from livermark.errors import InputError
 from livermark.results import open
+from livermark.suite import bodies, load_cases, models, problem, score, solve
 
 _COMPILED = ("RayleighDamping", "Simulation", "Springs", "coupled_springs", "critical_time_step", "integrators",
              "largest_angular_frequency", "mass_proportional_damping", "rayleigh_damping", "spring_energies",
@@ -20,6 +22,8 @@ except ModuleNotFoundError as _error:  # result files are read without compiled 
 
 
 def __getattr__(name):
+    if name in ("Problem", "Score", "Solution"):  # they come with finite elements, which load when they are asked for
+        return getattr(_suite_functions.load(), name)
     if name in _COMPILED:
         raise ImportError(f"livermark.{name} is compiled, and this package is not; see docs/python.md")
     raise AttributeError(f"module 'livermark' has no attribute '{name}'")

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <limits>
+#include <utility>
 
 #include "results/hdf5/result_file.hpp"
 #include "results/provenance.hpp"
@@ -34,9 +35,8 @@ core::Model outside_model(const ScoreOptions &options, const std::vector<core::V
             })};
 }
 
-} // namespace
-
-Score score(const ScoreOptions &options, const std::string &command_line, const ProgressReport &report) {
+/// The reference and what else an outside model is compared with.
+std::vector<core::Model> models_beside(const ScoreOptions &options) {
     auto models = choose_models(options.models, {}, !options.no_uncertainty);
     if (!options.solve_reference)
         use_stored_references(models, stored_references_folder());
@@ -44,23 +44,48 @@ Score score(const ScoreOptions &options, const std::string &command_line, const 
         if (model.name == options.name)
             throw support::InputError(
                 fmt::format("there is a model '{}' already; choose another --name", options.name));
-    auto [problems, notes, left_out] = read_scaled_problems({options.body}, options.load_case, {});
-    const auto &problem = problems.front();
+    return models;
+}
+
+void refuse_motion(const core::Problem &problem) {
     if (problem.load_case.release)
         throw support::InputError(
             fmt::format("load case {} depends on time, and node displacements belong to one moment; score "
                         "its static start, the load case of the same loads",
                         problem.load_case.name));
-    models.push_back(outside_model(
-        options, displacement_at_nodes(read_outside_solution(options.solution), problem.body->mesh, options.solution)));
-    const auto folder = make_output_folder(options.output, problem);
+}
+
+results::Result evaluate_beside(std::vector<core::Model> models, const core::Problem &problem,
+                                const std::vector<core::Vector3> &displacement, const ScoreOptions &options,
+                                const std::string &command_line, const ProgressReport &report) {
+    models.push_back(outside_model(options, displacement));
     PreparedModels prepared;
     Steps steps(static_cast<int>(models.size()), report);
     const auto solve = [&](const core::Model &model, const core::Problem &to_solve) {
         steps.next(model.name);
         return prepared.solve(model, to_solve);
     };
-    Score scored{.result = evaluate(problem, models, solve, {}, results::current_provenance(command_line)),
+    return studies::evaluate(problem, models, solve, {}, results::current_provenance(command_line));
+}
+
+} // namespace
+
+results::Result score_displacement(const core::Problem &problem, const std::vector<core::Vector3> &displacement,
+                                   const ScoreOptions &options, const std::string &command_line,
+                                   const ProgressReport &report) {
+    refuse_motion(problem);
+    return evaluate_beside(models_beside(options), problem, displacement, options, command_line, report);
+}
+
+Score score(const ScoreOptions &options, const std::string &command_line, const ProgressReport &report) {
+    auto models = models_beside(options);
+    auto [problems, notes, left_out] = read_scaled_problems({options.body}, options.load_case, {});
+    const auto &problem = problems.front();
+    refuse_motion(problem);
+    const auto displacement =
+        displacement_at_nodes(read_outside_solution(options.solution), problem.body->mesh, options.solution);
+    const auto folder = make_output_folder(options.output, problem);
+    Score scored{.result = evaluate_beside(std::move(models), problem, displacement, options, command_line, report),
                  .file = folder / fmt::format("{}.{}.h5", problem.load_case.name, options.name),
                  .notes = std::move(notes)};
     results::write_result(scored.file, scored.result);

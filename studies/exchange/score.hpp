@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/problem.hpp"
 #include "models/model_table.hpp"
 #include "results/result.hpp"
 #include "studies/progress.hpp"
@@ -28,6 +29,16 @@ struct Score {
     std::filesystem::path file;
     std::vector<std::string> notes;
 };
+
+/// Compares displacements at the nodes of the mesh with the reference, and writes nothing.
+/// @param problem       with its loads scaled
+/// @param displacement  shape (N) [m]
+/// @param options       body and load case are those of the problem; the solution is a word for where it comes from
+/// @param command_line  kept in the result
+/// @throws support::InputError if the load case depends on time, or if a model has that name already
+results::Result score_displacement(const core::Problem &problem, const std::vector<core::Vector3> &displacement,
+                                   const ScoreOptions &options, const std::string &command_line,
+                                   const ProgressReport &report);
 
 /// Compares displacements that were found elsewhere with the reference, and writes a result file.
 /// @param command_line  kept in the file

@@ -1,6 +1,7 @@
 # Installs the components core and msm into an empty prefix, builds a program of somebody else against them, and runs it; then
 # the same with fem_reference. A project that adds this tree as a subdirectory finds the same headers.
-# usage: cmake -DBUILD=<build folder> -DSOURCE=<tests/package> -DWORK=<scratch folder> -P package_test.cmake
+# usage: cmake -DBUILD=<build folder> -DSOURCE=<tests/package> -DWORK=<scratch folder> -DPYTHON=<interpreter>
+#          -P package_test.cmake
 function(run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT status EQUAL 0)
@@ -69,8 +70,11 @@ if(CPACK AND DPKG_DEB)
   run(${CPACK} --config ${BUILD}/CPackConfig.cmake -B ${WORK}/packages)
   file(GLOB packages ${WORK}/packages/*.deb)
   list(LENGTH packages num_packages)
-  if(NOT num_packages EQUAL 3)
-    message(FATAL_ERROR "${num_packages} packages instead of 3: ${packages}")
+  file(GLOB python_modules ${BUILD}/python/livermark/_*.so)
+  list(LENGTH python_modules num_python_modules) # each has a package
+  math(EXPR num_expected "3 + ${num_python_modules}")
+  if(NOT num_packages EQUAL num_expected)
+    message(FATAL_ERROR "${num_packages} packages instead of ${num_expected}: ${packages}")
   endif()
   foreach(package IN LISTS packages)
     run(${DPKG_DEB} --extract ${package} ${WORK}/debian)
@@ -78,7 +82,15 @@ if(CPACK AND DPKG_DEB)
     if(package MATCHES "livermark-msm-dev" AND NOT output MATCHES "livermark-core-dev, libhwy-dev.*Apache-2.0 alone")
       message(FATAL_ERROR "${package}:\n${output}")
     endif()
+    if(package MATCHES "python3-livermark_" AND (NOT output MATCHES "python3-numpy" OR output MATCHES "deal|cholmod|gmsh"))
+      message(FATAL_ERROR "${package}:\n${output}")
+    endif()
   endforeach()
+  if(python_modules)
+    run(${CMAKE_COMMAND} -E env PYTHONPATH=${WORK}/debian/usr/lib/python3/dist-packages --unset=LIVERMARK_ROOT
+      ${PYTHON} ${SOURCE}/outside.py ${WORK}/debian)
+    message(STATUS "${output}")
+  endif()
   run(${CMAKE_COMMAND} -S ${SOURCE}/outside -B ${WORK}/build_debian -G Ninja -DCMAKE_PREFIX_PATH=${WORK}/debian/usr)
   run(${CMAKE_COMMAND} --build ${WORK}/build_debian)
   run(${WORK}/build_debian/theirs)

@@ -1,0 +1,69 @@
+"""What the suite can do, with deal.II behind it, which is loaded by the first call."""
+from __future__ import annotations
+
+import os
+import pathlib
+from typing import TYPE_CHECKING, Optional, Sequence, Union
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from livermark._suite import Problem, Score, Solution
+
+Path = Union[str, "os.PathLike[str]"]
+
+
+def load():
+    """The extension module. An installed package has the bodies and load cases in its folder data/."""
+    data = pathlib.Path(__file__).resolve().parent / "data"
+    if data.is_dir():
+        os.environ.setdefault("LIVERMARK_ROOT", str(data))
+    try:
+        from livermark import _suite
+    except ImportError as error:
+        raise ImportError("the suite with its finite elements is not here: install python3-livermark-suite, or build "
+                          f"with -DLIVERMARK_WITH_FEM_REFERENCE=ON ({error})") from error
+    return _suite
+
+
+def bodies() -> list[str]:
+    """Names of the bodies that ship."""
+    return load().bodies()
+
+
+def load_cases() -> list[str]:
+    """Names of the load cases that ship."""
+    return load().load_cases()
+
+
+def models() -> list[str]:
+    """Names of the models."""
+    return load().models()
+
+
+def problem(body: Path, load_case: Path, young_modulus: Optional[float] = None,
+            poisson_ratio: Optional[float] = None) -> Problem:
+    """A body under a load case, with the loads scaled to their target.
+
+    body: one of bodies(), or the path of a .toml or mesh file. load_case: one of load_cases(), or the path of a .toml.
+    young_modulus [Pa]: of the first region, others keep their ratio to it. poisson_ratio: of every region.
+    Raises InputError.
+    """
+    return load().problem(os.fspath(body), os.fspath(load_case), young_modulus, poisson_ratio)
+
+
+def solve(body: Path, load_case: Path, model: str) -> Solution:
+    """What a model finds for a load case on a body: problem(body, load_case).solve(model)."""
+    return problem(body, load_case).solve(model)
+
+
+def score(displacement: ArrayLike, body: Path, load_case: Path, name: str = "mine", models: Sequence[str] = ("fem_p1",),
+          with_uncertainty: bool = True, output: Optional[Path] = None) -> Score:
+    """How far displacements of the nodes are from the reference, which is solved.
+
+    displacement: (N, 3) [m], at the nodes of problem(body, load_case).points. name: of the model. models: to compare
+    beside it. with_uncertainty: solve the refined reference too, which takes most of the time. output: path of a result
+    file to write. Raises InputError.
+    """
+    path = None if output is None else os.fspath(output)
+    return problem(body, load_case).score(displacement, name, list(models), with_uncertainty, path)

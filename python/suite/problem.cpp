@@ -1,0 +1,117 @@
+#include "python/suite/problem.hpp"
+
+#include <fmt/format.h>
+#include <utility>
+
+#include "msm/mass_lumping.hpp"
+#include "msm/nodal_conditions.hpp"
+#include "studies/run/problems.hpp"
+
+namespace livermark::python {
+
+namespace {
+
+LoadedBody read(const std::string &body, const std::string &load_case, std::optional<double> young_modulus,
+                std::optional<double> poisson_ratio) {
+    const py::gil_scoped_release release;
+    auto set = studies::read_scaled_problems({body}, load_case, {young_modulus, poisson_ratio});
+    return {std::move(set.problems.front()), std::move(set.notes)};
+}
+
+const core::TetraMesh &mesh_of(const LoadedBody &loaded) {
+    return loaded.problem.body->mesh;
+}
+
+/// A property of an array that Python cannot write to.
+template <class Scalar, class Pick> auto shows_array(Pick pick, py::ssize_t columns) {
+    return [=](const py::object &self) {
+        const auto &values = pick(self.cast<const LoadedBody &>());
+        std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(values.size())};
+        if (columns > 1)
+            shape.push_back(columns);
+        return view(reinterpret_cast<const Scalar *>(values.data()), shape, self);
+    };
+}
+
+/// A constant of its material for each tetrahedron.
+auto of_each_tetrahedron(double core::Material::*constant) {
+    return [=](const LoadedBody &loaded) {
+        const auto &body = *loaded.problem.body;
+        py::array_t<double> values(static_cast<py::ssize_t>(body.mesh.region.size()));
+        for (std::size_t t = 0; t < body.mesh.region.size(); ++t)
+            values.mutable_data()[t] = body.materials[body.mesh.region[t]].*constant;
+        return values;
+    };
+}
+
+msm::NodalConditions at_nodes(const LoadedBody &loaded) {
+    return msm::nodal_conditions(loaded.problem, msm::lumped_masses(*loaded.problem.body));
+}
+
+py::array fixed(const LoadedBody &loaded) {
+    const auto conditions = at_nodes(loaded);
+    py::array_t<bool> mask({static_cast<py::ssize_t>(conditions.displacement.size()), py::ssize_t{3}});
+    for (std::size_t i = 0; i < conditions.displacement.size(); ++i)
+        for (std::size_t c = 0; c < 3; ++c)
+            mask.mutable_data()[3 * i + c] = conditions.constraint[i][c] >= 0;
+    return mask;
+}
+
+} // namespace
+
+void add_problem(py::module_ &module) {
+    py::class_<LoadedBody> problem(module, "Problem",
+                                   "A body under a load case, with the loads scaled as in a run. Arrays of the mesh "
+                                   "are views that cannot be written to.");
+    problem
+        .def_property_readonly(
+            "body", [](const LoadedBody &p) { return p.problem.body->name; }, "name of the body")
+        .def_property_readonly(
+            "load_case", [](const LoadedBody &p) { return p.problem.load_case.name; }, "name of the load case")
+        .def_property_readonly(
+            "notes", [](const LoadedBody &p) { return p.notes; }, "sentences on what had to be assumed")
+        .def_property_readonly("points",
+                               shows_array<double>(
+                                   [](const auto &p) -> const auto & { return mesh_of(p).points; }, 3),
+                               "(N, 3) [m]")
+        .def_property_readonly("tetrahedra",
+                               shows_array<int>(
+                                   [](const auto &p) -> const auto & { return mesh_of(p).tetrahedra; }, 4),
+                               "(M, 4) node numbers")
+        .def_property_readonly("region",
+                               shows_array<int>(
+                                   [](const auto &p) -> const auto & { return mesh_of(p).region; }, 1),
+                               "(M) index into region_names")
+        .def_property_readonly(
+            "region_names", [](const LoadedBody &p) { return mesh_of(p).region_names; }, "(R) one for each material")
+        .def_property_readonly("boundary_triangles",
+                               shows_array<int>(
+                                   [](const auto &p) -> const auto & { return mesh_of(p).boundary_triangles; }, 3),
+                               "(T, 3) node numbers, right-handed seen from outside")
+        .def_property_readonly("young_modulus", of_each_tetrahedron(&core::Material::young_modulus), "(M) [Pa]")
+        .def_property_readonly("poisson_ratio", of_each_tetrahedron(&core::Material::poisson_ratio), "(M)")
+        .def_property_readonly("density", of_each_tetrahedron(&core::Material::density), "(M) [kg/m^3]")
+        .def_property_readonly(
+            "prescribed_displacement", [](const LoadedBody &p) { return to_array(at_nodes(p).displacement); },
+            "(N, 3) [m], NaN where a component is free")
+        .def_property_readonly("fixed", &fixed, "(N, 3) bool, the components that are prescribed; for Simulation")
+        .def_property_readonly(
+            "forces", [](const LoadedBody &p) { return to_array(at_nodes(p).force); },
+            "(N, 3) [N], a third of each facet's traction at its corners, and the acceleration of the body")
+        .def_property_readonly(
+            "constraint_names", [](const LoadedBody &p) { return p.problem.load_case.constraint_names; },
+            "(P) the places where displacement is prescribed")
+        .def("__repr__", [](const LoadedBody &p) {
+            return fmt::format("<livermark.Problem {} on {}>", p.problem.load_case.name, p.problem.body->name);
+        });
+    add_solve(module, problem);
+    add_score(module, problem);
+    module.def("problem", &read, py::arg("body"), py::arg("load_case"), py::arg("young_modulus") = py::none(),
+               py::arg("poisson_ratio") = py::none(),
+               "Reads a body, puts a load case on it, and scales the loads to their target.\n\n"
+               "body: one of bodies(), or the path of a .toml or mesh file. load_case: one of load_cases(), or the "
+               "path of a .toml.\nyoung_modulus [Pa]: of the first region, others keep their ratio to it. "
+               "poisson_ratio: of every region.\nReturns Problem. Raises InputError.");
+}
+
+} // namespace livermark::python

@@ -1,0 +1,97 @@
+#include "studies/exchange/score.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <stdexcept>
+#include <utility>
+
+#include "python/suite/problem.hpp"
+#include "results/hdf5/result_file.hpp"
+#include "studies/progress.hpp"
+
+namespace livermark::python {
+
+namespace {
+
+/// A comparison with the reference, and those of the models beside it.
+struct Scored {
+    std::string name;
+    results::Result result;
+
+    const results::ModelResult &model() const {
+        return *std::ranges::find(result.models, name, &results::ModelResult::name);
+    }
+    const core::Comparison &comparison() const { return *model().comparison; }
+};
+
+Scored score(const LoadedBody &loaded, const py::object &displacement, const std::string &name,
+             const std::vector<std::string> &models, bool with_uncertainty, const std::optional<std::string> &output) {
+    const auto given = to_vectors(displacement, "displacement", loaded.problem.body->mesh.points.size());
+    const studies::ScoreOptions options{.body = loaded.problem.body->name,
+                                        .load_case = loaded.problem.load_case.name,
+                                        .solution = "an array",
+                                        .name = name,
+                                        .models = models,
+                                        .output = {},
+                                        .no_uncertainty = !with_uncertainty};
+    const py::gil_scoped_release release;
+    Scored scored{name, studies::score_displacement(loaded.problem, given, options, "livermark.score()", {})};
+    if (!scored.model().comparison)
+        throw std::runtime_error("the reference found no solution, so nothing can be compared");
+    if (output)
+        results::write_result(*output, scored.result);
+    return scored;
+}
+
+/// Relative errors of the models beside it.
+py::dict errors_of_models(const Scored &scored) {
+    py::dict errors;
+    for (const auto &model : scored.result.models)
+        if (model.comparison)
+            errors[py::str(model.name)] = model.comparison->relative_l2;
+    return errors;
+}
+
+} // namespace
+
+void add_score(py::module_ &module, py::class_<LoadedBody> &problem) {
+    const auto number = [](double core::Comparison::*value) {
+        return [=](const Scored &s) { return s.comparison().*value; };
+    };
+    py::class_<Scored>(module, "Score", "How far a displacement is from the reference.")
+        .def_readonly("name", &Scored::name, "of the model")
+        .def_property_readonly(
+            "reference", [](const Scored &s) { return s.comparison().reference; }, "name of the reference")
+        .def_property_readonly("relative_l2", number(&core::Comparison::relative_l2),
+                               "sqrt(sum V_i |u_i - r_i|^2 / sum V_i |r_i|^2), V_i the volume of node i")
+        .def_property_readonly("max_error", number(&core::Comparison::max_error), "largest |u_i - r_i| [m]")
+        .def_property_readonly("max_error_relative", number(&core::Comparison::max_error_relative),
+                               "max_error over the largest |r_i|")
+        .def_property_readonly(
+            "uncertainty",
+            [](const Scored &s) {
+                const auto &known = s.result.reference_uncertainty;
+                return known ? std::optional(known->relative_l2) : std::nullopt;
+            },
+            "what relative_l2 of the reference itself is estimated to be; None where that was not found")
+        .def_property_readonly(
+            "within_uncertainty", [](const Scored &s) { return results::is_within_uncertainty(s.model(), s.result); },
+            "closer to the reference than that is known to be: not to be ranked above another such model")
+        .def_property_readonly(
+            "error", [](const Scored &s) { return to_array(s.comparison().error); }, "(N, 3) u - r [m]")
+        .def_property_readonly("relative_l2_of_models", &errors_of_models,
+                               "dict from each compared model, this one too, to its relative_l2")
+        .def("__repr__", [](const Scored &s) {
+            return fmt::format("<livermark.Score {}: {:.2f} % off {}>", s.name, 100.0 * s.comparison().relative_l2,
+                               s.comparison().reference);
+        });
+    problem.def("score", &score, py::arg("displacement"), py::arg("name") = "mine",
+                py::arg("models") = std::vector<std::string>{std::string(models::baseline_model)},
+                py::arg("with_uncertainty") = true, py::arg("output") = py::none(),
+                "Compares displacements of the nodes with the reference, which it solves.\n\n"
+                "displacement: (N, 3) [m]. name: of the model. models: to compare beside it. with_uncertainty: solve "
+                "the refined\nreference too, which takes most of the time. output: path of a result file to write. "
+                "Returns Score. Raises InputError.");
+}
+
+} // namespace livermark::python
