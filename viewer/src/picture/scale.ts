@@ -22,7 +22,7 @@ export function short(value: number): string {
   if (value === 0) return '0';
   const size = Math.abs(value);
   if (size < 1e-5 || size >= 1e6) return value.toExponential(1).replace('-', '−').replace('e−', 'e−');
-  const decimals = Math.max(0, 2 - Math.floor(Math.log10(size)));
+  const decimals = Math.max(0, 2 - Math.floor(Math.log10(Number(size.toPrecision(3)))));
   return value.toFixed(Math.min(decimals, 7)).replace('-', '−');
 }
 
