@@ -17,7 +17,12 @@ before(async () => {
 after(() => all?.stop());
 beforeEach(() => all.open({}, path));
 
-const dataset = (name, file = 'path_result.h5') => all.h5py({ path: name, row: null }, file);
+const read = new Map();
+function dataset(name, file = 'path_result.h5') {
+  const key = `${file} ${name}`;
+  if (!read.has(key)) read.set(key, all.h5py({ path: name, row: null }, file));
+  return read.get(key);
+}
 const near = (actual, expected, part = 0.006) => assert.ok(Math.abs(actual - expected) <= part * Math.abs(expected) + 1e-12, `${actual}, not ${expected}`);
 const choose = (node) => andDraw(all.page, () => all.page.fill('#node_number', String(node)).then(() => all.page.keyboard.press('Enter')));
 const setPoint = (point) => andDraw(all.page, () => all.page.locator('#point').fill(String(point)));
@@ -85,10 +90,11 @@ test('arrows and words say what is prescribed at the part of the load', async ()
 
 test('colours mean the same at all parts of the load', async () => {
   const end = () => all.page.locator('#legend .numbers').getAttribute('data-end-mm');
-  await setPoint(3);
-  const at = await end();
-  await setPoint(0);
-  assert.equal(await end(), at);
+  const whole = await end();
+  for (const point of [3, 0]) {
+    await setPoint(point);
+    assert.equal(await end(), whole);
+  }
   const largest = Math.max(...dataset('solutions/springs/path/displacement').slice(0, numNodes).map(length));
   const said = (await all.page.locator('#legend .note').textContent()).match(/largest at 20 % of the load: \S+ mm and (\S+) mm/);
   near(shown(said[1]), 1000 * largest);
@@ -181,7 +187,7 @@ test('the band is what the reactions of the reference are uncertain by', async (
   const band = await plotted('polygon');
   const above = band.slice(1, 1 + reactions.length);
   assert.ok(observed > 0);
-  above.forEach(([, y], k) => near(y - force.fem_p2[k], observed * length(reactions[k].flat()), 0.02 * (1 + 1e-3 / observed)));
+  above.forEach(([, y], k) => near(y - force.fem_p2[k], observed * length(reactions[k].flat()), 0.02));
   const hint = await all.page.locator('#forces .hint').textContent();
   assert.match(hint, new RegExp(`${(100 * observed).toFixed(3)} % of its reactions`));
 });

@@ -2,7 +2,7 @@
 import type { File } from 'h5wasm';
 import { children, dataset, has, rows } from './hdf5.ts';
 import { numPointsOf, readPoint, readPointError } from './read_path.ts';
-import type { Course, Field, Frame, Largest, Moment, NodeValues, ProbeMotion, Result } from './types.ts';
+import type { Field, Frame, Largest, Moment, NodeValues, ProbeMotion, Result } from './types.ts';
 
 type Source = Pick<Result, 'reference'> & { file: File; numNodes: number };
 
@@ -40,17 +40,15 @@ function largestLength(vectors: ArrayLike<number> | null): number {
   return largest;
 }
 
-/** Over the static answer, over all frames or over all points of the path, so that colours mean the same at all of them. */
-export function readLargest(source: Source, model: string, course: Course): Omit<Largest, 'strain'> {
+/** Over all frames, or over the static answer and all points of the path, so that colours mean the same at all of them. */
+export function readLargest(source: Source, model: string, moving: boolean): Omit<Largest, 'strain'> {
   const { file, numNodes } = source;
-  if (course === 'path') {
-    const fields = Array.from({ length: numPointsOf(file, model, numNodes) }, (_, point) => readField(source, model, { frame: null, point }));
-    const most = (of: 'displacement' | 'error') => Math.max(0, ...fields.map((field) => largestLength(field[of])));
-    return { displacement: most('displacement'), error: most('error') };
-  }
-  const frame = course === 'motion' ? 0 : null;
-  const largest = (path: string) => (dataset(file, path) ? largestLength(rows(file, path, 3)) : 0);
-  return { displacement: largest(displacementPath(model, frame)), error: largest(errorPath(model, frame)) };
+  const numPoints = moving ? 0 : numPointsOf(file, model, numNodes);
+  const fields = Array.from({ length: numPoints }, (_, point) => readField(source, model, { frame: null, point }));
+  const frame = moving ? 0 : null;
+  const largest = (path: string, of: 'displacement' | 'error') =>
+    Math.max(dataset(file, path) ? largestLength(rows(file, path, 3)) : 0, ...fields.map((field) => largestLength(field[of])));
+  return { displacement: largest(displacementPath(model, frame), 'displacement'), error: largest(errorPath(model, frame), 'error') };
 }
 
 function vectorAt(file: File, path: string, row: number): number[] | null {

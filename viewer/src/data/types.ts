@@ -91,7 +91,7 @@ export interface Field {
   strain: Float32Array | null; // (N) largest principal Green strain; null if nobody asked for it
 }
 
-/** The largest finite values over the static answer, all frames or all points [m, m, 1]; error is 0 where there is none. */
+/** The largest finite values over all frames, or over the static answer and its path [m, m, 1]; error is 0 where there is none. */
 export interface Largest {
   displacement: number;
   error: number;

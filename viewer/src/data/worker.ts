@@ -7,7 +7,7 @@ import { readMesh } from './read_mesh.ts';
 import { nodalVolumes, readForces, readPointErrors } from './read_path.ts';
 import { readResult } from './read_result.ts';
 import { nodalStrain, strainMesh, type StrainMesh } from './strain.ts';
-import { Fault, type Course, type Field, type Largest, type Moment, type Result } from './types.ts';
+import { Fault, type Field, type Largest, type Moment, type Result } from './types.ts';
 
 const signature = [0x89, 0x48, 0x44, 0x46, 0x0d, 0x0a, 0x1a, 0x0a]; // of HDF5
 
@@ -74,17 +74,19 @@ function field({ model, moment, strain }: Questions['field']['question']): Field
 
 const greatestStrains = new Map<string, number>();
 
-function momentsOf(course: Course): Moment[] {
-  const { frameTimes, loads } = shown().result;
-  if (course === 'motion') return frameTimes.map((_, frame) => ({ frame, point: null }));
-  return course === 'path' ? loads.map((_, point) => ({ frame: null, point })) : [{ frame: null, point: null }];
+/** Those that have one legend. */
+function momentsOf(model: string, moving: boolean): Moment[] {
+  const { frameTimes, models } = shown().result;
+  if (moving) return frameTimes.map((_, frame) => ({ frame, point: null }));
+  const numPoints = models.find(({ name }) => name === model)?.numPoints ?? 0;
+  return [{ frame: null, point: null }, ...Array.from({ length: numPoints }, (_, point) => ({ frame: null, point }))];
 }
 
-function largestStrain(model: string, course: Course): number {
-  const key = `${course} ${model}`;
+function largestStrain(model: string, moving: boolean): number {
+  const key = `${moving} ${model}`;
   const find = () => {
     let most = 0;
-    for (const moment of momentsOf(course))
+    for (const moment of momentsOf(model, moving))
       for (const value of strainOf(readField(source(), model, moment).displacement))
         if (value > most && value < Infinity) most = value;
     return most;
@@ -96,11 +98,11 @@ function largestStrain(model: string, course: Course): number {
 
 const greatestLengths = new Map<string, Omit<Largest, 'strain'>>();
 
-function largest({ model, course, strain }: Questions['largest']['question']): Largest {
-  const key = `${course} ${model}`;
-  const known = greatestLengths.get(key) ?? readLargest(source(), model, course);
+function largest({ model, moving, strain }: Questions['largest']['question']): Largest {
+  const key = `${moving} ${model}`;
+  const known = greatestLengths.get(key) ?? readLargest(source(), model, moving);
   greatestLengths.set(key, known);
-  return { ...known, strain: strain ? largestStrain(model, course) : 0 };
+  return { ...known, strain: strain ? largestStrain(model, moving) : 0 };
 }
 
 type Answers = { [K in Kind]: (question: Questions[K]['question']) => Questions[K]['answer'] | Promise<Questions[K]['answer']> };

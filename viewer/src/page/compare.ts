@@ -67,7 +67,7 @@ async function readChoice({ result, ask }: OpenFile, { models, frame, point, nod
   const course = courseOf(moment);
   const [fields, largest, values, motions, errors, forces] = await Promise.all([
     Promise.all(models.map((model) => ask('field', { model, moment, strain }))),
-    Promise.all(models.map((model) => ask('largest', { model, course, strain }))),
+    Promise.all(models.map((model) => ask('largest', { model, moving: frame !== null, strain }))),
     node === null ? [] : ask('node', { node, moment }),
     result.frameTimes.length > 0 && result.probes.length > 0 ? ask('motion', { probe: 0, reference: result.motionReference }) : [],
     course === 'path' ? ask('errors', { point: point! }) : [],
@@ -102,7 +102,7 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
     stage.showConditions({ constrained: shows, loaded: shows && choice.frame === null });
     stage.setCut(choice.cut);
     stage.showNames(!choice.showsNames ? 'none' : choice.skin === 'translucent' ? 'all' : 'cut');
-    const exceeds = largest.some((l) => l[choice.quantity] > end);
+    const exceeds = largest.some((l) => l[choice.quantity] > end * (1 + 1e-6));
     const shade = choice.skin === 'flat' ? '' : 'Light and glass shift colours; “Exact colours” shows them as here.';
     const strain = choice.quantity === 'strain' ? 'Of straight-edged tetrahedra between the nodes; at a node the mean around it, weighted by volume.' : '';
     byId('legend').replaceChildren(...legend(choice.quantity, end, exceeds, [loadNote(fields, choice, load), shade, strain].filter(Boolean).join(' ')));
@@ -173,7 +173,7 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
   return {
     async prepare(next, view) {
       const { result } = next;
-      const largest = await next.ask('largest', { model: result.reference, course: 'load', strain: false });
+      const largest = await next.ask('largest', { model: result.reference, moving: false, strain: false });
       const choice: Choice = {
         models: validModels(result, 'load', wanted?.models ?? [result.reference, '']),
         quantity: wanted?.quantity ?? 'displacement',
