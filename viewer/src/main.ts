@@ -1,6 +1,6 @@
 // The page: files are opened, compared or set in motion, and the address says what is shown.
 import './style.css';
-import { Fault, type Result } from './data/types.ts';
+import { courseOf, Fault, type Result } from './data/types.ts';
 import { createModes } from './modes.ts';
 import { createCompareView, type Prepared } from './page/compare.ts';
 import { listen } from './page/controls.ts';
@@ -10,7 +10,7 @@ import { linkTo, placeOf, readLink } from './page/link.ts';
 import { createOpening } from './page/opening.ts';
 import { createPlayer } from './page/player.ts';
 import { comparedFrame, savePicture, saveTable } from './page/save.ts';
-import { validModels } from './page/state.ts';
+import { atLoad, validModels } from './page/state.ts';
 import { listenToTheme } from './page/theme.ts';
 import { createStage, type Stage } from './picture/stage.ts';
 
@@ -95,7 +95,14 @@ function setMoving(isMoving: boolean): void {
   const [result, choice] = [compare.result(), compare.choice()];
   if (!result || !choice) return;
   player.stop();
-  void compare.apply({ frame: isMoving ? 0 : null, models: validModels(result, isMoving, choice.models) });
+  void compare.apply({ frame: isMoving ? 0 : null, models: validModels(result, isMoving ? 'motion' : courseOf({ ...choice, frame: null }), choice.models) });
+}
+
+function setPoint(chosen: number): void {
+  const [result, choice] = [compare.result(), compare.choice()];
+  if (!result || !choice) return;
+  player.stop();
+  void compare.apply(atLoad(result, choice, chosen));
 }
 
 async function copyLink(button: HTMLElement): Promise<void> {
@@ -118,10 +125,10 @@ const ofShown = (action: (result: Result) => unknown) => () => {
 new ResizeObserver(() => {
   byId('stage').dataset['arrangement'] = canvas.clientWidth >= canvas.clientHeight ? 'beside' : 'below';
 }).observe(canvas);
-listen({ change: (part) => void compare.apply(part), setMoving }, stage, compare.result, compare.choice);
+listen({ change: (part) => void compare.apply(part), setMoving, setPoint }, stage, compare.result, compare.choice);
 for (const id of ['copy_link', 'live-copy-link']) byId(id).addEventListener('click', ofShown(() => copyLink(byId(id))));
 byId('save_picture').addEventListener('click', ofShown((result) => savePicture(stage, byId('stage'), comparedFrame(result, compare.choice()!)).catch((error) => complain('The picture', error))));
-byId('save_table').addEventListener('click', ofShown(saveTable));
+byId('save_table').addEventListener('click', ofShown(() => saveTable(compare.seen()!, compare.choice()!)));
 // A link to a view of a file from elsewhere is for the first such file.
 const firstView = () => (compare.result() ? new URLSearchParams() : readLink(location.hash).view);
 acceptFiles((file) => void open(file.name, { path: '', view: firstView() }, () => file));

@@ -1,7 +1,7 @@
 """Copies a result file with changes.
 usage: python3 change_h5py.py FROM.h5 TO.h5, and on stdin a JSON object of any of
   "body": name, "scale": factor of all static displacements, "nan": [dataset, row, and column if there are any], "narrow": dataset that loses its columns,
-  "delete": dataset, "set": [dataset, row or null for all, value], "shorten": dataset that loses its last row
+  "delete": dataset, "set": [dataset, row or null for all, value], "shorten": [dataset, how many of its last rows it loses]
 """
 import json
 import shutil
@@ -32,6 +32,7 @@ with h5py.File(target, "r+") as file:
         path, row, value = changes["set"]
         file[path][... if row is None else row] = value
     if "shorten" in changes:
-        values = file[changes["shorten"]][:-1]
-        del file[changes["shorten"]]
-        file[changes["shorten"]] = values
+        path, count = changes["shorten"]
+        values = file[path][:-count]
+        del file[path]
+        file[path] = values

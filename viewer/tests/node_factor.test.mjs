@@ -1,16 +1,12 @@
 // What a prescribed displacement is multiplied by at each node: read where it is there, and refused where it is no factor.
 import assert from 'node:assert/strict';
-import { execFileSync } from 'node:child_process';
 import { join } from 'node:path';
 import { after, before, beforeEach, test } from 'node:test';
 import { andDraw, shown } from './browser.mjs';
 import { startSamples } from './samples_page.mjs';
 
 let all;
-const python = process.env.PYTHON ?? '/usr/bin/python3';
-/** A copy of a sample with changes. */
-const variant = (name, changes) => execFileSync(python, [join(import.meta.dirname, 'change_h5py.py'), join(all.folder, 'still_result.h5'), join(all.folder, name)],
-  { input: JSON.stringify(changes) });
+const variant = (name, changes) => all.variant('still_result.h5', name, changes);
 
 before(async () => (all = await startSamples()));
 after(() => all?.stop());
@@ -51,7 +47,7 @@ test('factors that are none are refused with a sentence', async () => {
   const faults = [
     ['negative.h5', { set: ['load_case/node_factor', 5, -0.1] }, /node_factor holds what is not a number from 0; make the file again/],
     ['no_number.h5', { nan: ['load_case/node_factor', 5] }, /node_factor holds what is not a number from 0; make the file again/],
-    ['short.h5', { shorten: 'load_case/node_factor' }, /node_factor does not have \d+ rows; make the file again/],
+    ['short.h5', { shorten: ['load_case/node_factor', 1] }, /node_factor does not have \d+ rows; make the file again/],
   ];
   for (const [name, changes, sentence] of faults) {
     variant(name, changes);

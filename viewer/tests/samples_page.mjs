@@ -22,8 +22,11 @@ export async function startSamples() {
       await all.page.waitForSelector('body[data-state=ready] #stage[data-drawn]');
       await frames(all.page);
     },
-    h5py: (question) => JSON.parse(execFileSync(python, [join(import.meta.dirname, 'ask_h5py.py'), join(samples.folder, 'sample_result.h5')],
-      { input: JSON.stringify(question) }).toString().replaceAll('NaN', 'null')),
+    h5py: (question, name = 'sample_result.h5') => JSON.parse(execFileSync(python, [join(import.meta.dirname, 'ask_h5py.py'), join(samples.folder, name)],
+      { input: JSON.stringify(question), maxBuffer: 2 ** 27 }).toString().replaceAll('NaN', 'null')),
+    /** A copy of a sample with changes. */
+    variant: (from, to, changes) => execFileSync(python, [join(import.meta.dirname, 'change_h5py.py'), join(samples.folder, from), join(samples.folder, to)],
+      { input: JSON.stringify(changes) }),
     /** What is seen of a side, below its name. @return rows of [red, green, blue] */
     async side(place = 0) {
       const { x, y, width, height } = await all.page.locator('#stage canvas').boundingBox();

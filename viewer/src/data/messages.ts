@@ -1,12 +1,14 @@
 // What the page asks of the worker that reads a file, and what it answers. A worker reads one file only, which it is asked to open first.
-import type { Field, Frame, Largest, NodeValues, ProbeMotion, Result, SoftBody } from './types.ts';
+import type { Field, ForcePlot, Largest, Moment, NodeValues, PointErrors, ProbeMotion, Result, SoftBody } from './types.ts';
 
 export interface Questions {
   open: { question: { file: File }; answer: Result };
-  field: { question: { model: string; frame: Frame; strain: boolean }; answer: Field };
+  field: { question: { model: string; moment: Moment; strain: boolean }; answer: Field };
   largest: { question: { model: string; moving: boolean; strain: boolean }; answer: Largest };
-  node: { question: { node: number; frame: Frame }; answer: NodeValues[] };
+  node: { question: { node: number; moment: Moment }; answer: NodeValues[] };
   motion: { question: { probe: number; reference: string }; answer: ProbeMotion[] };
+  errors: { question: { point: number }; answer: PointErrors[] };
+  forces: { question: null; answer: ForcePlot[] };
   body: { question: null; answer: SoftBody };
 }
 export type Kind = keyof Questions;

@@ -1,7 +1,10 @@
 // Fields of one model, at the nodes of the mesh.
 import type { File } from 'h5wasm';
 import { children, dataset, has, rows } from './hdf5.ts';
-import type { Field, Frame, Largest, NodeValues, ProbeMotion } from './types.ts';
+import { numPointsOf, readPoint, readPointError } from './read_path.ts';
+import type { Field, Frame, Largest, Moment, NodeValues, ProbeMotion, Result } from './types.ts';
+
+type Source = Pick<Result, 'reference'> & { file: File; numNodes: number };
 
 const displacementPath = (model: string, frame: Frame) =>
   frame === null ? `/solutions/${model}/displacement` : `/solutions/${model}/history/frames`;
@@ -14,7 +17,13 @@ function rowsOf(file: File, path: string, numNodes: number, frame: Frame): Float
   return Float32Array.from(rows(file, path, 3, [first, first + numNodes]));
 }
 
-export function readField(file: File, model: string, frame: Frame, numNodes: number): Omit<Field, 'strain'> {
+/** A model that did not come so far on the path has no numbers there. */
+export function readField({ file, reference, numNodes }: Source, model: string, { frame, point }: Moment): Omit<Field, 'strain'> {
+  if (frame === null && point !== null)
+    return {
+      displacement: readPoint(file, model, point, numNodes) ?? new Float32Array(3 * numNodes).fill(Number.NaN),
+      error: readPointError(file, model, reference, point, numNodes),
+    };
   const error = errorPath(model, frame);
   return {
     displacement: rowsOf(file, displacementPath(model, frame), numNodes, frame),
@@ -22,24 +31,24 @@ export function readField(file: File, model: string, frame: Frame, numNodes: num
   };
 }
 
-function largestLength(file: File, path: string): number {
-  if (!dataset(file, path)) return 0;
-  const vectors = rows(file, path, 3);
+function largestLength(vectors: ArrayLike<number> | null): number {
   let largest = 0;
-  for (let i = 0; i < vectors.length; i += 3) {
-    const length = Math.hypot(vectors[i]!, vectors[i + 1]!, vectors[i + 2]!);
+  for (let i = 0; i < (vectors?.length ?? 0); i += 3) {
+    const length = Math.hypot(vectors![i]!, vectors![i + 1]!, vectors![i + 2]!);
     if (Number.isFinite(length) && length > largest) largest = length;
   }
   return largest;
 }
 
-/** Over the static answer, or over all frames, so that colours mean the same at all times. */
-export function readLargest(file: File, model: string, moving: boolean): Omit<Largest, 'strain'> {
+/** Over all frames, or over the static answer and all points of the path, so that colours mean the same at all of them. */
+export function readLargest(source: Source, model: string, moving: boolean): Omit<Largest, 'strain'> {
+  const { file, numNodes } = source;
+  const numPoints = moving ? 0 : numPointsOf(file, model, numNodes);
+  const fields = Array.from({ length: numPoints }, (_, point) => readField(source, model, { frame: null, point }));
   const frame = moving ? 0 : null;
-  return {
-    displacement: largestLength(file, displacementPath(model, frame)),
-    error: largestLength(file, errorPath(model, frame)),
-  };
+  const largest = (path: string, of: 'displacement' | 'error') =>
+    Math.max(dataset(file, path) ? largestLength(rows(file, path, 3)) : 0, ...fields.map((field) => largestLength(field[of])));
+  return { displacement: largest(displacementPath(model, frame), 'displacement'), error: largest(errorPath(model, frame), 'error') };
 }
 
 function vectorAt(file: File, path: string, row: number): number[] | null {
@@ -47,9 +56,19 @@ function vectorAt(file: File, path: string, row: number): number[] | null {
 }
 
 /** In every model that has such a field. */
-export function readNode(file: File, node: number, frame: Frame, numNodes: number): NodeValues[] {
+export function readNode({ file, reference, numNodes }: Source, node: number, { frame, point }: Moment): NodeValues[] {
+  const models = children(file, '/solutions');
+  if (frame === null && point !== null) {
+    const at = (model: string) => vectorAt(file, `/solutions/${model}/path/displacement`, point * numNodes + node)!;
+    const there = models.filter((model) => point < numPointsOf(file, model, numNodes));
+    const expected = there.includes(reference) ? at(reference) : null;
+    return there.map((model) => {
+      const displacement = at(model);
+      return { model, displacement, error: expected && model !== reference ? displacement.map((x, i) => x - expected[i]!) : null };
+    });
+  }
   const row = (frame ?? 0) * numNodes + node;
-  return children(file, '/solutions').flatMap((model) => {
+  return models.flatMap((model) => {
     const displacement = vectorAt(file, displacementPath(model, frame), row);
     return displacement ? [{ model, displacement, error: vectorAt(file, errorPath(model, frame), row) }] : [];
   });
@@ -73,4 +92,3 @@ export function readMotion(file: File, probe: number, numProbes: number, referen
     return { model, time, along };
   });
 }
-

@@ -3,6 +3,7 @@ import type { File } from 'h5wasm';
 import { children, has, number, rows, text, texts } from './hdf5.ts';
 import { readConditions } from './read_conditions.ts';
 import { readMesh } from './read_mesh.ts';
+import { movingPlaces, numPointsOf, readLoads } from './read_path.ts';
 import { lesionsOf } from './lesions.ts';
 import { compactSurface, innerTriangles } from './surface.ts';
 import { Fault, type Comparison, type Model, type Result } from './types.ts';
@@ -43,7 +44,7 @@ function readComparison(file: File, model: string): Comparison | null {
   };
 }
 
-function readModel(file: File, name: string): Model {
+function readModel(file: File, name: string, numNodes: number): Model {
   const path = `/solutions/${name}`;
   return {
     name,
@@ -53,6 +54,7 @@ function readModel(file: File, name: string): Model {
     message: text(file, path, 'message'),
     solveSeconds: number(file, path, 'solve_seconds'),
     moves: has(file, `${path}/history/frames`),
+    numPoints: numPointsOf(file, name, numNodes),
     comparison: readComparison(file, name),
   };
 }
@@ -74,7 +76,9 @@ export function readResult(file: File, name: string): Result {
   if (schema !== knownSchema)
     throw new Fault(`It is of schema ${schema}, and this page reads schema ${knownSchema}; use the page of the same version.`);
   const { points, tetrahedra, region, triangles } = readMesh(file);
-  const models = children(file, '/solutions').map((model) => readModel(file, model));
+  const models = children(file, '/solutions').map((model) => readModel(file, model, points.length / 3));
+  const conditions = readConditions(file, triangles, points.length / 3);
+  const constraints = texts(file, '/load_case/constraint', 'names');
   const regions = texts(file, '/mesh/region', 'names');
   return {
     file: name,
@@ -93,7 +97,10 @@ export function readResult(file: File, name: string): Result {
     tetrahedra: Int32Array.from(tetrahedra),
     lesions: lesionsOf(regions, points, tetrahedra, region),
     isAnatomical: regions[0] === 'parenchyma',
-    conditions: readConditions(file, triangles, points.length / 3),
+    conditions,
+    loads: readLoads(file),
+    numConstraints: constraints.length,
+    places: movingPlaces(conditions, constraints),
     frameTimes: models.some((m) => m.moves) ? frameTimes(file) : [],
     probes: texts(file, '/load_case/release/probe', 'names'),
   };

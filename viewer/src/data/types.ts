@@ -24,6 +24,7 @@ export interface Model {
   message: string;
   solveSeconds: number;
   moves: boolean; // there are frames
+  numPoints: number; // of the path of loads to which it came; 0 without a path
   comparison: Comparison | null; // null for the reference
 }
 
@@ -43,6 +44,13 @@ export interface NamedConditions extends Conditions {
   acceleration: number[]; // (3) m/s^2
 }
 
+/** Where displacement is prescribed that is not 0. */
+export interface MovingPlace {
+  name: string;
+  constraint: number; // index of its reaction
+  way: number[]; // (3) m, under the whole load: mean over its facets, before any factor of a node
+}
+
 export interface Result {
   file: string;
   body: string;
@@ -58,12 +66,24 @@ export interface Result {
   lesions: Lesion[]; // all regions but the first
   isAnatomical: boolean; // x to the left, y to the back, z to the head of a patient (LPS)
   conditions: NamedConditions;
+  loads: number[]; // parts of the load at which solutions are kept, ascending to 1; empty in the small regime
+  numConstraints: number;
+  places: MovingPlace[];
   frameTimes: number[]; // s; empty if nothing moves
   probes: string[];
 }
 
-/** Which field: of the static answer, or of a frame of the motion. */
 export type Frame = number | null;
+
+/** Which field: of a frame of the motion; else of a point of the path of loads; of the static answer if both are null. */
+export interface Moment {
+  frame: Frame;
+  point: number | null;
+}
+
+/** What a moment is one of. */
+export type Course = 'load' | 'motion' | 'path';
+export const courseOf = ({ frame, point }: Moment): Course => (frame !== null ? 'motion' : point !== null ? 'path' : 'load');
 
 export interface Field {
   displacement: Float32Array; // (N,3) m
@@ -71,7 +91,7 @@ export interface Field {
   strain: Float32Array | null; // (N) largest principal Green strain; null if nobody asked for it
 }
 
-/** The largest finite values over the static answer or all frames [m, m, 1]; error is 0 where there is none. */
+/** The largest finite values over all frames, or over the static answer and its path [m, m, 1]; error is 0 where there is none. */
 export interface Largest {
   displacement: number;
   error: number;
@@ -90,6 +110,30 @@ export interface ProbeMotion {
   model: string;
   time: Float64Array; // s
   along: Float64Array; // m
+}
+
+/** How far a model is from the reference at a point of the path; NaN where there is nothing to compare. */
+export interface PointErrors {
+  model: string;
+  relativeL2: number;
+  maxError: number; // m
+  energyError: number;
+  reactionError: number;
+}
+
+/** Force on the body along the way of a place, at the points of the path. */
+export interface ForceCurve {
+  model: string;
+  force: number[]; // N; fewer than there are points where the way ended early
+}
+
+export interface ForcePlot {
+  place: string;
+  way: number; // m, under the whole load
+  curves: ForceCurve[];
+  uncertain: number[]; // N, either side of the reference's force at each point; empty if nobody looked
+  relative: number; // the same as a part of the reactions of all places; NaN if nobody looked
+  observedAt: number; // part of the load at which that was observed
 }
 
 /** What of the file can be set in motion. */

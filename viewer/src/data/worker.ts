@@ -4,16 +4,18 @@ import type { Kind, Message, Questions, Reply } from './messages.ts';
 import { readBody } from './read_body.ts';
 import { readField, readLargest, readMotion, readNode } from './read_fields.ts';
 import { readMesh } from './read_mesh.ts';
+import { nodalVolumes, readForces, readPointErrors } from './read_path.ts';
 import { readResult } from './read_result.ts';
 import { nodalStrain, strainMesh, type StrainMesh } from './strain.ts';
-import { Fault, type Field, type Result } from './types.ts';
+import { Fault, type Field, type Largest, type Moment, type Result } from './types.ts';
 
 const signature = [0x89, 0x48, 0x44, 0x46, 0x0d, 0x0a, 0x1a, 0x0a]; // of HDF5
 
 interface Opened {
   file: hdf5.File;
   result: Result;
-  strain: StrainMesh | null; // once somebody has asked for it
+  strain: StrainMesh | null; // once somebody has asked for it, like the volumes
+  volumes: Float64Array | null; // (N) m^3
 }
 let opened: Opened | null = null;
 
@@ -42,7 +44,7 @@ async function open(file: File): Promise<Result> {
   FS.mkdir(folder);
   FS.mount(FS.filesystems['WORKERFS']!, { blobs: [{ name: 'result.h5', data: file }] }, folder);
   const mounted = openMounted(`${folder}/result.h5`);
-  opened = { file: mounted, result: readResult(mounted, file.name), strain: null };
+  opened = { file: mounted, result: readResult(mounted, file.name), strain: null, volumes: null };
   return opened.result;
 }
 
@@ -51,7 +53,7 @@ function shown(): Opened {
   return opened;
 }
 
-const numNodes = () => shown().result.points.length / 3;
+const source = () => ({ file: shown().file, reference: shown().result.reference, numNodes: shown().result.points.length / 3 });
 
 function strainOf(displacement: Float32Array): Float32Array {
   const mine = shown();
@@ -59,20 +61,33 @@ function strainOf(displacement: Float32Array): Float32Array {
   return nodalStrain(mine.strain, displacement);
 }
 
-function field({ model, frame, strain }: Questions['field']['question']): Field {
-  const read = readField(shown().file, model, frame, numNodes());
+function volumes(): Float64Array {
+  const mine = shown();
+  mine.volumes ??= nodalVolumes(readMesh(mine.file).points, mine.result.tetrahedra);
+  return mine.volumes;
+}
+
+function field({ model, moment, strain }: Questions['field']['question']): Field {
+  const read = readField(source(), model, moment);
   return { ...read, strain: strain ? strainOf(read.displacement) : null };
 }
 
 const greatestStrains = new Map<string, number>();
 
+/** Those that have one legend. */
+function momentsOf(model: string, moving: boolean): Moment[] {
+  const { frameTimes, models } = shown().result;
+  if (moving) return frameTimes.map((_, frame) => ({ frame, point: null }));
+  const numPoints = models.find(({ name }) => name === model)?.numPoints ?? 0;
+  return [{ frame: null, point: null }, ...Array.from({ length: numPoints }, (_, point) => ({ frame: null, point }))];
+}
+
 function largestStrain(model: string, moving: boolean): number {
   const key = `${moving} ${model}`;
-  const frames = moving ? shown().result.frameTimes.keys() : [null];
   const find = () => {
     let most = 0;
-    for (const frame of frames)
-      for (const value of strainOf(readField(shown().file, model, frame, numNodes()).displacement))
+    for (const moment of momentsOf(model, moving))
+      for (const value of strainOf(readField(source(), model, moment).displacement))
         if (value > most && value < Infinity) most = value;
     return most;
   };
@@ -81,13 +96,24 @@ function largestStrain(model: string, moving: boolean): number {
   return known;
 }
 
+const greatestLengths = new Map<string, Omit<Largest, 'strain'>>();
+
+function largest({ model, moving, strain }: Questions['largest']['question']): Largest {
+  const key = `${moving} ${model}`;
+  const known = greatestLengths.get(key) ?? readLargest(source(), model, moving);
+  greatestLengths.set(key, known);
+  return { ...known, strain: strain ? largestStrain(model, moving) : 0 };
+}
+
 type Answers = { [K in Kind]: (question: Questions[K]['question']) => Questions[K]['answer'] | Promise<Questions[K]['answer']> };
 const answers: Answers = {
   open: ({ file }) => open(file),
   field,
-  largest: ({ model, moving, strain }) => ({ ...readLargest(shown().file, model, moving), strain: strain ? largestStrain(model, moving) : 0 }),
-  node: ({ node, frame }) => readNode(shown().file, node, frame, numNodes()),
+  largest,
+  node: ({ node, moment }) => readNode(source(), node, moment),
   motion: ({ probe, reference }) => readMotion(shown().file, probe, shown().result.probes.length, reference),
+  errors: ({ point }) => readPointErrors(shown().file, shown().result, point, volumes()),
+  forces: () => readForces(shown().file, shown().result),
   body: () => readBody(shown().file),
 };
 

@@ -1,18 +1,21 @@
 // Comparing the models of a file: the reader chooses, and what follows from the choice is read and drawn.
 import { Closed, type OpenFile } from '../data/client.ts';
-import type { Field, Largest, NodeValues, ProbeMotion, Result } from '../data/types.ts';
+import { courseOf, type Field, type ForcePlot, type Largest, type NodeValues, type PointErrors, type ProbeMotion, type Result } from '../data/types.ts';
 import { goodExaggeration, nearestExaggeration } from '../picture/fields.ts';
 import { defaultSkin } from '../picture/materials.ts';
+import { short } from '../picture/scale.ts';
 import type { Side, Stage } from '../picture/stage.ts';
 import { comparison } from './comparison.ts';
 import { conditionsKey } from './conditions_key.ts';
 import { showChoice } from './controls.ts';
 import { byId, refill, showInside } from './elements.ts';
-import { legend } from './legend.ts';
+import { forcePlots } from './force_plot.ts';
+import { legend, scales } from './legend.ts';
 import { choiceOf } from './link.ts';
+import { atPoint, endOfPath, loadName, loadOf } from './loads.ts';
 import { motionPlot } from './motion_plot.ts';
 import { nodeCard } from './node_card.ts';
-import { colouredValues, exaggerationOf, legendEnd, partsOf, referenceOf, validModels, type Choice } from './state.ts';
+import { atLoad, colouredValues, exaggerationOf, legendEnd, partsOf, referenceOf, validModels, type Choice } from './state.ts';
 
 /** All that is drawn of a choice. */
 interface Read {
@@ -20,6 +23,8 @@ interface Read {
   largest: Largest[];
   values: NodeValues[];
   motions: ProbeMotion[];
+  errors: PointErrors[]; // at a part of the load
+  forces: ForcePlot[];
 }
 
 /** A file, and what is shown of it first. */
@@ -34,6 +39,8 @@ export interface CompareView {
   prepare(file: OpenFile, view: URLSearchParams): Promise<Prepared>;
   show(prepared: Prepared): void;
   result(): Result | null;
+  /** The result with the errors of the moment that is drawn. */
+  seen(): Result | null;
   /** What the reader wants, which may not be drawn yet. */
   choice(): Choice | null;
   /** Resolves when it is drawn. */
@@ -47,52 +54,59 @@ export interface CompareHooks {
 }
 
 /** What a reader sees of a side besides the body. */
-function about(file: Result, name: string, reference: string): string {
+function about(file: Result, name: string, reference: string, choice: Choice): string {
   const model = file.models.find((m) => m.name === name)!;
   const role = name === reference ? 'Reference' : model.comparison ? '' : 'Not compared';
   const state = model.status === 'ok' ? '' : `${model.status.replace('_', ' ')}${model.message ? `: ${model.message}` : ''}`;
-  return [role, model.summary, state].filter(Boolean).join(' – ');
+  return [role, endOfPath(file, model, choice), model.summary, state].filter(Boolean).join(' – ');
 }
 
-async function readChoice({ result, ask }: OpenFile, { models, frame, node, quantity }: Choice): Promise<Read> {
+async function readChoice({ result, ask }: OpenFile, { models, frame, point, node, quantity }: Choice): Promise<Read> {
   const strain = quantity === 'strain';
-  const [fields, largest, values, motions] = await Promise.all([
-    Promise.all(models.map((model) => ask('field', { model, frame, strain }))),
+  const moment = { frame, point };
+  const course = courseOf(moment);
+  const [fields, largest, values, motions, errors, forces] = await Promise.all([
+    Promise.all(models.map((model) => ask('field', { model, moment, strain }))),
     Promise.all(models.map((model) => ask('largest', { model, moving: frame !== null, strain }))),
-    node === null ? [] : ask('node', { node, frame }),
+    node === null ? [] : ask('node', { node, moment }),
     result.frameTimes.length > 0 && result.probes.length > 0 ? ask('motion', { probe: 0, reference: result.motionReference }) : [],
+    course === 'path' ? ask('errors', { point: point! }) : [],
+    result.loads.length > 0 && result.places.length > 0 ? ask('forces', null) : [],
   ]);
-  return { fields: fields as [Field, Field], largest, values, motions };
+  return { fields: fields as [Field, Field], largest, values, motions, errors, forces };
 }
 
 export function createCompareView(stage: Stage, hooks: CompareHooks): CompareView {
   let file: OpenFile | null = null;
   let drawn: Choice | null = null;
   let wanted: Choice | null = null;
+  let seen: Result | null = null;
   let numChanges = 0;
   let numDrawn = 0;
   const change = (part: Partial<Choice>) => void apply(part);
 
-  function draw(result: Result, choice: Choice, { fields, largest, values, motions }: Read): void {
+  function draw(result: Result, choice: Choice, { fields, largest, values, motions, errors, forces }: Read): void {
     const reference = referenceOf(result, choice.frame !== null);
+    const load = loadName(result, choice);
+    seen = atPoint(result, choice, errors);
     const end = legendEnd(result, choice.models, largest, choice.quantity);
     for (const side of [0, 1] as Side[]) {
       const { displacement } = fields[side];
       const coloured = colouredValues(fields[side], choice.quantity, choice.models[side] === reference);
       stage.show(side, { ...choice, displacement, values: coloured, end, exaggeration: exaggerationOf(choice) });
       const line = document.querySelectorAll<HTMLElement>('#stage .side p')[side]!;
-      line.textContent = line.title = about(result, choice.models[side]!, reference);
+      line.textContent = line.title = about(seen, choice.models[side]!, reference, choice);
     }
     // Tractions are let go when motion begins.
     const shows = choice.showsConditions;
     stage.showConditions({ constrained: shows, loaded: shows && choice.frame === null });
     stage.setCut(choice.cut);
     stage.showNames(!choice.showsNames ? 'none' : choice.skin === 'translucent' ? 'all' : 'cut');
-    const exceeds = largest.some((l) => l[choice.quantity] > end);
+    const exceeds = largest.some((l) => l[choice.quantity] > end * (1 + 1e-6));
     const shade = choice.skin === 'flat' ? '' : 'Light and glass shift colours; “Exact colours” shows them as here.';
     const strain = choice.quantity === 'strain' ? 'Of straight-edged tetrahedra between the nodes; at a node the mean around it, weighted by volume.' : '';
-    byId('legend').replaceChildren(...legend(choice.quantity, end, exceeds, [shade, strain].filter(Boolean).join(' ')));
-    byId('conditions').replaceChildren(...(shows ? conditionsKey(result, choice.frame !== null) : []));
+    byId('legend').replaceChildren(...legend(choice.quantity, end, exceeds, [loadNote(fields, choice, load), shade, strain].filter(Boolean).join(' ')));
+    byId('conditions').replaceChildren(...(shows ? conditionsKey(result, choice.frame !== null, loadOf(result, choice)) : []));
     const strains = new Map(choice.models.flatMap((model, side) => {
       const at = choice.node === null ? undefined : fields[side]!.strain?.[choice.node];
       return at === undefined ? [] : [[model, at] as const];
@@ -101,8 +115,9 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
     if (choice.node !== null && choice.node !== drawn?.node) showInside(byId('node'));
     showChoice(result, choice);
     drawMotion(result, choice, motions);
-    if (drawn?.models.join() !== choice.models.join() || drawn.frame !== choice.frame)
-      refill(byId('comparison'), comparison(result, choice.models, showOnTheRight));
+    drawForces(result, choice, forces);
+    if (drawn?.models.join() !== choice.models.join() || drawn.frame !== choice.frame || drawn.point !== choice.point)
+      refill(byId('comparison'), comparison(seen, choice.models, load, showOnTheRight));
     drawn = choice;
     byId('stage').dataset['drawn'] = String(++numDrawn);
     hooks.drawn();
@@ -114,6 +129,22 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
     const shown = [...new Set(choice.models)].flatMap((model) => motions.filter((m) => m.model === model));
     const now = choice.frame === null ? null : result.frameTimes[choice.frame]!;
     byId('motion').replaceChildren(...motionPlot(result.probes[0]!, shown.length > 0 ? shown : motions.slice(0, 1), now));
+  }
+
+  /** Beside the legend, which is the same at all parts of the load. */
+  function loadNote(fields: [Field, Field], { models, quantity }: Choice, load: string): string {
+    if (!load) return '';
+    const largest = fields.map((field, side) => {
+      const known = colouredValues(field, quantity, models[side] === file!.result.reference).filter(Number.isFinite);
+      return known.length > 0 ? `${short(scales[quantity].factor * known.reduce((a, b) => Math.max(a, b)))} ${quantity === 'strain' ? '%' : 'mm'}` : '–';
+    });
+    return `The same colours at all parts of the load; largest at ${load}: ${largest.join(' and ')}.`;
+  }
+
+  function drawForces(result: Result, choice: Choice, forces: ForcePlot[]): void {
+    byId('forces').hidden = forces.length === 0 || choice.frame !== null;
+    const now = choice.point ?? result.loads.length - 1;
+    refill(byId('forces'), forces.length === 0 ? [] : forcePlots(forces, result, choice.models, now, (point) => change(atLoad(result, choice, point))));
   }
 
   async function apply(part: Partial<Choice>): Promise<void> {
@@ -134,9 +165,9 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
 
   function showOnTheRight(model: string): void {
     if (!file || !wanted) return;
-    // A model that does not move is shown at rest.
-    const canMove = file.result.models.find((m) => m.name === model)?.moves;
-    change({ models: [wanted.models[0], model], ...(canMove ? {} : { frame: null }) });
+    // A model that does not move is shown at rest, and one without a path under the whole load.
+    const known = file.result.models.find((m) => m.name === model);
+    change({ models: [wanted.models[0], model], ...(known?.moves ? {} : { frame: null }), ...(known?.numPoints ? {} : { point: null }) });
   }
 
   return {
@@ -144,11 +175,12 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
       const { result } = next;
       const largest = await next.ask('largest', { model: result.reference, moving: false, strain: false });
       const choice: Choice = {
-        models: validModels(result, false, wanted?.models ?? [result.reference, '']),
+        models: validModels(result, 'load', wanted?.models ?? [result.reference, '']),
         quantity: wanted?.quantity ?? 'displacement',
         skin: wanted?.skin ?? defaultSkin,
         exaggeration: nearestExaggeration(goodExaggeration(result.points, largest.displacement)),
         frame: null,
+        point: null,
         node: null,
         cut: null,
         showsConditions: wanted?.showsConditions ?? true,
@@ -167,6 +199,7 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
       draw(file.result, prepared.choice, prepared.read);
     },
     result: () => file?.result ?? null,
+    seen: () => seen,
     choice: () => wanted,
     apply,
   };

@@ -86,13 +86,16 @@ function sayRoles(table: HTMLTableElement): void {
 const heads = (result: Result) => ['', '', 'Error [%]', 'Largest [mm]', 'Energy [%]', 'Reaction [%]',
   ...(result.motionReference ? ['Motion [%]', 'Lag [ms]'] : []), 'Solved in [s]', 'State'];
 
-/** @param onChoose  called with the model whose name was clicked */
-export function comparison(result: Result, shown: string[], onChoose: (model: string) => void): Node[] {
+/**
+ * @param load      a name of the part of the load at which the errors are; empty for the whole
+ * @param onChoose  called with the model whose name was clicked
+ */
+export function comparison(result: Result, shown: string[], load: string, onChoose: (model: string) => void): Node[] {
   const compared = result.models.filter((model) => model.comparison);
   const range = decades(compared.map((model) => model.comparison!.relativeL2));
   const head = row('th', 'Model', axisLabels(range), ...heads(result).slice(2));
   head.cells[1]!.className = 'plot';
-  head.cells[1]!.setAttribute('aria-label', 'Error, on a logarithmic scale');
+  head.cells[1]!.append(element('span', { class: 'unseen' }, 'Error, on a logarithmic scale'));
   const rank = (model: Model) => (model.name === result.reference ? -1 : (model.comparison?.relativeL2 ?? Number.NaN));
   const ranked = [...result.models].sort((a, b) => (Number.isNaN(rank(a)) ? 1 : Number.isNaN(rank(b)) ? -1 : rank(a) - rank(b)));
   const rows = ranked.map((model) => modelRow(model, result, range, shown, onChoose));
@@ -103,10 +106,10 @@ export function comparison(result: Result, shown: string[], onChoose: (model: st
   const motion = result.motionReference
     ? ` Motion and lag are those of the probes, against ${result.motionReference}.` : '';
   return [
-    element('h2', {}, `How far the models are from ${result.reference}`),
+    element('h2', {}, `How far the models are from ${result.reference}${load ? ` at ${load}` : ''}`),
     element('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of errors' },
       table),
     element('p', { class: 'hint' },
-      `Error is that of the displacement in the whole body, weighted by volume, over the displacement; the plot is logarithmic.${uncertainty}${motion} A click on a name shows that model.`),
+      `Error is that of the displacement in the whole body, weighted by volume, over the displacement; the plot is logarithmic.${load ? ' At parts of the load the page computes it from the displacements, energies and reactions of the file.' : ''}${uncertainty}${motion} A click on a name shows that model.`),
   ];
 }

@@ -20,8 +20,8 @@ function sizeOf(state: 'moved' | 'loaded', value: number): string {
   return value >= 1000 ? `${short(value / 1000)} kPa` : `${short(value)} Pa`;
 }
 
-function bodyForce({ conditions, isAnatomical }: Result): string {
-  const [x, y, z] = conditions.acceleration as [number, number, number];
+function bodyForce({ conditions, isAnatomical }: Result, load: number): string {
+  const [x, y, z] = conditions.acceleration.map((a) => load * a) as [number, number, number];
   const size = Math.hypot(x, y, z);
   if (!(size > 0)) return '';
   const ends = isAnatomical ? [['right', 'left'], ['front', 'back'], ['feet', 'head']] : [['−x', '+x'], ['−y', '+y'], ['−z', '+z']];
@@ -29,21 +29,25 @@ function bodyForce({ conditions, isAnatomical }: Result): string {
   return `Weight: ${parts.join(', ')}`;
 }
 
-/** The key to patterns and arrows. @param isReleased  tractions are let go */
-export function conditionsKey(result: Result, isReleased: boolean): Node[] {
+/**
+ * The key to patterns and arrows.
+ * @param isReleased  tractions are let go
+ * @param load        part of the load that is applied
+ */
+export function conditionsKey(result: Result, isReleased: boolean, load: number): Node[] {
   const entries = facetStates.flatMap((state) => {
     const places = placesOf(result, state);
     if (places.length === 0 || (state === 'loaded' && isReleased)) return [];
-    const arrow = state === 'moved' || state === 'loaded' ? `; longest arrow ${sizeOf(state, largestOf(result.conditions, state))}` : '';
+    const arrow = state === 'moved' || state === 'loaded' ? `; longest arrow ${sizeOf(state, load * largestOf(result.conditions, state))}` : '';
     return [element('li', { class: state }, element('span', { class: `swatch ${state}`, 'aria-hidden': 'true' }),
       `${words[state]}: ${places.join(', ')}${arrow}`)];
   });
-  const weight = bodyForce(result);
+  const weight = bodyForce(result, load);
   return weight ? [...entries, element('li', {}, weight)] : entries;
 }
 
-/** What is prescribed on the facets around a node, each thing once; nothing if it is inside. */
-export function conditionsAt({ conditions, surfaces }: Result, node: number): string[] {
+/** What a part of the load prescribes on the facets around a node, each thing once; nothing if it is inside. */
+export function conditionsAt({ conditions, surfaces }: Result, node: number, load: number): string[] {
   const { nodes, triangles } = surfaces.outside;
   const vertex = nodes.indexOf(node);
   if (vertex < 0) return [];
@@ -54,9 +58,9 @@ export function conditionsAt({ conditions, surfaces }: Result, node: number): st
     if (state === 'free') return `free (${place})`;
     if (state === 'fixed') return `constrained (${place})`;
     const isFree = (i: number) => Number.isNaN(conditions.value[3 * facet + i]);
-    const factor = state === 'loaded' ? 1 : 1000 * (conditions.nodeFactor?.[node] ?? 1);
+    const factor = load * (state === 'loaded' ? 1 : 1000 * (conditions.nodeFactor?.[node] ?? 1));
     const components = valueOf(conditions, facet).map((x, i) => (isFree(i) && state !== 'loaded' ? 'free' : short(factor * x))).join(', ');
-    const size = state === 'loaded' ? `, ${sizeOf('loaded', Math.hypot(...vectorOf(conditions, facet)))}` : '';
+    const size = state === 'loaded' ? `, ${sizeOf('loaded', load * Math.hypot(...vectorOf(conditions, facet)))}` : '';
     return `${state === 'loaded' ? 'traction' : state === 'moved' ? 'moved by' : 'slides:'} (${components}) ${state === 'loaded' ? 'Pa' : 'mm'}${size} (${place})`;
   });
   return [...new Set(sentences)];

@@ -1,23 +1,26 @@
 // The choices of the reader, and the keys.
-import type { Result } from '../data/types.ts';
+import { courseOf, type Result } from '../data/types.ts';
 import type { Skin } from '../picture/body.ts';
 import type { Quantity } from '../picture/colour_maps.ts';
 import { exaggerations } from '../picture/fields.ts';
 import type { Stage } from '../picture/stage.ts';
 import { listenToCut, showCut } from './cut_controls.ts';
 import { byId, element } from './elements.ts';
+import { loadText } from './loads.ts';
 import { exaggerationOf, shownModels, type Choice } from './state.ts';
 
-/** Changes of the choice. What moves needs another frame, so that is a change of its own. */
+/** Changes of the choice. What moves needs another frame, and a part of the load models that have a path: these are changes of their own. */
 export interface Changes {
   change(part: Partial<Choice>): void;
   setMoving(isMoving: boolean): void;
+  /** @param point  of the path of loads; the last one is the whole load */
+  setPoint(point: number): void;
 }
 
 const form = () => byId<HTMLFormElement>('controls');
 const radio = (name: string) => form().elements.namedItem(name) as RadioNodeList;
 
-export function listen({ change, setMoving }: Changes, stage: Stage, result: () => Result | null, choice: () => Choice | null): void {
+export function listen({ change, setMoving, setPoint }: Changes, stage: Stage, result: () => Result | null, choice: () => Choice | null): void {
   form().addEventListener('submit', (event) => event.preventDefault());
   form().addEventListener('change', (event) => {
     const { name, value, checked } = event.target as HTMLInputElement;
@@ -30,6 +33,7 @@ export function listen({ change, setMoving }: Changes, stage: Stage, result: () 
   byId('exaggeration').addEventListener('input', (event) =>
     change({ exaggeration: (event.target as HTMLInputElement).valueAsNumber }));
   byId('frame').addEventListener('input', (event) => change({ frame: (event.target as HTMLInputElement).valueAsNumber }));
+  byId('point').addEventListener('input', (event) => setPoint((event.target as HTMLInputElement).valueAsNumber));
   byId('reset').addEventListener('click', () => stage.resetView());
   for (const [side, id] of ['left', 'right'].entries())
     byId(id).addEventListener('change', (event) => {
@@ -70,7 +74,7 @@ export function showChoice(result: Result, choice: Choice): void {
   byId('names_row').hidden = result.lesions.length === 0;
   showCut(result, choice);
   byId('moment').hidden = result.frameTimes.length === 0;
-  const names = shownModels(result, isMoving);
+  const names = shownModels(result, courseOf(choice));
   for (const [side, id] of ['left', 'right'].entries()) {
     const list = byId<HTMLSelectElement>(id);
     list.replaceChildren(...names.map((name) => element('option', { value: name }, name)));
@@ -90,4 +94,11 @@ export function showChoice(result: Result, choice: Choice): void {
   const time = isMoving ? `${result.frameTimes[choice.frame!]!.toFixed(3)} s` : '';
   byId('now').textContent = time;
   frame.setAttribute('aria-valuetext', time);
+  byId('load').hidden = isMoving || result.loads.length === 0;
+  const point = byId<HTMLInputElement>('point');
+  point.max = String(Math.max(0, result.loads.length - 1));
+  point.value = String(choice.point ?? result.loads.length - 1);
+  const load = loadText(result, choice);
+  byId('load_now').textContent = load;
+  point.setAttribute('aria-valuetext', load);
 }

@@ -37,7 +37,7 @@ export function breakable(name: string): HTMLElement {
 /** Replaces what is in a part of the page. Who was at an element with a data-key is at the new one of that key then. */
 export function refill(parent: HTMLElement, content: Node[]): void {
   const focused = document.activeElement;
-  const key = focused instanceof HTMLElement && parent.contains(focused) ? focused.dataset['key'] : undefined;
+  const key = (focused instanceof HTMLElement || focused instanceof SVGElement) && parent.contains(focused) ? focused.dataset['key'] : undefined;
   parent.replaceChildren(...content);
   if (key) parent.querySelector<HTMLElement>(`[data-key="${CSS.escape(key)}"]`)?.focus({ preventScroll: true });
 }

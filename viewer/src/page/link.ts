@@ -1,5 +1,5 @@
 // A view as text behind the # of the address: the file, what is shown of it, and from where. Lengths in mm, times in s.
-import type { Result } from '../data/types.ts';
+import { courseOf, type Result } from '../data/types.ts';
 import type { CameraPlace } from '../picture/camera.ts';
 import { quantities } from '../picture/colour_maps.ts';
 import { exaggerations } from '../picture/fields.ts';
@@ -32,6 +32,7 @@ export function linkTo(path: string, result: Result, choice: Choice, camera: Cam
   const view = new URLSearchParams({ left: choice.models[0], right: choice.models[1], colours: choice.quantity, surface: skins[choice.skin] });
   view.set('times', String(exaggerationOf(choice)));
   if (choice.frame !== null) view.set('time', String(Number(result.frameTimes[choice.frame]!.toFixed(6))));
+  if (courseOf(choice) === 'path') view.set('load', String(Number(result.loads[choice.point!]!.toFixed(6))));
   if (choice.node !== null) view.set('node', String(choice.node));
   if (choice.cut) view.set('cut', [axes[choice.cut.axis], rounded(choice.cut.place), choice.cut.keepsAbove ? 'above' : 'below'].join(','));
   if (!choice.showsConditions) view.set('conditions', 'off');
@@ -55,16 +56,23 @@ function cutOf(text: string | null): Choice['cut'] {
   return { axis: index as 0 | 1 | 2, place: Number(place) / 1000, keepsAbove: half === 'above' };
 }
 
+/** Of ascending numbers the one that is next to what a view says; null if it says nothing. */
+function nearest(numbers: number[], text: string | null): number | null {
+  const wanted = Number(text ?? Number.NaN);
+  if (!Number.isFinite(wanted) || numbers.length === 0) return null;
+  const distances = numbers.map((number) => Math.abs(number - wanted));
+  return distances.indexOf(Math.min(...distances));
+}
+
 /** What of a view fits to a file; the rest stays as it would be without the link. */
 export function choiceOf(view: URLSearchParams, result: Result): Partial<Choice> {
   const choice: Partial<Choice> = {};
-  const time = Number(view.get('time') ?? Number.NaN);
-  if (Number.isFinite(time) && result.frameTimes.length > 0) {
-    const distances = result.frameTimes.map((t) => Math.abs(t - time));
-    choice.frame = distances.indexOf(Math.min(...distances));
-  }
+  const frame = nearest(result.frameTimes, view.get('time'));
+  const point = nearest(result.loads, view.get('load'));
+  if (frame !== null) choice.frame = frame;
+  else if (point !== null && point < result.loads.length - 1) choice.point = point;
   const models = [view.get('left'), view.get('right')];
-  const known = shownModels(result, choice.frame !== undefined);
+  const known = shownModels(result, courseOf({ frame: choice.frame ?? null, point: choice.point ?? null }));
   if (models.every((name) => name !== null && known.includes(name))) choice.models = models as [string, string];
   const quantity = quantities.find((q) => q === view.get('colours'));
   if (quantity) choice.quantity = quantity;

@@ -2,6 +2,7 @@ import type { NodeValues, Result } from '../data/types.ts';
 import { millimetres, short } from '../picture/scale.ts';
 import { conditionsAt } from './conditions_key.ts';
 import { breakable, element, row } from './elements.ts';
+import { loadName, loadOf } from './loads.ts';
 import type { Choice } from './state.ts';
 
 function numberField(result: Result, node: number | null, onChoose: (node: number | null) => void): HTMLElement {
@@ -38,17 +39,19 @@ function valuesTable(values: NodeValues[], strains: Map<string, number>): HTMLEl
  * The numbers of one node in every model, or how to choose one.
  * @param strains  of the models that are shown, if the strain is
  */
-export function nodeCard(result: Result, { node }: Choice, values: NodeValues[], strains: Map<string, number>, onChoose: (node: number | null) => void): Node[] {
+export function nodeCard(result: Result, choice: Choice, values: NodeValues[], strains: Map<string, number>, onChoose: (node: number | null) => void): Node[] {
+  const { node } = choice;
   const field = numberField(result, node, onChoose);
   if (node === null)
     return [field, element('p', { class: 'hint' }, 'Click the body to read what each model says there, and what is prescribed there.')];
   const place = [0, 1, 2].map((i) => short(1000 * result.points[3 * node + i]!)).join(', ');
-  const prescribed = conditionsAt(result, node);
+  const prescribed = conditionsAt(result, node, loadOf(result, choice));
+  const load = loadName(result, choice);
   return [
     field,
     element('p', { class: 'hint' }, `At rest at (${place}) mm${prescribed.length > 0 ? '' : ', inside'}.`),
     ...(prescribed.length > 0 ? [element('p', { class: 'prescribed' }, `Prescribed around it: ${prescribed.join('; ')}.`)] : []),
-    element('p', { class: 'hint' }, 'What the models say there, in mm:'),
+    element('p', { class: 'hint' }, `What the models say there${load ? ` at ${load}` : ''}, in mm:`),
     valuesTable(values, strains),
   ];
 }

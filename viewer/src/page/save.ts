@@ -1,11 +1,12 @@
 // The picture as PNG and the table as CSV, as files of the reader's.
-import type { Result } from '../data/types.ts';
+import { courseOf, type Result } from '../data/types.ts';
 import { mapColours, type Quantity } from '../picture/colour_maps.ts';
 import { pageColours } from '../picture/page_colours.ts';
 import { ticks } from '../picture/scale.ts';
 import type { Stage } from '../picture/stage.ts';
 import { byId } from './elements.ts';
 import { scales } from './legend.ts';
+import { loadName, loadOf } from './loads.ts';
 import type { Choice } from './state.ts';
 
 const times = 2; // as many pixels as on the screen, each way
@@ -73,7 +74,8 @@ export async function savePicture(stage: Stage, host: HTMLElement, frame: Pictur
 /** Of two models. */
 export function comparedFrame(result: Result, choice: Choice): PictureFrame {
   const end = Number(document.querySelector<HTMLElement>('#legend .numbers')!.dataset['endMm']);
-  const time = choice.frame === null ? '' : `, ${result.frameTimes[choice.frame]!.toFixed(3)} s after the release`;
+  const load = loadName(result, choice);
+  const time = choice.frame === null ? (load ? `, ${load}` : '') : `, ${result.frameTimes[choice.frame]!.toFixed(3)} s after the release`;
   return {
     file: `${result.body}_${result.loadCase}`,
     title: `${result.body}: ${result.loadCase}${time}. Displacements drawn ${byId('factor').textContent}`,
@@ -84,16 +86,21 @@ export function comparedFrame(result: Result, choice: Choice): PictureFrame {
 
 const quoted = (text: string) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
 
-/** The table with all digits: SI units, ratios as ratios, and nothing where the file has none. */
-export function csvOf(result: Result): string {
-  const columns = 'model,reference,relative_l2,max_error_m,energy_error,reaction_error,history_relative_l2,history_lag_s,solve_seconds,status,in_band';
+/** The table with all digits: SI units, ratios as ratios, and nothing where the file has none. @param load  part of the load that is shown */
+export function csvOf(result: Result, load: number): string {
+  const hasPath = result.loads.length > 0;
+  const columns = 'model,reference,relative_l2,max_error_m,energy_error,reaction_error,history_relative_l2,history_lag_s,solve_seconds,status,in_band' + (hasPath ? ',part_of_load' : '');
   const number = (value: number | undefined) => (value === undefined || Number.isNaN(value) ? '' : String(value));
   const lines = result.models.map(({ name, status, solveSeconds, comparison: c }) => [
     name, c?.reference ?? '', number(c?.relativeL2), number(c?.maxError), number(c?.energyError), number(c?.reactionError),
-    number(c?.motionError), number(c?.motionLag), number(solveSeconds), status, c?.inBand == null ? '' : String(Number(c.inBand)),
+    number(c?.motionError), number(c?.motionLag), number(solveSeconds), status, c?.inBand == null ? '' : String(Number(c.inBand)), ...(hasPath ? [String(load)] : []),
   ].map(quoted).join(','));
   return `${[columns, ...lines].join('\n')}\n`;
 }
 
-export const saveTable = (result: Result) =>
-  offer(`${result.body}_${result.loadCase}.csv`, new Blob([csvOf(result)], { type: 'text/csv' }));
+/** @param result  as it is at the moment of the choice */
+export function saveTable(result: Result, choice: Choice): void {
+  const load = loadOf(result, choice);
+  const name = courseOf(choice) === 'path' ? `_load_${Number(load.toFixed(6))}` : '';
+  offer(`${result.body}_${result.loadCase}${name}.csv`, new Blob([csvOf(result, load)], { type: 'text/csv' }));
+}

@@ -1,5 +1,5 @@
 // What the reader has chosen, and what follows from it.
-import type { Field, Frame, Largest, Result } from '../data/types.ts';
+import type { Course, Field, Frame, Largest, Result } from '../data/types.ts';
 import type { BodyParts, Skin } from '../picture/body.ts';
 import type { Quantity } from '../picture/colour_maps.ts';
 import { exaggerations, lengths } from '../picture/fields.ts';
@@ -12,6 +12,7 @@ export interface Choice {
   skin: Skin;
   exaggeration: number; // index into exaggerations
   frame: Frame;
+  point: number | null; // of the path of loads; null for the whole load
   node: number | null;
   cut: Cut | null;
   showsConditions: boolean;
@@ -34,9 +35,10 @@ export function extentOf(result: Result, axis: number): [low: number, high: numb
   return [low, high];
 }
 
-/** Names of the models that can be shown: in motion those that move. */
-export function shownModels(result: Result, isMoving: boolean): string[] {
-  return result.models.filter((model) => !isMoving || model.moves).map((model) => model.name);
+/** Names of the models that can be shown: in motion those that move, at a part of the load those with a path. */
+export function shownModels(result: Result, course: Course): string[] {
+  const canShow = { load: () => true, motion: (m: Result['models'][number]) => m.moves, path: (m: Result['models'][number]) => m.numPoints > 0 };
+  return result.models.filter(canShow[course]).map((model) => model.name);
 }
 
 /** What errors are measured by: motion may have another reference than the static answer. */
@@ -45,14 +47,20 @@ export function referenceOf(result: Result, isMoving: boolean): string {
 }
 
 /** Keeps what was chosen where it can be shown; else the reference, and beside it the last model, which is no baseline. */
-export function validModels(result: Result, isMoving: boolean, wanted: [string, string]): [string, string] {
-  const known = shownModels(result, isMoving);
-  const reference = referenceOf(result, isMoving);
+export function validModels(result: Result, course: Course, wanted: [string, string]): [string, string] {
+  const known = shownModels(result, course);
+  const reference = referenceOf(result, course === 'motion');
   const wasReference = wanted[0] === result.reference || wanted[0] === result.motionReference;
   const left = known.includes(wanted[0]) && !wasReference ? wanted[0] : known.includes(reference) ? reference : known[0]!;
   const others = known.filter((name) => name !== left);
   const right = known.includes(wanted[1]) ? wanted[1] : (others.find((name) => !name.startsWith('fem_')) ?? others[0] ?? left);
   return [left, right];
+}
+
+/** The choice at a point of the path of loads, of which the last one is the whole load. */
+export function atLoad(result: Result, choice: Choice, chosen: number): Partial<Choice> {
+  const point = chosen < result.loads.length - 1 ? chosen : null;
+  return { frame: null, point, models: validModels(result, point === null ? 'load' : 'path', choice.models) };
 }
 
 /** What is coloured [m, or 1 for the strain]. The reference is off itself by nothing; a model that nobody compared has no error. */

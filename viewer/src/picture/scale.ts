@@ -1,10 +1,10 @@
 // Numbers as people read them.
 
-/** The next of 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8 times a power of ten that is not below. */
+/** The next of 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8 times a power of ten that is not below, but for what single precision rounds. */
 export function roundedUp(value: number): number {
   if (!(value > 0)) return 1;
   const power = 10 ** Math.floor(Math.log10(value));
-  const digit = [1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10].find((d) => d * power >= value * (1 - 1e-12))!;
+  const digit = [1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10].find((d) => d * power * (1 + 1e-6) >= value)!;
   return Number((digit * power).toPrecision(2));
 }
 
@@ -22,7 +22,7 @@ export function short(value: number): string {
   if (value === 0) return '0';
   const size = Math.abs(value);
   if (size < 1e-5 || size >= 1e6) return value.toExponential(1).replace('-', '−').replace('e−', 'e−');
-  const decimals = Math.max(0, 2 - Math.floor(Math.log10(size)));
+  const decimals = Math.max(0, 2 - Math.floor(Math.log10(Number(size.toPrecision(3)))));
   return value.toFixed(Math.min(decimals, 7)).replace('-', '−');
 }
 
