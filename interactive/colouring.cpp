@@ -37,7 +37,7 @@ std::vector<std::vector<int>> neighbours_in(std::span<const std::vector<int>> gr
                     neighbours[a].push_back(b);
     for (auto &list : neighbours) {
         std::ranges::sort(list);
-        list.erase(std::ranges::unique(list).begin(), list.end());
+        list.erase(std::unique(list.begin(), list.end()), list.end());
     }
     return neighbours;
 }

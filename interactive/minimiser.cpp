@@ -116,7 +116,7 @@ class Newton {
             is_ordered_ = true;
             if (!factor_.factorise(matrix))
                 continue;
-            const Eigen::VectorXd direction = -factor_.solve(gradient);
+            Eigen::VectorXd direction = -factor_.solve(gradient);
             if (direction.dot(gradient) < 0.0)
                 return direction;
         }
