@@ -2,15 +2,22 @@
 
 Arrays come in and go out as numpy arrays, all quantities are in SI units. See docs/python.md.
 """
+from typing import TYPE_CHECKING as _TYPE_CHECKING
+
 from livermark import suite as _suite_functions
 from livermark.convert import Mesh, from_meshio, to_sofa
 from livermark.errors import InputError
 from livermark.results import open
 from livermark.suite import bodies, load_cases, models, problem, score, solve
 
-_COMPILED = ("RayleighDamping", "Simulation", "Springs", "coupled_springs", "critical_time_step", "integrators",
-             "largest_angular_frequency", "mass_proportional_damping", "rayleigh_damping", "spring_energies",
-             "spring_laws", "springs", "stiffness_proportional_damping", "two_mode_damping", "volume_terms")
+if _TYPE_CHECKING:
+    from livermark._suite import Problem, Score, Solution
+
+__all__ = [
+    "InputError", "Mesh", "Problem", "RayleighDamping", "Score", "Simulation", "Solution", "Springs", "bodies",
+    "coupled_springs", "critical_time_step", "from_meshio", "integrators", "largest_angular_frequency", "load_cases",
+    "mass_proportional_damping", "models", "open", "problem", "rayleigh_damping", "score", "solve", "spring_energies",
+    "spring_laws", "springs", "stiffness_proportional_damping", "to_sofa", "two_mode_damping", "volume_terms"]
 try:
     from livermark._livermark import (RayleighDamping, Simulation, Springs, coupled_springs, critical_time_step,
                                       integrators, largest_angular_frequency, mass_proportional_damping,
@@ -24,6 +31,6 @@ except ModuleNotFoundError as _error:  # result files are read without compiled 
 def __getattr__(name):
     if name in ("Problem", "Score", "Solution"):  # they come with finite elements, which load when they are asked for
         return getattr(_suite_functions.load(), name)
-    if name in _COMPILED:
+    if name in __all__:
         raise ImportError(f"livermark.{name} is compiled, and this package is not; see docs/python.md")
     raise AttributeError(f"module 'livermark' has no attribute '{name}'")

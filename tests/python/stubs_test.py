@@ -66,4 +66,10 @@ def test_every_function_of_the_module_has_a_docstring(module):
 def test_the_package_has_all_of_its_modules():
     for module in MODULES:
         for name in public(vars(importlib.import_module("livermark." + module))):
-            assert hasattr(livermark, name), name
+            assert hasattr(livermark, name) and name in livermark.__all__, name
+
+
+def test_the_package_exports_what_it_says():
+    assert len(set(livermark.__all__)) == len(livermark.__all__)
+    for name in livermark.__all__:
+        assert getattr(livermark, name).__doc__, name
