@@ -1,44 +1,64 @@
 #include "interactive/equilibrium.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace livermark::interactive {
 
-Equilibrium equilibrium(const Energy &energy, const Scene &scene, const Field &external_forces, const Field &targets,
-                        double tolerance, int load_steps) {
-    constexpr double shortest = 1.0 / 512.0;
+namespace {
+
+/// From where the body is to the next fraction, in as many steps as it takes.
+void advance(Equilibrium &state, double to, const Energy &energy, const Scene &scene, const Field &external_forces,
+             const Field &targets, double tolerance) {
+    constexpr double shortest = 1.0 / 256.0;
+    constexpr int max_iterations = 40;
     const auto is_free = free_nodes(scene);
     const Field rest = rest_positions(scene);
-    Equilibrium found{rest, Field::Zero(3, rest.cols())};
-    double length = 1.0 / load_steps;
-    while (found.fraction < 1.0) {
-        const double next = std::min(1.0, found.fraction + length);
-        Field moved = found.positions;
+    const double begin = state.fraction;
+    double length = to - begin;
+    state.converged = false;
+    while (state.fraction < to) {
+        const double next = state.fraction + length > to - 1e-9 ? to : state.fraction + length;
+        Field moved = state.positions;
         for (Eigen::Index c = 0; c < targets.cols(); ++c) {
             const int node = scene.constrained_nodes[c];
             moved.col(node) = rest.col(node) + next * (targets.col(c) - rest.col(node));
         }
-        const Field start = predict(energy, is_free, found.positions, moved, (next - found.fraction) * external_forces);
+        const Field start = predict(energy, is_free, state.positions, moved, (next - state.fraction) * external_forces);
         auto minimum = minimise(energy, is_free, next * external_forces, nullptr, start,
-                                {.tolerance = tolerance, .max_iterations = 60});
-        found.iterations += minimum.iterations;
+                                {.tolerance = tolerance, .max_iterations = max_iterations});
+        state.iterations += minimum.iterations;
         if (minimum.converged) {
-            ++found.load_steps;
-            found.fraction = next;
-            found.positions = std::move(minimum.positions);
-        } else if ((length *= 0.5) < shortest) {
+            state.fraction = next;
+            state.positions = std::move(minimum.positions);
+        } else if ((length *= 0.5) < shortest * (to - begin)) {
             break;
         }
     }
-    found.converged = found.fraction == 1.0;
-    energy.add_forces(found.positions, found.elastic_forces);
-    return found;
+    state.converged = state.fraction == to;
+    state.elastic_forces.setZero();
+    energy.add_forces(state.positions, state.elastic_forces);
 }
 
-Equilibrium equilibrium(const Simulation &simulation, double tolerance, int load_steps) {
-    return equilibrium(simulation.energy(), simulation.scene(), simulation.external_forces(), simulation.targets(),
-                       tolerance, load_steps);
+} // namespace
+
+std::vector<Equilibrium> equilibria(const Energy &energy, const Scene &scene, const Field &external_forces,
+                                    const Field &targets, const std::vector<double> &fractions, double tolerance) {
+    const Field rest = rest_positions(scene);
+    Equilibrium state{.positions = rest, .elastic_forces = Field::Zero(3, rest.cols())};
+    std::vector<Equilibrium> result;
+    for (const double fraction : fractions) {
+        advance(state, fraction, energy, scene, external_forces, targets, tolerance);
+        result.push_back(state);
+        if (!state.converged)
+            break;
+    }
+    return result;
+}
+
+Equilibrium equilibrium(const Simulation &simulation, double tolerance) {
+    return equilibria(simulation.energy(), simulation.scene(), simulation.external_forces(), simulation.targets(),
+                      {0.25, 0.5, 0.75, 1.0}, tolerance)
+        .back();
 }
 
 Settled settle(Simulation &simulation, double time_step, int iterations, double tolerance, int max_steps) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "interactive/minimiser.hpp"
 #include "interactive/simulation.hpp"
 
@@ -10,20 +12,24 @@ struct Equilibrium {
     Field positions;      ///< shape (3, N) [m], as far as the load went
     Field elastic_forces; ///< shape (3, N) [N]; minus these and the external forces is what constrained nodes need
     bool converged = false;
-    double fraction = 0.0; ///< of the load that was reached, 1 if converged
-    int iterations = 0;    ///< of Newton's method, in all
-    int load_steps = 0;
+    double fraction = 0.0; ///< of the load that was reached, that which was wanted if converged
+    int iterations = 0;    ///< of Newton's method, from the start of the path
 };
 
 /// What a method comes to when nothing moves and nothing limits its iterations: the least of its energy less the work
 /// of the external forces, with the constrained nodes at their targets. Newton's method, along a path on which forces
-/// and displacements of constrained nodes grow; a load step that does not converge is taken again at half its length.
-/// @param load_steps  > 0, that the path begins with
-Equilibrium equilibrium(const Energy &energy, const Scene &scene, const Field &external_forces, const Field &targets,
-                        double tolerance = 1e-9, int load_steps = 4);
+/// and displacements of constrained nodes grow together; a load step that does not converge is taken again at half its
+/// length.
+/// @param external_forces  shape (3, N) [N] at the whole load
+/// @param targets          shape (3, C) [m] at the whole load
+/// @param fractions        of the load, ascending, > 0
+/// @return one for each fraction; the last is not converged, and there are none behind it, where the path ended early
+std::vector<Equilibrium> equilibria(const Energy &energy, const Scene &scene, const Field &external_forces,
+                                    const Field &targets, const std::vector<double> &fractions,
+                                    double tolerance = 1e-9);
 
-/// The same with the forces and targets of a simulation, which stays as it is.
-Equilibrium equilibrium(const Simulation &simulation, double tolerance = 1e-9, int load_steps = 4);
+/// That of the whole forces and targets of a simulation, which stays as it is.
+Equilibrium equilibrium(const Simulation &simulation, double tolerance = 1e-9);
 
 /// How a simulation came to rest by its own steps.
 struct Settled {

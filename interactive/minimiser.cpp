@@ -23,14 +23,18 @@ class Newton {
 
     Minimum minimise(Field x, const NewtonSettings &settings) {
         Minimum minimum{std::move(x)};
-        double size = 0.0;
         while (true) {
+            double size = 0.0;
             const Eigen::VectorXd gradient = gradient_at(minimum.positions, size);
-            minimum.residual = num_unknowns_ == 0 || gradient.norm() == 0.0 ? 0.0 : gradient.norm() / size;
-            minimum.converged = minimum.residual <= settings.tolerance;
-            if (minimum.converged || minimum.iterations == settings.max_iterations || !std::isfinite(minimum.residual))
+            const auto is_balanced = [&] {
+                minimum.residual = gradient.norm() == 0.0 ? 0.0 : gradient.norm() / std::max(size, smallest_size_);
+                return minimum.converged = minimum.residual <= settings.tolerance;
+            };
+            if (is_balanced() || minimum.iterations == settings.max_iterations || !std::isfinite(minimum.residual))
                 return minimum;
             const Eigen::VectorXd direction = descent(minimum.positions, gradient);
+            if (is_balanced()) // now that the stiffness is known
+                return minimum;
             ++minimum.iterations;
             if (direction.size() == 0 || !advance(minimum.positions, direction, gradient))
                 return minimum;
@@ -114,6 +118,10 @@ class Newton {
             if (!is_ordered_)
                 factor_.order(matrix);
             is_ordered_ = true;
+            if (smallest_size_ == 0.0) {
+                const core::Vector3 extent = x.rowwise().maxCoeff() - x.rowwise().minCoeff();
+                smallest_size_ = noticed * matrix.diagonal().cwiseAbs().maxCoeff() * extent.norm();
+            }
             if (!factor_.factorise(matrix))
                 continue;
             Eigen::VectorXd direction = -factor_.solve(gradient);
@@ -156,6 +164,9 @@ class Newton {
     std::vector<int> unknown_; ///< (3 N), -1 where constrained
     int num_unknowns_ = 0;
     bool is_ordered_ = false;
+    /// Forces that move nodes by a millionth of the body are not balanced better than rounding allows.
+    static constexpr double noticed = 1e-6;
+    double smallest_size_ = 0.0; ///< [N], zero as long as no stiffness is known
     support::SparseCholesky factor_;
 };
 

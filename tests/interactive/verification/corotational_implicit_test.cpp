@@ -78,5 +78,24 @@ TEST(CorotationalImplicit, ComesToTheEquilibriumOfItsEnergyByItsOwnSteps) {
     EXPECT_LT(expected.positions.row(2).minCoeff(), -0.01); // so large that rotations matter
 }
 
+TEST(CorotationalImplicit, StepComesToBackwardEulerWithTheFourthPowerOfTheTimeStep) {
+    // Both start from the same state; their new velocities differ by what linearisation neglects.
+    std::vector<double> differences;
+    for (const double h : {2e-4, 1e-4, 5e-5}) {
+        const auto simulation = interactive::find_method("corotational_implicit").prepare(bar_scene(true));
+        const Eigen::Index n = simulation->positions().cols();
+        Field v = noise(n, 0.2, 4);
+        for (const int node : simulation->scene().constrained_nodes)
+            v.col(node).setZero();
+        simulation->set_state(simulation->positions(), v);
+        const auto expected = interactive::backward_euler(*simulation, h);
+        ASSERT_TRUE(expected.converged);
+        simulation->step(h, 1000);
+        differences.push_back((simulation->positions() - expected.positions).norm());
+    }
+    EXPECT_LT(differences[1], differences[0] / 12.0); // h^4: forces differ by (h v)^2, positions by h^2 of that
+    EXPECT_LT(differences[2], differences[1] / 12.0);
+}
+
 } // namespace
 } // namespace livermark

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "interactive/colouring.hpp"
+#include "interactive/scene.hpp"
+
+namespace livermark::interactive {
+
+/// Constraints of one kind with their compliances and multipliers, in the order of their colours. A kind has
+///     static constexpr int num_nodes, num_constraints;    n and K: K constraints on n nodes are solved together
+///     std::array<int, n> nodes;
+///     Vector compliance;                                  alpha, so that the energy is C^2 / (2 alpha)
+///     void evaluate(const Field &x, Vector &c, Gradients &g) const;    C and dC/dx
+/// with Vector of size K and Gradients of shape (3 n, K).
+///
+/// One iteration visits each once: with alpha~ = alpha / h^2 and W the inverse masses at its nodes,
+///     (g^T W g + alpha~) dlambda = -C - alpha~ lambda,   lambda += dlambda,   x += W g dlambda.
+/// (Macklin, Mueller, Chentanez 2016, XPBD: position-based simulation of compliant constrained dynamics, MIG, eq. 17,
+/// 18)
+template <class Kind> class ConstraintSet {
+  public:
+    static constexpr int num_constraints = Kind::num_constraints, num_nodes = Kind::num_nodes;
+    using Vector = Eigen::Matrix<double, num_constraints, 1>;
+    using Gradients = Eigen::Matrix<double, 3 * num_nodes, num_constraints>;
+
+    ConstraintSet(const std::vector<Kind> &kinds, int num_nodes_of_mesh) : multipliers_(kinds.size()) {
+        std::vector<std::vector<int>> sets;
+        for (const auto &kind : kinds)
+            sets.emplace_back(kind.nodes.begin(), kind.nodes.end());
+        for (const int k : colour_sets(sets, num_nodes_of_mesh).order)
+            kinds_.push_back(kinds[k]);
+        clear();
+    }
+
+    /// All multipliers to zero, as a step begins.
+    void clear() {
+        for (auto &multiplier : multipliers_)
+            multiplier.setZero();
+    }
+
+    /// One iteration.
+    /// @param inverse_mass  (N) [1/kg], zero where a node does not move
+    void project(Field &x, const std::vector<double> &inverse_mass, double time_step) {
+        Vector c;
+        Gradients g, weighted;
+        for (std::size_t k = 0; k < kinds_.size(); ++k) {
+            const auto &kind = kinds_[k];
+            kind.evaluate(x, c, g);
+            for (int a = 0; a < num_nodes; ++a)
+                weighted.template middleRows<3>(3 * a) = inverse_mass[kind.nodes[a]] * g.template middleRows<3>(3 * a);
+            const Vector compliance = kind.compliance / (time_step * time_step);
+            Eigen::Matrix<double, num_constraints, num_constraints> matrix = g.transpose() * weighted;
+            matrix.diagonal() += compliance;
+            const Vector change = matrix.inverse() * (-c - compliance.cwiseProduct(multipliers_[k]));
+            multipliers_[k] += change;
+            const Eigen::Matrix<double, 3 * num_nodes, 1> move = weighted * change;
+            for (int a = 0; a < num_nodes; ++a)
+                x.col(kind.nodes[a]) += move.template segment<3>(3 * a);
+        }
+    }
+
+    /// f += g lambda / h^2 [N], what the constraints pull with.
+    void add_forces(const Field &x, double time_step, Field &f) const {
+        Vector c;
+        Gradients g;
+        for (std::size_t k = 0; k < kinds_.size(); ++k) {
+            kinds_[k].evaluate(x, c, g);
+            const Eigen::Matrix<double, 3 * num_nodes, 1> force = g * multipliers_[k] / (time_step * time_step);
+            for (int a = 0; a < num_nodes; ++a)
+                f.col(kinds_[k].nodes[a]) += force.template segment<3>(3 * a);
+        }
+    }
+
+    /// The largest |C + alpha~ lambda| over |C|: zero once iterations have converged.
+    double residual(const Field &x, double time_step) const {
+        double left = 0.0, size = 0.0;
+        Vector c;
+        Gradients g;
+        for (std::size_t k = 0; k < kinds_.size(); ++k) {
+            kinds_[k].evaluate(x, c, g);
+            left = std::max(left, (c + kinds_[k].compliance.cwiseProduct(multipliers_[k]) / (time_step * time_step))
+                                      .cwiseAbs()
+                                      .maxCoeff());
+            size = std::max(size, c.cwiseAbs().maxCoeff());
+        }
+        return size == 0.0 ? 0.0 : left / size;
+    }
+
+    std::size_t bytes() const { return kinds_.size() * (sizeof(Kind) + sizeof(Vector)); }
+
+  private:
+    std::vector<Kind> kinds_;
+    std::vector<Vector> multipliers_;
+};
+
+} // namespace livermark::interactive

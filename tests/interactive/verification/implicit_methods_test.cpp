@@ -1,0 +1,97 @@
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+#include <memory>
+
+#include "interactive/elements/projections.hpp"
+#include "interactive/equilibrium.hpp"
+#include "interactive/method.hpp"
+#include "tests/interactive/moving_scene.hpp"
+
+namespace livermark {
+namespace {
+
+using interactive::Field;
+using tests::bar_scene;
+using tests::noise;
+
+/// The bar in motion and under forces, while its constrained end moves.
+std::unique_ptr<interactive::Simulation> moving_bar(const interactive::Method &method, double time_step) {
+    auto simulation = method.prepare(bar_scene(true, 0.45, 3.0));
+    const Eigen::Index n = simulation->positions().cols();
+    Field v = noise(n, 0.1, 1);
+    for (const int node : simulation->scene().constrained_nodes)
+        v.col(node).setZero();
+    simulation->set_state(simulation->positions() + noise(n, 5e-4, 2), v);
+    simulation->set_external_forces(noise(n, 5e-3, 3));
+    simulation->set_targets(simulation->targets().colwise() + core::Vector3(0.0, 0.1 * time_step, 0.2 * time_step));
+    return simulation;
+}
+
+/// Distance from backward Euler by Newton's method, over how far that is from where the nodes would go without
+/// elasticity.
+double distance_from_backward_euler(const interactive::Method &method, double time_step, int iterations) {
+    const auto simulation = moving_bar(method, time_step);
+    const auto expected = interactive::backward_euler(*simulation, time_step);
+    EXPECT_TRUE(expected.converged);
+    const Field predicted = interactive::inertia(*simulation, time_step).predicted;
+    simulation->step(time_step, iterations);
+    return (simulation->positions() - expected.positions).norm() / (expected.positions - predicted).norm();
+}
+
+/// Those that descend on what backward Euler minimises.
+struct DescendingMethod : testing::TestWithParam<const char *> {
+    const interactive::Method &method = interactive::find_method(GetParam());
+};
+
+TEST_P(DescendingMethod, ComesToTheStepOfBackwardEulerAsIterationsGrow) {
+    double last = 1.0;
+    for (const int iterations : {10, 40, 160}) {
+        const double distance = distance_from_backward_euler(method, 5e-3, iterations);
+        EXPECT_LT(distance, last);
+        last = distance;
+    }
+    EXPECT_LT(distance_from_backward_euler(method, 5e-3, 5000), 1e-7);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, DescendingMethod, testing::Values("vertex_block_descent", "projective_dynamics"));
+
+/// Those that add up what constraints do along gradients that turn on the way.
+struct PositionBasedMethod : testing::TestWithParam<const char *> {
+    const interactive::Method &method = interactive::find_method(GetParam());
+};
+
+TEST_P(PositionBasedMethod, HasTheForcesOfItsEnergyWhereIterationsHaveConverged) {
+    const auto simulation = moving_bar(method, 1e-3);
+    simulation->step(1e-3, 20000);
+    Field forces = Field::Zero(3, simulation->positions().cols());
+    simulation->energy().add_forces(simulation->positions(), forces);
+    EXPECT_LT((simulation->elastic_forces() - forces).norm(), 1e-8 * forces.norm());
+}
+
+INSTANTIATE_TEST_SUITE_P(All, PositionBasedMethod, testing::Values("xpbd_springs", "xpbd_neo_hookean"));
+
+TEST(Projections, FindTheNearestPointOfUnitProduct) {
+    const core::Vector3 s(1.3, 0.9, 0.8);
+    const auto p = interactive::densities::nearest_of_unit_product(s);
+    EXPECT_NEAR(p.prod(), 1.0, 1e-12);
+    const core::Vector3 slopes(p.y() * p.z(), p.z() * p.x(), p.x() * p.y());
+    EXPECT_LT((p - s).cross(slopes).norm(), 1e-12); // at right angles to the surface
+    for (const double a : {-0.01, 0.01})
+        for (const double b : {-0.01, 0.01}) {
+            const core::Vector3 other(p.x() + a, p.y() + b, 1.0 / ((p.x() + a) * (p.y() + b)));
+            EXPECT_GT((other - s).norm(), (p - s).norm());
+        }
+}
+
+TEST(Projections, KeepRotationsRight) {
+    Eigen::Matrix3d f;
+    f << 1.1, 0.3, 0.0, -0.2, 0.9, 0.1, 0.0, 0.2, -1.2; // inside out
+    const auto [u, v, s] = interactive::densities::signed_svd(f);
+    EXPECT_NEAR(u.determinant(), 1.0, 1e-12);
+    EXPECT_NEAR(v.determinant(), 1.0, 1e-12);
+    EXPECT_LT((u * s.asDiagonal() * v.transpose() - f).norm(), 1e-12);
+    EXPECT_LT(s[2], 0.0);
+}
+
+} // namespace
+} // namespace livermark
