@@ -7,6 +7,7 @@
 namespace livermark::python {
 
 void translate_input_errors() {
+    // NOLINTNEXTLINE(performance-unnecessary-value-param): pybind11 takes a function of this type
     pybind11::register_local_exception_translator([](std::exception_ptr thrown) {
         try {
             if (thrown)
