@@ -7,11 +7,7 @@
 namespace livermark::python {
 
 void translate_input_errors() {
-<<<<<<< HEAD
     // NOLINTNEXTLINE(performance-unnecessary-value-param): pybind11 asks for this signature
-=======
-    // NOLINTNEXTLINE(performance-unnecessary-value-param): pybind11 takes a function of this type
->>>>>>> py
     pybind11::register_local_exception_translator([](std::exception_ptr thrown) {
         try {
             if (thrown)
