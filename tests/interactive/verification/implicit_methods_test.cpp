@@ -1,6 +1,8 @@
 #include <Eigen/Geometry>
+#include <cstdio>
 #include <gtest/gtest.h>
 #include <memory>
+#include <vector>
 
 #include "interactive/elements/projections.hpp"
 #include "interactive/equilibrium.hpp"
@@ -53,12 +55,37 @@ TEST_P(DescendingMethod, ComesToTheStepOfBackwardEulerAsIterationsGrow) {
     EXPECT_LT(distance_from_backward_euler(method, 5e-3, 5000), 1e-7);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, DescendingMethod, testing::Values("vertex_block_descent", "projective_dynamics"));
+INSTANTIATE_TEST_SUITE_P(All, DescendingMethod,
+                         testing::Values("fast_mass_spring", "projective_dynamics", "vertex_block_descent"));
 
 /// Those that add up what constraints do along gradients that turn on the way.
 struct PositionBasedMethod : testing::TestWithParam<const char *> {
     const interactive::Method &method = interactive::find_method(GetParam());
 };
+
+TEST_P(PositionBasedMethod, ComesToTheStepOfBackwardEulerWithTheSquareOfTheTimeStep) {
+    std::vector<double> distances;
+    for (const double h : {4e-4, 2e-4, 1e-4})
+        distances.push_back(distance_from_backward_euler(method, h, 300));
+    EXPECT_LT(distances[0], 0.05);
+    EXPECT_LT(distances[1], distances[0] / 3.0);
+    EXPECT_LT(distances[2], distances[1] / 3.0);
+    std::printf("%s: %.2g, %.2g, %.2g of the step of backward Euler at 0.4, 0.2, 0.1 ms; %.2g at 5 ms\n",
+                method.name.c_str(), distances[0], distances[1], distances[2],
+                distance_from_backward_euler(method, 5e-3, 5000));
+}
+
+TEST_P(PositionBasedMethod, ComesToAStepOfItsOwnAsIterationsGrow) {
+    const auto after = [&](int iterations) {
+        const auto simulation = moving_bar(method, interactive::frame_time);
+        simulation->step(interactive::frame_time, iterations);
+        return simulation->positions();
+    };
+    const Field end = after(5000);
+    const double few = (after(1) - end).norm(), more = (after(20) - end).norm(), many = (after(400) - end).norm();
+    EXPECT_LT(more, 0.5 * few);
+    EXPECT_LT(many, 0.01 * few);
+}
 
 TEST_P(PositionBasedMethod, HasTheForcesOfItsEnergyWhereIterationsHaveConverged) {
     const auto simulation = moving_bar(method, 1e-3);
@@ -68,7 +95,36 @@ TEST_P(PositionBasedMethod, HasTheForcesOfItsEnergyWhereIterationsHaveConverged)
     EXPECT_LT((simulation->elastic_forces() - forces).norm(), 1e-8 * forces.norm());
 }
 
+TEST_P(PositionBasedMethod, IsSofterWithOneIterationThanItsMaterial) {
+    const auto simulation = method.prepare(bar_scene(true));
+    simulation->set_external_forces(core::Vector3(0.0, 0.0, -1e-3).replicate(1, simulation->positions().cols()));
+    const auto expected = interactive::equilibrium(*simulation);
+    ASSERT_TRUE(expected.converged);
+    interactive::settle(*simulation, interactive::frame_time, 1, 1e-5, 1000);
+    const double ratio = simulation->positions().row(2).minCoeff() / expected.positions.row(2).minCoeff();
+    std::printf("%s: with one iteration in 1/60 s the bar sags %.2f times as far\n", method.name.c_str(), ratio);
+    EXPECT_GT(ratio, 1.05);
+}
+
 INSTANTIATE_TEST_SUITE_P(All, PositionBasedMethod, testing::Values("xpbd_springs", "xpbd_neo_hookean"));
+
+/// Those that find the equilibrium of Newton's path by their own steps.
+struct SettlingMethod : testing::TestWithParam<const char *> {
+    const interactive::Method &method = interactive::find_method(GetParam());
+};
+
+TEST_P(SettlingMethod, ComesToTheEquilibriumOfItsEnergyByItsOwnSteps) {
+    const auto simulation = method.prepare(bar_scene(true));
+    simulation->set_external_forces(core::Vector3(1e-3, 0.0, -3e-3).replicate(1, simulation->positions().cols()));
+    const auto expected = interactive::equilibrium(*simulation);
+    ASSERT_TRUE(expected.converged);
+    const auto settled = interactive::settle(*simulation, 0.01, 20, 1e-9, 5000);
+    EXPECT_TRUE(settled.converged);
+    const double size = (expected.positions - interactive::rest_positions(simulation->scene())).norm();
+    EXPECT_LT((simulation->positions() - expected.positions).norm(), 1e-5 * size);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, SettlingMethod, testing::Values("vertex_block_descent"));
 
 TEST(Projections, FindTheNearestPointOfUnitProduct) {
     const core::Vector3 s(1.3, 0.9, 0.8);
