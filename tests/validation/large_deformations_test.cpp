@@ -27,7 +27,7 @@ const std::map<std::string, std::map<std::string, Found>> found_elsewhere{
       {"van_gelder", {0.082, 1.11}},
       {"patch_nodal_volume", {0.051, 1.12}},
       {"nodal_springs", {0.029, 0.99}}}},
-    {"large_palpation",
+    {"flat_palpation",
      {{"fem_p1", {0.188, 1.29}},
       {"fem_p2p1", {0.098, 1.00}},
       {"lloyd", {0.236, 0.86}},
@@ -54,6 +54,8 @@ class LargeDeformations : public testing::TestWithParam<std::string> {
 };
 
 TEST_P(LargeDeformations, AreWhatACodeOfSomebodyElseFound) {
+    if (!found_elsewhere.contains(GetParam()))
+        return; // that code has no round tools
     const auto &measure = find("fem_p2_neo_hookean").solution;
     const auto tool = measure.reaction.size() - 1;
     for (const auto &[name, found] : found_elsewhere.at(GetParam())) {
@@ -69,10 +71,14 @@ TEST_P(LargeDeformations, AreWhatACodeOfSomebodyElseFound) {
 TEST_P(LargeDeformations, ShowThatTheLinearJudgeIsWrongAndTheBestSpringsLessSo) {
     const auto &reference = find("fem_p2p1_neo_hookean");
     EXPECT_FALSE(reference.comparison);
-    EXPECT_TRUE(reference.solution.solver.starts_with("stored since")) << reference.solution.solver;
+    const bool ships = GetParam() != "flat_palpation";
+    EXPECT_EQ(reference.solution.solver.starts_with("stored since"), ships) << reference.solution.solver;
+    EXPECT_LT(find("nodal_neo_hookean").comparison->relative_l2, find("fem_p2p1").comparison->relative_l2);
+    EXPECT_LT(find("fem_p2_neo_hookean").comparison->relative_l2, 0.04);
+    if (GetParam() == "large_palpation")
+        return; // where a round tool strains one place most, the linear judge is less wrong
     EXPECT_GT(find("fem_p2p1").comparison->relative_l2, 0.09);
     EXPECT_LT(find("nodal_springs").comparison->relative_l2, find("fem_p2p1").comparison->relative_l2);
-    EXPECT_LT(find("fem_p2_neo_hookean").comparison->relative_l2, 0.04);
 }
 
 TEST_P(LargeDeformations, KeepThePathOfEveryModel) {
@@ -89,7 +95,8 @@ TEST_P(LargeDeformations, KeepThePathOfEveryModel) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(OnTheHealthyLiver, LargeDeformations, testing::Values("large_retraction", "large_palpation"),
+INSTANTIATE_TEST_SUITE_P(OnTheHealthyLiver, LargeDeformations,
+                         testing::Values("large_retraction", "large_palpation", "flat_palpation"),
                          [](const auto &tested) { return tested.param; });
 
 } // namespace
