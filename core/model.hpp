@@ -50,6 +50,7 @@ struct Model {
     std::function<void(const Problem &)> check{};
     std::optional<Regime> only{}; ///< the regime that it takes part in; both if not set
     bool only_moving = false;     ///< whether it takes part only where something moves in time
+    bool only_when_named = false; ///< whether a run leaves it out unless its user names it
     bool is_collective = false;   ///< of several MPI ranks all have to call solve, and all get the solution
 
     /// Whether it takes part in a problem that it could; empty if it always does.

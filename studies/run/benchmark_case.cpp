@@ -111,6 +111,8 @@ std::vector<core::Model> choose_models(const std::vector<std::string> &wanted, c
     std::erase_if(models, [&](const core::Model &model) {
         if (std::ranges::find(wanted, model.name) != wanted.end())
             return false;
+        if (model.only_when_named)
+            return true;
         const bool is_refined = std::ranges::find(models::references, model.name, &models::Reference::refined) !=
                                     models::references.end() ||
                                 refines_motion(model);

@@ -133,6 +133,11 @@ TEST(ChosenModels, HaveTheRefinedReferenceWithoutUncertaintyOnlyIfItIsNamed) {
     EXPECT_TRUE(has(names_of(choose_models({"fem_p2p1_refined"}, {}, false)), "fem_p2p1_refined"));
 }
 
+TEST(ChosenModels, HaveInteractiveMethodsOnlyIfTheyAreNamed) {
+    EXPECT_FALSE(has(names_of(choose_models({}, {}, true)), "tled"));
+    EXPECT_TRUE(has(names_of(choose_models({"tled"}, {}, true)), "tled"));
+}
+
 TEST(ChosenModels, AreRefusedWithTheNearestName) {
     tests::expect_input_error([] { choose_models({"loyd"}, {}, true); }, {"no model 'loyd'", "did you mean 'lloyd'?"});
 }
