@@ -1,6 +1,7 @@
 #include "studies/catalogue.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <fmt/format.h>
 
 #include "support/input_error.hpp"
@@ -10,10 +11,13 @@
 namespace livermark::studies {
 
 std::string unknown_name(const char *word, const std::string &name, const std::vector<std::string> &known) {
+    constexpr std::size_t most_to_name = 30; // more than that nobody reads in a message
     const auto nearest = support::nearest_word(name, known);
-    return fmt::format("there is no {} '{}'; {}", word, name,
-                       nearest.empty() ? fmt::format("known are: {}", fmt::join(known, ", "))
-                                       : fmt::format("did you mean '{}'?", nearest));
+    const auto remedy = !nearest.empty() ? fmt::format("did you mean '{}'?", nearest)
+                        : known.size() > most_to_name
+                            ? fmt::format("'livermark list {}s' prints the {} that are known", word, known.size())
+                            : fmt::format("known are: {}", fmt::join(known, ", "));
+    return fmt::format("there is no {} '{}'; {}", word, name, remedy);
 }
 
 std::vector<std::filesystem::path> find_toml_files(const std::vector<std::string> &wanted, const char *folder,

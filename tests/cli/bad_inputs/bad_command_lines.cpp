@@ -56,7 +56,7 @@ std::vector<BadInput> bad_command_lines() {
         words("MisspeltBody", "run --body liver_healty", "no body 'liver_healty'", "did you mean 'liver_healthy'?"),
         words("MisspeltLoadCase", "run --load-case palpatoin", "no load case 'palpatoin'", "did you mean 'palpation'?"),
         words("MisspeltModel", "run --model loyd", "no model 'loyd'", "did you mean 'lloyd'?"),
-        words("UnknownModel", "run --model xyzzyxyzzy", "no model 'xyzzyxyzzy'", "known are: biquadratic_springs"),
+        words("UnknownModel", "run --model xyzzyxyzzy", "no model 'xyzzyxyzzy'", "'livermark list models' prints"),
         words("BodyTwice", "run --body beam --body beam", "body 'beam'", "name it once"),
         words("NegativeModulus", "run --body beam --young -5", "--young", "has to be positive"),
         words("NanModulus", "run --body beam --young nan", "--young", "has to be positive"),
