@@ -16,6 +16,7 @@ namespace livermark::core {
 Body refine(const Body &body);
 
 /// The load case on the refined body: every child of a boundary triangle has the condition of its parent.
+/// @param coarse  the mesh that it was put on
 LoadCase refine(const LoadCase &load_case, const TetraMesh &coarse);
 
 /// Both. The fine body is made anew at each call; keep it where several load cases share it.

@@ -45,19 +45,18 @@ core::Vector3 unit_normal(const core::TetraMesh &mesh, int facet) {
     return area_vector(mesh, facet).normalized();
 }
 
-Effect read_tangential_traction(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
-    const auto value = support::required_vector(table, "tangential_traction");
-    return {core::FacetCondition::traction, [=, &mesh, share = load_shares(selection, mesh)](int facet) {
-                const core::Vector3 normal = unit_normal(mesh, facet);
-                return core::Vector3(share[facet] * (value - value.dot(normal) * normal));
-            }};
+/// What of a traction goes along the surface, times the share of the load on a facet.
+auto along_surface(const Selection &selection, const core::TetraMesh &mesh) {
+    return [&mesh, share = load_shares(selection, mesh)](int facet, const core::Vector3 &value) {
+        const core::Vector3 normal = unit_normal(mesh, facet);
+        return core::Vector3(share[facet] * (value - value.dot(normal) * normal));
+    };
 }
 
-double norm_above_zero(const core::Vector3 &value, const toml::table &table, const char *key) {
-    if (!(value.norm() > 0.0))
-        throw support::InputError(fmt::format("{}: the '{}' is zero; give one that pulls somewhere",
-                                              support::place_of(*table.get(key)), key));
-    return value.norm();
+Effect read_tangential_traction(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
+    const core::Vector3 value = support::required_vector(table, "tangential_traction");
+    return {core::FacetCondition::traction,
+            [value, along = along_surface(selection, mesh)](int facet) { return along(facet, value); }};
 }
 
 Effect read_force(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
@@ -72,19 +71,19 @@ Effect read_force(const toml::table &table, const Selection &selection, const co
 
 Effect read_tangential_force(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
     const core::Vector3 force = support::required_vector(table, "tangential_force");
-    const core::Vector3 direction = force / norm_above_zero(force, table, "tangential_force");
-    const auto along_surface = [&mesh, share = load_shares(selection, mesh)](int facet, const core::Vector3 &value) {
-        const core::Vector3 normal = unit_normal(mesh, facet);
-        return core::Vector3(share[facet] * (value - value.dot(normal) * normal));
-    };
+    if (!(force.norm() > 0.0))
+        throw support::InputError(fmt::format("{}: the 'tangential_force' is zero; give one that pulls somewhere",
+                                              support::place_of(*table.get("tangential_force"))));
+    const core::Vector3 direction = force / force.norm();
+    const auto along = along_surface(selection, mesh);
     double resultant = 0.0; // of a unit traction
     for (const int f : selection.facets)
-        resultant += area_vector(mesh, f).norm() * direction.dot(along_surface(f, direction));
+        resultant += area_vector(mesh, f).norm() * direction.dot(along(f, direction));
     if (!(resultant > 0.0))
         throw NotOnBody(support::place_of(*table.get("tangential_force")),
                         fmt::format("no facet of '{}' lies along the force", selection.name),
                         "choose another place or direction");
-    return {core::FacetCondition::traction, [=](int facet) { return along_surface(facet, force / resultant); }};
+    return {core::FacetCondition::traction, [=](int facet) { return along(facet, force / resultant); }};
 }
 
 Effect pressing(double pressure, const Selection &selection, const core::TetraMesh &mesh) {

@@ -98,13 +98,6 @@ Vector3 middle_of(const std::vector<int> &facets, const core::TetraMesh &mesh) {
     return moment / area;
 }
 
-Vector3 mean_normal(const std::vector<int> &facets, const core::TetraMesh &mesh) {
-    Vector3 sum = Vector3::Zero();
-    for (const int f : facets)
-        sum += area_vector(mesh, f);
-    return sum / sum.norm();
-}
-
 SurfacePoint nearest_point(const std::vector<int> &facets, const core::TetraMesh &mesh, const Vector3 &point) {
     SurfacePoint nearest{facets.front(), nearest_of_facet(mesh, facets.front(), point)};
     for (const int f : facets)

@@ -27,9 +27,6 @@ double area_of(const std::vector<int> &facets, const core::TetraMesh &mesh);
 /// @param facets  at least one
 core::Vector3 middle_of(const std::vector<int> &facets, const core::TetraMesh &mesh);
 
-/// Unit vector along the sum of their area vectors; NaN where that is zero, as on a closed surface.
-core::Vector3 mean_normal(const std::vector<int> &facets, const core::TetraMesh &mesh);
-
 struct SurfacePoint {
     int facet = 0;
     core::Vector3 point; ///< [m], on it

@@ -29,14 +29,12 @@ struct Obstacle {
 struct PrescribedNodes {
     std::vector<Vector3> value;  ///< (N) NaN where nothing is prescribed
     std::vector<int> constraint; ///< (N) -1 where nothing is prescribed
-    std::vector<double> factor;  ///< (N) what the value is multiplied by
 };
 
 PrescribedNodes prescribed_nodes(const core::TetraMesh &mesh, const core::LoadCase &load_case) {
     PrescribedNodes nodes{
         std::vector<Vector3>(mesh.points.size(), Vector3::Constant(std::numeric_limits<double>::quiet_NaN())),
-        std::vector<int>(mesh.points.size(), -1), load_case.node_factor};
-    nodes.factor.resize(mesh.points.size(), 1.0);
+        std::vector<int>(mesh.points.size(), -1)};
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
         if (load_case.condition[f] == core::FacetCondition::prescribed_displacement)
             for (const int node : mesh.boundary_triangles[f]) {
@@ -83,7 +81,7 @@ bool yield_contradicted(Selection &selection, const Effect &effect, const core::
                const auto &corners = mesh.boundary_triangles[f];
                const auto node = std::ranges::find_if(corners, [&](int corner) {
                    const double factor = effect.node_factor.empty() ? 1.0 : effect.node_factor[corner];
-                   return is_contradicted(nodes.value[corner], nodes.factor[corner], wanted, factor);
+                   return is_contradicted(nodes.value[corner], above.factor_at(corner), wanted, factor);
                });
                if (node == corners.end())
                    return false;

@@ -15,6 +15,11 @@ void refuse_empty(const Selection &selection, const toml::table &place) {
                         "choose another place or a larger one");
 }
 
+/// Pressure of the tool on a facet over its mean in the place.
+double pressure_on(const Selection &selection, const core::TetraMesh &mesh, int facet) {
+    return selection.tool ? mean_pressure(*selection.tool, mesh, facet) : 1.0;
+}
+
 } // namespace
 
 NotOnBody::NotOnBody(const std::string &where, std::string reason, const std::string &remedy)
@@ -24,7 +29,7 @@ std::vector<double> load_shares(const Selection &selection, const core::TetraMes
     std::vector<double> shares(mesh.boundary_triangles.size(), 0.0);
     double pressed_area = 0.0;
     for (const int f : selection.facets) {
-        shares[f] = selection.tool ? mean_pressure(*selection.tool, mesh, f) : 1.0;
+        shares[f] = pressure_on(selection, mesh, f);
         pressed_area += shares[f] * area_vector(mesh, f).norm();
     }
     if (selection.area)
@@ -36,7 +41,7 @@ std::vector<double> load_shares(const Selection &selection, const core::TetraMes
 core::Vector3 pressed_normal(const Selection &selection, const core::TetraMesh &mesh) {
     core::Vector3 sum = core::Vector3::Zero();
     for (const int f : selection.facets)
-        sum += (selection.tool ? mean_pressure(*selection.tool, mesh, f) : 1.0) * area_vector(mesh, f);
+        sum += pressure_on(selection, mesh, f) * area_vector(mesh, f);
     return sum / sum.norm();
 }
 

@@ -39,7 +39,8 @@ struct Selection {
 /// the facets is a factor in it. The resultant is the same on every mesh.
 std::vector<double> load_shares(const Selection &selection, const core::TetraMesh &mesh);
 
-/// Mean outward unit normal of the facets, by what the tool presses on them.
+/// Mean outward unit normal of the facets, by what the tool presses on them; NaN where their area vectors cancel, as on
+/// a closed surface.
 core::Vector3 pressed_normal(const Selection &selection, const core::TetraMesh &mesh);
 
 /// Whether the table of a place says profile = "round", not "flat", which it is if nothing is said.
