@@ -21,10 +21,6 @@ struct Scene {
     double mass_damping = 0.0; ///< alpha [1/s], >= 0: forces -alpha m v
 };
 
-/// Barycentric masses, m_i = 1/4 sum over the tetrahedra t at node i of rho_t V(t).
-/// @return shape (N) [kg]
-std::vector<double> lumped_masses(const core::Body &body);
-
 /// Positions of the nodes at rest.
 Field rest_positions(const Scene &scene);
 

@@ -36,15 +36,6 @@ void check_shape(const Field &field, Eigen::Index columns, const char *what) {
 
 } // namespace
 
-std::vector<double> lumped_masses(const core::Body &body) {
-    const auto volumes = core::tetrahedron_volumes(body.mesh);
-    std::vector<double> mass(body.mesh.points.size(), 0.0);
-    for (std::size_t t = 0; t < volumes.size(); ++t)
-        for (const int node : body.mesh.tetrahedra[t])
-            mass[node] += 0.25 * body.materials[body.mesh.region[t]].density * volumes[t];
-    return mass;
-}
-
 Field rest_positions(const Scene &scene) {
     const auto &points = scene.body->mesh.points;
     Field x(3, points.size());

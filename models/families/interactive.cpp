@@ -8,6 +8,7 @@
 #include "interactive/equilibrium.hpp"
 #include "interactive/method.hpp"
 #include "models/model_table.hpp"
+#include "msm/mass_lumping.hpp"
 #include "msm/nodal_conditions.hpp"
 
 namespace livermark::models::families {
@@ -76,7 +77,7 @@ std::vector<core::Vector3> reactions(const core::Problem &problem, const NodalPr
 
 core::Solution solve(const core::Problem &problem, const Method &method) {
     const auto start = core::Clock::now();
-    const NodalProblem nodal(problem, livermark::interactive::lumped_masses(*problem.body));
+    const NodalProblem nodal(problem, livermark::msm::lumped_masses(*problem.body));
     const auto simulation = method.prepare(nodal.scene);
     core::Solution solution;
     solution.setup_seconds = core::seconds_since(start);

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "interactive/scene.hpp"
+#include "msm/mass_lumping.hpp"
 #include "tests/test_meshes.hpp"
 
 namespace livermark::tests {
@@ -17,7 +18,7 @@ inline std::shared_ptr<const core::Body> soft_bar(double poisson_ratio = 0.45) {
 /// The bar, free or with its end at x = 0 constrained.
 inline interactive::Scene bar_scene(bool is_constrained, double poisson_ratio = 0.45, double mass_damping = 0.0) {
     interactive::Scene scene{.body = soft_bar(poisson_ratio), .node_mass = {}, .constrained_nodes = {}};
-    scene.node_mass = interactive::lumped_masses(*scene.body);
+    scene.node_mass = msm::lumped_masses(*scene.body);
     scene.mass_damping = mass_damping;
     for (int i = 0; is_constrained && i < scene.body->mesh.num_nodes(); ++i)
         if (scene.body->mesh.points[i].x() == 0.0)
