@@ -24,9 +24,7 @@ using Group = std::tuple<core::Regime, std::string, double, std::string>;
 using ErrorsOfBodies = std::map<std::string, std::map<std::string, double>>;
 
 bool is_in_cohort(const Result &result) {
-    const auto &load_case = result.problem.load_case;
-    return !load_case.release && load_case.name.find('@') == std::string::npos &&
-           cohort_half(result.problem.body->name).has_value();
+    return is_plain_static(result) && cohort_half(result.problem.body->name).has_value();
 }
 
 /// Means over load cases, of the bodies that have them all.

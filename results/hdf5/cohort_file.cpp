@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <fmt/format.h>
+#include <functional>
 #include <utility>
 
 #include "results/hdf5/file_parts.hpp"
@@ -14,6 +15,7 @@ namespace {
 
 using hdf5::InputFile;
 using hdf5::OutputFile;
+using hdf5::write_column;
 
 const std::vector<std::string> halves{"training", "unseen"};
 const std::vector<std::string> regimes{core::to_string(core::Regime::small), core::to_string(core::Regime::large)};
@@ -22,26 +24,22 @@ const std::vector<std::string> statuses{core::to_string(core::SolutionStatus::ok
                                         core::to_string(core::SolutionStatus::not_converged)};
 
 /// A column of words, which a file has as numbers into a list of names.
-class Words {
-  public:
-    Words() = default;
-    explicit Words(std::vector<std::string> names) : names_(std::move(names)) {}
-
-    void add(const std::string &word) {
-        const auto found = std::ranges::find(names_, word);
-        rows_.push_back(static_cast<int>(found - names_.begin()));
-        if (found == names_.end())
-            names_.push_back(word);
+/// @param word   a member of the row, or a function of it
+/// @param names  those that stand first in the list
+template <class Row, class Word>
+void write_words(OutputFile &file, const std::string &path, const std::vector<Row> &rows, Word word,
+                 std::vector<std::string> names = {}) {
+    std::vector<int> numbers;
+    for (const auto &row : rows) {
+        const std::string name = std::invoke(word, row);
+        const auto found = std::ranges::find(names, name);
+        numbers.push_back(static_cast<int>(found - names.begin()));
+        if (found == names.end())
+            names.push_back(name);
     }
-    void write(OutputFile &file, const std::string &path) const {
-        file.dataset(path, rows_, "");
-        file.texts(path, "names", names_);
-    }
-
-  private:
-    std::vector<std::string> names_;
-    std::vector<int> rows_;
-};
+    file.dataset(path, numbers, "");
+    file.texts(path, "names", names);
+}
 
 /// @return the words of a column, a number for each row
 std::vector<std::string> read_words(const InputFile &file, const std::string &path, std::size_t num_rows,
@@ -73,102 +71,74 @@ std::vector<Value> read_values(const InputFile &file, const std::string &path, s
     return values;
 }
 
-void write_bodies(OutputFile &file, const std::vector<CohortBody> &bodies) {
-    std::vector<std::string> names;
-    std::vector<int> number, num_lesions, lesion_body;
-    std::vector<double> volume, surface, left_part, front_to_back;
-    std::vector<std::uint8_t> has_riedel_lobe;
-    std::vector<core::Vector3> center, semi_axes;
-    for (const auto &body : bodies) {
-        for (const auto &lesion : body.lesions) {
-            lesion_body.push_back(static_cast<int>(names.size()));
-            center.push_back(lesion.center);
-            semi_axes.push_back(lesion.semi_axes);
-        }
-        names.push_back(body.name);
-        number.push_back(body.number);
-        volume.push_back(body.volume);
-        surface.push_back(body.body_surface);
-        left_part.push_back(body.left_part);
-        front_to_back.push_back(body.front_to_back);
-        has_riedel_lobe.push_back(body.has_riedel_lobe ? 1 : 0);
-        num_lesions.push_back(static_cast<int>(body.lesions.size()));
-    }
-    file.group("/bodies");
-    file.texts("/bodies", "names", names);
-    file.dataset("/bodies/number", number, "");
-    file.dataset("/bodies/volume", volume, "m^3");
-    file.dataset("/bodies/body_surface", surface, "m^2");
-    file.dataset("/bodies/left_part", left_part, "");
-    file.dataset("/bodies/front_to_back", front_to_back, "");
-    file.dataset("/bodies/has_riedel_lobe", has_riedel_lobe, "");
-    file.dataset("/bodies/num_lesions", num_lesions, "");
-    file.group("/lesions");
-    file.dataset("/lesions/body", lesion_body, "");
-    file.dataset("/lesions/center", center, "m");
-    file.dataset("/lesions/semi_axes", semi_axes, "m");
-}
-
-void write_errors(OutputFile &file, const std::vector<CohortBody> &bodies, const std::vector<CohortError> &errors) {
+std::vector<std::string> names_of(const std::vector<CohortBody> &bodies) {
     std::vector<std::string> names;
     for (const auto &body : bodies)
         names.push_back(body.name);
-    Words body(names), load_case, model, regime(regimes), status(statuses);
-    std::vector<double> ratio, relative_l2, reaction_error;
-    for (const auto &error : errors) {
-        body.add(error.body);
-        load_case.add(error.load_case);
-        model.add(error.model);
-        regime.add(core::to_string(error.regime));
-        status.add(core::to_string(error.status));
-        ratio.push_back(error.poisson_ratio);
-        relative_l2.push_back(error.relative_l2);
-        reaction_error.push_back(error.reaction_error);
+    return names;
+}
+
+void write_bodies(OutputFile &file, const std::vector<CohortBody> &bodies) {
+    std::vector<int> lesion_body;
+    std::vector<CohortLesion> lesions;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        lesion_body.insert(lesion_body.end(), bodies[b].lesions.size(), static_cast<int>(b));
+        lesions.insert(lesions.end(), bodies[b].lesions.begin(), bodies[b].lesions.end());
     }
+    file.group("/bodies");
+    file.texts("/bodies", "names", names_of(bodies));
+    write_column(file, "/bodies/number", bodies, &CohortBody::number);
+    write_column(file, "/bodies/volume", bodies, &CohortBody::volume, "m^3");
+    write_column(file, "/bodies/body_surface", bodies, &CohortBody::body_surface, "m^2");
+    write_column(file, "/bodies/left_part", bodies, &CohortBody::left_part);
+    write_column(file, "/bodies/front_to_back", bodies, &CohortBody::front_to_back);
+    write_column(file, "/bodies/has_riedel_lobe", bodies,
+                 [](const CohortBody &body) { return std::uint8_t{body.has_riedel_lobe}; });
+    write_column(file, "/bodies/num_lesions", bodies,
+                 [](const CohortBody &body) { return static_cast<int>(body.lesions.size()); });
+    file.group("/lesions");
+    file.dataset("/lesions/body", lesion_body, "");
+    write_column(file, "/lesions/center", lesions, &CohortLesion::center, "m");
+    write_column(file, "/lesions/semi_axes", lesions, &CohortLesion::semi_axes, "m");
+}
+
+void write_errors(OutputFile &file, const std::vector<CohortBody> &bodies, const std::vector<CohortError> &errors) {
     file.group("/errors");
-    body.write(file, "/errors/body");
-    load_case.write(file, "/errors/load_case");
-    model.write(file, "/errors/model");
-    regime.write(file, "/errors/regime");
-    status.write(file, "/errors/status");
-    file.dataset("/errors/poisson_ratio", ratio, "");
-    file.dataset("/errors/relative_l2", relative_l2, "");
-    file.dataset("/errors/reaction_error", reaction_error, "");
+    write_words(file, "/errors/body", errors, &CohortError::body, names_of(bodies));
+    write_words(file, "/errors/load_case", errors, &CohortError::load_case);
+    write_words(file, "/errors/model", errors, &CohortError::model);
+    write_words(
+        file, "/errors/regime", errors, [](const CohortError &error) { return core::to_string(error.regime); },
+        regimes);
+    write_words(
+        file, "/errors/status", errors, [](const CohortError &error) { return core::to_string(error.status); },
+        statuses);
+    write_column(file, "/errors/poisson_ratio", errors, &CohortError::poisson_ratio);
+    write_column(file, "/errors/relative_l2", errors, &CohortError::relative_l2);
+    write_column(file, "/errors/reaction_error", errors, &CohortError::reaction_error);
 }
 
 void write_statistics(OutputFile &file, const std::vector<CohortStatistics> &statistics) {
-    Words half(halves), regime(regimes), model;
-    std::vector<int> bodies, left_out;
-    std::vector<double> ratio, median, median_low, median_high, percentile, percentile_low, percentile_high, worst;
-    for (const auto &group : statistics) {
-        half.add(group.half);
-        regime.add(core::to_string(group.regime));
-        model.add(group.model);
-        ratio.push_back(group.poisson_ratio);
-        bodies.push_back(static_cast<int>(group.means.size()));
-        left_out.push_back(group.left_out);
-        median.push_back(group.median);
-        median_low.push_back(group.median_interval.low);
-        median_high.push_back(group.median_interval.high);
-        percentile.push_back(group.percentile_95);
-        percentile_low.push_back(group.percentile_95_interval.low);
-        percentile_high.push_back(group.percentile_95_interval.high);
-        worst.push_back(group.worst);
-    }
+    using Group = CohortStatistics;
     file.group("/statistics");
-    half.write(file, "/statistics/half");
-    regime.write(file, "/statistics/regime");
-    model.write(file, "/statistics/model");
-    file.dataset("/statistics/poisson_ratio", ratio, "");
-    file.dataset("/statistics/bodies", bodies, "");
-    file.dataset("/statistics/left_out", left_out, "");
-    file.dataset("/statistics/median", median, "");
-    file.dataset("/statistics/median_low", median_low, "");
-    file.dataset("/statistics/median_high", median_high, "");
-    file.dataset("/statistics/percentile_95", percentile, "");
-    file.dataset("/statistics/percentile_95_low", percentile_low, "");
-    file.dataset("/statistics/percentile_95_high", percentile_high, "");
-    file.dataset("/statistics/worst", worst, "");
+    write_words(file, "/statistics/half", statistics, &Group::half, halves);
+    write_words(
+        file, "/statistics/regime", statistics, [](const Group &group) { return core::to_string(group.regime); },
+        regimes);
+    write_words(file, "/statistics/model", statistics, &Group::model);
+    write_column(file, "/statistics/poisson_ratio", statistics, &Group::poisson_ratio);
+    write_column(file, "/statistics/bodies", statistics,
+                 [](const Group &group) { return static_cast<int>(group.means.size()); });
+    write_column(file, "/statistics/left_out", statistics, &Group::left_out);
+    const auto write_quantile = [&](const std::string &name, double Group::*value, Interval Group::*interval) {
+        const auto path = "/statistics/" + name;
+        write_column(file, path, statistics, value);
+        write_column(file, path + "_low", statistics, [=](const Group &group) { return (group.*interval).low; });
+        write_column(file, path + "_high", statistics, [=](const Group &group) { return (group.*interval).high; });
+    };
+    write_quantile("median", &Group::median, &Group::median_interval);
+    write_quantile("percentile_95", &Group::percentile_95, &Group::percentile_95_interval);
+    write_column(file, "/statistics/worst", statistics, &Group::worst);
 }
 
 std::vector<CohortBody> read_bodies(const InputFile &file) {

@@ -19,20 +19,17 @@ void write_stability(const std::filesystem::path &path, const Stability &stabili
     file.number("/", "element_time_step", stability.element_time_step);
 
     std::vector<std::string> names;
-    std::vector<double> undamped_predicted, undamped_observed, damped_predicted, damped_observed;
-    for (const auto &limits : stability.limits) {
+    for (const auto &limits : stability.limits)
         names.push_back(limits.integrator);
-        undamped_predicted.push_back(limits.undamped.predicted);
-        undamped_observed.push_back(limits.undamped.observed);
-        damped_predicted.push_back(limits.damped.predicted);
-        damped_observed.push_back(limits.damped.observed);
-    }
     file.group("/critical_time_step");
     file.texts("/critical_time_step", "integrators", names);
-    file.dataset("/critical_time_step/undamped_predicted", undamped_predicted, "s");
-    file.dataset("/critical_time_step/undamped_observed", undamped_observed, "s");
-    file.dataset("/critical_time_step/damped_predicted", damped_predicted, "s");
-    file.dataset("/critical_time_step/damped_observed", damped_observed, "s");
+    const auto write_steps = [&](const std::string &name, auto step) {
+        hdf5::write_column(file, "/critical_time_step/" + name, stability.limits, step, "s");
+    };
+    write_steps("undamped_predicted", [](const auto &limits) { return limits.undamped.predicted; });
+    write_steps("undamped_observed", [](const auto &limits) { return limits.undamped.observed; });
+    write_steps("damped_predicted", [](const auto &limits) { return limits.damped.predicted; });
+    write_steps("damped_observed", [](const auto &limits) { return limits.damped.observed; });
     support::write_whole(path, file.image());
 }
 

@@ -24,11 +24,6 @@ constexpr double largest_tangential_part = 1e-6;
 /// Body, Poisson's ratio and load case.
 using Key = std::tuple<std::string, double, std::string>;
 
-bool is_counted(const Result &result) {
-    const auto &load_case = result.problem.load_case;
-    return !load_case.release && load_case.name.find('@') == std::string::npos;
-}
-
 bool has_pressure(const Result &result) {
     return is_pressure_on_whole_surface(result.problem.load_case, result.problem.body->mesh);
 }
@@ -36,7 +31,7 @@ bool has_pressure(const Result &result) {
 std::map<Key, const Result *> last_of_each(std::span<const Result> results) {
     std::map<Key, const Result *> last;
     for (const auto &result : results)
-        if (is_counted(result))
+        if (is_plain_static(result))
             last[{result.problem.body->name, poisson_ratio(result), result.problem.load_case.name}] = &result;
     return last;
 }
@@ -78,7 +73,7 @@ std::string cell_of(const MedianCases &cases) {
 std::set<std::string> names_where(std::span<const Result> results, const std::function<bool(const Result &)> &is_one) {
     std::set<std::string> names;
     for (const auto &result : results)
-        if (is_counted(result) && is_one(result))
+        if (is_plain_static(result) && is_one(result))
             names.insert(result.problem.load_case.name);
     return names;
 }
@@ -105,13 +100,13 @@ Layout median_errors(std::span<const Result> results) {
     const auto last = last_of_each(results);
     std::set<double, std::greater<>> ratios;
     for (const auto &result : results)
-        if (is_counted(result))
+        if (is_plain_static(result))
             ratios.insert(poisson_ratio(result));
     Layout layout{{{"body"}, {"model"}}, {}};
     for (const double ratio : ratios)
         for (const auto *const title : {"median [%]", "pressure [%]"})
             layout.columns.push_back({fmt::format("nu {:g}: {}", ratio, title), true});
-    for (const auto &[body, name] : bodies_and_models(results, is_counted)) {
+    for (const auto &[body, name] : bodies_and_models(results, is_plain_static)) {
         auto &row = layout.rows.emplace_back(std::vector{body, name});
         for (const double ratio : ratios) {
             MedianCases others, pressed;

@@ -78,7 +78,6 @@ void make_folders(const CohortOptions &options) {
 }
 
 /// Makes and reads one body with its load cases.
-/// @param was_there  whether its file was there already
 RunTask task_of_body(const meshes::LiverVariant &variant, const fs::path &file, const CohortOptions &options,
                      const RunOptions &run) {
     std::error_code error;
