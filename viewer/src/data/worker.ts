@@ -1,10 +1,11 @@
 // Reads one file, off the thread that draws. The file stays where it is: only what is asked for is read.
 import * as hdf5 from 'h5wasm';
 import type { Kind, Message, Questions, Reply } from './messages.ts';
+import { nodalVolumes } from './nodal_volumes.ts';
 import { readBody } from './read_body.ts';
 import { readField, readLargest, readMotion, readNode } from './read_fields.ts';
 import { readMesh } from './read_mesh.ts';
-import { nodalVolumes, readForces, readPointErrors } from './read_path.ts';
+import { readForces, readPointErrors } from './read_path.ts';
 import { readResult } from './read_result.ts';
 import { nodalStrain, strainMesh, type StrainMesh } from './strain.ts';
 import { Fault, type Field, type Largest, type Moment, type Result } from './types.ts';

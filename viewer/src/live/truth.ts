@@ -1,5 +1,5 @@
 // What finite elements say to the forces that the springs are under: one question under way, always about the latest frame.
-import { volumeOf } from './surface.ts';
+import { nodalVolumes } from '../data/nodal_volumes.ts';
 import type { LiveBody, LiveFrame, LiveSettings, TruthEngine } from './types.ts';
 
 export interface Truth {
@@ -9,16 +9,6 @@ export interface Truth {
   elements: number; // the same forces over the displacements of finite elements [m]
   error: number; // of the displacement, weighted by volume as in the comparison of result files
   isAtRest: boolean; // the springs were
-}
-
-/** Volumes of the nodes: a quarter of each tetrahedron at a node [m^3]. */
-export function nodalVolumes(body: LiveBody): Float64Array {
-  const volumes = new Float64Array(body.points.length / 3);
-  for (let t = 0; t < body.region.length; t++) {
-    const quarter = volumeOf(body, t) / 4;
-    for (const node of body.tetrahedra.subarray(4 * t, 4 * t + 4)) volumes[node]! += quarter;
-  }
-  return volumes;
 }
 
 /** @return |u - r| / |r| in the norm that the weights give; NaN where nothing moves */
@@ -68,7 +58,7 @@ export interface Asking {
 
 /** @param engine  new; it is closed with the asking */
 export function startAsking(engine: TruthEngine, body: LiveBody, settings: LiveSettings, onTruth: (truth: Truth) => void, onFault: (error: unknown) => void): Asking {
-  const volumes = nodalVolumes(body);
+  const volumes = nodalVolumes(body.points, body.tetrahedra);
   let wanted = settings;
   let chosen: LiveSettings | null = null;
   let isBusy = true;
