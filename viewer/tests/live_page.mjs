@@ -5,6 +5,7 @@ import { readFileSync } from 'node:fs';
 /** @param browser  of startBrowser() @param address  of the page with its file */
 export function createLivePage(browser, address) {
   let page = null;
+  let firstNode = ''; // that the page offers to touch
   const at = {
     get page() {
       return page;
@@ -24,6 +25,7 @@ export function createLivePage(browser, address) {
       await page.check('#mode [value=live]', { force: true });
       await at.moving();
       await at.set('law', law);
+      firstNode = await page.locator('#live-node').inputValue();
     },
     /** What the page of the test before has become is as at first again. @return whether it can go on */
     async goBack() {
@@ -32,7 +34,10 @@ export function createLivePage(browser, address) {
       for (const id of ['#live-fem', '#live-stays']) await page.uncheck(id);
       for (const one of ['[name=live-shown][value=displacement]', '#live-legend-follows', '[name=live-skin][value=flat]', '[name=tool][value=probe]'])
         await page.check(one);
+      // The depth below is that of the next tool, not of one that still holds on.
+      if (await page.locator('#live-let-go').isEnabled()) await page.click('#live-let-go');
       await page.locator('#live-depth').fill('5');
+      await page.locator('#live-node').fill(firstNode);
       for (const [name, text] of [['nu', '0.45'], ['alpha', '10'], ['step-length', '0']])
         if ((await page.locator(`#live-${name}`).inputValue()) !== text) await at.set(name, text);
       await page.click('#live-reset');
