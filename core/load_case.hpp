@@ -43,6 +43,19 @@ struct Release {
     bool is_frame(int record) const { return record % records_per_frame() == 0; }
 };
 
+/// What a tool does that has hold of a place from the start: it presses, slides and lets go, on a way that is known
+/// before. All other places are held where they are.
+struct ToolMotion {
+    int constraint = 0;              ///< what it exerts: index into LoadCase::constraint_names
+    double press_until = 0.0;        ///< from t = 0 on, to the displacement of the place [s]
+    Vector3 slide = Vector3::Zero(); ///< of the whole place, beside that [m]
+    double slide_from = 0.0, slide_until = 0.0; ///< [s]
+    double release_at = 0.0;                    ///< when the place is free again [s]
+    int num_frames = 0;                         ///< how many are recorded after the start
+    double frame_interval = 0.0;                ///< [s], > 0
+    double mass_damping = 0.0;                  ///< alpha [1/s], >= 0: forces -alpha M v
+};
+
 /// A place that gave up facets to the places above it in the load case, because the body is narrow there.
 struct YieldedPlace {
     std::string name;
@@ -73,6 +86,7 @@ struct LoadCase {
     std::vector<int> constraint;               ///< (T) index into constraint_names, -1 where nothing is prescribed
     std::vector<YieldedPlace> yielded;         ///< (Y) none where all places are apart by themselves
     std::optional<Release> release;            ///< only in a time-dependent load case
+    std::optional<ToolMotion> tool;            ///< only in a load case with a moving tool
     /// (L) parts of the loads at which solutions are kept, ascending to 1; all that drives the body grows with them.
     /// Empty in the small regime.
     std::vector<double> path;

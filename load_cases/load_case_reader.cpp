@@ -6,12 +6,14 @@
 #include <limits>
 #include <utility>
 
+#include "core/tool_motion.hpp"
 #include "load_cases/effects.hpp"
 #include "load_cases/free_body.hpp"
 #include "load_cases/place_apart.hpp"
 #include "load_cases/regime_reader.hpp"
 #include "load_cases/release_reader.hpp"
 #include "load_cases/selector.hpp"
+#include "load_cases/tool_reader.hpp"
 #include "support/input_error.hpp"
 #include "support/toml_input.hpp"
 #include "support/whole_file.hpp"
@@ -68,7 +70,7 @@ void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core
 toml::table read_table(const std::string &text, const std::filesystem::path &file) {
     auto table = support::parse_toml(text, file);
     support::refuse_unknown_keys(table, {"title", "regime", "path", "target_peak_displacement", "scale_to_target",
-                                         "acceleration", "condition", "release", "probe"});
+                                         "acceleration", "condition", "release", "probe", "tool"});
     return table;
 }
 
@@ -132,6 +134,10 @@ core::LoadCase parse_load_case(const std::string &text, const std::filesystem::p
                                               "add one or remove the probe",
                                               support::place_of(*table.get("probe"))));
     refuse_free_body(mesh, load_case, file.string());
+    if (table.contains("tool")) {
+        load_case.tool = read_tool(table, load_case);
+        refuse_free_body(mesh, core::let_go(load_case), file.string());
+    }
     return load_case;
 }
 

@@ -60,6 +60,19 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 ///     name = "tip"
 ///     patch = "left_lobe_tip"                 # the node in the middle of it
 ///
+/// In a load case with a tool, one place presses, slides and lets go, and the other places hold:
+///
+///     [tool]
+///     place = "fingertip"                     # the name of a condition with a displacement
+///     press_until = 0.5                       # [s], from t = 0 to its displacement
+///     slide = [0.01, 0.0, 0.0]                # [m], of the whole place beside that,
+///     slide_from = 0.6                        # [s], between these two times
+///     slide_until = 1.0
+///     release_at = 1.1                        # [s], when the place is free again
+///     duration = 1.6                          # [s], whole numbers of frames both
+///     frame_rate = 60.0                       # [1/s]
+///     mass_damping = 7.0                      # alpha [1/s] of D = alpha M
+///
 /// The area of the facets of a disc is not that of the disc, so its tractions are multiplied by the ratio of the two:
 /// the resultant is the same on every mesh. With profile = "round" in a disc the tool has a round end
 /// (round_tool.hpp): displacements are largest in its middle and half of that at its rim, pressures and tractions

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <vector>
+
+#include "core/load_case.hpp"
+
+namespace livermark::core {
+
+/// 0 before a time and 1 from another one on, with velocity and acceleration continuous between: 10 s^3 - 15 s^4 +
+/// 6 s^5.
+double smooth_step(double time, double from, double until);
+
+/// Where the tool is: parts of its depth and of its slide.
+struct ToolPosition {
+    double pressed = 0.0, slid = 0.0;
+};
+ToolPosition tool_position(const ToolMotion &motion, double time);
+
+/// Whether the tool still has hold of the place.
+bool holds(const ToolMotion &motion, double time);
+
+/// The load case with its place free: what holds once the tool has let go.
+LoadCase let_go(LoadCase load_case);
+
+/// The load case with the slide of the tool in place of its depth, the same at all nodes of the place. Displacements
+/// of the place are pressed times those of the load case plus slid times these.
+LoadCase with_slide(LoadCase load_case);
+
+/// A body that a tool moves: a record at t = 0 and after each frame, K in all.
+struct ToolHistory {
+    std::vector<double> time;                  ///< (K) [s]
+    std::vector<Vector3> force;                ///< (K) elastic, of the body on the tool [N]; zero once it has let go
+    std::vector<Eigen::Vector3f> displacement; ///< (F, N) [m] of records 0, f, 2 f, ... with f frames_per_field
+
+    static constexpr int frames_per_field = 4;
+    static bool has_field(int record) { return record % frames_per_field == 0; }
+};
+
+} // namespace livermark::core

@@ -1,0 +1,68 @@
+#include <gtest/gtest.h>
+#include <string>
+
+#include "load_cases/load_case_reader.hpp"
+#include "tests/bad_input.hpp"
+#include "tests/test_meshes.hpp"
+
+namespace livermark {
+namespace {
+
+const std::string poke_conditions = R"(title = "Poke"
+regime = "large"
+target_peak_displacement = 0.02
+[[condition]]
+patch = "x_min"
+displacement = [0.0, 0.0, 0.0]
+[[condition]]
+name = "finger"
+patch = "x_max"
+push = 0.01
+)";
+const std::string poking_tool = R"([tool]
+place = "finger"
+press_until = 0.5
+slide = [0.0, 0.01, 0.0]
+slide_from = 0.6
+slide_until = 1.0
+release_at = 1.1
+duration = 1.6
+frame_rate = 60.0
+mass_damping = 7.0
+)";
+
+core::LoadCase parse_poke(const std::string &text) {
+    return load_cases::parse_load_case(text, "poke.toml", tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2}));
+}
+
+std::string with_other_words(std::string text, const std::string &what, const std::string &by) {
+    return text.replace(text.find(what), what.size(), by);
+}
+
+TEST(Tool, MovesThePlaceThatItNames) {
+    const auto load_case = parse_poke(poke_conditions + poking_tool);
+    ASSERT_TRUE(load_case.tool);
+    EXPECT_EQ(load_case.constraint_names[load_case.tool->constraint], "finger");
+    EXPECT_EQ(load_case.tool->num_frames, 96);
+    EXPECT_DOUBLE_EQ(load_case.tool->frame_interval, 1.0 / 60.0);
+    EXPECT_EQ(load_case.tool->slide, core::Vector3(0.0, 0.01, 0.0));
+    EXPECT_EQ(load_case.tool->mass_damping, 7.0);
+    EXPECT_FALSE(parse_poke(poke_conditions).tool);
+}
+
+TEST(Tool, IsRefusedWhereItIsNone) {
+    const auto refused = [](const std::string &text, const std::string &why) {
+        tests::expect_input_error([&] { parse_poke(text); }, {why});
+    };
+    refused(poke_conditions + with_other_words(poking_tool, "\"finger\"", "\"thumb\""), "nothing with a displacement has the name 'thumb'");
+    refused(poke_conditions + with_other_words(poking_tool, "slide_from = 0.6", "slide_from = 0.4"), "have to ascend");
+    refused(poke_conditions + with_other_words(poking_tool, "release_at = 1.1", "release_at = 1.105"), "whole numbers of frames");
+    refused(poke_conditions + with_other_words(poking_tool, "mass_damping = 7.0", "mass_damping = -7.0"), "zero or more");
+    refused(poke_conditions + with_other_words(poking_tool, "frame_rate", "frame_rat"), "frame_rat");
+    refused(with_other_words(poke_conditions, "\"large\"", "\"small\"") + poking_tool, "large regime");
+    refused(with_other_words(poke_conditions, "displacement = [0.0", "displacement = [0.001") + poking_tool, "held at zero");
+    refused(with_other_words(poke_conditions, "regime", "acceleration = [0.0, 0.0, 1.0]\nregime") + poking_tool, "from rest");
+}
+
+} // namespace
+} // namespace livermark
