@@ -75,8 +75,9 @@ struct EnergyMomentum::Impl {
           mass(elements, free) {}
 
     double begin_at(const std::vector<double> &displacement);
-    bool step(Motion &motion, std::span<const double> load, double time_step);
-    bool advance(Motion &motion, std::span<const double> load, double time_step, int halvings);
+    bool step(Motion &motion, std::span<const double> load, double time_step, std::span<const double> target);
+    bool advance(Motion &motion, std::span<const double> load, double time_step, std::span<const double> target,
+                 int halvings);
     Unknowns first_guess(const Motion &motion, double time_step) const;
     void factorise(const Motion &motion, double time_step);
 
@@ -124,12 +125,18 @@ void EnergyMomentum::Impl::factorise(const Motion &motion, double time_step) {
 }
 
 /// @return false, and the motion as it was, if it does not converge
-bool EnergyMomentum::Impl::step(Motion &motion, std::span<const double> load, double time_step) {
+bool EnergyMomentum::Impl::step(Motion &motion, std::span<const double> load, double time_step,
+                                std::span<const double> target) {
     const auto size = std::ssize(motion.displacement);
     const Unknowns start = Unknowns::Map(motion.displacement.data(), size);
     const Unknowns velocity = Unknowns::Map(motion.velocity.data(), size);
     begin_at(motion.displacement);
     Unknowns residual(size), product(size), correction(size);
+    const auto put_on_target = [&](Unknowns &u) {
+        for (std::size_t dof = 0; dof < target.size(); ++dof)
+            if (!is_free[dof])
+                u[static_cast<Eigen::Index>(dof)] = target[dof];
+    };
     const auto residual_at = [&](const Unknowns &u) {
         const Unknowns mean_velocity = (u - start) / time_step;
         forces.end_at(span_of(u), time_step, at_end);
@@ -147,9 +154,11 @@ bool EnergyMomentum::Impl::step(Motion &motion, std::span<const double> load, do
             factorise(motion, time_step);
         Anderson anderson;
         Unknowns u = first_guess(motion, time_step);
+        put_on_target(u);
         double size_of_residual = residual_at(u);
         if (!std::isfinite(size_of_residual)) {
             u = start;
+            put_on_target(u);
             size_of_residual = residual_at(u);
         }
         const double first_residual = size_of_residual;
@@ -184,11 +193,17 @@ bool EnergyMomentum::Impl::step(Motion &motion, std::span<const double> load, do
     return false;
 }
 
-bool EnergyMomentum::Impl::advance(Motion &motion, std::span<const double> load, double time_step, int halvings) {
-    if (step(motion, load, time_step))
+bool EnergyMomentum::Impl::advance(Motion &motion, std::span<const double> load, double time_step,
+                                   std::span<const double> target, int halvings) {
+    if (step(motion, load, time_step, target))
         return true;
-    return halvings < most_halvings && advance(motion, load, 0.5 * time_step, halvings + 1) &&
-           advance(motion, load, 0.5 * time_step, halvings + 1);
+    if (halvings == most_halvings)
+        return false;
+    std::vector<double> half_way(target.begin(), target.end());
+    for (std::size_t dof = 0; dof < half_way.size(); ++dof)
+        half_way[dof] = 0.5 * (half_way[dof] + motion.displacement[dof]);
+    return advance(motion, load, 0.5 * time_step, half_way, halvings + 1) &&
+           advance(motion, load, 0.5 * time_step, target, halvings + 1);
 }
 
 EnergyMomentum::EnergyMomentum(const Elements &elements, TetrahedronRule rule, const std::vector<bool> &is_free,
@@ -198,8 +213,9 @@ EnergyMomentum::~EnergyMomentum() = default;
 EnergyMomentum::EnergyMomentum(EnergyMomentum &&) noexcept = default;
 EnergyMomentum &EnergyMomentum::operator=(EnergyMomentum &&) noexcept = default;
 
-bool EnergyMomentum::advance(Motion &motion, std::span<const double> load, double time_step) {
-    return impl_->advance(motion, load, time_step, 0);
+bool EnergyMomentum::advance(Motion &motion, std::span<const double> load, double time_step,
+                             std::span<const double> target) {
+    return impl_->advance(motion, load, time_step, target, 0);
 }
 
 Energy EnergyMomentum::energy(const Motion &motion) {

@@ -27,7 +27,7 @@ class EnergyMomentum {
   public:
     /// @param elements   in displacements alone; kept alive by the caller
     /// @param rule       that they were made with
-    /// @param is_free    shape (3 n); the others stay where the motion starts
+    /// @param is_free    shape (3 n); the others stay where the motion starts, or go to their targets
     /// @param damping    alpha and beta not negative
     /// @param force      that is of the order of what is at work [N]
     /// @param tolerance  what may be left out of balance, over that force
@@ -38,11 +38,12 @@ class EnergyMomentum {
     EnergyMomentum &operator=(EnergyMomentum &&) noexcept;
 
     /// Moves on by one step, which is taken in halves where it does not converge.
-    /// @param motion     velocity zero where it is not free
     /// @param load       l, shape (3 n) [N]
     /// @param time_step  h [s], > 0
+    /// @param target     shape (3 n) [m]: where what is not free is at the end of the step; empty if it stays
     /// @return false if even the shortest of these steps does not converge; the motion is then where it came to
-    bool advance(fem_reference::Motion &motion, std::span<const double> load, double time_step);
+    bool advance(fem_reference::Motion &motion, std::span<const double> load, double time_step,
+                 std::span<const double> target = {});
 
     /// Kinetic and strain energy.
     fem_reference::Energy energy(const fem_reference::Motion &motion);
