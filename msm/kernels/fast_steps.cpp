@@ -16,6 +16,7 @@ class FastSteps::Implementation {
     virtual void set_state(const State &state) = 0;
     virtual State state() const = 0;
     virtual core::Vector3 displacement(int node) const = 0;
+    virtual void set_displacement(int node, const core::Vector3 &displacement) = 0;
     virtual void set_load(int node, const core::Vector3 &force) = 0;
     virtual void take(int num_steps) = 0;
     virtual std::size_t working_set() const = 0;
@@ -151,6 +152,21 @@ template <class T> class Steps : public FastSteps::Implementation {
         return {now.less(rest, 0, lane), now.less(rest, 1, lane), now.less(rest, 2, lane)};
     }
 
+    void set_displacement(int node, const core::Vector3 &displacement) override {
+        const auto [slice, lane] = slot(static_cast<std::size_t>(node));
+        const auto row = static_cast<std::size_t>(at_.body.row_of_node[node]);
+        auto &rows = at_.rows[at_.now];
+        for (std::size_t c = 0; c < 3; ++c) {
+            if (at_.nodes[slice].free_per_mass[c][lane] != 0.0)
+                continue;
+            auto &position = at_.nodes[slice].position;
+            position.set(c, lane, rest_[slice].get(c, lane) + displacement[static_cast<Eigen::Index>(c)]);
+            rows[4 * row + c] = position.high[c][lane];
+            for (const std::size_t copy : copies_of(row))
+                rows[4 * copy + c] = position.high[c][lane];
+        }
+    }
+
     void set_load(int node, const core::Vector3 &force) override {
         if (at_.loads.empty())
             at_.loads.assign(at_.body.num_slices, {});
@@ -197,6 +213,17 @@ template <class T> class Steps : public FastSteps::Implementation {
         return {row / slice_size, row % slice_size};
     }
 
+    /// Other rows that have the same node.
+    const std::vector<std::size_t> &copies_of(std::size_t row) {
+        if (copies_.empty()) {
+            copies_.resize(static_cast<std::size_t>(at_.body.first_copy));
+            for (std::size_t c = 0; c < at_.body.copied_row.size(); ++c)
+                copies_[static_cast<std::size_t>(at_.body.copied_row[c])].push_back(
+                    static_cast<std::size_t>(at_.body.first_copy) + c);
+        }
+        return copies_[row];
+    }
+
     void write_rows(FineField<T> NodeSlice<T>::*field, Aligned<T> &rows) const {
         for (int row = 0; row < at_.body.first_copy; ++row)
             for (std::size_t c = 0; c < 3; ++c)
@@ -211,6 +238,7 @@ template <class T> class Steps : public FastSteps::Implementation {
     /// what it was when it is set again
     std::vector<FineField<T>> rest_;
     StepWorkspace<T> at_;
+    std::vector<std::vector<std::size_t>> copies_; ///< of each row; empty until somebody asks
     Team team_;
 };
 
@@ -239,6 +267,9 @@ State FastSteps::state() const {
 }
 core::Vector3 FastSteps::displacement(int node) const {
     return implementation_->displacement(node);
+}
+void FastSteps::set_displacement(int node, const core::Vector3 &displacement) {
+    implementation_->set_displacement(node, displacement);
 }
 void FastSteps::set_load(int node, const core::Vector3 &force) {
     implementation_->set_load(node, force);

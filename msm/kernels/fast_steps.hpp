@@ -45,6 +45,9 @@ class FastSteps {
     /// Of one node, as it is now [m].
     core::Vector3 displacement(int node) const;
 
+    /// Moves the constrained components of a node there [m]; what is free stays as it is.
+    void set_displacement(int node, const core::Vector3 &displacement);
+
     /// Loads a node from now on, in place of what the conditions say [N].
     void set_load(int node, const core::Vector3 &force);
 
