@@ -33,6 +33,7 @@ int run(int argc, char **argv) {
         livermark::cli::add_list(app),
         livermark::cli::add_modes(app, command_line),
         livermark::cli::add_run(app, command_line),
+        livermark::cli::add_arena(app, command_line),
         livermark::cli::add_cohort(app, command_line),
         livermark::cli::add_reference(app, command_line),
         livermark::cli::add_mesh(app, command_line),

@@ -64,6 +64,7 @@ void read_file(const std::filesystem::path &file, const std::string &name, Repor
         data.timings.push_back(results::read_timings(file));
         break;
     case results::FileKind::cohort: // none is left in the list
+    case results::FileKind::arena:
     case results::FileKind::modes:
     case results::FileKind::calibration:
     case results::FileKind::other:

@@ -14,6 +14,8 @@ FileKind kind_of_file(const std::filesystem::path &path) {
         return FileKind::timings;
     if (file.has("/bodies") && file.has("/statistics"))
         return FileKind::cohort;
+    if (file.has("/arena"))
+        return FileKind::arena;
     if (file.has("/loads") && file.has("/springs"))
         return FileKind::calibration;
     if (file.has("/solutions") && !file.children("/solutions").empty())

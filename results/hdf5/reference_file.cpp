@@ -80,6 +80,13 @@ std::string fingerprint(const core::Problem &problem, const std::string &model) 
         for (const auto &probe : release->probes)
             hash.add_integers(std::array{probe.node});
     }
+    if (const auto &tool = load_case.tool) {
+        hash.add_integers(std::array{tool->constraint, tool->num_frames});
+        for (const double number : {tool->press_until, tool->slide_from, tool->slide_until, tool->release_at,
+                                    tool->frame_interval, tool->mass_damping})
+            hash.add(number);
+        hash.add(tool->slide);
+    }
     return fmt::format("{:016x}", hash.value());
 }
 

@@ -56,7 +56,9 @@ std::vector<std::string> sentences(const std::vector<LeftOut> &left_out) {
     return lines;
 }
 
-ProblemSet read_problems(const std::vector<std::string> &bodies, const std::vector<std::string> &load_cases,
+namespace {
+
+ProblemSet read_all(const std::vector<std::string> &bodies, const std::vector<std::string> &load_cases,
                          const meshes::MaterialOverride &material, bool may_leave_out) {
     ProblemSet set;
     std::optional<std::string> fault;
@@ -79,6 +81,29 @@ ProblemSet read_problems(const std::vector<std::string> &bodies, const std::vect
     }
     if (set.problems.empty())
         throw support::InputError(fault.value());
+    return set;
+}
+
+} // namespace
+
+ProblemSet read_problems(const std::vector<std::string> &bodies, const std::vector<std::string> &load_cases,
+                         const meshes::MaterialOverride &material, bool may_leave_out) {
+    auto set = read_all(bodies, load_cases, material, may_leave_out);
+    for (const auto &problem : set.problems)
+        if (problem.load_case.tool)
+            throw support::InputError(
+                fmt::format("load case {} has a tool that moves; ask 'livermark arena --load-case' for it",
+                            problem.load_case.name));
+    return set;
+}
+
+ProblemSet read_moving_problems(const std::vector<std::string> &bodies, const std::string &load_case,
+                                const meshes::MaterialOverride &material) {
+    auto set = read_all(bodies, {load_case}, material, false);
+    for (const auto &problem : set.problems)
+        if (!problem.load_case.tool)
+            throw support::InputError(fmt::format("load case {} has no tool that moves; choose one with a [tool]",
+                                                  problem.load_case.name));
     return set;
 }
 

@@ -40,9 +40,14 @@ std::vector<std::string> sentences(const std::vector<LeftOut> &left_out);
 /// @param bodies      names or paths of what was asked for; all that ship if there are none
 /// @param load_cases  the same
 /// @return body by body, loads as they are written
-/// @throws support::InputError for a fault of any file, and if no load case fits any body
+/// @throws support::InputError for a fault of any file, if no load case fits any body, and for a moving tool
 ProblemSet read_problems(const std::vector<std::string> &bodies, const std::vector<std::string> &load_cases,
                          const meshes::MaterialOverride &material, bool may_leave_out = false);
+
+/// The same of one load case in which a tool moves, which read_problems() refuses.
+/// @param load_case  path
+ProblemSet read_moving_problems(const std::vector<std::string> &bodies, const std::string &load_case,
+                                const meshes::MaterialOverride &material);
 
 /// The same for a command of one rank and one load case, with the loads scaled to their target where it asks for that.
 /// Places that yielded and what is left out are in the notes.

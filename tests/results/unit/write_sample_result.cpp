@@ -9,6 +9,7 @@
 #include "results/hdf5/stability_file.hpp"
 #include "results/hdf5/timings_file.hpp"
 #include "tests/sample_calibration.hpp"
+#include "tests/sample_arena.hpp"
 #include "tests/sample_cohort.hpp"
 #include "tests/sample_result.hpp"
 #include "tests/sample_timings.hpp"
@@ -42,5 +43,6 @@ int main(int argc, char **argv) {
     results::write_histories(folder / "sample_histories.h5", histories);
     results::write_calibration(folder / "sample_calibration.h5", tests::sample_calibration(*result.problem.body));
     results::write_cohort(folder / "sample_cohort.h5", tests::sample_cohort());
+    results::write_arena(folder / "sample_arena.h5", tests::sample_arena());
     results::write_timings(folder / "sample_timings.h5", tests::sample_timings());
 }

@@ -1,0 +1,148 @@
+#include <cmath>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include "models/tool_motion/contenders.hpp"
+#include "models/tool_motion/tool_place.hpp"
+#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/dynamics/time_step.hpp"
+#include "msm/hyperelastic_springs.hpp"
+#include "msm/kernels/fast_steps.hpp"
+#include "msm/nodal_springs.hpp"
+#include "msm/spring_energy.hpp"
+#include "msm/spring_network.hpp"
+#include "msm/springs_with_volume.hpp"
+
+namespace livermark::models {
+
+namespace {
+
+using livermark::msm::ElasticBody;
+using livermark::msm::FastSteps;
+
+/// Steps of symplectic Euler on vector units, forces in single precision.
+class MovingSprings : public MovingBody {
+  public:
+    MovingSprings(ElasticBody springs, const core::Problem &problem)
+        : body_(problem.body), springs_(std::move(springs)), place_(tool_place(problem, springs_.node_mass)) {
+        // What is constrained less has the higher frequencies: one step for the whole motion.
+        const double highest =
+            livermark::msm::largest_angular_frequency(springs_, body_->mesh.points, place_.let_go);
+        const double longest = livermark::msm::default_safety_factor * 2.0 / highest;
+        num_steps_ = static_cast<int>(std::ceil(place_.motion.frame_interval / longest));
+        steps_.emplace(make_steps(place_.while_held));
+    }
+
+    void advance(double start, const Effort & /*effort*/) override {
+        if (has_let_go_) {
+            steps_->take(num_steps_);
+            return;
+        }
+        const double step = place_.motion.frame_interval / num_steps_;
+        for (int s = 1; s <= num_steps_; ++s) {
+            steps_->take(1);
+            const auto position = core::tool_position(place_.motion, start + s * step);
+            for (std::size_t i = 0; i < place_.nodes.size(); ++i)
+                steps_->set_displacement(place_.nodes[i], place_.displacement(i, position));
+        }
+    }
+
+    void let_go() override {
+        const auto state = steps_->state();
+        steps_.emplace(make_steps(place_.let_go));
+        steps_->set_state(state);
+        has_let_go_ = true;
+    }
+
+    std::vector<core::Vector3> displacement() const override {
+        return livermark::msm::to_field(steps_->state().displacement);
+    }
+
+    core::Vector3 tool_force() const override {
+        core::Vector3 force = core::Vector3::Zero();
+        if (has_let_go_)
+            return force;
+        auto positions = displacement();
+        for (std::size_t i = 0; i < positions.size(); ++i)
+            positions[i] += body_->mesh.points[i];
+        const auto gradient = livermark::msm::elastic_gradient(springs_, positions);
+        for (const int node : place_.nodes)
+            force -= gradient[node];
+        return force;
+    }
+
+    FrameCost cost(const Effort &effort) const override {
+        return {static_cast<double>(effort.steps), static_cast<double>(steps_->working_set()) /
+                                                       static_cast<double>(body_->mesh.tetrahedra.size())};
+    }
+
+    std::optional<Effort> least_effort() const override { return Effort{.steps = num_steps_}; }
+
+  private:
+    FastSteps make_steps(const livermark::msm::NodalConditions &conditions) const {
+        auto at_rest = conditions; // the tool starts there
+        for (auto &displacement : at_rest.displacement)
+            displacement *= 0.0; // NaN, a free component, stays NaN
+        auto steps = FastSteps::prepare(springs_, body_->mesh.points, at_rest,
+                                        {.alpha = place_.motion.mass_damping, .beta = 0.0}, "symplectic_euler",
+                                        place_.motion.frame_interval / num_steps_);
+        if (!steps)
+            throw std::logic_error("the fast kernels do not know these springs");
+        return *std::move(steps);
+    }
+
+    std::shared_ptr<const core::Body> body_;
+    ElasticBody springs_;
+    ToolPlace place_;
+    int num_steps_ = 1; ///< in a frame
+    std::optional<FastSteps> steps_;
+    bool has_let_go_ = false;
+};
+
+Contender contender(std::string name, std::string source, ElasticBody (*make)(const core::Body &)) {
+    return {.name = std::move(name),
+            .source = std::move(source),
+            .implementation = "vector units, single precision with a state of twice the digits",
+            .prepare = [make](const core::Problem &problem) -> std::unique_ptr<MovingBody> {
+                return std::make_unique<MovingSprings>(make(*problem.body), problem);
+            }};
+}
+
+/// @throws std::logic_error if there is none of that name
+template <class Table> const auto &named(const Table &table, std::string_view name) {
+    for (const auto &entry : table)
+        if (entry.name == name)
+            return entry;
+    throw std::logic_error("the springs of the arena have lost a part");
+}
+
+ElasticBody lloyd(const core::Body &body) {
+    return livermark::msm::spring_network(body, named(livermark::msm::all_spring_laws(), "lloyd"));
+}
+
+ElasticBody patch_with_volume(const core::Body &body) {
+    const auto &law = named(livermark::msm::all_spring_laws(), "patch");
+    return livermark::msm::springs_with_volume(body, livermark::msm::springs_beside_volume(body, law),
+                                               livermark::msm::find_volume_term("nodal_volume"))
+        .body;
+}
+
+ElasticBody nodal_springs(const core::Body &body) {
+    return livermark::msm::nodal_springs_with_volume(body);
+}
+
+ElasticBody nodal_neo_hookean(const core::Body &body) {
+    return livermark::msm::hyperelastic_springs_with_volume(body, named(livermark::msm::all_spring_energies(), "neo_hookean"));
+}
+
+} // namespace
+
+std::vector<Contender> spring_contenders() {
+    return {contender("lloyd", "Lloyd, Szekely, Harders 2007, IEEE TVCG 13(5)", lloyd),
+            contender("patch_nodal_volume", "Livermark", patch_with_volume),
+            contender("nodal_springs", "Livermark", nodal_springs),
+            contender("nodal_neo_hookean", "Livermark", nodal_neo_hookean)};
+}
+
+} // namespace livermark::models

@@ -1,0 +1,159 @@
+#include "studies/arena/arena.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <memory>
+#include <set>
+#include <utility>
+
+#include "core/local_refinement.hpp"
+#include "core/refinement.hpp"
+#include "models/tool_motion/contender.hpp"
+#include "results/hdf5/arena_file.hpp"
+#include "results/provenance.hpp"
+#include "studies/arena/arena_run.hpp"
+#include "studies/catalogue.hpp"
+#include "studies/run/output_folder.hpp"
+#include "studies/run/problems.hpp"
+#include "support/input_error.hpp"
+#include "support/root_folder.hpp"
+#include "support/toml_input.hpp"
+
+namespace livermark::studies {
+
+namespace {
+
+constexpr const char *moving_folder = "load_cases/moving";
+constexpr int mesh_as_it_is = 1, bisected = 2, cut_into_eight = 3;
+constexpr const char *only_setting = "stable";
+
+ProblemSet read_problems_of(const ArenaOptions &options) {
+    const auto file = find_toml_files({options.load_case}, moving_folder, "load case").front();
+    return read_moving_problems(options.bodies, file.string(), options.material);
+}
+
+std::set<std::array<int, 2>> longest_edges(const core::TetraMesh &mesh) {
+    std::set<std::array<int, 2>> edges;
+    for (const auto &nodes : mesh.tetrahedra) {
+        std::array<int, 2> longest{};
+        double length = 0.0;
+        for (std::size_t a = 0; a < 4; ++a)
+            for (std::size_t b = a + 1; b < 4; ++b) {
+                const std::array<int, 2> edge{std::min(nodes[a], nodes[b]), std::max(nodes[a], nodes[b])};
+                const double here = (mesh.points[edge[0]] - mesh.points[edge[1]]).norm();
+                if (here > length) {
+                    length = here;
+                    longest = edge;
+                }
+            }
+        edges.insert(longest);
+    }
+    return edges;
+}
+
+core::Problem on_mesh(const core::Problem &problem, int mesh) {
+    if (mesh == mesh_as_it_is)
+        return problem;
+    if (mesh == cut_into_eight)
+        return core::refine(problem);
+    auto parts = core::bisect(*problem.body, longest_edges(problem.body->mesh));
+    auto load_case = core::on_parts(problem.load_case, parts);
+    return {std::make_shared<const core::Body>(std::move(parts.body)), std::move(load_case)};
+}
+
+std::vector<models::Contender> chosen_contenders(const std::vector<std::string> &names) {
+    auto contenders = models::all_contenders();
+    std::vector<std::string> known;
+    for (const auto &contender : contenders)
+        known.push_back(contender.name);
+    for (const auto &name : names)
+        if (std::ranges::find(known, name) == known.end())
+            throw support::InputError(unknown_name("method", name, known));
+    if (!names.empty())
+        std::erase_if(contenders, [&](const models::Contender &contender) {
+            return std::ranges::find(names, contender.name) == names.end();
+        });
+    return contenders;
+}
+
+/// A method with all budgets and settings on one mesh. What has no choice of its effort moves once.
+std::vector<results::ArenaRun> run_budgets(const models::Contender &contender, const ArenaScene &scene,
+                                           const std::vector<double> &budgets) {
+    std::vector<results::ArenaRun> runs;
+    const auto add = [&](results::ArenaRun run, const std::string &setting, double budget, double seconds) {
+        run.setting = setting;
+        run.budget = budget;
+        if (run.outcome == results::ArenaOutcome::ok && seconds > budget)
+            run.outcome = results::ArenaOutcome::too_slow;
+        runs.push_back(std::move(run));
+    };
+    if (const auto least = contender.prepare(scene.problem)->least_effort()) {
+        const auto run = run_contender(contender, scene, *least);
+        for (const double budget : budgets)
+            add(run, only_setting, budget, run.frame_seconds);
+        return runs;
+    }
+    for (const auto setting : {models::Setting::one_step, models::Setting::one_iteration})
+        for (const double budget : budgets) {
+            const auto [effort, seconds] = largest_effort(contender, scene.problem, setting, budget);
+            add(run_contender(contender, scene, effort), models::to_string(setting), budget, seconds);
+        }
+    return runs;
+}
+
+} // namespace
+
+std::vector<std::string> moving_load_cases() {
+    return support::list_toml(support::root_folder() / moving_folder);
+}
+
+ArenaResults run_arena(const ArenaOptions &options, const std::string &command_line, const ProgressReport &report) {
+    const auto contenders = chosen_contenders(options.methods);
+    const auto [problems, notes, left_out] = read_problems_of(options);
+    ArenaResults done{{}, notes};
+    Steps steps(static_cast<int>(problems.size() * contenders.size() * options.meshes.size()), report);
+    for (const auto &problem : problems) {
+        const auto reference = stored_tool_reference(problem);
+        const auto folder = make_output_folder(options.output, problem);
+        results::Arena arena{.provenance = results::current_provenance(command_line),
+                             .body = problem.body->name,
+                             .load_case = problem.load_case.name,
+                             .title = problem.load_case.title,
+                             .reference = reference.model,
+                             .frame_interval = problem.load_case.tool->frame_interval,
+                             .time = reference.history.time,
+                             .reference_force = reference.history.force,
+                             .reference_errors = reference.last_refinement,
+                             .runs = {}};
+        for (const int mesh : options.meshes) {
+            const ArenaScene scene{on_mesh(problem, mesh), &problem.body->mesh, &reference.history,
+                                   volume_changes(problem.body->mesh, reference.history)};
+            for (const auto &contender : contenders) {
+                steps.next(fmt::format("{} / {} tetrahedra / {}", problem.body->name,
+                                       scene.problem.body->mesh.tetrahedra.size(), contender.name));
+                std::ranges::move(run_budgets(contender, scene, options.budgets), std::back_inserter(arena.runs));
+            }
+        }
+        results::write_arena(folder / "arena.h5", arena);
+        done.of_body.push_back(std::move(arena));
+    }
+    return done;
+}
+
+std::vector<results::ToolReference> solve_arena_references(const ArenaOptions &options,
+                                                           const ToolReferenceOptions &reference,
+                                                           const std::string &command_line,
+                                                           const ProgressReport &report) {
+    const auto [problems, notes, left_out] = read_problems_of(options);
+    constexpr int motions = 4;
+    Steps steps(motions * static_cast<int>(problems.size()), report);
+    std::vector<results::ToolReference> solved;
+    for (const auto &problem : problems) {
+        solved.push_back(
+            solve_tool_reference(problem, reference, [&](const std::string &about) { steps.next(about); }));
+        store_tool_reference(solved.back(), problem, command_line);
+    }
+    return solved;
+}
+
+} // namespace livermark::studies

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "meshes/body_reader.hpp"
+#include "results/arena.hpp"
+#include "studies/arena/arena_reference.hpp"
+#include "studies/progress.hpp"
+
+namespace livermark::studies {
+
+/// What `livermark arena` was asked for.
+struct ArenaOptions {
+    std::vector<std::string> bodies;
+    std::string load_case = "press_and_slide"; ///< of load_cases/moving/, or a path
+    std::vector<std::string> methods;          ///< all if there are none
+    /// How fine the meshes are: 1 as they are, 2 with the longest edge of each tetrahedron bisected, 3 with each
+    /// tetrahedron cut into eight.
+    std::vector<int> meshes{1, 2, 3};
+    std::vector<double> budgets{0.001, 0.004, 1.0 / 60.0}; ///< of one core, for a frame [s]
+    meshes::MaterialOverride material;
+    std::string output; ///< folder for <body>/arena.h5
+};
+
+struct ArenaResults {
+    std::vector<results::Arena> of_body;
+    std::vector<std::string> notes; ///< what a user should know of the bodies, a sentence each
+};
+
+/// Names of load_cases/moving/.
+std::vector<std::string> moving_load_cases();
+
+/// Moves methods under the tool of a load case, within each budget, on each mesh, compares them with the stored
+/// reference motion, and writes <output>/<body>/arena.h5.
+/// @throws support::InputError for bad input, where no reference is stored, and where a file cannot be written
+ArenaResults run_arena(const ArenaOptions &options, const std::string &command_line, const ProgressReport &report);
+
+/// Solves the reference motions of these bodies and stores them.
+/// @return one of each body
+std::vector<results::ToolReference> solve_arena_references(const ArenaOptions &options,
+                                                           const ToolReferenceOptions &reference,
+                                                           const std::string &command_line,
+                                                           const ProgressReport &report);
+
+} // namespace livermark::studies

@@ -1,0 +1,164 @@
+#include "studies/arena/arena_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/bounding_box.hpp"
+#include "core/deformation.hpp"
+#include "core/stopwatch.hpp"
+#include "core/tool_errors.hpp"
+#include "results/quantile.hpp"
+
+namespace livermark::studies {
+
+namespace {
+
+using models::Effort;
+using models::MovingBody;
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+/// A motion beyond this many times the size of the body has diverged.
+constexpr double bound = 1.0;
+/// More iterations are no answer to anything.
+constexpr int most_effort = 20000;
+constexpr int frames_to_measure = 3;
+
+Effort effort_of(models::Setting setting, int number) {
+    return setting == models::Setting::one_step ? Effort{1, number} : Effort{number, 1};
+}
+
+/// The shortest of a few frames [s], in the middle of the way in.
+double seconds_of_frame(MovingBody &body, const core::ToolMotion &motion, const Effort &effort) {
+    double shortest = std::numeric_limits<double>::infinity();
+    for (int f = 0; f < frames_to_measure; ++f) {
+        const auto start = core::Clock::now();
+        body.advance(0.5 * motion.press_until + f * motion.frame_interval, effort);
+        shortest = std::min(shortest, core::seconds_since(start));
+    }
+    return shortest;
+}
+
+/// What is recorded of a contender.
+struct Recorded {
+    core::ToolHistory history; ///< of the nodes of the reference
+    bool is_lost = false;
+};
+
+class Recorder {
+  public:
+    Recorder(const ArenaScene &scene, results::ArenaRun &run)
+        : scene_(&scene), run_(&run), bound_(bound * core::extent(scene.mesh_of_reference->points)) {}
+
+    /// @return false if the body has left all bounds; everything from there on is NaN
+    bool record(int frame, const MovingBody &body) {
+        auto &history = recorded_.history;
+        history.time.push_back(frame * scene_->problem.load_case.tool->frame_interval);
+        history.force.push_back(body.tool_force());
+        const auto displacement = body.displacement();
+        const bool is_within = std::ranges::all_of(
+            displacement, [&](const core::Vector3 &u) { return u.lpNorm<Eigen::Infinity>() < bound_; });
+        if (!core::ToolHistory::has_field(frame) || !is_within)
+            return is_within;
+        for (std::size_t i = 0; i < scene_->mesh_of_reference->points.size(); ++i)
+            history.displacement.push_back(displacement[i].cast<float>());
+        const auto shape = core::deformation(scene_->problem.body->mesh, displacement);
+        const auto field = static_cast<std::size_t>(frame / core::ToolHistory::frames_per_field);
+        run_->volume_error = std::max(
+            run_->volume_error, std::abs(shape.volume_change - scene_->reference_volume_change[field]));
+        run_->smallest_jacobian = std::min(run_->smallest_jacobian, shape.smallest_jacobian);
+        run_->num_inverted = std::max(run_->num_inverted, shape.num_inverted);
+        return true;
+    }
+
+    /// @return nothing to compare where the body was lost
+    core::ToolHistory finish() {
+        auto &history = recorded_.history;
+        history.force.resize(scene_->reference->force.size(), core::Vector3::Constant(nan));
+        history.time = scene_->reference->time;
+        history.displacement.resize(scene_->reference->displacement.size(), Eigen::Vector3f::Constant(NAN));
+        return std::move(history);
+    }
+
+  private:
+    const ArenaScene *scene_;
+    results::ArenaRun *run_;
+    double bound_;
+    Recorded recorded_;
+};
+
+} // namespace
+
+std::vector<double> volume_changes(const core::TetraMesh &mesh, const core::ToolHistory &history) {
+    std::vector<double> changes;
+    const std::size_t num_nodes = mesh.points.size();
+    for (std::size_t first = 0; first < history.displacement.size(); first += num_nodes) {
+        std::vector<core::Vector3> displacement;
+        for (std::size_t i = first; i < first + num_nodes; ++i)
+            displacement.emplace_back(history.displacement[i].cast<double>());
+        changes.push_back(core::deformation(mesh, displacement).volume_change);
+    }
+    return changes;
+}
+
+MeasuredEffort largest_effort(const models::Contender &contender, const core::Problem &problem,
+                              models::Setting setting, double budget) {
+    const auto body = contender.prepare(problem);
+    const auto &motion = problem.load_case.tool.value();
+    if (const auto least = body->least_effort())
+        return {*least, seconds_of_frame(*body, motion, *least)};
+    const double of_one = seconds_of_frame(*body, motion, effort_of(setting, 1));
+    if (of_one > budget)
+        return {effort_of(setting, 1), of_one};
+    const int trial = std::clamp(static_cast<int>(0.5 * budget / of_one), 2, most_effort);
+    const double of_trial = seconds_of_frame(*body, motion, effort_of(setting, trial));
+    const double of_each = std::max((of_trial - of_one) / (trial - 1), 1e-9);
+    const int number = std::clamp(1 + static_cast<int>((budget - of_one) / of_each), 1, most_effort);
+    return {effort_of(setting, number), of_one + (number - 1) * of_each};
+}
+
+results::ArenaRun run_contender(const models::Contender &contender, const ArenaScene &scene, const Effort &effort) {
+    const auto &motion = scene.problem.load_case.tool.value();
+    results::ArenaRun run;
+    run.method = contender.name;
+    run.tetrahedra = static_cast<int>(scene.problem.body->mesh.tetrahedra.size());
+    run.steps = effort.steps;
+    run.iterations = effort.iterations;
+    run.smallest_jacobian = std::numeric_limits<double>::infinity();
+    auto start = core::Clock::now();
+    const auto body = contender.prepare(scene.problem);
+    run.setup_seconds = core::seconds_since(start);
+    const auto cost = body->cost(effort);
+    run.element_passes = cost.element_passes;
+    run.bytes_per_element = cost.bytes_per_element;
+
+    Recorder recorder(scene, run);
+    recorder.record(0, *body);
+    std::vector<double> seconds;
+    bool holds = true, is_within = true;
+    for (int frame = 1; frame <= motion.num_frames && is_within; ++frame) {
+        const double begins = (frame - 1) * motion.frame_interval;
+        if (holds && !core::holds(motion, begins + 0.5 * motion.frame_interval)) {
+            holds = false;
+            start = core::Clock::now();
+            body->let_go();
+            run.release_seconds = core::seconds_since(start);
+        }
+        start = core::Clock::now();
+        body->advance(begins, effort);
+        seconds.push_back(core::seconds_since(start));
+        is_within = recorder.record(frame, *body);
+    }
+    run.frame_seconds = results::median(seconds);
+    run.frame_seconds_95 = results::quantile(seconds, 0.95);
+    run.worst_frame_seconds = *std::ranges::max_element(seconds);
+    const auto history = recorder.finish();
+    run.errors = core::compare(*scene.mesh_of_reference, motion, history, *scene.reference);
+    run.force = history.force;
+    if (!is_within)
+        run.outcome = results::ArenaOutcome::diverged;
+    return run;
+}
+
+} // namespace livermark::studies

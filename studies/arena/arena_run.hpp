@@ -1,0 +1,35 @@
+#pragma once
+
+#include "core/problem.hpp"
+#include "core/tool_motion.hpp"
+#include "models/tool_motion/contender.hpp"
+#include "results/arena.hpp"
+
+namespace livermark::studies {
+
+/// A body on one of the meshes of an arena. Its first nodes are those of the reference.
+struct ArenaScene {
+    core::Problem problem;
+    const core::TetraMesh *mesh_of_reference = nullptr;
+    const core::ToolHistory *reference = nullptr;
+    std::vector<double> reference_volume_change; ///< (F) of the mesh of the reference
+};
+
+/// The largest effort that fits into a budget, as measured on a body that is moved for it.
+/// @param budget  of one core, for a frame [s]
+/// @return the least effort, and what it takes, where nothing fits
+struct MeasuredEffort {
+    models::Effort effort;
+    double seconds = 0.0; ///< of a frame, about
+};
+MeasuredEffort largest_effort(const models::Contender &contender, const core::Problem &problem,
+                              models::Setting setting, double budget);
+
+/// Moves a method through the whole motion and judges it.
+results::ArenaRun run_contender(const models::Contender &contender, const ArenaScene &scene,
+                                const models::Effort &effort);
+
+/// (F) change of volume at each field, of the mesh whose nodes they are.
+std::vector<double> volume_changes(const core::TetraMesh &mesh, const core::ToolHistory &history);
+
+} // namespace livermark::studies

@@ -1,0 +1,89 @@
+#include "results/hdf5/arena_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include "results/hdf5/file_kind.hpp"
+#include "results/hdf5/tool_reference_file.hpp"
+#include "results/provenance.hpp"
+#include "results/tables/arena_table.hpp"
+#include "support/input_error.hpp"
+#include "tests/result_folder.hpp"
+#include "tests/sample_arena.hpp"
+#include "tests/tool_block.hpp"
+
+namespace livermark::results {
+namespace {
+
+using ArenaFile = tests::ResultFolder;
+
+TEST_F(ArenaFile, HoldsWhatWasWritten) {
+    auto written = tests::sample_arena();
+    written.provenance = current_provenance("livermark arena");
+    write_arena(path_, written);
+    EXPECT_EQ(kind_of_file(path_), FileKind::arena);
+    const auto read = read_arena(path_);
+    EXPECT_EQ(read.provenance, written.provenance);
+    EXPECT_EQ(read.title, written.title);
+    EXPECT_EQ(read.reference, written.reference);
+    EXPECT_EQ(read.time, written.time);
+    EXPECT_EQ(read.reference_force, written.reference_force);
+    EXPECT_EQ(read.reference_errors, written.reference_errors);
+    ASSERT_EQ(read.runs.size(), 2U);
+    EXPECT_EQ(read.runs[0], written.runs[0]);
+    EXPECT_EQ(read.runs[1].outcome, ArenaOutcome::diverged);
+    EXPECT_EQ(read.runs[1].num_inverted, 7);
+}
+
+TEST_F(ArenaFile, IsRefusedWhereItIsNone) {
+    EXPECT_THROW(read_arena(directory_ / "none.h5"), support::InputError);
+    auto arena = tests::sample_arena();
+    arena.runs[1].force.pop_back();
+    arena.runs[1].force.pop_back();
+    arena.runs[1].force.pop_back();
+    arena.runs[1].force.pop_back(); // as if of another number of records
+    write_arena(path_, arena);
+    EXPECT_THROW(read_arena(path_), support::InputError);
+}
+
+TEST_F(ArenaFile, HasATableOfTheBestWithinEachBudget) {
+    auto arena = tests::sample_arena();
+    auto faster = arena.runs.front();
+    faster.budget = 0.001;
+    faster.outcome = ArenaOutcome::too_slow;
+    arena.runs.insert(arena.runs.begin(), faster);
+    const auto table = arena_overview(arena);
+    ASSERT_EQ(table.rows.size(), 2U);
+    EXPECT_EQ(table.rows[0], (std::vector<std::string>{"100", "springs", "needs 3.00 ms", "4.0", "3.00", "3.00", "3.00"}));
+    EXPECT_EQ(table.rows[1][1], "blown_up");
+    EXPECT_EQ(table.rows[1][3], "diverged");
+    EXPECT_EQ(arena_table(arena).rows.size(), 3U);
+}
+
+TEST_F(ArenaFile, HasAReferenceThatFitsItsProblemAlone) {
+    auto problem = tests::tool_block();
+    ToolReference reference{.model = "elements", .level = 2, .steps_per_frame = 4, .history = {},
+                            .last_refinement = {.contact = 0.01, .after = 0.02, .force = 0.03, .over_time = {}},
+                            .half_steps = {.contact = 0.04, .after = 0.05, .force = 0.06, .over_time = {}}};
+    for (int k = 0; k <= problem.load_case.tool->num_frames; ++k) {
+        reference.history.time.push_back(k * problem.load_case.tool->frame_interval);
+        reference.history.force.emplace_back(k, 0.0, 0.0);
+        if (core::ToolHistory::has_field(k))
+            for (std::size_t i = 0; i < problem.body->mesh.points.size(); ++i)
+                reference.history.displacement.emplace_back(0.0F, 0.5F, static_cast<float>(k));
+    }
+    write_tool_reference(path_, reference, problem, current_provenance("livermark arena --solve-reference"));
+    const auto read = read_tool_reference(path_, problem, "elements");
+    ASSERT_TRUE(read);
+    EXPECT_EQ(read->level, 2);
+    EXPECT_EQ(read->history.force, reference.history.force);
+    EXPECT_EQ(read->history.displacement, reference.history.displacement);
+    EXPECT_EQ(read->last_refinement, reference.last_refinement);
+    EXPECT_EQ(read->half_steps, reference.half_steps);
+    EXPECT_FALSE(read_tool_reference(path_, problem, "springs"));
+    problem.load_case.tool->slide.y() *= 1.001;
+    EXPECT_FALSE(read_tool_reference(path_, problem, "elements"));
+    EXPECT_FALSE(read_tool_reference(directory_ / "none.h5", problem, "elements"));
+}
+
+} // namespace
+} // namespace livermark::results
