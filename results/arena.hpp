@@ -29,7 +29,7 @@ struct ArenaRun {
     double volume_error = 0.0;      ///< largest |v - v_r| / V of the whole body, over the fields
     double smallest_jacobian = 0.0; ///< of all tetrahedra, over the fields
     int num_inverted = 0;           ///< tetrahedra at the worst field
-    double frame_seconds = 0.0;     ///< median over frames [s]
+    double frame_seconds = 0.0;     ///< of the processor, median over frames [s]
     double frame_seconds_95 = 0.0;  ///< 95th percentile [s]
     double worst_frame_seconds = 0.0;
     double setup_seconds = 0.0;   ///< before the first frame

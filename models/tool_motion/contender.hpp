@@ -31,8 +31,12 @@ class MovingBody {
     MovingBody(const MovingBody &) = delete;
     MovingBody &operator=(const MovingBody &) = delete;
 
+    /// Prepares what the next frames need, so that these do not take time for it.
+    virtual void prepare_for(const Effort & /*effort*/) {}
+
     /// Moves on by a frame, with the tool on its way.
-    /// @param start  [s] since the motion began
+    /// @param start   [s] since the motion began
+    /// @param effort  that the body was prepared for last, if it ever was
     virtual void advance(double start, const Effort &effort) = 0;
 
     /// The tool lets go. What has to be prepared for that is prepared here.
@@ -56,7 +60,7 @@ enum class Setting {
     one_iteration ///< as many steps as fit, with one iteration each: small steps
 };
 
-/// The word for a setting in tables and files. Methods with a least_effort() have no choice; theirs is "stable".
+/// The word for a setting in tables and files. Methods with a least_effort() have no choice.
 const char *to_string(Setting setting);
 
 /// A method in the arena.

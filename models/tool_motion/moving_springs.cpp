@@ -30,11 +30,17 @@ class MovingSprings : public MovingBody {
         const double highest =
             livermark::msm::largest_angular_frequency(springs_, body_->mesh.points, place_.let_go);
         const double longest = livermark::msm::default_safety_factor * 2.0 / highest;
-        num_steps_ = static_cast<int>(std::ceil(place_.motion.frame_interval / longest));
-        steps_.emplace(make_steps(place_.while_held));
+        least_steps_ = static_cast<int>(std::ceil(place_.motion.frame_interval / longest));
+        take_steps_of(least_steps_, place_.while_held);
     }
 
-    void advance(double start, const Effort & /*effort*/) override {
+    void prepare_for(const Effort &effort) override {
+        if (effort.steps != num_steps_)
+            take_steps_of(effort.steps, has_let_go_ ? place_.let_go : place_.while_held);
+    }
+
+    void advance(double start, const Effort &effort) override {
+        prepare_for(effort);
         if (has_let_go_) {
             steps_->take(num_steps_);
             return;
@@ -49,9 +55,7 @@ class MovingSprings : public MovingBody {
     }
 
     void let_go() override {
-        const auto state = steps_->state();
-        steps_.emplace(make_steps(place_.let_go));
-        steps_->set_state(state);
+        take_steps_of(num_steps_, place_.let_go);
         has_let_go_ = true;
     }
 
@@ -77,25 +81,29 @@ class MovingSprings : public MovingBody {
                                                        static_cast<double>(body_->mesh.tetrahedra.size())};
     }
 
-    std::optional<Effort> least_effort() const override { return Effort{.steps = num_steps_}; }
+    std::optional<Effort> least_effort() const override { return Effort{.steps = least_steps_}; }
 
   private:
-    FastSteps make_steps(const livermark::msm::NodalConditions &conditions) const {
+    /// From where the body is.
+    void take_steps_of(int num_steps, const livermark::msm::NodalConditions &conditions) {
         auto at_rest = conditions; // the tool starts there
         for (auto &displacement : at_rest.displacement)
             displacement *= 0.0; // NaN, a free component, stays NaN
         auto steps = FastSteps::prepare(springs_, body_->mesh.points, at_rest,
                                         {.alpha = place_.motion.mass_damping, .beta = 0.0}, "symplectic_euler",
-                                        place_.motion.frame_interval / num_steps_);
+                                        place_.motion.frame_interval / num_steps);
         if (!steps)
             throw std::logic_error("the fast kernels do not know these springs");
-        return *std::move(steps);
+        if (steps_)
+            steps->set_state(steps_->state());
+        steps_ = std::move(steps);
+        num_steps_ = num_steps;
     }
 
     std::shared_ptr<const core::Body> body_;
     ElasticBody springs_;
     ToolPlace place_;
-    int num_steps_ = 1; ///< in a frame
+    int least_steps_ = 1, num_steps_ = 0; ///< in a frame: at least, and those that are taken
     std::optional<FastSteps> steps_;
     bool has_let_go_ = false;
 };

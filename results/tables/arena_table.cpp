@@ -47,12 +47,9 @@ std::string least_seconds(const std::vector<const ArenaRun *> &runs, double erro
 std::string why_not(const std::vector<const ArenaRun *> &runs, double budget) {
     double least = std::numeric_limits<double>::infinity();
     for (const auto *run : runs)
-        if (run->budget == budget) {
-            if (run->outcome == ArenaOutcome::diverged)
-                return "diverged";
+        if (run->budget == budget && run->outcome == ArenaOutcome::too_slow)
             least = std::min(least, run->frame_seconds);
-        }
-    return fmt::format("needs {} ms", in_milliseconds(least));
+    return std::isfinite(least) ? fmt::format("needs {} ms", in_milliseconds(least)) : "diverged";
 }
 
 } // namespace
