@@ -31,8 +31,7 @@ void print_change(const char *what, const core::ToolErrors &errors) {
 
 int solve_references(const ArenaCommand &command, const studies::ArenaOptions &options,
                      const std::string &command_line) {
-    const auto solved =
-        studies::solve_arena_references(options, command.reference, command_line, print_progress());
+    const auto solved = studies::solve_arena_references(options, command.reference, command_line, print_progress());
     for (const auto &reference : solved) {
         fmt::print("{}, refined {} times, {} steps in a frame\n", reference.model, reference.level,
                    reference.steps_per_frame);
@@ -42,8 +41,7 @@ int solve_references(const ArenaCommand &command, const studies::ArenaOptions &o
     return 0;
 }
 
-int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions options,
-                         const std::string &command_line) {
+int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions options, const std::string &command_line) {
     options.budgets.clear();
     for (const double budget : sorted_once(command.budgets))
         options.budgets.push_back(1e-3 * budget);
@@ -71,8 +69,9 @@ int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions opti
 
 Command add_arena(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(
-        "arena", "Move springs and interactive methods under a tool that presses, slides and lets go, each with as many "
-                 "steps or iterations as fit into a budget of time, and print how far they are from the reference");
+        "arena",
+        "Move springs and interactive methods under a tool that presses, slides and lets go, each with as many "
+        "steps or iterations as fit into a budget of time, and print how far they are from the reference");
     auto options = std::make_shared<studies::ArenaOptions>();
     auto arena = std::make_shared<ArenaCommand>();
     options->bodies = {"liver_healthy"};
@@ -80,13 +79,12 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
     command->add_option("--body", options->bodies, "Names as in 'livermark list bodies', or paths")
         ->capture_default_str();
     command
-        ->add_option("--load-case", options->load_case,
-                     fmt::format("One of {}, or the path of one with a [tool]",
-                                 fmt::join(studies::moving_load_cases(), ", ")))
+        ->add_option(
+            "--load-case", options->load_case,
+            fmt::format("One of {}, or the path of one with a [tool]", fmt::join(studies::moving_load_cases(), ", ")))
         ->capture_default_str();
     command->add_option("--method", options->methods, "Names as in the table; all if left out");
-    command
-        ->add_option("--budget", arena->budgets, "Of one core, for a frame [ms]")
+    command->add_option("--budget", arena->budgets, "Of one core, for a frame [ms]")
         ->check(CLI::Range(0.01, 1e5))
         ->capture_default_str();
     command
@@ -102,8 +100,9 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
     command->add_flag("--solve-reference", arena->solve_reference,
                       "Solve the reference motion and store it, instead: minutes to an hour for each body");
     command
-        ->add_option("--level", arena->reference.level, "With --solve-reference: how often the mesh is refined at the "
-                                                        "rims of places")
+        ->add_option("--level", arena->reference.level,
+                     "With --solve-reference: how often the mesh is refined at the "
+                     "rims of places")
         ->check(CLI::Range(1, 4))
         ->capture_default_str();
     command->add_option("--steps", arena->reference.steps_per_frame, "With --solve-reference: steps in a frame")

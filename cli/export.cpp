@@ -4,6 +4,8 @@
 
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
+#include "studies/arena/arena.hpp"
+#include "studies/arena/outside_motion.hpp"
 #include "studies/exchange/export_problem.hpp"
 
 namespace livermark::cli {
@@ -11,7 +13,8 @@ namespace livermark::cli {
 namespace {
 
 int print_exported(const studies::ExportOptions &options, const std::string &command_line) {
-    const auto exported = studies::export_problem(options, command_line);
+    const auto exported = studies::moves_tool(options.load_case) ? studies::export_tool_scene(options, command_line)
+                                                                 : studies::export_problem(options, command_line);
     print_notes(exported.notes);
     for (const auto &file : exported.files)
         fmt::print("{}\n", file.string());
@@ -23,7 +26,8 @@ int print_exported(const studies::ExportOptions &options, const std::string &com
 Command add_export(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(
         "export", "Write the problem of a load case on a body, for a model outside of this suite to solve: HDF5 (as a "
-                  "result file without solutions), CalculiX or Abaqus input, and VTU");
+                  "result file without solutions), CalculiX or Abaqus input, and VTU; of a load case with a moving "
+                  "tool HDF5 with the way of the tool");
     auto options = std::make_shared<studies::ExportOptions>();
     command->add_option("body", options->body, "A name as in 'livermark list bodies', or the path of a body")
         ->required();

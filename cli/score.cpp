@@ -7,6 +7,9 @@
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/run_tables.hpp"
+#include "results/tables/arena_table.hpp"
+#include "studies/arena/arena.hpp"
+#include "studies/arena/outside_motion.hpp"
 #include "studies/exchange/score.hpp"
 #include "support/root_folder.hpp"
 
@@ -14,7 +17,18 @@ namespace livermark::cli {
 
 namespace {
 
+int print_motion_score(const studies::ScoreOptions &options, bool markdown, const std::string &command_line) {
+    const auto scored = studies::score_motion(options, command_line);
+    print_notes(scored.notes);
+    const auto table = results::arena_table(scored.arena);
+    fmt::print("{}", markdown ? results::to_markdown(table) : results::to_text(table));
+    fmt::print(stderr, "The result file is {}\n", scored.file.string());
+    return 0;
+}
+
 int print_score(const studies::ScoreOptions &options, bool markdown, const std::string &command_line) {
+    if (studies::moves_tool(options.load_case))
+        return print_motion_score(options, markdown, command_line);
     const auto scored = studies::score(options, command_line, print_progress());
     print_notes(scored.notes);
     print_tables(std::span(&scored.result, 1), TableKind::models, markdown);
@@ -40,9 +54,11 @@ Command add_score(CLI::App &parent, const std::string &command_line) {
     command->add_option("body", options->body, "As for 'livermark export'")->required();
     command->add_option("load-case", options->load_case, "As for 'livermark export'")->required();
     command
-        ->add_option("solution", options->solution,
-                     "Node displacements [m]: CSV with the header x,y,z,ux,uy,uz, HDF5 with the datasets points and "
-                     "displacement, or VTU with the point data displacement; in any order")
+        ->add_option(
+            "solution", options->solution,
+            "Node displacements [m]: CSV with the header x,y,z,ux,uy,uz, HDF5 with the datasets points and "
+            "displacement, or VTU with the point data displacement; in any order. Under a moving tool: HDF5 with "
+            "displacement and force over time")
         ->required();
     command->add_option("--name", options->name, "Of the model, in table and result file")
         ->check(CLI::Validator(check_name, "NAME"))

@@ -46,9 +46,9 @@ struct Release {
 /// What a tool does that has hold of a place from the start: it presses, slides and lets go, on a way that is known
 /// before. All other places are held where they are.
 struct ToolMotion {
-    int constraint = 0;              ///< what it exerts: index into LoadCase::constraint_names
-    double press_until = 0.0;        ///< from t = 0 on, to the displacement of the place [s]
-    Vector3 slide = Vector3::Zero(); ///< of the whole place, beside that [m]
+    int constraint = 0;                         ///< what it exerts: index into LoadCase::constraint_names
+    double press_until = 0.0;                   ///< from t = 0 on, to the displacement of the place [s]
+    Vector3 slide = Vector3::Zero();            ///< of the whole place, beside that [m]
     double slide_from = 0.0, slide_until = 0.0; ///< [s]
     double release_at = 0.0;                    ///< when the place is free again [s]
     int num_frames = 0;                         ///< how many are recorded after the start

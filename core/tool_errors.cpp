@@ -25,8 +25,7 @@ ToolErrors compare(const TetraMesh &mesh, const ToolMotion &motion, const ToolHi
                    const ToolHistory &reference) {
     const auto num_nodes = mesh.points.size();
     if (history.time.size() != reference.time.size() || history.force.size() != reference.force.size() ||
-        history.displacement.size() != reference.displacement.size() ||
-        reference.displacement.size() % num_nodes != 0)
+        history.displacement.size() != reference.displacement.size() || reference.displacement.size() % num_nodes != 0)
         throw std::invalid_argument("two motions under a tool with other records or nodes");
     const auto volume = nodal_volumes(mesh);
     ToolErrors errors;

@@ -92,7 +92,7 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file) {
     const auto table = read_table(support::read_text(toml_file), toml_file);
     core::LoadCase load_case;
     read_regime(table, load_case);
-    return {load_case.regime, table.contains("release")};
+    return {load_case.regime, table.contains("release"), table.contains("tool")};
 }
 
 core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core::TetraMesh &mesh) {

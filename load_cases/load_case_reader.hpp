@@ -15,6 +15,7 @@ std::string load_case_title(const std::filesystem::path &toml_file);
 struct LoadCaseKind {
     core::Regime regime;
     bool depends_on_time;
+    bool moves_tool = false;
 };
 
 /// @throws support::InputError

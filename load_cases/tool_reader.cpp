@@ -53,9 +53,9 @@ core::ToolMotion read_tool(const toml::table &table, const core::LoadCase &load_
     const auto place = support::required_string(tool, "place");
     const auto found = std::ranges::find(load_case.constraint_names, place);
     if (found == load_case.constraint_names.end())
-        throw support::InputError(
-            fmt::format("{}: nothing with a displacement has the name '{}'; known are: {}",
-                        support::place_of(*tool.get("place")), place, fmt::join(load_case.constraint_names, ", ")));
+        throw support::InputError(fmt::format("{}: nothing with a displacement has the name '{}'; known are: {}",
+                                              support::place_of(*tool.get("place")), place,
+                                              fmt::join(load_case.constraint_names, ", ")));
     motion.constraint = static_cast<int>(found - load_case.constraint_names.begin());
     motion.slide = support::required_vector(tool, "slide");
     motion.mass_damping = support::required_number(tool, "mass_damping");

@@ -19,11 +19,11 @@ const char *to_string(ArenaOutcome outcome);
 /// A method on a mesh within a budget.
 struct ArenaRun {
     std::string method;
-    std::string setting;   ///< how it uses its time
-    int tetrahedra = 0;    ///< of the mesh
-    double budget = 0.0;   ///< of one core, for a frame [s]
-    int steps = 0;         ///< in a frame
-    int iterations = 0;    ///< in a step
+    std::string setting; ///< how it uses its time
+    int tetrahedra = 0;  ///< of the mesh
+    double budget = 0.0; ///< of one core, for a frame [s]
+    int steps = 0;       ///< in a frame
+    int iterations = 0;  ///< in a step
     ArenaOutcome outcome = ArenaOutcome::ok;
     core::ToolErrors errors;
     double volume_error = 0.0;      ///< largest |v - v_r| / V of the whole body, over the fields
@@ -45,11 +45,11 @@ struct ArenaRun {
 struct Arena {
     Provenance provenance;
     std::string body, load_case, title;
-    std::string reference; ///< the model that everything is compared with
-    double frame_interval = 0.0; ///< [s]
-    std::vector<double> time;    ///< (K) of records [s]
+    std::string reference;                      ///< the model that everything is compared with
+    double frame_interval = 0.0;                ///< [s]
+    std::vector<double> time;                   ///< (K) of records [s]
     std::vector<core::Vector3> reference_force; ///< (K) [N]
-    core::ToolErrors reference_errors; ///< what the last refinement of the reference changed
+    core::ToolErrors reference_errors;          ///< what the last refinement of the reference changed
     std::vector<ArenaRun> runs;
 };
 

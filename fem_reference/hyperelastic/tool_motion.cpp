@@ -94,9 +94,8 @@ core::ToolHistory move_tool(const core::Problem &problem, const MaterialLaw &law
         const double time = frame * tool.frame_interval;
         history.time.push_back(time);
         history.force.emplace_back(
-            core::holds(tool, time)
-                ? core::Vector3(-way.sum(elements.internal_forces({motion.displacement, {}}).force))
-                : core::Vector3::Zero());
+            core::holds(tool, time) ? core::Vector3(-way.sum(elements.internal_forces({motion.displacement, {}}).force))
+                                    : core::Vector3::Zero());
         if (core::ToolHistory::has_field(frame))
             for (const int node : system.mesh_node)
                 history.displacement.emplace_back(core::Vector3::Map(&motion.displacement[3 * node]).cast<float>());

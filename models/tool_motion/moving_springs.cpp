@@ -27,8 +27,7 @@ class MovingSprings : public MovingBody {
     MovingSprings(ElasticBody springs, const core::Problem &problem)
         : body_(problem.body), springs_(std::move(springs)), place_(tool_place(problem, springs_.node_mass)) {
         // What is constrained less has the higher frequencies: one step for the whole motion.
-        const double highest =
-            livermark::msm::largest_angular_frequency(springs_, body_->mesh.points, place_.let_go);
+        const double highest = livermark::msm::largest_angular_frequency(springs_, body_->mesh.points, place_.let_go);
         const double longest = livermark::msm::default_safety_factor * 2.0 / highest;
         least_steps_ = static_cast<int>(std::ceil(place_.motion.frame_interval / longest));
         take_steps_of(least_steps_, place_.while_held);
@@ -77,8 +76,8 @@ class MovingSprings : public MovingBody {
     }
 
     FrameCost cost(const Effort &effort) const override {
-        return {static_cast<double>(effort.steps), static_cast<double>(steps_->working_set()) /
-                                                       static_cast<double>(body_->mesh.tetrahedra.size())};
+        return {static_cast<double>(effort.steps),
+                static_cast<double>(steps_->working_set()) / static_cast<double>(body_->mesh.tetrahedra.size())};
     }
 
     std::optional<Effort> least_effort() const override { return Effort{.steps = least_steps_}; }
@@ -141,7 +140,8 @@ ElasticBody nodal_springs(const core::Body &body) {
 }
 
 ElasticBody nodal_neo_hookean(const core::Body &body) {
-    return livermark::msm::hyperelastic_springs_with_volume(body, named(livermark::msm::all_spring_energies(), "neo_hookean"));
+    return livermark::msm::hyperelastic_springs_with_volume(
+        body, named(livermark::msm::all_spring_energies(), "neo_hookean"));
 }
 
 } // namespace

@@ -10,8 +10,7 @@ namespace livermark::models {
 
 core::ToolHistory reference_motion(const core::Problem &problem, int level, int steps_per_frame) {
     const auto refined = core::refine_at_rims(problem, level);
-    auto history =
-        hyperelastic::move_tool(refined, hyperelastic::material_law("neo_hookean"), 2, steps_per_frame);
+    auto history = hyperelastic::move_tool(refined, hyperelastic::material_law("neo_hookean"), 2, steps_per_frame);
     const auto num_nodes = static_cast<std::ptrdiff_t>(problem.body->mesh.points.size());
     const auto num_refined = static_cast<std::ptrdiff_t>(refined.body->mesh.points.size());
     std::vector<Eigen::Vector3f> of_mesh; // whose nodes come first

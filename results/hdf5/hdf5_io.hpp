@@ -166,6 +166,11 @@ class InputFile {
         return rows<T>(path, {num_blocks, rows_per_block});
     }
 
+    /// The same where the file decides how many blocks there are.
+    template <class T> std::vector<T> blocks(const std::string &path, std::size_t rows_per_block) const {
+        return rows<T>(path, {std::nullopt, rows_per_block});
+    }
+
     std::string text(const std::string &path, const std::string &name) const;
     std::vector<std::string> texts(const std::string &path, const std::string &name) const;
     double number(const std::string &path, const std::string &name) const;

@@ -42,8 +42,8 @@ void write_tool_reference(const std::filesystem::path &path, const ToolReference
     write_errors(file, "half_steps", reference.half_steps);
     file.dataset(std::string(group) + "/time", reference.history.time, "s");
     file.dataset(std::string(group) + "/force", reference.history.force, "N");
-    file.blocks(std::string(group) + "/displacement", reference.history.displacement,
-                problem.body->mesh.points.size(), "m");
+    file.blocks(std::string(group) + "/displacement", reference.history.displacement, problem.body->mesh.points.size(),
+                "m");
     support::write_whole(path, file.image());
 }
 

@@ -81,11 +81,11 @@ Layout arena_table(const Arena &arena) {
     for (const auto *run : runs)
         layout.rows.push_back({fmt::format("{}", run->tetrahedra), in_milliseconds(run->budget), run->method,
                                run->setting, fmt::format("{}", run->steps), fmt::format("{}", run->iterations),
-                               in_percent(run->errors.contact), in_percent(run->errors.force), in_percent(run->errors.after),
-                               fixed(100.0 * run->volume_error, 2), fixed(run->smallest_jacobian, 2),
-                               in_milliseconds(run->frame_seconds), in_milliseconds(run->frame_seconds_95),
-                               in_milliseconds(run->worst_frame_seconds), fixed(run->element_passes, 0),
-                               to_string(run->outcome)});
+                               in_percent(run->errors.contact), in_percent(run->errors.force),
+                               in_percent(run->errors.after), fixed(100.0 * run->volume_error, 2),
+                               fixed(run->smallest_jacobian, 2), in_milliseconds(run->frame_seconds),
+                               in_milliseconds(run->frame_seconds_95), in_milliseconds(run->worst_frame_seconds),
+                               fixed(run->element_passes, 0), to_string(run->outcome)});
     return layout;
 }
 

@@ -1,6 +1,7 @@
 #include "studies/arena/arena.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <fmt/format.h>
 #include <memory>
 #include <set>
@@ -8,6 +9,7 @@
 
 #include "core/local_refinement.hpp"
 #include "core/refinement.hpp"
+#include "load_cases/load_case_reader.hpp"
 #include "models/tool_motion/contender.hpp"
 #include "results/hdf5/arena_file.hpp"
 #include "results/provenance.hpp"
@@ -26,11 +28,6 @@ namespace {
 constexpr const char *moving_folder = "load_cases/moving";
 constexpr int mesh_as_it_is = 1, bisected = 2, cut_into_eight = 3;
 constexpr const char *stable = "stable", *half_steps = "half steps";
-
-ProblemSet read_problems_of(const ArenaOptions &options) {
-    const auto file = find_toml_files({options.load_case}, moving_folder, "load case").front();
-    return read_moving_problems(options.bodies, file.string(), options.material);
-}
 
 std::set<std::array<int, 2>> longest_edges(const core::TetraMesh &mesh) {
     std::set<std::array<int, 2>> edges;
@@ -118,24 +115,44 @@ std::vector<std::string> moving_load_cases() {
     return support::list_toml(support::root_folder() / moving_folder);
 }
 
+bool moves_tool(const std::string &load_case) {
+    const auto known = moving_load_cases();
+    if (std::ranges::find(known, load_case) != known.end())
+        return true;
+    std::error_code nobody_cares; // reading says it
+    return load_case.ends_with(".toml") && std::filesystem::exists(load_case, nobody_cares) &&
+           load_cases::load_case_kind(load_case).moves_tool;
+}
+
+ProblemSet read_arena_problems(const std::vector<std::string> &bodies, const std::string &load_case,
+                               const meshes::MaterialOverride &material) {
+    const auto file = find_toml_files({load_case}, moving_folder, "load case").front();
+    return read_moving_problems(bodies, file.string(), material);
+}
+
+results::Arena empty_arena(const core::Problem &problem, const results::ToolReference &reference,
+                           const std::string &command_line) {
+    return {.provenance = results::current_provenance(command_line),
+            .body = problem.body->name,
+            .load_case = problem.load_case.name,
+            .title = problem.load_case.title,
+            .reference = reference.model,
+            .frame_interval = problem.load_case.tool.value().frame_interval,
+            .time = reference.history.time,
+            .reference_force = reference.history.force,
+            .reference_errors = reference.last_refinement,
+            .runs = {}};
+}
+
 ArenaResults run_arena(const ArenaOptions &options, const std::string &command_line, const ProgressReport &report) {
     const auto contenders = chosen_contenders(options.methods);
-    const auto [problems, notes, left_out] = read_problems_of(options);
+    const auto [problems, notes, left_out] = read_arena_problems(options.bodies, options.load_case, options.material);
     ArenaResults done{{}, notes};
     Steps steps(static_cast<int>(problems.size() * contenders.size() * options.meshes.size()), report);
     for (const auto &problem : problems) {
         const auto reference = stored_tool_reference(problem);
         const auto folder = make_output_folder(options.output, problem);
-        results::Arena arena{.provenance = results::current_provenance(command_line),
-                             .body = problem.body->name,
-                             .load_case = problem.load_case.name,
-                             .title = problem.load_case.title,
-                             .reference = reference.model,
-                             .frame_interval = problem.load_case.tool->frame_interval,
-                             .time = reference.history.time,
-                             .reference_force = reference.history.force,
-                             .reference_errors = reference.last_refinement,
-                             .runs = {}};
+        auto arena = empty_arena(problem, reference, command_line);
         for (const int mesh : options.meshes) {
             const ArenaScene scene{on_mesh(problem, mesh), &problem.body->mesh, &reference.history,
                                    volume_changes(problem.body->mesh, reference.history)};
@@ -155,7 +172,7 @@ std::vector<results::ToolReference> solve_arena_references(const ArenaOptions &o
                                                            const ToolReferenceOptions &reference,
                                                            const std::string &command_line,
                                                            const ProgressReport &report) {
-    const auto [problems, notes, left_out] = read_problems_of(options);
+    const auto [problems, notes, left_out] = read_arena_problems(options.bodies, options.load_case, options.material);
     constexpr int motions = 4;
     Steps steps(motions * static_cast<int>(problems.size()), report);
     std::vector<results::ToolReference> solved;

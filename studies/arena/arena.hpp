@@ -7,6 +7,7 @@
 #include "results/arena.hpp"
 #include "studies/arena/arena_reference.hpp"
 #include "studies/progress.hpp"
+#include "studies/run/problems.hpp"
 
 namespace livermark::studies {
 
@@ -30,6 +31,18 @@ struct ArenaResults {
 
 /// Names of load_cases/moving/.
 std::vector<std::string> moving_load_cases();
+
+/// Whether a load case is one of these, or the path of one with a [tool].
+bool moves_tool(const std::string &load_case);
+
+/// Bodies under a load case of moving_load_cases(), or of a path.
+/// @throws support::InputError
+ProblemSet read_arena_problems(const std::vector<std::string> &bodies, const std::string &load_case,
+                               const meshes::MaterialOverride &material = {});
+
+/// An arena without runs yet.
+results::Arena empty_arena(const core::Problem &problem, const results::ToolReference &reference,
+                           const std::string &command_line);
 
 /// Moves methods under the tool of a load case, within each budget, on each mesh, compares them with the stored
 /// reference motion, and writes <output>/<body>/arena.h5.

@@ -49,10 +49,11 @@ results::ToolReference solve_tool_reference(const core::Problem &problem, const 
 results::ToolReference stored_tool_reference(const core::Problem &problem) {
     auto stored = results::read_tool_reference(path_of(problem), problem, tool_reference_model);
     if (!stored)
-        throw support::InputError(fmt::format("no reference motion of {} under {} is stored for this mesh, material and "
-                                              "load case; 'livermark arena --solve-reference' makes one in minutes to "
-                                              "an hour, with the other options as they are",
-                                              problem.body->name, problem.load_case.name));
+        throw support::InputError(
+            fmt::format("no reference motion of {} under {} is stored for this mesh, material and "
+                        "load case; 'livermark arena --solve-reference' makes one in minutes to "
+                        "an hour, with the other options as they are",
+                        problem.body->name, problem.load_case.name));
     return *std::move(stored);
 }
 

@@ -45,6 +45,26 @@ double seconds_of_frame(MovingBody &body, const core::ToolMotion &motion, const 
     return shortest;
 }
 
+/// What a field adds to what a run was at worst.
+void judge(results::ArenaRun &run, const core::Deformation &shape, double reference_volume_change) {
+    run.volume_error = std::max(run.volume_error, std::abs(shape.volume_change - reference_volume_change));
+    run.smallest_jacobian = std::min(run.smallest_jacobian, shape.smallest_jacobian);
+    run.num_inverted = std::max(run.num_inverted, shape.num_inverted);
+}
+
+/// (F) of a motion of the nodes of a mesh.
+std::vector<core::Deformation> shapes(const core::TetraMesh &mesh, const core::ToolHistory &history) {
+    std::vector<core::Deformation> result;
+    const std::size_t num_nodes = mesh.points.size();
+    for (std::size_t first = 0; first < history.displacement.size(); first += num_nodes) {
+        std::vector<core::Vector3> displacement;
+        for (std::size_t i = first; i < first + num_nodes; ++i)
+            displacement.emplace_back(history.displacement[i].cast<double>());
+        result.push_back(core::deformation(mesh, displacement));
+    }
+    return result;
+}
+
 /// What is recorded of a contender.
 struct Recorded {
     core::ToolHistory history; ///< of the nodes of the reference
@@ -68,12 +88,9 @@ class Recorder {
             return is_within;
         for (std::size_t i = 0; i < scene_->mesh_of_reference->points.size(); ++i)
             history.displacement.push_back(displacement[i].cast<float>());
-        const auto shape = core::deformation(scene_->problem.body->mesh, displacement);
         const auto field = static_cast<std::size_t>(frame / core::ToolHistory::frames_per_field);
-        run_->volume_error = std::max(
-            run_->volume_error, std::abs(shape.volume_change - scene_->reference_volume_change[field]));
-        run_->smallest_jacobian = std::min(run_->smallest_jacobian, shape.smallest_jacobian);
-        run_->num_inverted = std::max(run_->num_inverted, shape.num_inverted);
+        judge(*run_, core::deformation(scene_->problem.body->mesh, displacement),
+              scene_->reference_volume_change[field]);
         return true;
     }
 
@@ -97,18 +114,22 @@ class Recorder {
 
 std::vector<double> volume_changes(const core::TetraMesh &mesh, const core::ToolHistory &history) {
     std::vector<double> changes;
-    const std::size_t num_nodes = mesh.points.size();
-    for (std::size_t first = 0; first < history.displacement.size(); first += num_nodes) {
-        std::vector<core::Vector3> displacement;
-        for (std::size_t i = first; i < first + num_nodes; ++i)
-            displacement.emplace_back(history.displacement[i].cast<double>());
-        changes.push_back(core::deformation(mesh, displacement).volume_change);
-    }
+    for (const auto &shape : shapes(mesh, history))
+        changes.push_back(shape.volume_change);
     return changes;
 }
 
-MeasuredEffort largest_effort(const models::Contender &contender, const core::Problem &problem,
-                              models::Setting setting, double budget) {
+void judge_shape(results::ArenaRun &run, const core::TetraMesh &mesh, const core::ToolHistory &history,
+                 const core::ToolHistory &reference) {
+    run.smallest_jacobian = std::numeric_limits<double>::infinity();
+    const auto expected = volume_changes(mesh, reference);
+    const auto found = shapes(mesh, history);
+    for (std::size_t f = 0; f < found.size(); ++f)
+        judge(run, found[f], expected[f]);
+}
+
+MeasuredEffort largest_effort(const models::Contender &contender, const core::Problem &problem, models::Setting setting,
+                              double budget) {
     const auto body = contender.prepare(problem);
     const auto &motion = problem.load_case.tool.value();
     if (const auto least = body->least_effort())

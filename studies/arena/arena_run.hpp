@@ -22,8 +22,8 @@ struct MeasuredEffort {
     models::Effort effort;
     double seconds = 0.0; ///< of a frame, about
 };
-MeasuredEffort largest_effort(const models::Contender &contender, const core::Problem &problem,
-                              models::Setting setting, double budget);
+MeasuredEffort largest_effort(const models::Contender &contender, const core::Problem &problem, models::Setting setting,
+                              double budget);
 
 /// Moves a method through the whole motion and judges it.
 results::ArenaRun run_contender(const models::Contender &contender, const ArenaScene &scene,
@@ -31,5 +31,9 @@ results::ArenaRun run_contender(const models::Contender &contender, const ArenaS
 
 /// (F) change of volume at each field, of the mesh whose nodes they are.
 std::vector<double> volume_changes(const core::TetraMesh &mesh, const core::ToolHistory &history);
+
+/// Volumes and inverted tetrahedra of a motion of the nodes of the reference.
+void judge_shape(results::ArenaRun &run, const core::TetraMesh &mesh, const core::ToolHistory &history,
+                 const core::ToolHistory &reference);
 
 } // namespace livermark::studies

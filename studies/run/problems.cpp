@@ -59,7 +59,7 @@ std::vector<std::string> sentences(const std::vector<LeftOut> &left_out) {
 namespace {
 
 ProblemSet read_all(const std::vector<std::string> &bodies, const std::vector<std::string> &load_cases,
-                         const meshes::MaterialOverride &material, bool may_leave_out) {
+                    const meshes::MaterialOverride &material, bool may_leave_out) {
     ProblemSet set;
     std::optional<std::string> fault;
     const auto load_case_files = find_toml_files(load_cases, load_cases_folder, "load case");
@@ -102,8 +102,8 @@ ProblemSet read_moving_problems(const std::vector<std::string> &bodies, const st
     auto set = read_all(bodies, {load_case}, material, false);
     for (const auto &problem : set.problems)
         if (!problem.load_case.tool)
-            throw support::InputError(fmt::format("load case {} has no tool that moves; choose one with a [tool]",
-                                                  problem.load_case.name));
+            throw support::InputError(
+                fmt::format("load case {} has no tool that moves; choose one with a [tool]", problem.load_case.name));
     return set;
 }
 

@@ -54,14 +54,19 @@ TEST(Tool, IsRefusedWhereItIsNone) {
     const auto refused = [](const std::string &text, const std::string &why) {
         tests::expect_input_error([&] { parse_poke(text); }, {why});
     };
-    refused(poke_conditions + with_other_words(poking_tool, "\"finger\"", "\"thumb\""), "nothing with a displacement has the name 'thumb'");
+    refused(poke_conditions + with_other_words(poking_tool, "\"finger\"", "\"thumb\""),
+            "nothing with a displacement has the name 'thumb'");
     refused(poke_conditions + with_other_words(poking_tool, "slide_from = 0.6", "slide_from = 0.4"), "have to ascend");
-    refused(poke_conditions + with_other_words(poking_tool, "release_at = 1.1", "release_at = 1.105"), "whole numbers of frames");
-    refused(poke_conditions + with_other_words(poking_tool, "mass_damping = 7.0", "mass_damping = -7.0"), "zero or more");
+    refused(poke_conditions + with_other_words(poking_tool, "release_at = 1.1", "release_at = 1.105"),
+            "whole numbers of frames");
+    refused(poke_conditions + with_other_words(poking_tool, "mass_damping = 7.0", "mass_damping = -7.0"),
+            "zero or more");
     refused(poke_conditions + with_other_words(poking_tool, "frame_rate", "frame_rat"), "frame_rat");
     refused(with_other_words(poke_conditions, "\"large\"", "\"small\"") + poking_tool, "large regime");
-    refused(with_other_words(poke_conditions, "displacement = [0.0", "displacement = [0.001") + poking_tool, "held at zero");
-    refused(with_other_words(poke_conditions, "regime", "acceleration = [0.0, 0.0, 1.0]\nregime") + poking_tool, "from rest");
+    refused(with_other_words(poke_conditions, "displacement = [0.0", "displacement = [0.001") + poking_tool,
+            "held at zero");
+    refused(with_other_words(poke_conditions, "regime", "acceleration = [0.0, 0.0, 1.0]\nregime") + poking_tool,
+            "from rest");
 }
 
 } // namespace

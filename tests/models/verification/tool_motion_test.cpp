@@ -89,7 +89,8 @@ TEST(ToolMotionOfElements, ComesToRestInTheStaticSolution) {
 /// All of it slower, with the same frames.
 core::Problem slower(core::Problem problem, double factor) {
     auto &tool = *problem.load_case.tool;
-    for (double *time : {&tool.press_until, &tool.slide_from, &tool.slide_until, &tool.release_at, &tool.frame_interval})
+    for (double *time :
+         {&tool.press_until, &tool.slide_from, &tool.slide_until, &tool.release_at, &tool.frame_interval})
         *time *= factor;
     return problem;
 }

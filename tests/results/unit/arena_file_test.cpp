@@ -53,7 +53,8 @@ TEST_F(ArenaFile, HasATableOfTheBestWithinEachBudget) {
     arena.runs.insert(arena.runs.begin(), faster);
     const auto table = arena_overview(arena);
     ASSERT_EQ(table.rows.size(), 2U);
-    EXPECT_EQ(table.rows[0], (std::vector<std::string>{"100", "springs", "needs 3.00 ms", "4.0", "3.00", "3.00", "3.00"}));
+    EXPECT_EQ(table.rows[0],
+              (std::vector<std::string>{"100", "springs", "needs 3.00 ms", "4.0", "3.00", "3.00", "3.00"}));
     EXPECT_EQ(table.rows[1][1], "blown_up");
     EXPECT_EQ(table.rows[1][3], "diverged");
     EXPECT_EQ(arena_table(arena).rows.size(), 3U);
@@ -61,7 +62,10 @@ TEST_F(ArenaFile, HasATableOfTheBestWithinEachBudget) {
 
 TEST_F(ArenaFile, HasAReferenceThatFitsItsProblemAlone) {
     auto problem = tests::tool_block();
-    ToolReference reference{.model = "elements", .level = 2, .steps_per_frame = 4, .history = {},
+    ToolReference reference{.model = "elements",
+                            .level = 2,
+                            .steps_per_frame = 4,
+                            .history = {},
                             .last_refinement = {.contact = 0.01, .after = 0.02, .force = 0.03, .over_time = {}},
                             .half_steps = {.contact = 0.04, .after = 0.05, .force = 0.06, .over_time = {}}};
     for (int k = 0; k <= problem.load_case.tool->num_frames; ++k) {

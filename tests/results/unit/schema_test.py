@@ -9,7 +9,7 @@ import sys
 
 import h5py
 
-OTHER_FILES = ["Cohort files", "Arena files", "Stability files", "History files", "Calibration files", "Timing files"]
+OTHER_FILES = ["Cohort files", "Arena files", "Tool scenes", "Stability files", "History files", "Calibration files", "Timing files"]
 PROVENANCE = "Where it comes from"
 TYPES = {"float64": "<f8", "float32": "<f4", "int64": "<i8", "int32": "<i4", "uint8": "|u1"}
 
@@ -82,6 +82,10 @@ def sizes_of(file):
                  "X": len(file["/statistics/model"].attrs["names"]), "Z": file["/failures"].shape[0]}
         assert sizes["U"] != sizes["E"] != sizes["H"] != sizes["O"], f"{sizes}"
         return sizes
+    if "tool" in file:
+        return {"N": file["/points"].shape[0], "M": file["/tetrahedra"].shape[0],
+                "R": file["/materials/density"].shape[0], "H": file["/held"].shape[0],
+                "T": file["/tool/nodes"].shape[0], "K": file["/tool/time"].shape[0]}
     if "arena" in file:
         return {"M": file["/arena/budget"].shape[0], "K": file["/arena/time"].shape[0],
                 "F": file["/arena/error_over_time"].shape[1]}

@@ -8,11 +8,13 @@
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/stability_file.hpp"
 #include "results/hdf5/timings_file.hpp"
-#include "tests/sample_calibration.hpp"
+#include "results/hdf5/tool_scene_file.hpp"
 #include "tests/sample_arena.hpp"
+#include "tests/sample_calibration.hpp"
 #include "tests/sample_cohort.hpp"
 #include "tests/sample_result.hpp"
 #include "tests/sample_timings.hpp"
+#include "tests/tool_block.hpp"
 
 namespace results = livermark::results;
 namespace tests = livermark::tests;
@@ -44,5 +46,12 @@ int main(int argc, char **argv) {
     results::write_calibration(folder / "sample_calibration.h5", tests::sample_calibration(*result.problem.body));
     results::write_cohort(folder / "sample_cohort.h5", tests::sample_cohort());
     results::write_arena(folder / "sample_arena.h5", tests::sample_arena());
+    const auto moved = tests::tool_block();
+    results::write_tool_scene(
+        folder / "sample_scene.h5", moved,
+        {.held = {0, 1},
+         .nodes = {2, 3, 4},
+         .displacement = std::vector<livermark::core::Vector3>(3 * 16, livermark::core::Vector3::Zero())},
+        {});
     results::write_timings(folder / "sample_timings.h5", tests::sample_timings());
 }

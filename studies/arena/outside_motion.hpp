@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "results/arena.hpp"
+#include "studies/exchange/export_problem.hpp"
+#include "studies/exchange/score.hpp"
+
+/// Moving load cases for programs that are not part of this suite, and what these make of them.
+namespace livermark::studies {
+
+/// Writes <output>/<body>/<load case>.scene.h5: mesh, materials, and where the tool takes its nodes.
+/// @throws support::InputError for bad input, and where the file cannot be written
+ExportedProblem export_tool_scene(const ExportOptions &options, const std::string &command_line);
+
+/// The comparison, as an arena of one run, and the file that it is in.
+struct MotionScore {
+    results::Arena arena;
+    std::filesystem::path file;
+    std::vector<std::string> notes;
+};
+
+/// Compares a motion that was found elsewhere with the stored reference, and writes <output>/<body>/<load
+/// case>.<name>.h5, an arena file. What it cost is what its maker says.
+/// @throws support::InputError for bad input, where no reference is stored, and where the file cannot be written
+MotionScore score_motion(const ScoreOptions &options, const std::string &command_line);
+
+} // namespace livermark::studies
