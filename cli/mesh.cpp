@@ -49,12 +49,11 @@ void write_picture(const std::string &body_file, const std::string &picture) {
     const support::ScratchFolder scratch;
     const auto mesh = scratch.path / "body.msh", drawn = scratch.path / "picture.png";
     meshes::write_msh(mesh, body.mesh);
-    const auto legend = support::run_python("report.patches", {mesh.string(), drawn.string()}, "a picture",
+    const auto legend = support::run_python("report.patches", {mesh.string(), drawn.string()}, {}, "a picture",
                                             "python3-matplotlib python3-meshio");
     support::write_whole(picture, support::read_text(drawn));
     fmt::print("\n{}: from the front, from behind, from above and from below\n", picture);
-    for (const auto &line : legend)
-        fmt::print("{}\n", line);
+    fmt::print("{}", legend);
 }
 
 /// Figures of whatever can be a body. A mesh in MSH is in metres unless it is larger than any organ.

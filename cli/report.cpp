@@ -6,7 +6,6 @@
 #include "cli/commands.hpp"
 #include "studies/report/report_data.hpp"
 #include "studies/report/report_tables.hpp"
-#include "support/child_process.hpp"
 #include "support/python_program.hpp"
 #include "support/root_folder.hpp"
 #include "support/whole_file.hpp"
@@ -26,12 +25,8 @@ int make_report(const ReportOptions &options, const std::string &command_line) {
         options.output.empty() ? folder / "report.html" : std::filesystem::path(options.output);
     const auto data = studies::read_report_data(folder);
     support::check_place(output);
-    const support::ScratchFolder scratch;
-    const auto tables = scratch.path / "tables.json", page = scratch.path / "page.html";
-    support::write_whole(tables, studies::report_tables(data, command_line));
-    support::run_python("report", {tables.string(), page.string()}, "a report",
-                        "python3-matplotlib python3-jinja2 python3-h5py");
-    support::write_whole(output, support::read_text(page));
+    support::write_whole(output, support::run_python("report", {}, studies::report_tables(data, command_line),
+                                                     "a report", "python3-matplotlib python3-jinja2 python3-h5py"));
     fmt::print("{}\n", output.string());
     for (const auto &fault : data.faults)
         fmt::print(stderr, "livermark: left out: {}\n", fault);

@@ -28,7 +28,7 @@ std::string search_path() {
 }
 
 /// Whether there is no such interpreter, or one that lacks a library.
-bool is_lacking(const ChildOutcome &outcome, const std::string &last) {
+bool is_lacking(const FilterOutcome &outcome, const std::string &last) {
     constexpr int no_such_program = 127; // what env says
     return outcome.status == no_such_program || last.starts_with("ModuleNotFoundError: ") ||
            last.starts_with("ImportError: ");
@@ -36,16 +36,16 @@ bool is_lacking(const ChildOutcome &outcome, const std::string &last) {
 
 } // namespace
 
-std::vector<std::string> run_python(const std::string &part, const std::vector<std::string> &arguments,
-                                    const std::string &purpose, const std::string &packages) {
+std::string run_python(const std::string &part, const std::vector<std::string> &arguments, std::string_view input,
+                       const std::string &purpose, const std::string &packages) {
     std::string lacking;
     for (const auto *const interpreter : {"/usr/bin/python3", "python3"}) {
         std::vector<std::string> words{"env", search_path(), interpreter, "-m", "livermark." + part};
         words.insert(words.end(), arguments.begin(), arguments.end());
-        auto outcome = run_program(words);
+        auto outcome = run_filter(words, input);
         const auto last = outcome.lines.empty() ? "no reason given" : outcome.lines.back();
         if (outcome.status == 0)
-            return std::move(outcome.lines);
+            return std::move(outcome.output);
         if (outcome.status == 2)
             throw InputError(last);
         if (!is_lacking(outcome, last))

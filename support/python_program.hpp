@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace livermark::support {
@@ -9,13 +10,14 @@ namespace livermark::support {
 /// interpreter of the distribution, or where that lacks a library with the first one in PATH.
 /// @param part       such as report
 /// @param arguments  of the program
+/// @param input      what it reads
 /// @param purpose    what needs the libraries, for the message where one is missing
 /// @param packages   Debian packages that have them
-/// @return the lines that it printed
+/// @return its output
 /// @throws InputError with the sentence of the program if its exit status is 2; with the packages if no interpreter has
 ///   the libraries
-/// @throws std::runtime_error with all that it printed if it failed in another way
-std::vector<std::string> run_python(const std::string &part, const std::vector<std::string> &arguments,
-                                    const std::string &purpose, const std::string &packages);
+/// @throws std::runtime_error with all that it said if it failed in another way
+std::string run_python(const std::string &part, const std::vector<std::string> &arguments, std::string_view input,
+                       const std::string &purpose, const std::string &packages);
 
 } // namespace livermark::support

@@ -45,6 +45,9 @@ def sample(tmp_path_factory):
     folder = tmp_path_factory.mktemp("sample")
     for name in ("sample_result", "path_result", "sample_stability", "sample_histories", "sample_cohort", "sample_timings"):
         shutil.copy(SAMPLES / f"{name}.h5", folder)
+    with h5py.File(folder / "path_result.h5", "r+") as file:
+        file["load_case"].attrs["regime"] = numpy.bytes_("large")
+        file["reference"].attrs["reaction_uncertainty"] = 0.1
     return report_of(folder)
 
 
@@ -145,6 +148,7 @@ def test_a_figure_of_forces_names_every_model(sample):
     names = {"".join(text.itertext()) for text in section.iter(f"{SVG}text")}
     assert models <= names
     assert {"depth [mm]", "force [N]"} <= names
+    assert any("var(--band)" in element.get("style", "") for element in section.iter()), "the reference has no band"
 
 
 def test_every_section_is_a_target_of_a_link(sample):

@@ -5,7 +5,6 @@ Texts come from files that anybody may have written: characters that no page may
 from __future__ import annotations
 
 import functools
-import json
 import math
 import pathlib
 import re
@@ -146,10 +145,6 @@ class ReportData:
         self.large = [self._result(entry) for entry in told["large"]]  #: never beside the others
         self.tables = {name: table_of(layout) for name, layout in told["tables"].items()}
         self.told = told  #: the rest, as livermark::studies::report_tables() says
-
-    @staticmethod
-    def read(tables: pathlib.Path) -> ReportData:
-        return ReportData(json.loads(tables.read_text(encoding="utf-8", errors="replace")))
 
     def _result(self, entry: dict) -> Result:
         return read_result(self.folder / entry["file"], entry["file"], entry["label"])
