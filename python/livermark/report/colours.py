@@ -17,7 +17,8 @@ GREYS = ("#111111", "#555555", "#888888", "#aaaaaa")
 SERIES = (BLUE, VERMILION, GREEN, PINK, ORANGE, SKY)
 VARIABLES = {
     PAPER: "paper", INK: "ink", SOFT: "soft", HAIR: "hair", AXIS: "axis", FAINT: "faint", BAND: "band", BLUE: "blue",
-    VERMILION: "vermilion", GREEN: "green", PINK: "pink", ORANGE: "orange", SKY: "sky", **{grey: f"grey-{g}" for g, grey in enumerate(GREYS)}}
+    VERMILION: "vermilion", GREEN: "green", PINK: "pink", ORANGE: "orange", SKY: "sky",
+    **{grey: f"grey-{g}" for g, grey in enumerate(GREYS)}}
 
 #: The maps of the page, viewer/src/picture/colour_maps.ts: viridis, and magma from pale to dark without its ends (van der
 #: Walt and Smith 2015). Equal steps look equal, and they are legible in grey and to the colour-blind.

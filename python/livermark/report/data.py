@@ -13,7 +13,7 @@ from typing import Any, Iterator, NamedTuple, Optional
 
 import h5py
 
-from livermark.results import ResultFile
+from livermark.results import ResultFile, _attributes
 
 _NO_CHARACTER = re.compile("[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
 
@@ -123,13 +123,7 @@ def read_result(path: pathlib.Path, file: str, label: str) -> Result:
 
 def attributes_of(group) -> dict[str, Any]:
     """Attributes of a group of h5py, texts as such."""
-    def value(attribute):
-        if isinstance(attribute, bytes):
-            return attribute.decode(errors="replace")
-        if attribute.dtype.kind == "S":
-            return [text.decode(errors="replace") for text in attribute]
-        return attribute.item() if attribute.ndim == 0 else attribute.tolist()
-    return cleaned({name: value(attribute) for name, attribute in group.attrs.items()})
+    return cleaned(_attributes(group))
 
 
 class ReportData:

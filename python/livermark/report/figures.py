@@ -121,8 +121,8 @@ def to_svg(figure: Figure, title: str, css_class: str) -> Markup:
     body = re.sub("<[^>]*>", _plain_tag, body)
     used = set(re.findall(r'(?:href="|url\()#([^")]*)', body))
     body = re.sub(r' id="([^"]*)"', lambda found: found[0] if found[1] in used else "", body)
-    return Markup(f'<svg class="{css_class}" style="max-width:{1.25 * width:.0f}px" viewBox="0 0 {width:g} {height:g}" role="img" '
-                  'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink">'
+    return Markup(f'<svg class="{css_class}" style="max-width:{1.25 * width:.0f}px" viewBox="0 0 {width:g} {height:g}" '
+                  'role="img" xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink">'
                   f"<title>{html.escape(cleaned(title))}</title>{body.strip()}\n")
 
 

@@ -26,7 +26,7 @@ def shown_command(command: str) -> str:
 environment = jinja2.Environment(loader=jinja2.FileSystemLoader(TEMPLATES), autoescape=True, trim_blocks=True,
                                  lstrip_blocks=True, undefined=jinja2.StrictUndefined)
 environment.filters["shown_command"] = shown_command
-environment.filters["unique_in_order"] = lambda commands: list(dict.fromkeys(commands))
+environment.filters["each_once"] = lambda commands: list(dict.fromkeys(filter(None, commands)))
 _macros = environment.get_template("parts.html.j2").module
 
 bullets = _macros.bullets

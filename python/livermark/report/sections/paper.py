@@ -83,7 +83,7 @@ def _plot(motion: Motion) -> Markup:
         axes.set_xlim(0.0, duration)
         axes.set_ylim(-LARGEST, LARGEST)
         axes.xaxis.set_major_locator(FixedLocator([0.0, *(part * duration for part in (0.05, 0.2, 0.5, 1.0))]))
-        axes.xaxis.set_major_formatter(figures.FuncFormatter(figures.tick_label))
+        axes.xaxis.set_major_formatter(lambda time, _: f"{time:.3g}")
     return figures.finish(axes)
 
 
@@ -117,8 +117,8 @@ def _figures_5_and_6(data: ReportData) -> Markup:
             commands.append(made["command"])
     drawn = plots([_plot(motion) for motion in motions if motion.steps])
     return _verdicts(motions) + figure(
-        "figure", drawn, "What Figures 5 and 6 of the paper show: its model of one degree of freedom in four time steps, once "
-        "for each reading of its units, and whole bodies, whose probe is drawn relative to where it started. A cross is "
+        "figure", drawn, "What Figures 5 and 6 of the paper show: its model of one degree of freedom in four time steps, "
+        "once for each reading of its units, and whole bodies, whose probe is drawn relative to where it started. A cross is "
         "where a motion leaves the panel or diverges.", commands) + figure(
         "table", table(data.tables["histories"]), "The same in words.")
 

@@ -75,7 +75,8 @@ def section(data: ReportData) -> Section:
         commands.append(made["command"])
         html += subsection(made["body"], figure("table", table(table_of(told["table"])), _caption(made), [made["command"]]))
     if limits:
-        html += figure("figure", _plot(limits, bodies[0]), "Observed against predicted steps; on the dashed line they agree. "
+        html += figure("figure", _plot(limits, bodies[0]),
+                       "Observed against predicted steps; on the dashed line they agree. "
                        f"Blue: {bodies[0]}; orange: other bodies. Circles: without damping; triangles: with it.", commands)
     else:
         html += missing("The steps were not observed in runs (--no-observed).")

@@ -62,12 +62,12 @@ def section(data: ReportData) -> Section:
         return Section("timings", TITLE, missing("There are no timing files here.",
                                                  "build/release/benchmarks/step_benchmark --hdf5=FILE"))
     html = paragraph(
-        "The limit is the least time that one evaluation of all spring forces can take on one core of this machine in single "
-        "precision: gathering both ends of each spring, reading the data of a step, and its operations, each measured in the "
-        "same process. 100 % is the limit of one core; several threads can be faster.")
+        "The limit is the least time that one evaluation of all spring forces can take on one core of this machine in "
+        "single precision: gathering both ends of each spring, reading the data of a step, and its operations, each measured "
+        "in the same process. 100 % is the limit of one core; several threads can be faster.")
     for name in data.told["timings"]:
         with data.open(name) as file:
             made = attributes_of(file)
-            html += figure("table", _table(file), f"Timings of {made['cpu']} ({made['build_type']}, {made['created']}, commit "
-                           f"{made['git_commit']}).", [made["command"]])
+            caption = f"Timings of {made['cpu']} ({made['build_type']}, {made['created']}, commit {made['git_commit']})."
+            html += figure("table", _table(file), caption, [made["command"]])
     return Section("timings", TITLE, html)
