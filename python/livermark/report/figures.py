@@ -2,7 +2,6 @@
 give the same bytes. Lengths are in CSS pixels."""
 from __future__ import annotations
 
-import html
 import io
 import itertools
 import math
@@ -11,7 +10,7 @@ from typing import Sequence
 
 import matplotlib
 import numpy
-from markupsafe import Markup
+from markupsafe import Markup, escape
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -123,7 +122,7 @@ def to_svg(figure: Figure, title: str, css_class: str) -> Markup:
     body = re.sub(r' id="([^"]*)"', lambda found: found[0] if found[1] in used else "", body)
     return Markup(f'<svg class="{css_class}" style="max-width:{1.25 * width:.0f}px" viewBox="0 0 {width:g} {height:g}" '
                   'role="img" xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink">'
-                  f"<title>{html.escape(cleaned(title))}</title>{body.strip()}\n")
+                  f"<title>{escape(cleaned(title))}</title>{body.strip()}\n")
 
 
 def _plain_tag(found: re.Match) -> str:
