@@ -19,10 +19,10 @@
 #include "meshes/mesh_figures.hpp"
 #include "meshes/mesh_reader.hpp"
 #include "meshes/msh_writer.hpp"
-#include "report/patch_picture.hpp"
-#include "report/png.hpp"
 #include "studies/catalogue.hpp"
+#include "support/child_process.hpp"
 #include "support/input_error.hpp"
+#include "support/python_program.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::cli {
@@ -44,14 +44,16 @@ struct BoxCommand {
 
 /// Draws the patches of a body from four sides, and prints which colour is which.
 void write_picture(const std::string &body_file, const std::string &picture) {
+    support::check_place(picture);
     const auto body = meshes::read_body(studies::find_toml_files({body_file}, studies::bodies_folder, "body").front());
-    constexpr int width = 400;
-    const auto drawn = report::draw_patches(body.mesh, width);
-    const auto bytes = report::png_bytes(drawn.picture);
-    support::write_whole(picture, {reinterpret_cast<const char *>(bytes.data()), bytes.size()});
+    const support::ScratchFolder scratch;
+    const auto mesh = scratch.path / "body.msh", drawn = scratch.path / "picture.png";
+    meshes::write_msh(mesh, body.mesh);
+    const auto legend = support::run_python("report.patches", {mesh.string(), drawn.string()}, {}, "a picture",
+                                            "python3-matplotlib python3-meshio");
+    support::write_whole(picture, support::read_text(drawn));
     fmt::print("\n{}: from the front, from behind, from above and from below\n", picture);
-    for (const auto &[patch, colour] : drawn.legend)
-        fmt::print("{}  {}\n", colour, patch);
+    fmt::print("{}", legend);
 }
 
 /// Figures of whatever can be a body. A mesh in MSH is in metres unless it is larger than any organ.

@@ -1,12 +1,12 @@
-#include "report/report.hpp"
-
 #include <filesystem>
 #include <fmt/format.h>
 #include <memory>
 #include <string>
 
 #include "cli/commands.hpp"
-#include "studies/seed_paper/paper_tables.hpp"
+#include "studies/report/report_data.hpp"
+#include "studies/report/report_tables.hpp"
+#include "support/python_program.hpp"
 #include "support/root_folder.hpp"
 #include "support/whole_file.hpp"
 
@@ -23,9 +23,10 @@ int make_report(const ReportOptions &options, const std::string &command_line) {
     const std::filesystem::path folder = options.folder;
     const std::filesystem::path output =
         options.output.empty() ? folder / "report.html" : std::filesystem::path(options.output);
-    const auto data = report::read_report_data(folder);
+    const auto data = studies::read_report_data(folder);
     support::check_place(output);
-    support::write_whole(output, report::make_report(data, studies::paper_tables(data), command_line));
+    support::write_whole(output, support::run_python("report", {}, studies::report_tables(data, command_line),
+                                                     "a report", "python3-matplotlib python3-jinja2 python3-h5py"));
     fmt::print("{}\n", output.string());
     for (const auto &fault : data.faults)
         fmt::print(stderr, "livermark: left out: {}\n", fault);

@@ -12,7 +12,6 @@ endif()
 find_package(CLI11 REQUIRED)
 find_package(tomlplusplus REQUIRED)
 find_package(NLopt 2.7 REQUIRED)
-find_package(PNG REQUIRED)
 
 # The openmpi flavour of HDF5 is the one that deal.II and gmsh link; the serial one beside it breaks both.
 set(HDF5_PREFER_PARALLEL ON)

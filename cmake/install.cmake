@@ -115,7 +115,8 @@ set(CPACK_COMPONENT_PYTHON_SUITE_DESCRIPTION
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-livermark)
 set(CPACK_DEBIAN_PYTHON_SUITE_PACKAGE_NAME python3-livermark-suite)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "${LIVERMARK_PYTHON_VERSION}, python3-numpy, python3-h5py")
-set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-pandas, python3-vtk9, python3-livermark-suite")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS
+  "python3-pandas, python3-vtk9, python3-matplotlib, python3-jinja2, python3-livermark-suite")
 set(CPACK_DEBIAN_PYTHON_SUITE_PACKAGE_DEPENDS "python3-livermark, libopenblas0-serial, python3-meshio")
 # The libraries that the extension modules are linked with.
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)

@@ -1,12 +1,18 @@
 #include "support/child_process.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fstream>
+#include <poll.h>
 #include <spawn.h>
+#include <sstream>
+#include <stdexcept>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <system_error>
 #include <unistd.h>
@@ -19,6 +25,100 @@
 extern char **environ; // NOLINT(readability-redundant-declaration): POSIX asks for it
 
 namespace livermark::support {
+
+namespace {
+
+struct Started {
+    pid_t process;
+    int error; ///< 0 if it runs
+};
+
+/// Starts a program, and destroys the actions.
+Started start(const std::vector<std::string> &words, posix_spawn_file_actions_t &actions) {
+    std::vector<std::string> kept = words; // posix_spawn wants them writable, and leaves them alone
+    std::vector<char *> arguments;
+    for (auto &word : kept)
+        arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    Started started{0, 0};
+    started.error = posix_spawnp(&started.process, arguments.front(), &actions, nullptr, arguments.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    return started;
+}
+
+/// Waits for a program. The exit status; -1 if it was killed.
+int end_of(pid_t process) {
+    int status = 0;
+    return waitpid(process, &status, 0) == process && WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+std::vector<std::string> lines_of(std::istream &stream) {
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(stream, line);)
+        if (!line.empty())
+            lines.push_back(line);
+    return lines;
+}
+
+/// A pair of sockets between this process and a standard stream of a child.
+struct Channel {
+    explicit Channel(int stream_of_child) : stream(stream_of_child) {
+        std::array<int, 2> ends{};
+        if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
+            throw std::runtime_error(fmt::format("no connection to a child process: {}", std::strerror(errno)));
+        ours = ends[0];
+        theirs = ends[1];
+    }
+    ~Channel() {
+        close_theirs();
+        close(ours);
+    }
+    Channel(const Channel &) = delete;
+    Channel &operator=(const Channel &) = delete;
+    void close_theirs() {
+        if (theirs >= 0)
+            close(std::exchange(theirs, -1));
+    }
+
+    int stream;
+    int ours = -1, theirs = -1;
+};
+
+struct Receiver {
+    Channel *channel;
+    std::string *text;
+};
+
+/// Sends and receives until the child has closed what it writes to.
+void exchange(std::string_view input, const Channel &to_child, const std::vector<Receiver> &receivers) {
+    std::array<char, 65536> buffer{};
+    std::vector<pollfd> waiting{{to_child.ours, POLLOUT, 0}};
+    for (const auto &receiver : receivers)
+        waiting.push_back({receiver.channel->ours, POLLIN, 0});
+    const auto is_open = [](const pollfd &one) { return one.fd >= 0; };
+    while (std::any_of(waiting.begin() + 1, waiting.end(), is_open)) {
+        if (poll(waiting.data(), waiting.size(), -1) < 0 && errno != EINTR)
+            return;
+        if (waiting[0].fd >= 0 && waiting[0].revents != 0) {
+            const auto sent = send(to_child.ours, input.data(), input.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+            input.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(sent, 0)));
+            if (input.empty() || (sent < 0 && errno != EAGAIN && errno != EINTR)) {
+                shutdown(to_child.ours, SHUT_WR);
+                waiting[0].fd = -1; // which poll passes over
+            }
+        }
+        for (std::size_t r = 0; r < receivers.size(); ++r)
+            if (waiting[r + 1].fd >= 0 && waiting[r + 1].revents != 0) {
+                const auto received = recv(waiting[r + 1].fd, buffer.data(), buffer.size(), 0);
+                if (received > 0)
+                    receivers[r].text->append(buffer.data(), static_cast<std::size_t>(received));
+                else
+                    waiting[r + 1].fd = -1;
+            }
+    }
+}
+
+} // namespace
 
 ScratchFolder::ScratchFolder() {
     const auto parent = std::filesystem::temp_directory_path();
@@ -37,30 +137,36 @@ ScratchFolder::~ScratchFolder() {
 ChildOutcome run_program(const std::vector<std::string> &words) {
     const ScratchFolder scratch;
     const auto output = scratch.path / "output";
-    std::vector<std::string> kept = words; // posix_spawn wants them writable, and leaves them alone
-    std::vector<char *> arguments;
-    for (auto &word : kept)
-        arguments.push_back(word.data());
-    arguments.push_back(nullptr);
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
     posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
-    pid_t process = 0;
-    const int error = posix_spawnp(&process, arguments.front(), &actions, nullptr, arguments.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
-    ChildOutcome outcome;
-    int status = 0;
-    if (error != 0) {
-        outcome.lines.push_back(fmt::format("{}: {}", words.front(), std::strerror(error)));
-        return outcome;
-    }
-    if (waitpid(process, &status, 0) == process && WIFEXITED(status))
-        outcome.status = WEXITSTATUS(status);
+    const auto [process, error] = start(words, actions);
+    if (error != 0)
+        return {.status = -1, .lines = {fmt::format("{}: {}", words.front(), std::strerror(error))}};
+    const int status = end_of(process);
     std::ifstream stream(output);
-    for (std::string line; std::getline(stream, line);)
-        if (!line.empty())
-            outcome.lines.push_back(line);
+    return {.status = status, .lines = lines_of(stream)};
+}
+
+FilterOutcome run_filter(const std::vector<std::string> &words, std::string_view input) {
+    // Of sockets a reader may be gone without a signal to this process.
+    Channel to_child(STDIN_FILENO), output(STDOUT_FILENO), errors(STDERR_FILENO);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    for (const auto *channel : {&to_child, &output, &errors})
+        posix_spawn_file_actions_adddup2(&actions, channel->theirs, channel->stream);
+    const auto [process, error] = start(words, actions);
+    for (auto *channel : {&to_child, &output, &errors})
+        channel->close_theirs();
+    if (error != 0)
+        return {.status = -1, .output = {}, .lines = {fmt::format("{}: {}", words.front(), std::strerror(error))}};
+    std::string of_errors;
+    FilterOutcome outcome;
+    exchange(input, to_child, {{&output, &outcome.output}, {&errors, &of_errors}});
+    outcome.status = end_of(process);
+    std::istringstream stream(of_errors);
+    outcome.lines = lines_of(stream);
     return outcome;
 }
 

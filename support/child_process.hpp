@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace livermark::support {
@@ -27,6 +28,18 @@ struct ChildOutcome {
 /// Runs a program to its end, without a shell.
 /// @param words  its path or name, and its arguments
 ChildOutcome run_program(const std::vector<std::string> &words);
+
+/// How a program ended that turned its input into its output.
+struct FilterOutcome {
+    int status = -1; ///< as of ChildOutcome
+    std::string output;
+    std::vector<std::string> lines; ///< of its errors, without empty ones
+};
+
+/// Runs a program to its end, without a shell and without a file.
+/// @param words  its path or name, and its arguments
+/// @param input  what it reads; it need not read all of it
+FilterOutcome run_filter(const std::vector<std::string> &words, std::string_view input);
 
 /// What a script of scripts/ made of a file.
 struct Converted {

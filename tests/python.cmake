@@ -4,9 +4,10 @@ if(NOT TARGET _livermark)
   message(STATUS "The Python package is not tested: it is not built")
   return()
 endif()
-execute_process(COMMAND ${LIVERMARK_PYTHON} -c "import pytest, pandas, h5py" RESULT_VARIABLE missing OUTPUT_QUIET ERROR_QUIET)
+execute_process(COMMAND ${LIVERMARK_PYTHON} -c "import pytest, pandas, h5py, matplotlib, jinja2" RESULT_VARIABLE missing OUTPUT_QUIET ERROR_QUIET)
 if(NOT missing STREQUAL "0")
-  message(STATUS "The Python package is not tested: see python3-pytest, python3-pandas, python3-h5py")
+  message(STATUS "The Python package is not tested: see python3-pytest, python3-pandas, python3-h5py,
+    python3-matplotlib, python3-jinja2")
   return()
 endif()
 
@@ -25,5 +26,5 @@ foreach(part IN LISTS parts)
   add_test(NAME Python.${name}
     COMMAND ${LIVERMARK_PYTHON} -m pytest -q -p no:cacheprovider ${CMAKE_CURRENT_SOURCE_DIR}/python/${part})
   set_tests_properties(Python.${name} PROPERTIES LABELS python TIMEOUT 600 FIXTURES_REQUIRED "python_runs;sample_result"
-    ENVIRONMENT "PYTHONPATH=${PROJECT_BINARY_DIR}/python;PYTHONDONTWRITEBYTECODE=1;LIVERMARK_BINARY=$<TARGET_FILE:livermark>;LIVERMARK_PYTHON_RUNS=${python_runs};LIVERMARK_SAMPLES=${CMAKE_CURRENT_BINARY_DIR}")
+    ENVIRONMENT "PYTHONPATH=${PROJECT_BINARY_DIR}/python;PYTHONDONTWRITEBYTECODE=1;LIVERMARK_BINARY=$<TARGET_FILE:livermark>;LIVERMARK_SOURCE_DIR=${PROJECT_SOURCE_DIR};LIVERMARK_PYTHON_RUNS=${python_runs};LIVERMARK_SAMPLES=${CMAKE_CURRENT_BINARY_DIR}")
 endforeach()

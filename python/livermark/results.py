@@ -25,9 +25,9 @@ def _library(name: str, package: str):
 def _value(attribute: Any) -> Any:
     """Texts are bytes in HDF5, and numbers are scalars of numpy."""
     if isinstance(attribute, bytes):
-        return attribute.decode()
+        return attribute.decode(errors="replace")
     if hasattr(attribute, "dtype") and attribute.dtype.kind == "S":
-        return [text.decode() for text in attribute]
+        return [text.decode(errors="replace") for text in attribute]
     return attribute.item() if getattr(attribute, "ndim", 1) == 0 else attribute
 
 
@@ -70,6 +70,11 @@ class ModelResult:
         if "edges" not in self._solution:
             return None
         return {name: self._solution[name][:] for name in ("edges", "stiffness", "rest_length", "node_mass")}
+
+    @property
+    def moves_in_steps(self) -> bool:
+        """Whether it is made of springs, or moves in explicit steps."""
+        return "edges" in self._solution or "critical_time_step" in self._solution.attrs
 
     @property
     def comparison(self) -> Optional[dict[str, Any]]:
@@ -160,6 +165,36 @@ class ResultFile:
     @property
     def load_case(self) -> str:
         return _attributes(self._file["load_case"])["name"]
+
+    @property
+    def load_case_attributes(self) -> dict[str, Any]:
+        """name, title, definition, load_scale and the rest"""
+        return _attributes(self._file["load_case"])
+
+    @property
+    def has_motion(self) -> bool:
+        """Whether the load case goes on after its static start."""
+        return "release" in self._file["load_case"]
+
+    @property
+    def path_of_loads(self) -> Optional[NDArray[np.float64]]:
+        """(L) parts of the loads at which solutions are kept; None in the small regime"""
+        return self._file["load_case/path"][:] if "path" in self._file["load_case"] else None
+
+    @property
+    def materials(self) -> dict[str, NDArray[np.float64]]:
+        """(R) density [kg/m^3], young_modulus [Pa] and poisson_ratio of each region"""
+        return {name: values[:] for name, values in self._file["materials"].items()}
+
+    @property
+    def assumptions(self) -> list[str]:
+        """What the files of the body do not say and was assumed."""
+        return _attributes(self._file["mesh"]).get("assumptions", [])
+
+    @property
+    def boundary_triangles(self) -> NDArray[np.int64]:
+        """(T, 3) node numbers, right-handed seen from outside"""
+        return self._file["mesh/boundary_triangles"][:]
 
     @property
     def points(self) -> NDArray[np.float64]:

@@ -28,7 +28,7 @@ const core::SpringNetwork *springs_in(const results::Result &result) {
     return model != result.models.end() && model->solution.springs ? &*model->solution.springs : nullptr;
 }
 
-std::optional<core::RayleighDamping> damping_of(const std::string &body, const report::ReportData &data) {
+std::optional<core::RayleighDamping> damping_of(const std::string &body, const ReportData &data) {
     for (const auto &result : data.results)
         if (result.problem.body->name == body && result.problem.load_case.release)
             return result.problem.load_case.release->damping;
@@ -38,16 +38,14 @@ std::optional<core::RayleighDamping> damping_of(const std::string &body, const r
     return std::nullopt;
 }
 
-report::PaperTable table_of(const results::Result &result, const core::SpringNetwork &springs,
-                            const report::ReportData &data) {
+PaperTable table_of(const results::Result &result, const core::SpringNetwork &springs, const ReportData &data) {
     const auto &body = *result.problem.body;
     const auto parameters =
         spring_parameters(body, springs, damping_of(body.name, data).value_or(core::RayleighDamping{}));
-    report::PaperTable table{
-        .body = body.name,
-        .rows = {{{"printed"}, {"as"}, {"printed [SI]", true}, {"here [SI]", true}, {"ratio", true}}, {}},
-        .objections = {},
-        .command = result.provenance.command};
+    PaperTable table{.body = body.name,
+                     .rows = {{{"printed"}, {"as"}, {"printed [SI]", true}, {"here [SI]", true}, {"ratio", true}}, {}},
+                     .objections = {},
+                     .command = result.provenance.command};
     for (const auto &claim : compare_with_paper(parameters)) {
         const auto printed = fmt::format("{} {} {}", claim.quantity->name, claim.printed, claim.quantity->unit.name);
         for (const auto &reading : claim.readings)
@@ -64,13 +62,12 @@ report::PaperTable table_of(const results::Result &result, const core::SpringNet
 
 } // namespace
 
-std::vector<report::PaperTable> paper_tables(const report::ReportData &data) {
-    std::vector<report::PaperTable> tables;
+std::vector<PaperTable> paper_tables(const ReportData &data) {
+    std::vector<PaperTable> tables;
     for (const auto &result : data.results) {
         const auto &body = *result.problem.body;
         const auto *springs = springs_in(result);
-        if (springs && std::ranges::find(tables, body.name, &report::PaperTable::body) == tables.end() &&
-            may_be_a_liver(body))
+        if (springs && std::ranges::find(tables, body.name, &PaperTable::body) == tables.end() && may_be_a_liver(body))
             tables.push_back(table_of(result, *springs, data));
     }
     return tables;

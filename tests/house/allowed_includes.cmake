@@ -16,13 +16,12 @@ set(may_include_fem_reference support core)
 set(may_include_models support core msm interactive fem_reference)
 set(may_include_results support core)
 set(may_include_results/tables support core results)
-set(may_include_report support core results results/tables)
 set(may_include_server support)
 set(may_include_server/sessions support core live fem_reference models results server)
 set(may_include_studies/exchange/formats support core)
-set(may_include_studies support core meshes load_cases msm fem_reference models results results/tables report
+set(may_include_studies support core meshes load_cases msm fem_reference models results results/tables
   studies/exchange/formats)
-set(may_include_cli support core meshes segmentation load_cases msm fem_reference models results results/tables report
+set(may_include_cli support core meshes segmentation load_cases msm fem_reference models results results/tables
   server server/sessions studies studies/exchange/formats)
 set(may_include_python support core msm)
 set(may_include_python/suite support core meshes load_cases msm fem_reference models results studies
@@ -30,15 +29,14 @@ set(may_include_python/suite support core meshes load_cases msm fem_reference mo
 set(may_include_benchmarks support core meshes load_cases msm fem_reference models results results/tables)
 set(may_include_fuzz support core meshes load_cases live results studies/exchange/formats)
 set(may_include_tests support core meshes segmentation load_cases msm interactive live fem_reference models results
-  results/tables report server server/sessions studies studies/exchange/formats)
+  results/tables server server/sessions studies studies/exchange/formats)
 set(may_include_examples "")
-set(rooms support core meshes segmentation load_cases msm interactive live fem_reference models results results/tables report
+set(rooms support core meshes segmentation load_cases msm interactive live fem_reference models results results/tables
   server server/sessions studies/exchange/formats studies cli python python/suite benchmarks fuzz tests examples)
 # Libraries that one room alone may use. MPI is begun by deal.II, which begins the libraries behind it as well.
 set(owner_of_deal.II fem_reference support)
 set(owner_of_gmsh.h meshes)
 set(owner_of_hdf5.h results tests examples)
-set(owner_of_png.h report)
 set(owner_of_boost/asio server tests)
 set(owner_of_boost/beast server tests)
 set(owner_of_CGAL segmentation)
@@ -109,7 +107,7 @@ foreach(folder IN LISTS folders)
         endif()
       elseif(include MATCHES "\"")
         string(APPEND faults "${source}: ${include}\n  write the path from the top of the repository\n")
-      elseif(include MATCHES "<(deal\\.II|gmsh\\.h|hdf5\\.h|png\\.h|boost/asio|boost/beast|CGAL|itk)")
+      elseif(include MATCHES "<(deal\\.II|gmsh\\.h|hdf5\\.h|boost/asio|boost/beast|CGAL|itk)")
         if(NOT folder IN_LIST owner_of_${CMAKE_MATCH_1})
           string(APPEND faults "${source}: ${include}\n  only ${owner_of_${CMAKE_MATCH_1}} may\n")
         endif()

@@ -21,3 +21,13 @@ if os.path.exists(os.path.join(os.path.dirname(livermark.__file__), "data")):
     assert os.environ["LIVERMARK_ROOT"].startswith(sys.argv[1])
     solution = livermark.solve("beam", "beam_bend", "lloyd")
     print(f"the beam bends by {1e3 * numpy.linalg.norm(solution.displacement, axis=1).max():.3g} mm")
+
+# The report comes with its templates.
+from livermark.report import page  # noqa: E402
+from livermark.report.data import ReportData  # noqa: E402
+
+of_files = {name: [] for name in ("faults", "others", "results", "large", "cohorts", "stability", "histories", "timings",
+                                  "large_bodies", "paper")}
+html = page.make(ReportData({"folder": "runs", "command": "livermark report runs", "tables": {}, **of_files,
+                             "standings": {"rest": [], "motion": []}}))
+assert html.startswith("<!DOCTYPE html>") and "There are no result files of small deformations here." in html

@@ -22,12 +22,16 @@ def test_arrays_are_those_of_the_file():
         for name in ("points", "tetrahedra", "region"):
             assert numpy.array_equal(getattr(result, name), file["mesh"][name][:]), name
         lloyd, theirs = result["lloyd"], file["solutions/lloyd"]
-        assert lloyd.status == "ok"
+        assert numpy.array_equal(result.boundary_triangles, file["mesh/boundary_triangles"][:])
+        assert result.materials.keys() == {"density", "young_modulus", "poisson_ratio"}
+        assert result.load_case_attributes["title"] == file["load_case"].attrs["title"].decode()
+        assert not result.has_motion and result.path_of_loads is None and result.assumptions == []
+        assert lloyd.status == "ok" and lloyd.moves_in_steps
         assert numpy.array_equal(lloyd.displacement, theirs["displacement"][:])
         assert numpy.array_equal(lloyd.reaction, theirs["reaction"][:])
         assert numpy.array_equal(lloyd.error, file["comparisons/lloyd/error"][:])
         assert lloyd.springs.keys() == {"edges", "stiffness", "rest_length", "node_mass"}
-        assert result["fem_p1"].springs is None
+        assert result["fem_p1"].springs is None and not result["fem_p1"].moves_in_steps
         assert result["fem_p2p1"].error is None and result["fem_p2p1"].comparison is None
         assert lloyd.frames is None and result.reference is None
 

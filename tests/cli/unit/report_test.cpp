@@ -1,18 +1,19 @@
-#include "report/report.hpp"
-
+#include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <gtest/gtest.h>
+#include <memory>
 
 #include "results/hdf5/file_kind.hpp"
 #include "results/hdf5/result_file.hpp"
-#include "tests/bad_input.hpp"
+#include "studies/report/report_data.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/sample_result.hpp"
 #include "tests/sample_timings.hpp"
 
-namespace livermark::report {
+namespace livermark::studies {
 namespace {
 
 /// With the number of pieces of a text in it.
@@ -28,11 +29,9 @@ void expect_parts(const std::string &page, const std::vector<std::string> &parts
         EXPECT_NE(page.find(part), std::string::npos) << part;
 }
 
-ReportData sample_data() {
-    ReportData data;
-    data.results = {tests::sample_result()};
-    data.files = {"box/pull_and_hang.h5"};
-    return data;
+std::string text_of(const std::filesystem::path &path) {
+    std::ifstream file(path);
+    return {std::istreambuf_iterator<char>(file), {}};
 }
 
 results::Stability sample_stability() {
@@ -61,18 +60,41 @@ results::Histories sample_histories() {
                                  {.time_step = 0.5, .time = {0, 0.5, 1}, .displacement = {1, 0.5, 0.25}}}}}};
 }
 
+results::Result with_body(results::Result result, const std::function<void(core::Body &)> &change) {
+    auto body = *result.problem.body;
+    change(body);
+    result.problem.body = std::make_shared<core::Body>(body);
+    return result;
+}
+
+class Report : public tests::ResultFolder {
+  protected:
+    /// The page of the files in the folder.
+    std::string page() const {
+        const auto outcome = tests::livermark("report " + directory_.string());
+        EXPECT_EQ(outcome.status, 0) << outcome.output;
+        return text_of(directory_ / "report.html");
+    }
+    void write(const std::string &name, const results::Result &result) const {
+        results::write_result(directory_ / name, result);
+    }
+};
+
 /// Every section, from a file that has everything and one that has nothing for it.
-TEST(Report, HasTheNumbersOfTheFiles) {
-    auto data = sample_data();
-    data.results[0].models[1].comparison->relative_l2 = 0.123456;
-    data.results[0].models[1].comparison->max_error = 0.0012344;
-    data.results[0].reference_uncertainty->relative_l2 = 0.0301;
-    data.stability = {sample_stability()};
-    data.timings = {tests::sample_timings()};
-    data.histories = {sample_histories()};
-    data.large = {tests::along_a_path(tests::sample_result())};
-    const auto page = make_report(data, {}, "livermark report runs");
-    expect_parts(page, {"<strong>12.35</strong>",
+TEST_F(Report, HasTheNumbersOfTheFiles) {
+    auto result = tests::sample_result();
+    result.models[1].comparison->relative_l2 = 0.123456;
+    result.models[1].comparison->max_error = 0.0012344;
+    result.reference_uncertainty->relative_l2 = 0.0301;
+    write("result.h5", result);
+    auto large = tests::along_a_path(tests::sample_result());
+    large.problem.load_case.regime = core::Regime::large;
+    write("large.h5", large);
+    results::write_stability(directory_ / "stability.lloyd.h5", sample_stability());
+    results::write_timings(directory_ / "timings.h5", tests::sample_timings());
+    results::write_histories(directory_ / "histories.h5", sample_histories());
+    const auto text = page();
+    expect_parts(text, {"<strong>12.35</strong>",
                         "every model under every large load case",
                         "pull_and_hang: z_max",
                         "± 3.01",
@@ -93,106 +115,91 @@ TEST(Report, HasTheNumbersOfTheFiles) {
                         "diverged at 1 s",
                         "stable, ends at 0.25 m",
                         "livermark run --body box",
-                        "livermark report runs",
+                        "livermark report ",
                         "0123abc-dirty"});
-    EXPECT_NE(page.find("<td class=\"number\">50</td>"), std::string::npos) << "part of the machine's limit [%]";
-    EXPECT_EQ(page.find("There are no"), std::string::npos);
+    EXPECT_NE(text.find("<td class=\"number\">50</td>"), std::string::npos) << "part of the machine's limit [%]";
+    EXPECT_EQ(text.find("There are no"), std::string::npos);
 }
 
-TEST(Report, SaysWhatIsMissingInItsPlace) {
-    auto data = sample_data();
-    data.results = {tests::without_motion(data.results[0])};
-    data.results[0].reference_uncertainty.reset();
-    for (auto &model : data.results[0].models) {
+TEST_F(Report, SaysWhatIsMissingInItsPlace) {
+    auto result = tests::without_motion(tests::sample_result());
+    result.reference_uncertainty.reset();
+    for (auto &model : result.models) {
         model.solution.springs.reset();
         model.solution.explicit_steps.reset();
     }
-    const auto page = make_report(data, {}, "livermark report runs");
+    write("result.h5", result);
     expect_parts(
-        page, {"The uncertainty of the reference is unknown under pull_and_hang",
-               "blown_up: diverged: a node left the "
-               "room",
-               "unfinished: not_converged: 100 iterations were not enough", "No file here contains the time of a step.",
-               "No model was moved", "There is no body with several Poisson&#39;s ratios here.",
-               "There is no body with meshes of several sizes here", "The reference was solved on one mesh only",
-               "There are no stability files here", "There are no timing files here", "There are no history files here",
-               "No result file here has the springs of lloyd"});
+        page(),
+        {"The uncertainty of the reference is unknown under pull_and_hang", "blown_up: diverged: a node left the room",
+         "unfinished: not_converged: 100 iterations were not enough", "No file here contains the time of a step.",
+         "No model was moved", "There is no body with several Poisson&#39;s ratios here.",
+         "There is no body with meshes of several sizes here", "The reference was solved on one mesh only",
+         "There are no stability files here", "There are no timing files here", "There are no history files here",
+         "No result file here has the springs of lloyd"});
 }
 
-TEST(Report, IsThereWithoutAnyRun) {
-    ReportData data;
-    data.timings = {tests::sample_timings()};
-    const auto page = make_report(data, {}, "livermark report runs");
-    EXPECT_EQ(count(page, "There are no result files of small deformations here"), 2u);
-    EXPECT_EQ(page.find("<img"), std::string::npos);
+TEST_F(Report, IsThereWithoutAnyRun) {
+    results::write_timings(directory_ / "timings.h5", tests::sample_timings());
+    const auto text = page();
+    EXPECT_EQ(count(text, "There are no result files of small deformations here"), 2u);
+    EXPECT_EQ(text.find("<img"), std::string::npos);
 }
 
-TEST(Report, ShowsErrorsOverPoissonRatiosAndMeshSizes) {
-    auto data = sample_data();
-    for (const double ratio : {0.25, 0.49}) {
-        auto other = tests::sample_result();
-        auto body = *other.problem.body;
-        body.materials[0].poisson_ratio = ratio;
-        other.problem.body = std::make_shared<core::Body>(body);
-        data.results.push_back(other);
-        data.files.emplace_back("other.h5");
-    }
-    auto fine = tests::sample_result(4);
-    auto body = *fine.problem.body;
-    body.name = "box_2";
-    fine.problem.body = std::make_shared<core::Body>(body);
-    auto coarse = tests::sample_result(2);
-    body = *coarse.problem.body;
-    body.name = "box_1";
-    coarse.problem.body = std::make_shared<core::Body>(body);
-    data.results.insert(data.results.end(), {fine, coarse});
-    data.files.insert(data.files.end(), {"fine.h5", "coarse.h5"});
-    const auto page = make_report(data, {}, "");
-    EXPECT_EQ(page.find("There is no body with"), std::string::npos);
-    expect_parts(page,
-                 {"box_, pull_and_hang, nu 0.45", ">Poisson&#39;s ratio", "size of an element [mm]", "box, nu 0.25"});
+TEST_F(Report, ShowsErrorsOverPoissonRatiosAndMeshSizes) {
+    for (const double ratio : {0.25, 0.45, 0.49})
+        write(fmt::format("{}.h5", ratio),
+              with_body(tests::sample_result(), [&](core::Body &body) { body.materials[0].poisson_ratio = ratio; }));
+    write("fine.h5", with_body(tests::sample_result(4), [](core::Body &body) { body.name = "box_2"; }));
+    write("coarse.h5", with_body(tests::sample_result(2), [](core::Body &body) { body.name = "box_1"; }));
+    const auto text = page();
+    EXPECT_EQ(text.find("There is no body with"), std::string::npos);
+    expect_parts(text, {"box_, pull_and_hang, nu 0.45", ">Poisson's ratio", "size of an element [mm]", "box, nu 0.25"});
 }
 
-TEST(Report, EscapesWhatFilesSay) {
-    auto data = sample_data();
-    auto body = *data.results[0].problem.body;
-    body.name = "<script>alert(1)</script>";
-    body.assumptions = {"a & b < c"};
-    data.results[0].problem.body = std::make_shared<core::Body>(body);
-    data.results[0].problem.load_case.title = "\"><img src=x onerror='alert(2)'>";
-    data.results[0].problem.load_case.name = "bad \xff\x01 bytes";
-    data.results[0].provenance.command = "livermark run </code><script>";
-    data.results[0].models[1].name = "<b>springs</b>";
-    const auto page = make_report(data, {}, "livermark report '<runs>'");
-    EXPECT_EQ(page.find("<script"), std::string::npos);
-    EXPECT_EQ(page.find("<img src=x"), std::string::npos);
-    EXPECT_EQ(page.find("<b>"), std::string::npos);
-    expect_parts(page,
-                 {"&lt;script&gt;alert(1)&lt;/script&gt;", "a &amp; b &lt; c", "bad \xef\xbf\xbd\xef\xbf\xbd bytes"});
+TEST_F(Report, EscapesWhatFilesSay) {
+    auto result = with_body(tests::sample_result(), [](core::Body &body) {
+        body.name = "<script>alert(1)</script>";
+        body.assumptions = {"a & b < c"};
+    });
+    result.problem.load_case.title = "\"><img src=x onerror='alert(2)'>";
+    result.problem.load_case.name = "bad \xff\x01 bytes";
+    result.provenance.command = "livermark run </code><script>";
+    result.models[1].name = "<b>springs $x_1$";
+    result.reference_uncertainty->refined = result.models[1].name;
+    result.motion_uncertainty->refined = result.models[1].name;
+    write("result.h5", result);
+    const auto text = page();
+    EXPECT_EQ(text.find("<script"), std::string::npos);
+    EXPECT_EQ(text.find("<img src=x"), std::string::npos);
+    EXPECT_EQ(text.find("<b>"), std::string::npos);
+    expect_parts(text, {"&lt;script&gt;alert(1)&lt;/script&gt;", "a &amp; b &lt; c", "&lt;b&gt;springs $x_1$",
+                        "bad \xef\xbf\xbd\xef\xbf\xbd bytes"});
 }
 
 /// A file may say that a solution is ok whatever is in it.
-TEST(Report, DoesNotDrawWhatHasLeftTheRoom) {
+TEST_F(Report, DoesNotDrawWhatHasLeftTheRoom) {
     for (const double length : {std::nan(""), 1e200, 1e3}) {
-        auto data = sample_data();
-        data.results[0].models[1].solution.displacement[0].x() = length;
-        const auto page = make_report(data, {}, "");
-        EXPECT_EQ(page.find("<img"), std::string::npos) << length;
-        EXPECT_EQ(count(page, "No model was compared with a reference here"), 1u);
-        auto far = sample_data();
-        for (auto &displacement : far.results[0].models[0].solution.displacement)
+        auto result = tests::sample_result();
+        result.models[1].solution.displacement[0].x() = length;
+        write("result.h5", result);
+        const auto text = page();
+        EXPECT_EQ(text.find("<img"), std::string::npos) << length;
+        EXPECT_EQ(count(text, "No model was compared with a reference here"), 1u);
+        auto far = tests::sample_result();
+        for (auto &displacement : far.models[0].solution.displacement)
             displacement.z() = length;
-        EXPECT_EQ(count(make_report(far, {}, ""), "The reference does not move, or has diverged"), 1u);
+        write("result.h5", far);
+        EXPECT_EQ(count(page(), "The reference does not move, or has diverged"), 1u);
     }
-    auto still = sample_data();
-    for (auto &displacement : still.results[0].models[0].solution.displacement)
+    auto still = tests::sample_result();
+    for (auto &displacement : still.models[0].solution.displacement)
         displacement.setZero();
-    EXPECT_EQ(count(make_report(still, {}, ""), "The reference does not move"), 1u);
+    write("result.h5", still);
+    EXPECT_EQ(count(page(), "The reference does not move"), 1u);
 }
 
-class ReportFolder : public tests::ResultFolder {};
-
-TEST_F(ReportFolder, IsReadByKindOfFile) {
+TEST_F(Report, ReadsFilesByTheirKind) {
     results::write_result(path_, tests::sample_result());
     results::write_stability(directory_ / "stability.lloyd.h5", sample_stability());
     results::write_histories(directory_ / "histories.h5", sample_histories());
@@ -205,8 +212,9 @@ TEST_F(ReportFolder, IsReadByKindOfFile) {
     EXPECT_EQ(results::kind_of_file(directory_ / "modes.traction.h5"), results::FileKind::modes);
     const auto data = read_report_data(directory_);
     ASSERT_EQ(data.results.size(), 1u);
-    EXPECT_EQ(data.files, std::vector<std::string>{"result.h5"});
-    EXPECT_EQ(data.others, std::vector<std::string>{"modes.traction.h5"});
+    EXPECT_EQ(data.files.results, std::vector<std::string>{"result.h5"});
+    EXPECT_EQ(data.files.stability, std::vector<std::string>{"stability.lloyd.h5"});
+    EXPECT_EQ(data.files.others, std::vector<std::string>{"modes.traction.h5"});
 
     ASSERT_EQ(data.stability.size(), 1u);
     EXPECT_EQ(data.stability[0].spring_law, "lloyd");
@@ -234,15 +242,10 @@ TEST_F(ReportFolder, IsReadByKindOfFile) {
     }
 }
 
-std::string text_of(const std::filesystem::path &path) {
-    std::ifstream file(path);
-    return {std::istreambuf_iterator<char>(file), {}};
-}
-
 /// What is whole is worth a report; what is not stands in it, on standard error and in the exit status.
-TEST_F(ReportFolder, SaysWhatItLeftOut) {
+TEST_F(Report, SaysWhatItLeftOut) {
     results::write_result(path_, tests::sample_result());
-    results::write_result(directory_ / "second.h5", tests::sample_result());
+    write("second.h5", tests::sample_result());
     std::filesystem::resize_file(directory_ / "second.h5", 5000);
     const auto outcome = tests::livermark("report " + directory_.string());
     EXPECT_EQ(outcome.status, 1) << outcome.output;
@@ -251,10 +254,9 @@ TEST_F(ReportFolder, SaysWhatItLeftOut) {
     expect_parts(text_of(directory_ / "report.html"), {"1 of runs", "<dt>Left out</dt><dd>second.h5"});
 }
 
-TEST_F(ReportFolder, IsRefusedWithDamagedFilesAloneAndLeavesAnEarlierReport) {
+TEST_F(Report, IsRefusedWithDamagedFilesAloneAndLeavesAnEarlierReport) {
     results::write_result(path_, tests::sample_result());
-    ASSERT_EQ(tests::livermark("report " + directory_.string()).status, 0);
-    const auto before = text_of(directory_ / "report.html");
+    const auto before = page();
     std::filesystem::resize_file(path_, 5000);
     const auto outcome = tests::livermark("report " + directory_.string());
     EXPECT_EQ(outcome.status, 2) << outcome.output;
@@ -263,16 +265,43 @@ TEST_F(ReportFolder, IsRefusedWithDamagedFilesAloneAndLeavesAnEarlierReport) {
     EXPECT_EQ(files().size(), 2u) << "something was left behind";
 }
 
-TEST_F(ReportFolder, SetsTable1BesideTheSpringsOfALiver) {
+TEST_F(Report, SetsTable1BesideTheSpringsOfALiver) {
     auto result = tests::sample_result(); // a box of two litres
     result.models[1].name = "lloyd";
     result.reference_uncertainty->refined = "lloyd";
     result.motion_uncertainty->refined = "lloyd";
     results::write_result(path_, result);
-    ASSERT_EQ(tests::livermark("report " + directory_.string()).status, 0);
-    expect_parts(text_of(directory_ / "report.html"),
+    expect_parts(page(),
                  {"mass 1.9825 kg", "stiffness 5.4225 kPa", "damping 7.4525 N/m^2", "Table 1 of the paper beside box"});
 }
 
+/// A folder with a module of that name that cannot be imported stands in for a machine without it.
+TEST_F(Report, SaysWhatToInstallWherePythonLacksALibrary) {
+    std::filesystem::create_directories(directory_ / "runs");
+    write("runs/result.h5", tests::sample_result());
+    for (const std::string library : {"matplotlib", "jinja2", "h5py"}) {
+        const auto module = directory_ / (library + ".py");
+        std::ofstream(module) << "raise ModuleNotFoundError(\"No module named '" << library << "'\")\n";
+        const auto outcome =
+            tests::run_command(fmt::format("PYTHONDONTWRITEBYTECODE=1 PYTHONPATH={} {} report {}", directory_.string(),
+                                           LIVERMARK_BINARY, (directory_ / "runs").string()));
+        EXPECT_EQ(outcome.status, 2) << outcome.output;
+        expect_parts(outcome.output, {fmt::format("No module named '{}'", library),
+                                      "apt-get install python3-matplotlib python3-jinja2 python3-h5py"});
+        EXPECT_EQ(count(outcome.output, "\n"), 1u) << outcome.output;
+        EXPECT_FALSE(std::filesystem::exists(directory_ / "runs" / "report.html"));
+        std::filesystem::remove(module);
+    }
+}
+
+TEST_F(Report, PatchesOfABodyAreDrawnInTheirColours) {
+    const auto picture = directory_ / "patches.png";
+    const auto outcome = tests::livermark("mesh check beam --picture " + picture.string());
+    ASSERT_EQ(outcome.status, 0) << outcome.output;
+    expect_parts(outcome.output,
+                 {"from the front, from behind, from above and from below", "#440154  x_min", "#fde725  z_max"});
+    EXPECT_TRUE(text_of(picture).starts_with("\x89PNG"));
+}
+
 } // namespace
-} // namespace livermark::report
+} // namespace livermark::studies

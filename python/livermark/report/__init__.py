@@ -1,0 +1,1 @@
+"""The HTML report of a folder of result files, which `livermark report` makes. See docs/report.md."""

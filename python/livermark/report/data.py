@@ -1,0 +1,170 @@
+"""What a report is made of: values of result files, and the tables that the program makes of them.
+
+Texts come from files that anybody may have written: characters that no page may hold become U+FFFD where they are read.
+"""
+from __future__ import annotations
+
+import functools
+import math
+import pathlib
+import re
+from dataclasses import dataclass
+from typing import Any, Iterator, NamedTuple, Optional
+
+import h5py
+
+from livermark.results import ResultFile, _attributes
+
+_NO_CHARACTER = re.compile("[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
+
+
+def cleaned(value: Any) -> Any:
+    """The same with only characters that XML may hold."""
+    if isinstance(value, str):
+        return _NO_CHARACTER.sub("\ufffd", value)
+    if isinstance(value, dict):
+        return {cleaned(key): cleaned(item) for key, item in value.items()}
+    return [cleaned(item) for item in value] if isinstance(value, list) else value
+
+
+def number(value: Any) -> float:
+    """JSON has no NaN and infinity, which come as these words."""
+    return float(value)
+
+
+class Column(NamedTuple):
+    title: str
+    is_number: bool = False
+
+
+@dataclass(frozen=True)
+class Table:
+    columns: list[Column]
+    rows: list[list[str]]
+
+
+def table_of(layout: dict) -> Table:
+    return Table([Column(column["title"], column["is_number"]) for column in layout["columns"]], layout["rows"])
+
+
+@dataclass(frozen=True)
+class Model:
+    """One model of a result file."""
+    name: str
+    status: str
+    message: str
+    reference: str  #: that it is compared with; empty where it is not
+    relative_l2: float  #: NaN where it was not compared
+    max_error: float  #: [m]
+    is_within_uncertainty: bool
+    is_spring_model: bool  #: is made of springs or moves in explicit steps: finite elements are what it is measured by
+
+    @property
+    def error(self) -> float:
+        """relative_l2 if it came to an end and was compared, else NaN"""
+        return self.relative_l2 if self.status == "ok" else math.nan
+
+
+@dataclass(frozen=True)
+class Result:
+    """One result file, without its fields, which open() reads."""
+    path: pathlib.Path
+    file: str  #: relative to the folder
+    label: str  #: the body, with its Poisson's ratio where there are several
+    body: str
+    load_case: str
+    title: str
+    has_motion: bool
+    poisson_ratio: float
+    assumptions: list[str]
+    provenance: dict[str, Any]
+    uncertainty: Optional[dict[str, Any]]  #: of the reference, as /reference has it
+    models: dict[str, Model]
+
+    def open(self) -> ResultFile:
+        return ResultFile(self.path)
+
+    @property
+    def command(self) -> str:
+        return self.provenance["command"]
+
+    @property
+    def reference(self) -> str:
+        """The model that the others are compared with; empty if none was compared."""
+        return next((model.reference for model in self.models.values() if model.reference), "")
+
+    @property
+    def best_springs(self) -> Optional[Model]:
+        """The spring model with the smallest error; None if there is none with an error."""
+        springs = [model for model in self.models.values() if model.is_spring_model and math.isfinite(model.error)]
+        return min(springs, key=lambda model: model.error, default=None)
+
+
+def _model(file: ResultFile, name: str) -> Model:
+    model = file[name]
+    comparison = model.comparison or {}
+    return Model(name=cleaned(name), status=model.status, message=cleaned(model.attributes["message"]),
+                 reference=cleaned(comparison.get("reference", "")),
+                 relative_l2=comparison.get("relative_l2", math.nan), max_error=comparison.get("max_error", math.nan),
+                 is_within_uncertainty=comparison.get("within_uncertainty", 0) == 1,
+                 is_spring_model=model.moves_in_steps)
+
+
+def read_result(path: pathlib.Path, file: str, label: str) -> Result:
+    with ResultFile(path) as result:
+        load_case = result.load_case_attributes
+        models = [_model(result, name) for name in result.models]
+        return Result(path=path, file=file, label=label, body=cleaned(result.body),
+                      load_case=cleaned(load_case["name"]), title=cleaned(load_case["title"]),
+                      has_motion=result.has_motion, poisson_ratio=float(result.materials["poisson_ratio"][0]),
+                      assumptions=cleaned(result.assumptions), provenance=cleaned(result.provenance),
+                      uncertainty=cleaned(result.reference), models={model.name: model for model in models})
+
+
+def attributes_of(group) -> dict[str, Any]:
+    """Attributes of a group of h5py, texts as such."""
+    return cleaned(_attributes(group))
+
+
+class ReportData:
+    """All that sections are made of. Files that the program has found to be damaged are not among them."""
+
+    def __init__(self, told: dict):
+        told = cleaned(told)
+        self.folder = pathlib.Path(told["folder"])
+        self.command: str = told["command"]
+        self.faults: list[str] = told["faults"]  #: a sentence for each file that is left out
+        self.others: list[str] = told["others"]  #: files of other kinds
+        self.results = [self._result(entry) for entry in told["results"]]  #: of small deformations
+        self.large = [self._result(entry) for entry in told["large"]]  #: never beside the others
+        self.tables = {name: table_of(layout) for name, layout in told["tables"].items()}
+        self.told = told  #: the rest, as livermark::studies::report_tables() says
+
+    def _result(self, entry: dict) -> Result:
+        return read_result(self.folder / entry["file"], entry["file"], entry["label"])
+
+    def open(self, file: str) -> h5py.File:
+        """A file that is no result file; file is relative to the folder."""
+        return h5py.File(self.folder / file, "r")
+
+    @functools.cached_property
+    def models(self) -> list[str]:
+        """Names of the models of small deformations, each once, in the order in which they appear."""
+        return model_names(self.results)
+
+    @property
+    def has_several_ratios(self) -> bool:
+        return any(result.label != result.body for result in self.results)
+
+    def by_label(self) -> Iterator[tuple[str, list[Result]]]:
+        """The results of each body, a load case each."""
+        for label in dict.fromkeys(result.label for result in self.results):
+            yield label, [result for result in self.results if result.label == label]
+
+
+def model_names(results: list[Result]) -> list[str]:
+    return list(dict.fromkeys(name for result in results for name in result.models))
+
+
+def commands_of(results: list[Result]) -> list[str]:
+    return [result.command for result in results]

@@ -1,0 +1,8 @@
+"""The parts of a report, a file each with section(data), which returns a parts.Section, or None where it has no place.
+
+To add one, write its file and name it in this list, in the order of the page.
+"""
+from livermark.report.sections import (cohort, cost, errors, large, numbers, paper, pictures, poisson, refinement, steps,
+                                       timings)
+
+SECTIONS = (errors, large, cohort, pictures, cost, poisson, refinement, steps, timings, paper, numbers)

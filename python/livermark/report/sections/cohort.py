@@ -1,0 +1,100 @@
+"""Errors over the bodies of a cohort: how they are distributed, and their statistics."""
+from __future__ import annotations
+
+from typing import Optional
+
+import matplotlib
+from markupsafe import Markup
+from matplotlib.lines import Line2D
+
+from livermark.report import colours, figures
+from livermark.report.data import ReportData, attributes_of, cleaned, table_of
+from livermark.report.parts import Section, figure, missing, paragraph, table
+from livermark.report.units import PERCENT
+
+TITLE = "Livers of other people"
+HALVES = {"training": colours.Style(colours.BLUE, "o"), "unseen": colours.Style(colours.VERMILION, "D")}
+ROW, STRIP = 50, 15  # [pixel]
+
+
+def _by_model(statistics: list[dict]) -> dict[str, dict[str, dict]]:
+    """What there is of each model and half; the smaller median on the unseen half comes first."""
+    models: dict[str, dict[str, dict]] = {}
+    for one in statistics:
+        if one["errors"]:
+            models.setdefault(one["model"], {})[one["half"]] = one
+
+    def median(item):
+        return next(item[1][half]["median"] for half in ("unseen", "training") if half in item[1])
+    return dict(sorted(models.items(), key=median))
+
+
+def _draw_strip(axes, one: dict, style: colours.Style, y: float) -> None:
+    low, median, high = (PERCENT * one[name] for name in ("median_low", "median", "median_high"))
+    axes.fill_between([low, high], y - 0.11, y + 0.11, color=colours.BAND, linewidth=0, zorder=1)
+    axes.plot([PERCENT * error for error in one["errors"]], [y] * len(one["errors"]), linestyle="", marker=style.marker,
+              markersize=6, color=style.colour, alpha=0.75, zorder=2)
+    axes.plot([median, median], [y - 0.15, y + 0.15], color=colours.INK, linewidth=2, zorder=3)
+
+
+def _plot(group: dict) -> Optional[Markup]:
+    """The errors of all bodies on one logarithmic axis; names stand above their strips, for narrow screens."""
+    models = _by_model(group["statistics"])
+    errors = [PERCENT * error for one in group["statistics"] for error in one["errors"]]
+    if not figures.has_points(errors, errors):
+        return None
+    height = ROW * len(models) + figures.TOP + figures.BOTTOM + 20
+    axes = figures.new_plot(f"Error of each body at Poisson's ratio {group['poisson_ratio']:g}",
+                            "mean relative L2 error over load cases [%]", "", 440, height)
+    axes.figure.subplots_adjust(left=12 / 440)
+    figures.set_logarithmic(axes, "x", {"x": errors})
+    with matplotlib.rc_context(figures.SETTINGS):
+        for row, (name, halves) in enumerate(models.items()):
+            axes.text(0.0, -row + 0.32, name, transform=axes.get_yaxis_transform(), va="center")
+            for strip, (half, style) in enumerate(HALVES.items()):
+                if half in halves:
+                    _draw_strip(axes, halves[half], style, -row - strip * STRIP / ROW)
+        axes.set_ylim(-len(models) + 0.45, 0.75)
+        axes.yaxis.set_visible(False)
+        axes.spines["left"].set_visible(False)
+        for half, style in HALVES.items():
+            axes.add_line(Line2D([], [], linestyle="", marker=style.marker, markersize=6, color=style.colour, label=half))
+    return figures.finish(axes)
+
+
+def _bodies(file) -> str:
+    litres = 1e3 * file["bodies/volume"][:]
+    lesions = file["bodies/num_lesions"][:]
+    return (f"{len(litres)} livers of {litres.min():.2f} to {litres.max():.2f} L with {lesions.min()} to {lesions.max()} "
+            "lesions.")
+
+
+def _cohort(data: ReportData, told: dict) -> Markup:
+    with data.open(told["file"]) as file:
+        command = attributes_of(file)["command"]
+        html = paragraph(_bodies(file)) if len(file["bodies/volume"]) else Markup("")
+        cases = attributes_of(file["errors/load_case"])["names"] if "errors" in file else []
+        failures = cleaned(bytes(file["failures"][:]).decode(errors="replace")).splitlines() if "failures" in file else []
+    for group in told["groups"]:
+        if plot := _plot(group):
+            html += figure("figure", plot,
+                           f"Deformations of the {group['regime']} regime: a marker for each body, a stroke for the median "
+                           "and a bar for its interval of 95 %. The smallest median comes first.", [command])
+        html += figure("table", table(table_of(group["table"])),
+                       f"Deformations of the {group['regime']} regime: mean relative L2 error over load cases, in brackets "
+                       f"the interval of 95 % by bootstrap. Load cases: {', '.join(sorted(cases))}.", [command])
+    for failure in failures:
+        html += missing("Failed: " + failure)
+    return html
+
+
+def section(data: ReportData) -> Section:
+    if not data.told["cohorts"]:
+        return Section("cohort", TITLE, missing("There is no cohort file here.",
+                                                "livermark cohort --bodies 1-8 --output FOLDER"))
+    html = paragraph(
+        "Errors over the bodies of a cohort. Constants of models may be chosen on the training half; accuracy is quoted on "
+        "the unseen half. The other sections leave these bodies out: a report of the folder of one body shows it in full.")
+    for told in data.told["cohorts"]:
+        html += _cohort(data, told)
+    return Section("cohort", TITLE, html)

@@ -1,0 +1,126 @@
+#include "studies/report/report_data.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <numeric>
+#include <system_error>
+#include <utility>
+
+#include "results/hdf5/file_kind.hpp"
+#include "results/hdf5/result_file.hpp"
+#include "results/hdf5/result_files.hpp"
+#include "support/input_error.hpp"
+
+namespace livermark::studies {
+
+namespace {
+
+/// Bodies together, and of each the Poisson's ratios in order.
+void sort_results(ReportData &data) {
+    std::vector<std::size_t> order(data.results.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::stable_sort(order, {}, [&](std::size_t r) {
+        const auto &body = *data.results[r].problem.body;
+        return std::pair(body.name, body.materials.front().poisson_ratio);
+    });
+    ReportData sorted;
+    for (const auto r : order) {
+        sorted.results.push_back(std::move(data.results[r]));
+        sorted.files.results.push_back(std::move(data.files.results[r]));
+    }
+    data.results = std::move(sorted.results);
+    data.files.results = std::move(sorted.files.results);
+}
+
+/// A cohort file speaks for the result files of its bodies below it.
+struct SpokenFor {
+    std::filesystem::path folder;
+    std::vector<results::CohortBody> bodies;
+
+    bool has(const std::filesystem::path &file) const {
+        return std::ranges::mismatch(folder, file).in1 == folder.end() &&
+               std::ranges::find(bodies, file.parent_path().filename().string(), &results::CohortBody::name) !=
+                   bodies.end();
+    }
+};
+
+void read_file(const std::filesystem::path &file, const std::string &name, ReportData &data) {
+    switch (results::kind_of_file(file)) {
+    case results::FileKind::result:
+        if (auto result = results::read_result(file); result.problem.load_case.regime == core::Regime::large) {
+            data.large.push_back(std::move(result));
+            data.files.large.push_back(name);
+        } else {
+            data.results.push_back(std::move(result));
+            data.files.results.push_back(name);
+        }
+        break;
+    case results::FileKind::stability:
+        data.stability.push_back(results::read_stability(file));
+        data.files.stability.push_back(name);
+        break;
+    case results::FileKind::histories:
+        data.histories.push_back(results::read_histories(file));
+        data.files.histories.push_back(name);
+        break;
+    case results::FileKind::timings:
+        data.timings.push_back(results::read_timings(file));
+        data.files.timings.push_back(name);
+        break;
+    case results::FileKind::cohort: // none is left in the list
+    case results::FileKind::arena:
+    case results::FileKind::modes:
+    case results::FileKind::calibration:
+    case results::FileKind::other:
+        data.files.others.push_back(name);
+    }
+}
+
+/// Reads the cohort files, and takes them and what cannot be read from the list.
+std::vector<SpokenFor> read_cohorts(std::vector<std::filesystem::path> &files, ReportData &data) {
+    std::vector<SpokenFor> spoken_for;
+    std::erase_if(files, [&](const std::filesystem::path &file) {
+        try {
+            if (results::kind_of_file(file) != results::FileKind::cohort)
+                return false;
+            data.cohorts.push_back(results::read_cohort(file));
+            data.files.cohorts.push_back(file.lexically_relative(data.folder).string());
+            spoken_for.push_back({file.parent_path(), data.cohorts.back().bodies});
+        } catch (const support::InputError &fault) {
+            data.faults.emplace_back(fault.what());
+        }
+        return true;
+    });
+    return spoken_for;
+}
+
+} // namespace
+
+ReportData read_report_data(const std::filesystem::path &folder) {
+    std::error_code error;
+    if (!std::filesystem::is_directory(folder, error))
+        throw support::InputError(
+            fmt::format("{}: there is no such folder; give the one that `livermark run` filled", folder.string()));
+    ReportData data;
+    data.folder = folder;
+    auto files = results::hdf5_files_below(folder);
+    const auto spoken_for = read_cohorts(files, data);
+    for (const auto &file : files)
+        try {
+            if (std::ranges::none_of(spoken_for, [&](const SpokenFor &cohort) { return cohort.has(file); }))
+                read_file(file, file.lexically_relative(folder).string(), data);
+        } catch (const support::InputError &fault) {
+            data.faults.emplace_back(fault.what());
+        }
+    if (data.results.empty() && data.large.empty() && data.cohorts.empty() && data.stability.empty() &&
+        data.histories.empty() && data.timings.empty())
+        throw support::InputError(
+            data.faults.empty() ? fmt::format("{0}: there are no result files here; make some with `livermark run "
+                                              "--output {0}`",
+                                              folder.string())
+                                : data.faults.front());
+    sort_results(data);
+    return data;
+}
+
+} // namespace livermark::studies

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "results/hdf5/cohort_file.hpp"
+#include "results/hdf5/history_file.hpp"
+#include "results/hdf5/stability_file.hpp"
+#include "results/hdf5/timings_file.hpp"
+#include "results/result.hpp"
+
+namespace livermark::studies {
+
+/// Names of files relative to their folder, by what is in them, in the order of what ReportData has of them.
+struct ReportFiles {
+    std::vector<std::string> results, large, cohorts, stability, histories, timings;
+    std::vector<std::string> others; ///< of other kinds, which no part of the report is about
+};
+
+/// What the files below a folder say.
+struct ReportData {
+    std::filesystem::path folder; ///< that was read
+    ReportFiles files;
+    std::vector<results::Result> results; ///< with models, of small deformations
+    std::vector<results::Result> large;   ///< with models, of large deformations; never beside the others
+    std::vector<results::Cohort> cohorts; ///< their bodies are not among the results
+    std::vector<results::Stability> stability;
+    std::vector<results::Histories> histories;
+    std::vector<results::Timings> timings;
+    std::vector<std::string> faults; ///< a sentence for each file that cannot be read or is damaged, and is left out
+};
+
+/// Reads every .h5 below a folder. Result files of the bodies of a cohort stand below its file and are left out: they
+/// are many, and what they come to is in that file.
+/// @throws support::InputError if the folder cannot be listed, or none of the files has anything for a report
+ReportData read_report_data(const std::filesystem::path &folder);
+
+} // namespace livermark::studies

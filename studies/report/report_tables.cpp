@@ -1,0 +1,197 @@
+#include "studies/report/report_tables.hpp"
+
+#include <algorithm>
+#include <sstream>
+#include <toml++/toml.h>
+
+#include "results/cohort.hpp"
+#include "results/tables/accuracy.hpp"
+#include "results/tables/cohort_table.hpp"
+#include "results/tables/history_table.hpp"
+#include "results/tables/large_table.hpp"
+#include "results/tables/overview.hpp"
+#include "results/tables/stability_table.hpp"
+#include "results/tables/summary.hpp"
+#include "results/tables/table.hpp"
+#include "studies/seed_paper/paper_tables.hpp"
+
+namespace livermark::studies {
+
+namespace {
+
+template <class Values> toml::array array_of(const Values &values) {
+    toml::array array;
+    for (const auto &value : values)
+        array.push_back(value);
+    return array;
+}
+
+toml::table json_of(const results::Layout &layout) {
+    toml::array columns, rows;
+    for (const auto &column : layout.columns)
+        columns.push_back(toml::table{{"title", column.title}, {"is_number", column.is_number}});
+    for (const auto &row : layout.rows)
+        rows.push_back(array_of(row));
+    return toml::table{{"columns", std::move(columns)}, {"rows", std::move(rows)}};
+}
+
+toml::array json_of(const std::vector<results::Standing> &standings) {
+    toml::array array;
+    for (const auto &standing : standings)
+        array.push_back(toml::table{{"body", standing.body},
+                                    {"load_case", standing.load_case},
+                                    {"model", standing.model},
+                                    {"integrator", standing.integrator},
+                                    {"cost", standing.at.cost},
+                                    {"error", standing.at.error},
+                                    {"is_on_front", standing.is_on_front}});
+    return array;
+}
+
+toml::array files_with_labels(const std::vector<std::string> &files, const std::vector<results::Result> &results) {
+    toml::array array;
+    for (std::size_t r = 0; r < results.size(); ++r)
+        array.push_back(toml::table{{"file", files[r]}, {"label", results::body_label(results[r], results)}});
+    return array;
+}
+
+/// Of one body, for its part of the section on large deformations.
+toml::table large_body(const std::string &label, const std::vector<results::Result> &all) {
+    std::vector<results::Result> of_body;
+    toml::array forces;
+    for (const auto &result : all)
+        if (results::body_label(result, all) == label) {
+            of_body.push_back(result);
+            for (const auto &curve : results::force_curves(result))
+                forces.push_back(toml::table{{"load_case", result.problem.load_case.name},
+                                             {"place", curve.place},
+                                             {"way", curve.way},
+                                             {"model", curve.model},
+                                             {"force", array_of(curve.force)}});
+        }
+    return toml::table{
+        {"label", label}, {"table", json_of(results::large_table(of_body))}, {"forces", std::move(forces)}};
+}
+
+toml::array large_bodies(const std::vector<results::Result> &all) {
+    toml::array bodies;
+    std::vector<std::string> labels;
+    for (const auto &result : all)
+        if (const auto label = results::body_label(result, all); std::ranges::find(labels, label) == labels.end()) {
+            labels.push_back(label);
+            bodies.push_back(large_body(label, all));
+        }
+    return bodies;
+}
+
+toml::table json_of(const std::vector<results::CohortStatistics> &group) {
+    toml::array statistics;
+    for (const auto &one : group) {
+        toml::array errors;
+        for (const auto &mean : one.means)
+            errors.push_back(mean.error);
+        statistics.push_back(toml::table{{"half", one.half},
+                                         {"model", one.model},
+                                         {"errors", std::move(errors)},
+                                         {"median", one.median},
+                                         {"median_low", one.median_interval.low},
+                                         {"median_high", one.median_interval.high}});
+    }
+    return toml::table{{"regime", core::to_string(group.front().regime)},
+                       {"poisson_ratio", group.front().poisson_ratio},
+                       {"statistics", std::move(statistics)},
+                       {"table", json_of(results::cohort_table(group))}};
+}
+
+/// What is of one regime and Poisson's ratio stands together.
+toml::array cohort_groups(const results::Cohort &cohort) {
+    std::vector<std::vector<results::CohortStatistics>> groups;
+    for (auto &statistics : results::cohort_statistics(cohort.errors)) {
+        const auto same = std::ranges::find_if(groups, [&](const auto &group) {
+            return group.front().regime == statistics.regime && group.front().poisson_ratio == statistics.poisson_ratio;
+        });
+        if (same == groups.end())
+            groups.push_back({std::move(statistics)});
+        else
+            same->push_back(std::move(statistics));
+    }
+    toml::array array;
+    for (const auto &group : groups)
+        array.push_back(json_of(group));
+    return array;
+}
+
+toml::array cohorts_of(const ReportData &data) {
+    toml::array array;
+    for (std::size_t c = 0; c < data.cohorts.size(); ++c)
+        array.push_back(toml::table{{"file", data.files.cohorts[c]}, {"groups", cohort_groups(data.cohorts[c])}});
+    return array;
+}
+
+toml::array stability_of(const ReportData &data) {
+    toml::array array;
+    for (std::size_t s = 0; s < data.stability.size(); ++s)
+        array.push_back(toml::table{{"file", data.files.stability[s]},
+                                    {"table", json_of(results::stability_table(data.stability[s]))}});
+    return array;
+}
+
+/// Of what is let go, and not of what is pushed: that is the same upside down.
+results::Layout motions_let_go(std::vector<results::Histories> all) {
+    for (auto &histories : all)
+        std::erase_if(histories.cases, [](const auto &entry) { return entry.name.ends_with("_step_force"); });
+    return results::history_table(all);
+}
+
+toml::array papers_of(const ReportData &data) {
+    toml::array array;
+    for (const auto &paper : paper_tables(data))
+        array.push_back(toml::table{{"body", paper.body},
+                                    {"table", json_of(paper.rows)},
+                                    {"objections", array_of(paper.objections)},
+                                    {"command", paper.command}});
+    return array;
+}
+
+/// A sentence in which the files of a folder are named from there.
+std::string below(const std::filesystem::path &folder, std::string sentence) {
+    const auto start = (folder / "").string();
+    for (auto at = sentence.find(start); at != std::string::npos; at = sentence.find(start, at))
+        sentence.erase(at, start.size());
+    return sentence;
+}
+
+} // namespace
+
+std::string report_tables(const ReportData &data, const std::string &command_line) {
+    toml::array faults;
+    for (const auto &fault : data.faults)
+        faults.push_back(below(data.folder, fault));
+    const toml::table tables{
+        {"folder", data.folder.string()},
+        {"command", command_line},
+        {"results", files_with_labels(data.files.results, data.results)},
+        {"large", files_with_labels(data.files.large, data.large)},
+        {"cohorts", cohorts_of(data)},
+        {"stability", stability_of(data)},
+        {"histories", array_of(data.files.histories)},
+        {"timings", array_of(data.files.timings)},
+        {"others", array_of(data.files.others)},
+        {"faults", std::move(faults)},
+        {"large_bodies", large_bodies(data.large)},
+        {"large_legend", results::large_legend()},
+        {"paper", papers_of(data)},
+        {"standings", toml::table{{"rest", json_of(results::standings_at_rest(data.results))},
+                                  {"motion", json_of(results::standings_in_motion(data.results))}}},
+        {"tables", toml::table{{"errors", json_of(results::error_table(data.results))},
+                               {"rest", json_of(results::static_accuracy(data.results))},
+                               {"motion", json_of(results::motion_accuracy(data.results))},
+                               {"means", json_of(results::mean_errors(data.results))},
+                               {"summary", json_of(results::summary(data.large))},
+                               {"histories", json_of(motions_let_go(data.histories))}}}};
+    std::ostringstream text;
+    text << toml::json_formatter(tables, toml::json_formatter::default_flags & ~toml::format_flags::indentation);
+    return text.str();
+}
+
+} // namespace livermark::studies

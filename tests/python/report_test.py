@@ -1,0 +1,157 @@
+"""The numbers of a report are those of its files, and a section is made of what files have."""
+import math
+import os
+import pathlib
+import shutil
+import subprocess
+import xml.etree.ElementTree
+
+import h5py
+import numpy
+import pytest
+from conftest import BINARY, RUNS
+
+SAMPLES = pathlib.Path(os.environ["LIVERMARK_SAMPLES"])
+XHTML = "{http://www.w3.org/1999/xhtml}"
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def report_of(folder):
+    subprocess.run([BINARY, "report", str(folder)], check=True, capture_output=True)
+    return xml.etree.ElementTree.fromstring((folder / "report.html").read_text(encoding="utf-8"))
+
+
+def texts(element):
+    return ["".join(cell.itertext()).strip() for cell in element]
+
+
+def tables(root, name):
+    """Rows of the tables of a section, without the titles."""
+    section = next(section for section in root.iter(f"{XHTML}section") if section.get("id") == name)
+    return [[texts(row) for row in table.iter(f"{XHTML}tr")][1:] for table in section.iter(f"{XHTML}table")]
+
+
+@pytest.fixture(scope="module")
+def beam(tmp_path_factory):
+    """The report of a beam that was bent, and one that was let go."""
+    folder = tmp_path_factory.mktemp("beam")
+    shutil.copytree(RUNS / "beam", folder / "beam")
+    return report_of(folder)
+
+
+@pytest.fixture(scope="module")
+def sample(tmp_path_factory):
+    """The report of a sample of each kind of file."""
+    folder = tmp_path_factory.mktemp("sample")
+    for name in ("sample_result", "path_result", "sample_stability", "sample_histories", "sample_cohort", "sample_timings"):
+        shutil.copy(SAMPLES / f"{name}.h5", folder)
+    with h5py.File(folder / "path_result.h5", "r+") as file:
+        file["load_case"].attrs["regime"] = numpy.bytes_("large")
+        file["reference"].attrs["reaction_uncertainty"] = 0.1
+    return report_of(folder)
+
+
+def comparison(load_case, model):
+    with h5py.File(RUNS / "beam" / f"{load_case}.h5") as file:
+        group = file.get(f"comparisons/{model}")
+        return {} if group is None else dict(group.attrs)
+
+
+def test_errors_are_those_of_the_files(beam):
+    rows = tables(beam, "errors")[0]
+    compared = 0
+    for model, *cells, mean in rows[:-1]:
+        errors = []
+        for load_case, cell in zip(("beam_bend", "beam_release"), cells):
+            error = comparison(load_case, model).get("relative_l2")
+            if error is not None:
+                errors.append(error)
+                assert cell.removesuffix(" *") == f"{100 * error:.2f}"
+        if len(errors) == 2:
+            compared += 1
+            assert mean == f"{50 * sum(errors):.2f}"
+    assert compared >= 8
+
+
+def test_the_smallest_error_of_springs_is_strong(beam):
+    table = next(beam.iter(f"{XHTML}section")).find(f".//{XHTML}table")
+    strong = [(texts(row)[0], column) for row in table.iter(f"{XHTML}tr") for column, cell in enumerate(row)
+              if cell.find(f"{XHTML}strong") is not None]
+    rows = {row[0]: row[1:] for row in tables(beam, "errors")[0][:-1]}
+    springs = [name for name in rows if not name.startswith("fem_")]
+    for column in range(3):
+        with_error = [name for name in springs if rows[name][column] != "-"]
+        best = min(with_error, key=lambda name: float(rows[name][column].removesuffix(" *")))
+        assert (best, column + 1) in strong
+    assert len(strong) == 3
+
+
+def test_the_first_table_has_the_best_springs_in_the_mean(beam):
+    rows = {row[0]: row[-1] for row in tables(beam, "errors")[0]}
+    found = next(beam.iter(f"{XHTML}table"))
+    (body, cases, best, mean, baseline, _), = [texts(row) for row in found.iter(f"{XHTML}tr")][1:]
+    assert (body, cases, mean, baseline) == ("beam", "2", rows[best], rows["fem_p1"])
+    assert float(mean) == min(float(value) for name, value in rows.items()
+                              if value not in ("-", "") and not name.startswith("fem_"))
+
+
+def test_every_number_is_in_the_table_that_the_program_prints(beam, tmp_path):
+    printed = subprocess.run([BINARY, "table", "--kind", "models", "--markdown", str(RUNS / "beam")], check=True,
+                             capture_output=True, text=True).stdout
+    lines = [[cell.strip() for cell in line.strip("|\n ").split("|")] for line in printed.splitlines()
+             if line.startswith("| beam ")]
+    assert sorted(tables(beam, "numbers")[0]) == sorted(lines)
+
+
+def test_timings_are_those_of_the_file(sample):
+    rows = {row[0]: row[1:] for row in tables(sample, "timings")[0]}
+    with h5py.File(SAMPLES / "sample_timings.h5") as file:
+        for name in ("step/newmark/fem_p1/box", "step/newmark/all"):
+            attributes, seconds = file[f"timings/{name}"].attrs, file[f"timings/{name}/seconds"][:]
+            assert float(rows[name][0]) == pytest.approx(1e6 * numpy.median(seconds))
+            assert float(rows[name][1]) == pytest.approx(1e6 * seconds.min())
+            assert rows[name][2] == str(len(seconds)) and rows[name][3] == attributes["clock"].decode()
+            shown = "-" if "of_limit" not in attributes else f"{100 * attributes['of_limit']:.3g}"
+            assert rows[name][6] == shown
+
+
+def test_limits_of_steps_are_those_of_the_file(sample):
+    rows = tables(sample, "steps")[0]
+    with h5py.File(SAMPLES / "sample_stability.h5") as file:
+        steps = file["critical_time_step"]
+        assert [row[0] for row in rows] == [name.decode() for name in steps.attrs["integrators"]]
+        for row, predicted in zip(rows, steps["undamped_predicted"][:]):
+            if 0.0 < predicted < math.inf:
+                assert row[1] == f"{1e3 * predicted:.4f}"
+            else:
+                assert row[1] == ("any" if predicted > 0.0 else "none")
+
+
+def test_statistics_of_a_cohort_are_those_of_the_file(sample):
+    rows = [row for table in tables(sample, "cohort") for row in table]
+    with h5py.File(SAMPLES / "sample_cohort.h5") as file:
+        statistics = file["statistics"]
+        words = {name: [word.decode() for word in statistics[name].attrs["names"]] for name in ("half", "model")}
+        for h, median in enumerate(statistics["median"][:]):
+            half, model = (words[name][statistics[name][h]] for name in ("half", "model"))
+            row = next(row for row in rows if (row[0], row[2]) == (half, model))
+            assert row[3] == str(statistics["bodies"][h]) and row[4] == str(statistics["left_out"][h])
+            low, high = statistics["median_low"][h], statistics["median_high"][h]
+            assert row[5] == ("-" if math.isnan(median) else
+                              f"{100 * median:.2f} ({100 * low:.2f} to {100 * high:.2f})")
+
+
+def test_a_figure_of_forces_names_every_model(sample):
+    with h5py.File(SAMPLES / "path_result.h5") as file:
+        models = set(file["solutions"])
+    section = next(section for section in sample.iter(f"{XHTML}section") if section.get("id") == "large")
+    names = {"".join(text.itertext()) for text in section.iter(f"{SVG}text")}
+    assert models <= names
+    assert {"depth [mm]", "force [N]"} <= names
+    assert any("var(--band)" in element.get("style", "") for element in section.iter()), "the reference has no band"
+
+
+def test_every_section_is_a_target_of_a_link(sample):
+    links = [link.get("href") for link in sample.find(f".//{XHTML}nav")]
+    assert links == ["#" + section.get("id") for section in sample.iter(f"{XHTML}section")]
+    assert len(links) == 11
