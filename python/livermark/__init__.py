@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING as _TYPE_CHECKING
 from livermark import suite as _suite_functions
 from livermark.convert import Mesh, from_meshio, to_sofa
 from livermark.errors import InputError
+from livermark.febio import Solid, from_febio, to_febio
 from livermark.results import open
 from livermark.suite import bodies, load_cases, models, problem, score, solve
 
@@ -14,10 +15,10 @@ if _TYPE_CHECKING:
     from livermark._suite import Problem, Score, Solution
 
 __all__ = [
-    "InputError", "Mesh", "Problem", "RayleighDamping", "Score", "Simulation", "Solution", "Springs", "bodies",
-    "coupled_springs", "critical_time_step", "from_meshio", "integrators", "largest_angular_frequency", "load_cases",
+    "InputError", "Mesh", "Problem", "RayleighDamping", "Score", "Simulation", "Solid", "Solution", "Springs", "bodies",
+    "coupled_springs", "critical_time_step", "from_febio", "from_meshio", "integrators", "largest_angular_frequency", "load_cases",
     "mass_proportional_damping", "models", "open", "problem", "rayleigh_damping", "score", "solve", "spring_energies",
-    "spring_laws", "springs", "stiffness_proportional_damping", "to_sofa", "two_mode_damping", "volume_terms"]
+    "spring_laws", "springs", "stiffness_proportional_damping", "to_febio", "to_sofa", "two_mode_damping", "volume_terms"]
 try:
     from livermark._livermark import (RayleighDamping, Simulation, Springs, coupled_springs, critical_time_step,
                                       integrators, largest_angular_frequency, mass_proportional_damping,
