@@ -24,8 +24,8 @@ def to_slicer(body: Any, path: Union[str, os.PathLike[str]], moved_by: Union[Non
     """Writes tetrahedra as a legacy VTK file in millimetres, with the word by which 3D Slicer knows that it is in LPS.
 
     body: a Problem, Solid, Mesh or result file. path: of a .vtk file. moved_by: the name of a model of the result file, or
-    displacements (N, 3) [m], by which the nodes are moved. Displacements and errors are in mm, all else as in to_vtk().
-    Raises InputError.
+    displacements (N, 3) [m], by which the nodes are moved. Displacements and errors are in mm and have an array
+    <name>_magnitude beside them, for colours; all else is as in to_vtk(). Raises InputError.
     """
     if os.path.splitext(os.fspath(path))[1] != ".vtk":
         raise InputError(f"{os.fspath(path)}: give a file that ends in .vtk")
@@ -42,9 +42,11 @@ def to_slicer(body: Any, path: Union[str, os.PathLike[str]], moved_by: Union[Non
         values.AddArray(named("displacement", displacement))
     elif moved_by is not None and not values.HasArray("displacement_" + moved_by):
         raise InputError(f"moved_by: there is no displacement of a model '{moved_by}'")
-    for k in range(values.GetNumberOfArrays()):
-        if _is_length(values.GetArrayName(k)):
-            vtk_to_numpy(values.GetArray(k))[:] *= MILLIMETRES
+    for name in [values.GetArrayName(k) for k in range(values.GetNumberOfArrays())]:
+        if _is_length(name):
+            lengths = vtk_to_numpy(values.GetArray(name))
+            lengths *= MILLIMETRES
+            values.AddArray(named(name + "_magnitude", numpy.linalg.norm(lengths, axis=1)))
     points = vtk_to_numpy(grid.GetPoints().GetData())
     points *= MILLIMETRES
     if moved_by is not None:

@@ -93,6 +93,7 @@ def test_file_for_slicer_is_in_millimetres_and_lps(tmp_path):
     assert numpy.array_equal(cells(grid, 4), tetrahedra) and numpy.array_equal(of_cells(grid, "region"), region)
     assert of_points(grid, "displacement_lloyd") == pytest.approx(1000.0 * displacement, rel=1e-15)
     assert of_points(grid, "error_lloyd") == pytest.approx(1000.0 * error, rel=1e-15)
+    assert of_points(grid, "error_lloyd_magnitude").max() == pytest.approx(1000.0 * numpy.linalg.norm(error, axis=1).max())
     moved, _ = read_as_slicer_does(tmp_path / "moved.vtk")
     assert points(moved) == pytest.approx(1000.0 * (rest + displacement), rel=1e-12)
 
