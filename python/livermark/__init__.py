@@ -7,17 +7,22 @@ from typing import TYPE_CHECKING as _TYPE_CHECKING
 from livermark import suite as _suite_functions
 from livermark.convert import Mesh, from_meshio, to_sofa
 from livermark.errors import InputError
+from livermark.febio import Solid, from_febio, to_febio
+from livermark.pictures import to_pyvista, to_vtk
 from livermark.results import open
+from livermark.slicer import to_slicer
 from livermark.suite import bodies, load_cases, models, problem, score, solve
 
 if _TYPE_CHECKING:
     from livermark._suite import Problem, Score, Solution
 
 __all__ = [
-    "InputError", "Mesh", "Problem", "RayleighDamping", "Score", "Simulation", "Solution", "Springs", "bodies",
-    "coupled_springs", "critical_time_step", "from_meshio", "integrators", "largest_angular_frequency", "load_cases",
-    "mass_proportional_damping", "models", "open", "problem", "rayleigh_damping", "score", "solve", "spring_energies",
-    "spring_laws", "springs", "stiffness_proportional_damping", "to_sofa", "two_mode_damping", "volume_terms"]
+    "InputError", "Mesh", "Problem", "RayleighDamping", "Score", "Simulation", "Solid", "Solution", "Springs",
+    "bodies", "coupled_springs", "critical_time_step", "from_febio", "from_meshio", "integrators",
+    "largest_angular_frequency", "load_cases", "mass_proportional_damping", "models", "open", "problem",
+    "rayleigh_damping", "score", "solve", "spring_energies", "spring_laws", "springs",
+    "stiffness_proportional_damping", "to_febio", "to_pyvista", "to_slicer", "to_sofa", "to_vtk",
+    "two_mode_damping", "volume_terms"]
 try:
     from livermark._livermark import (RayleighDamping, Simulation, Springs, coupled_springs, critical_time_step,
                                       integrators, largest_angular_frequency, mass_proportional_damping,

@@ -1,38 +1,87 @@
-"""Result files as grids of VTK."""
+"""Bodies, problems, springs and result files as grids of VTK and of pyvista."""
 from __future__ import annotations
+
+from typing import Any
 
 import numpy
 
-TETRAHEDRON = 10  # VTK_TETRA
+from livermark.errors import InputError
+
+LINE, TETRAHEDRON = 3, 10  # VTK_LINE, VTK_TETRA
 
 
-def grid_of(result):
-    """A vtkUnstructuredGrid of a livermark.results.ResultFile; static fields."""
+def named(name: str, values: Any):
+    """A vtkDataArray with its own memory."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+    array = numpy_to_vtk(numpy.ascontiguousarray(values), deep=True)
+    array.SetName(name)
+    return array
+
+
+def grid_of(points, cells, kind: int, of_cells: dict, of_points: dict):
+    """A vtkUnstructuredGrid of cells of one kind, with named values."""
     try:
         from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
         from vtkmodules.vtkCommonCore import vtkPoints
         from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkUnstructuredGrid
     except ImportError as error:
         raise ImportError("this needs VTK; install python3-vtk9") from error
-
-    def named(name, values):
-        array = numpy_to_vtk(numpy.ascontiguousarray(values), deep=True)
-        array.SetName(name)
-        return array
-
-    tetrahedra = result.tetrahedra.astype(numpy.int64)
-    cells = vtkCellArray()
-    cells.SetData(numpy_to_vtkIdTypeArray(numpy.arange(0, tetrahedra.size + 1, 4), deep=True),
-                  numpy_to_vtkIdTypeArray(tetrahedra.ravel(), deep=True))
-    points = vtkPoints()
-    points.SetData(numpy_to_vtk(result.points, deep=True))
+    nodes = numpy.asarray(cells, dtype=numpy.int64)
+    array = vtkCellArray()
+    array.SetData(numpy_to_vtkIdTypeArray(numpy.arange(0, nodes.size + 1, nodes.shape[1]), deep=True),
+                  numpy_to_vtkIdTypeArray(nodes.ravel(), deep=True))
+    place = vtkPoints()
+    place.SetData(numpy_to_vtk(numpy.ascontiguousarray(points, dtype=float), deep=True))
     grid = vtkUnstructuredGrid()
-    grid.SetPoints(points)
-    grid.SetCells(TETRAHEDRON, cells)
-    grid.GetCellData().AddArray(named("region", result.region))
+    grid.SetPoints(place)
+    grid.SetCells(kind, array)
+    for name, values in of_cells.items():
+        grid.GetCellData().AddArray(named(name, values))
+    for name, values in of_points.items():
+        grid.GetPointData().AddArray(named(name, values))
+    return grid
+
+
+def grid_of_result(result):
+    """A vtkUnstructuredGrid of a livermark.results.ResultFile; static fields."""
+    of_points = {}
     for name in result.models:
         model = result[name]
-        grid.GetPointData().AddArray(named("displacement_" + name, model.displacement))
+        of_points["displacement_" + name] = model.displacement
         if model.error is not None:
-            grid.GetPointData().AddArray(named("error_" + name, model.error))
-    return grid
+            of_points["error_" + name] = model.error
+    return grid_of(result.points, result.tetrahedra, TETRAHEDRON, {"region": result.region}, of_points)
+
+
+def _present(body: Any, names: tuple, count: int) -> dict:
+    """What a body has of these, one value for each item."""
+    values = {name: numpy.asarray(getattr(body, name)) for name in names if getattr(body, name, None) is not None}
+    return {name: numpy.full(count, value) if value.ndim == 0 else value for name, value in values.items()}
+
+
+def to_vtk(body: Any):
+    """A vtkUnstructuredGrid of a Problem, Solid or Mesh, of Springs, or of a result file.
+
+    Tetrahedra have region, young_modulus and poisson_ratio; nodes prescribed_displacement (NaN where free), forces and
+    dead_forces: whatever the body has. Springs are lines with stiffness and rest_length, their nodes have node_mass. A
+    result file has displacement_<model> and error_<model>. SI units. Raises InputError for springs that are no edges.
+    """
+    if hasattr(body, "to_vtk"):
+        return body.to_vtk()
+    if hasattr(body, "edges"):
+        if len(body.edges) == 0:
+            raise InputError("springs: coupled springs are not edges of their own; take springs()")
+        return grid_of(body.points, body.edges, LINE, _present(body, ("stiffness", "rest_length"), len(body.edges)),
+                       _present(body, ("node_mass",), len(body.points)))
+    of_cells = _present(body, ("region", "young_modulus", "poisson_ratio", "density"), len(body.tetrahedra))
+    of_points = _present(body, ("prescribed_displacement", "forces", "dead_forces"), len(body.points))
+    return grid_of(body.points, body.tetrahedra, TETRAHEDRON, of_cells, of_points)
+
+
+def to_pyvista(body: Any):
+    """The grid of to_vtk() as a pyvista.UnstructuredGrid."""
+    try:
+        import pyvista
+    except ImportError as error:
+        raise ImportError("this needs pyvista; install pyvista from PyPI, which Debian 12 does not have") from error
+    return pyvista.wrap(to_vtk(body))

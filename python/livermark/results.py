@@ -258,12 +258,13 @@ class ResultFile:
 
     def to_vtk(self):
         """A vtkUnstructuredGrid: region of the tetrahedra, displacement_<model> and error_<model> [m] of the nodes."""
-        from livermark.pictures import grid_of
-        return grid_of(self)
+        from livermark.pictures import grid_of_result
+        return grid_of_result(self)
 
     def to_pyvista(self):
         """The same as a pyvista.UnstructuredGrid."""
-        return _library("pyvista", "pyvista from PyPI, which Debian 12 does not have").wrap(self.to_vtk())
+        from livermark.pictures import to_pyvista
+        return to_pyvista(self)
 
     def __repr__(self) -> str:
         return f"<livermark.results.ResultFile {self.load_case} on {self.body}: {len(self.models)} models>"

@@ -44,12 +44,31 @@ auto of_each_tetrahedron(double core::Material::*constant) {
     };
 }
 
-msm::NodalConditions at_nodes(const LoadedBody &loaded) {
-    return msm::nodal_conditions(loaded.problem, msm::lumped_masses(*loaded.problem.body));
+msm::NodalConditions at_nodes(const core::Problem &problem) {
+    return msm::nodal_conditions(problem, msm::lumped_masses(*problem.body));
+}
+
+/// Pressures that follow the surface; 0 on every other facet.
+py::array follower_pressure(const LoadedBody &loaded) {
+    const auto &load_case = loaded.problem.load_case;
+    const auto &mesh = mesh_of(loaded);
+    py::array_t<double> pressure(static_cast<py::ssize_t>(mesh.num_boundary_triangles()));
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        pressure.mutable_data()[f] =
+            load_case.follows_surface(f) ? -load_case.value[f].dot(core::area_vector(mesh, f).normalized()) : 0.0;
+    return pressure;
+}
+
+py::array dead_forces(const LoadedBody &loaded) {
+    auto problem = loaded.problem;
+    for (int f = 0; f < mesh_of(loaded).num_boundary_triangles(); ++f)
+        if (problem.load_case.follows_surface(f))
+            problem.load_case.condition[f] = core::FacetCondition::free;
+    return to_array(at_nodes(problem).force);
 }
 
 py::array fixed(const LoadedBody &loaded) {
-    const auto conditions = at_nodes(loaded);
+    const auto conditions = at_nodes(loaded.problem);
     py::array_t<bool> mask({static_cast<py::ssize_t>(conditions.displacement.size()), py::ssize_t{3}});
     for (std::size_t i = 0; i < conditions.displacement.size(); ++i)
         for (std::size_t c = 0; c < 3; ++c)
@@ -68,6 +87,9 @@ void add_problem(py::module_ &module) {
             "body", [](const LoadedBody &p) { return p.problem.body->name; }, "name of the body")
         .def_property_readonly(
             "load_case", [](const LoadedBody &p) { return p.problem.load_case.name; }, "name of the load case")
+        .def_property_readonly(
+            "regime", [](const LoadedBody &p) { return core::to_string(p.problem.load_case.regime); },
+            "small or large deformations")
         .def_property_readonly(
             "notes", [](const LoadedBody &p) { return p.notes; }, "sentences on what had to be assumed")
         .def_property_readonly("points",
@@ -92,12 +114,16 @@ void add_problem(py::module_ &module) {
         .def_property_readonly("poisson_ratio", of_each_tetrahedron(&core::Material::poisson_ratio), "(M)")
         .def_property_readonly("density", of_each_tetrahedron(&core::Material::density), "(M) [kg/m^3]")
         .def_property_readonly(
-            "prescribed_displacement", [](const LoadedBody &p) { return to_array(at_nodes(p).displacement); },
+            "prescribed_displacement", [](const LoadedBody &p) { return to_array(at_nodes(p.problem).displacement); },
             "(N, 3) [m], NaN where a component is free")
         .def_property_readonly("fixed", &fixed, "(N, 3) bool, the components that are prescribed; for Simulation")
         .def_property_readonly(
-            "forces", [](const LoadedBody &p) { return to_array(at_nodes(p).force); },
+            "forces", [](const LoadedBody &p) { return to_array(at_nodes(p.problem).force); },
             "(N, 3) [N], a third of each facet's traction at its corners, and the acceleration of the body")
+        .def_property_readonly("follower_pressure", &follower_pressure,
+                               "(T) [Pa], pressures that stay perpendicular to the moving surface, 0 elsewhere")
+        .def_property_readonly("dead_forces", &dead_forces,
+                               "(N, 3) [N], the part of forces that keeps its direction: without follower pressures")
         .def_property_readonly(
             "constraint_names", [](const LoadedBody &p) { return p.problem.load_case.constraint_names; },
             "(P) the places where displacement is prescribed")

@@ -1,0 +1,183 @@
+"""Jobs of FEBio say what the problem says, in the structure that FEBio 4 reads. FEBio itself does not run here."""
+import pathlib
+import xml.etree.ElementTree
+
+import livermark
+import numpy
+import pytest
+
+LARGE = pathlib.Path(__file__).with_name("beam_large.toml")
+# Sections of febio_spec 4.0, in an order in which each refers to what stands before it.
+SECTIONS = ["Module", "Control", "Material", "Mesh", "MeshDomains", "MeshData", "Boundary", "Loads", "LoadData", "Output"]
+
+
+@pytest.fixture(scope="module")
+def large():
+    return livermark.problem("beam", LARGE)
+
+
+def job_of(problem, tmp_path):
+    livermark.to_febio(problem, tmp_path / "job.feb")
+    job = xml.etree.ElementTree.parse(tmp_path / "job.feb").getroot()
+    check_structure(job)
+    return job
+
+
+def numbers(element):
+    return [float(word) for word in element.text.split(",")]
+
+
+def table(elements):
+    return numpy.array([numbers(element) for element in elements])
+
+
+def names(job, path, attribute="name"):
+    return [element.get(attribute) for element in job.findall(path)]
+
+
+def check_structure(job):
+    """Names are unique and resolve, numbers count up from 1, and maps have a value for each item of their set."""
+    assert job.tag == "febio_spec" and job.get("version") == "4.0"
+    sections = [section.tag for section in job]
+    assert sections == [name for name in SECTIONS if name in sections]
+    num_nodes = len(job.findall("Mesh/Nodes/node"))
+    for path in ("Mesh/Nodes/node", "Mesh/Elements/elem", "Mesh/Surface/tri3", "Material/material"):
+        assert names(job, path, "id") == [str(k + 1) for k in range(len(job.findall(path)))], path
+    sets = {"node_set": names(job, "Mesh/NodeSet") + names(job, "Mesh/Nodes"), "surface": names(job, "Mesh/Surface"),
+            "map": names(job, "MeshData/*"), "lc": names(job, "LoadData/load_controller", "id"),
+            "mat": names(job, "Material/material"), "part": names(job, "Mesh/Elements")}
+    for kind, known in sets.items():
+        assert len(set(known)) == len(known), kind
+    for element in job.iter():
+        for kind in ("node_set", "surface", "lc", "mat"):
+            assert element.get(kind) is None or element.get(kind) in sets[kind], (element.tag, element.attrib)
+        assert element.get("type") != "map" or element.text in sets["map"]
+    assert names(job, "MeshDomains/SolidDomain") == sets["part"]
+    for path in ("Mesh/Elements/elem", "Mesh/Surface/tri3", "Mesh/NodeSet"):
+        for element in job.findall(path):
+            nodes = numbers(element)
+            assert len(set(nodes)) == len(nodes) and 1 <= min(nodes) and max(nodes) <= num_nodes
+    sizes = {entry.get("name"): len(numbers(entry)) for entry in job.findall("Mesh/NodeSet")}
+    sizes |= {entry.get("name"): len(entry) for entry in job.findall("Mesh/Surface")}
+    for entry in job.findall("MeshData/*"):
+        items = sizes[entry.get("node_set") or entry.get("surface")]
+        assert [child.get("lid") for child in entry] == [str(k + 1) for k in range(items)]
+        assert table(entry).shape == (items, {"scalar": 1, "vec3": 3}[entry.get("data_type")])
+    used = names(job, "Boundary/bc", "node_set") + names(job, "Loads/*", "node_set") + names(job, "Loads/*", "surface")
+    assert set(sizes) == set(used) - {None}
+
+
+def values_at_nodes(job, data, num_nodes, width):
+    """The values of a map as an array over all nodes, zero elsewhere."""
+    values = numpy.zeros((num_nodes, width))
+    entry = job.find(f"MeshData/NodeData[@name='{data}']")
+    if entry is not None:
+        nodes = numbers(job.find(f"Mesh/NodeSet[@name='{entry.get('node_set')}']"))
+        values[numpy.array(nodes, int) - 1] = table(entry)
+    return values
+
+
+def constraints_of(job, num_nodes):
+    """Prescribed displacements (N, 3), NaN where a component is free, as prescribed_displacement of a problem."""
+    found = numpy.full((num_nodes, 3), numpy.nan)
+    for condition in job.findall("Boundary/bc"):
+        nodes = numpy.array(numbers(job.find(f"Mesh/NodeSet[@name='{condition.get('node_set')}']")), int) - 1
+        if condition.get("type") == "zero displacement":
+            for axis, name in enumerate(("x_dof", "y_dof", "z_dof")):
+                if condition.find(name).text == "1":
+                    assert numpy.isnan(found[nodes, axis]).all()
+                    found[nodes, axis] = 0.0
+        else:
+            assert condition.get("type") == "prescribed displacement"
+            axis = "xyz".index(condition.find("dof").text)
+            assert numpy.isnan(found[nodes, axis]).all()
+            found[nodes, axis] = values_at_nodes(job, condition.find("value").text, num_nodes, 1)[nodes, 0]
+    return found
+
+
+def test_job_has_the_mesh_and_the_conditions_of_the_problem(large, tmp_path):
+    job = job_of(large, tmp_path)
+    num_nodes = len(large.points)
+    assert numpy.array_equal(table(job.findall("Mesh/Nodes/node")), large.points)
+    assert numpy.array_equal(table(job.findall("Mesh/Elements/elem")) - 1, large.tetrahedra)
+    sliding = numpy.isnan(large.prescribed_displacement).sum(axis=1) == 2
+    assert sliding.any() and numpy.array_equal(constraints_of(job, num_nodes), large.prescribed_displacement, equal_nan=True)
+    assert numpy.array_equal(values_at_nodes(job, "dead_forces", num_nodes, 3), large.dead_forces)
+    assert job.find("Loads/nodal_load").get("type") == "nodal_force"
+
+
+def test_follower_pressures_act_on_their_triangles(large, tmp_path):
+    job = job_of(large, tmp_path)
+    facets = numpy.flatnonzero(large.follower_pressure)
+    assert len(facets) > 0 and large.follower_pressure[facets] == pytest.approx(15.0)
+    assert numpy.array_equal(table(job.findall("Mesh/Surface/tri3")) - 1, large.boundary_triangles[facets])
+    assert numpy.array_equal(table(job.find("MeshData/SurfaceData"))[:, 0], large.follower_pressure[facets])
+    load = job.find("Loads/surface_load")
+    assert load.get("type") == "pressure" and load.find("linear").text == "0"
+
+
+def test_follower_pressures_and_dead_forces_make_the_forces_at_rest(large):
+    assert large.regime == "large" and livermark.problem("beam", "beam_bend").regime == "small"
+    corners = large.points[large.boundary_triangles]
+    area_vector = 0.5 * numpy.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    forces = large.dead_forces.copy()
+    for k in range(3):
+        numpy.add.at(forces, large.boundary_triangles[:, k], -large.follower_pressure[:, None] * area_vector / 3.0)
+    assert forces == pytest.approx(large.forces, rel=1e-12, abs=1e-18)
+
+
+def test_material_is_the_one_of_each_region(tmp_path):
+    problem = livermark.problem("liver_tumours", "breathing")
+    job = job_of(problem, tmp_path)
+    assert names(job, "Mesh/Elements") == problem.region_names == names(job, "Material/material")
+    assert set(names(job, "Material/material", "type")) == {"neo-Hookean"}
+    for number, name in enumerate(problem.region_names):
+        of_region = problem.region == number
+        elements = table(job.findall(f"Mesh/Elements[@name='{name}']/elem")) - 1
+        assert numpy.array_equal(elements, problem.tetrahedra[of_region])
+        material = job.find(f"Material/material[@name='{name}']")
+        for word, values in (("E", problem.young_modulus), ("v", problem.poisson_ratio), ("density", problem.density)):
+            assert set(values[of_region]) == {float(material.find(word).text)}
+    assert job.find("Control/time_steps").text == "1"
+    assert numpy.array_equal(constraints_of(job, len(problem.points)), problem.prescribed_displacement, equal_nan=True)
+
+
+def test_solid_of_own_arrays_makes_a_material_for_each_stiffness(bar, tmp_path):
+    points, tetrahedra = bar
+    moved = numpy.full((8, 3), numpy.nan)
+    moved[points[:, 2] == 0.0] = [0.0, 0.0, numpy.nan]
+    solid = livermark.Solid(points, tetrahedra, [1e3] * 2 + [2e3] * 3 + [1e3], 0.45, region_names=["a & b"],
+                            prescribed_displacement=moved)
+    job = job_of(solid, tmp_path)
+    assert names(job, "Mesh/Elements") == ["a & b_1", "a & b_2"]
+    assert [len(part) for part in job.findall("Mesh/Elements")] == [3, 3]
+    assert [float(e.text) for e in job.findall("Material/material/E")] == [1e3, 2e3]
+    assert names(job, "Boundary/bc") == ["fixed_xy"] and job.find("Loads") is None and job.find("MeshData") is None
+    assert job.find("Control/time_steps").text == "10"
+
+
+@pytest.mark.parametrize("change, sentence", [
+    ({"young_modulus": [1e3, 1e3]}, r"young_modulus: the shape is \(2,\); give one of shape \(6,\)"),
+    ({"poisson_ratio": 0.5}, "young_modulus and poisson_ratio: give more than 0 Pa"),
+    ({"dead_forces": numpy.zeros((7, 3))}, r"dead_forces: the shape is \(7, 3\); give one of shape \(8, 3\)"),
+    ({"tetrahedra": [[0, 1, 2, 8]]}, "tetrahedra: nodes are numbered from 0 to 7"),
+    ({"points": numpy.zeros((8, 2))}, "points and tetrahedra: the shapes are"),
+    ({"region": [1] * 6}, "region: there are 1 names in region_names")])
+def test_wrong_arrays_are_refused(bar, tmp_path, change, sentence):
+    with pytest.raises(livermark.InputError, match="^" + sentence):
+        livermark.to_febio(livermark.Solid(*bar, 1e3, 0.45)._replace(**change), tmp_path / "job.feb")
+
+
+LOG = "*Step  = {step}\n*Time  = {time}\n*Data  = ux;uy;uz\n2,{time},0,-1e-3\n1,0,0,0\n"
+
+
+def test_displacements_come_back_from_the_last_step(large, tmp_path):
+    job = job_of(large, tmp_path)
+    written = job.find("Output/logfile/node_data")
+    assert (written.get("file"), written.get("data"), written.get("delim")) == ("job.displacement.csv", "ux;uy;uz", ",")
+    file = tmp_path / "job.displacement.csv"
+    file.write_text(LOG.format(step=1, time=0.5) + LOG.format(step=2, time=1))
+    assert livermark.from_febio(file).tolist() == [[0.0, 0.0, 0.0], [1.0, 0.0, -1e-3]]
+    file.write_text(LOG.format(step=1, time=0.5))
+    with pytest.raises(livermark.InputError, match="FEBio stopped at 0.5 of the load"):
+        livermark.from_febio(file)
