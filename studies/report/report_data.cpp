@@ -6,6 +6,7 @@
 #include <system_error>
 #include <utility>
 
+#include "results/hdf5/arena_file.hpp"
 #include "results/hdf5/file_kind.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/result_files.hpp"
@@ -67,8 +68,11 @@ void read_file(const std::filesystem::path &file, const std::string &name, Repor
         data.timings.push_back(results::read_timings(file));
         data.files.timings.push_back(name);
         break;
-    case results::FileKind::cohort: // none is left in the list
     case results::FileKind::arena:
+        data.arenas.push_back(results::read_arena(file));
+        data.files.arenas.push_back(name);
+        break;
+    case results::FileKind::cohort: // none is left in the list
     case results::FileKind::modes:
     case results::FileKind::calibration:
     case results::FileKind::other:
@@ -112,8 +116,8 @@ ReportData read_report_data(const std::filesystem::path &folder) {
         } catch (const support::InputError &fault) {
             data.faults.emplace_back(fault.what());
         }
-    if (data.results.empty() && data.large.empty() && data.cohorts.empty() && data.stability.empty() &&
-        data.histories.empty() && data.timings.empty())
+    if (data.results.empty() && data.large.empty() && data.cohorts.empty() && data.arenas.empty() &&
+        data.stability.empty() && data.histories.empty() && data.timings.empty())
         throw support::InputError(
             data.faults.empty() ? fmt::format("{0}: there are no result files here; make some with `livermark run "
                                               "--output {0}`",

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "results/arena.hpp"
 #include "results/hdf5/cohort_file.hpp"
 #include "results/hdf5/history_file.hpp"
 #include "results/hdf5/stability_file.hpp"
@@ -14,7 +15,7 @@ namespace livermark::studies {
 
 /// Names of files relative to their folder, by what is in them, in the order of what ReportData has of them.
 struct ReportFiles {
-    std::vector<std::string> results, large, cohorts, stability, histories, timings;
+    std::vector<std::string> results, large, cohorts, arenas, stability, histories, timings;
     std::vector<std::string> others; ///< of other kinds, which no part of the report is about
 };
 
@@ -25,6 +26,7 @@ struct ReportData {
     std::vector<results::Result> results; ///< with models, of small deformations
     std::vector<results::Result> large;   ///< with models, of large deformations; never beside the others
     std::vector<results::Cohort> cohorts; ///< their bodies are not among the results
+    std::vector<results::Arena> arenas;
     std::vector<results::Stability> stability;
     std::vector<results::Histories> histories;
     std::vector<results::Timings> timings;

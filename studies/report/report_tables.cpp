@@ -6,6 +6,7 @@
 
 #include "results/cohort.hpp"
 #include "results/tables/accuracy.hpp"
+#include "results/tables/arena_table.hpp"
 #include "results/tables/cohort_table.hpp"
 #include "results/tables/history_table.hpp"
 #include "results/tables/large_table.hpp"
@@ -128,6 +129,15 @@ toml::array cohorts_of(const ReportData &data) {
     return array;
 }
 
+toml::array arenas_of(const ReportData &data) {
+    toml::array array;
+    for (std::size_t a = 0; a < data.arenas.size(); ++a)
+        array.push_back(toml::table{{"file", data.files.arenas[a]},
+                                    {"overview", json_of(results::arena_overview(data.arenas[a]))},
+                                    {"table", json_of(results::arena_table(data.arenas[a]))}});
+    return array;
+}
+
 toml::array stability_of(const ReportData &data) {
     toml::array array;
     for (std::size_t s = 0; s < data.stability.size(); ++s)
@@ -173,6 +183,7 @@ std::string report_tables(const ReportData &data, const std::string &command_lin
         {"results", files_with_labels(data.files.results, data.results)},
         {"large", files_with_labels(data.files.large, data.large)},
         {"cohorts", cohorts_of(data)},
+        {"arenas", arenas_of(data)},
         {"stability", stability_of(data)},
         {"histories", array_of(data.files.histories)},
         {"timings", array_of(data.files.timings)},

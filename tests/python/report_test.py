@@ -43,7 +43,8 @@ def beam(tmp_path_factory):
 def sample(tmp_path_factory):
     """The report of a sample of each kind of file."""
     folder = tmp_path_factory.mktemp("sample")
-    for name in ("sample_result", "path_result", "sample_stability", "sample_histories", "sample_cohort", "sample_timings"):
+    for name in ("sample_result", "path_result", "sample_stability", "sample_histories", "sample_cohort", "sample_arena",
+                 "sample_timings"):
         shutil.copy(SAMPLES / f"{name}.h5", folder)
     with h5py.File(folder / "path_result.h5", "r+") as file:
         file["load_case"].attrs["regime"] = numpy.bytes_("large")
@@ -141,6 +142,20 @@ def test_statistics_of_a_cohort_are_those_of_the_file(sample):
                               f"{100 * median:.2f} ({100 * low:.2f} to {100 * high:.2f})")
 
 
+def test_errors_of_methods_are_those_of_the_arena(sample):
+    overview, details = tables(sample, "arena")
+    with h5py.File(SAMPLES / "sample_arena.h5") as file:
+        arena = file["arena"]
+        for r, method in enumerate(arena.attrs["methods"]):
+            row = next(row for row in details if row[2] == method.decode())
+            error = arena["contact_error"][r]
+            assert row[6] == ("-" if math.isnan(error) else f"{100 * error:.1f}")
+            assert row[11] == f"{1e3 * arena['frame_seconds'][r]:.2f}"
+            assert row[-1] == arena.attrs["outcomes"][r].decode()
+            cell = next(row for row in overview if row[1] == method.decode())[2]
+            assert cell == ("diverged" if math.isnan(error) else f"{100 * error:.1f}")
+
+
 def test_a_figure_of_forces_names_every_model(sample):
     with h5py.File(SAMPLES / "path_result.h5") as file:
         models = set(file["solutions"])
@@ -154,4 +169,4 @@ def test_a_figure_of_forces_names_every_model(sample):
 def test_every_section_is_a_target_of_a_link(sample):
     links = [link.get("href") for link in sample.find(f".//{XHTML}nav")]
     assert links == ["#" + section.get("id") for section in sample.iter(f"{XHTML}section")]
-    assert len(links) == 11
+    assert len(links) == 12

@@ -45,7 +45,7 @@ def findings(data: ReportData) -> Markup:
 def facts(data: ReportData) -> list[tuple[str, str]]:
     told = data.told
     found = [("Files", f"{len(data.results) + len(data.large)} of runs, {len(told['cohorts'])} of cohorts, "
-              f"{len(told['stability'])} of stability, {len(told['histories'])} of histories, "
+              f"{len(told['arenas'])} of arenas, {len(told['stability'])} of stability, {len(told['histories'])} of histories, "
               f"{len(told['timings'])} of timings")]
     found += [("Left out", fault) for fault in data.faults]
     if data.results:
