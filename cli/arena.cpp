@@ -79,9 +79,8 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
     command->add_option("--body", options->bodies, "Names as in 'livermark list bodies', or paths")
         ->capture_default_str();
     command
-        ->add_option(
-            "--load-case", options->load_case,
-            fmt::format("One of {}, or the path of one with a [tool]", fmt::join(studies::moving_load_cases(), ", ")))
+        ->add_option("--load-case", options->load_case,
+                     "A name as in 'livermark list moving-load-cases', or the path of one with a [tool]")
         ->capture_default_str();
     command->add_option("--method", options->methods, "Names as in the table; all if left out");
     command->add_option("--budget", arena->budgets, "Of one core, for a frame [ms]")

@@ -28,6 +28,11 @@ void list_load_cases() {
         print_entry(file.stem().string(), load_cases::load_case_title(file));
 }
 
+void list_moving_load_cases() {
+    for (const auto &file : studies::find_toml_files({}, studies::moving_load_cases_folder, "load case"))
+        print_entry(file.stem().string(), load_cases::load_case_title(file));
+}
+
 void list_models() {
     for (const auto &model : models::all_models())
         print_entry(model.name, fmt::format("{} [{}]", model.summary, model.source));
@@ -46,16 +51,20 @@ void list_integrators() {
 } // namespace
 
 Command add_list(CLI::App &parent) {
-    auto *command = parent.add_subcommand("list", "List the bodies, load cases, models, spring laws or integrators");
+    auto *command =
+        parent.add_subcommand("list", "List the bodies, load cases, those with a moving tool, models, spring laws or "
+                                      "integrators");
     auto what = std::make_shared<std::string>();
-    command->add_option("what", *what, "bodies, load-cases, models, spring-laws or integrators")
+    command->add_option("what", *what, "bodies, load-cases, moving-load-cases, models, spring-laws or integrators")
         ->required()
-        ->check(one_of({"bodies", "load-cases", "models", "spring-laws", "integrators"}));
+        ->check(one_of({"bodies", "load-cases", "moving-load-cases", "models", "spring-laws", "integrators"}));
     return [what] {
         if (*what == "bodies")
             list_bodies();
         else if (*what == "load-cases")
             list_load_cases();
+        else if (*what == "moving-load-cases")
+            list_moving_load_cases();
         else if (*what == "models")
             list_models();
         else if (*what == "spring-laws")

@@ -25,7 +25,6 @@ namespace livermark::studies {
 
 namespace {
 
-constexpr const char *moving_folder = "load_cases/moving";
 constexpr int mesh_as_it_is = 1, bisected = 2, cut_into_eight = 3;
 constexpr const char *stable = "stable", *half_steps = "half steps";
 
@@ -112,7 +111,10 @@ std::vector<results::ArenaRun> run_budgets(const models::Contender &contender, c
 } // namespace
 
 std::vector<std::string> moving_load_cases() {
-    return support::list_toml(support::root_folder() / moving_folder);
+    const auto folder = support::root_folder() / moving_load_cases_folder;
+    std::error_code nobody_cares; // a tree of somebody's own has none
+    return std::filesystem::is_directory(folder, nobody_cares) ? support::list_toml(folder)
+                                                               : std::vector<std::string>{};
 }
 
 bool moves_tool(const std::string &load_case) {
@@ -126,7 +128,7 @@ bool moves_tool(const std::string &load_case) {
 
 ProblemSet read_arena_problems(const std::vector<std::string> &bodies, const std::string &load_case,
                                const meshes::MaterialOverride &material) {
-    const auto file = find_toml_files({load_case}, moving_folder, "load case").front();
+    const auto file = find_toml_files({load_case}, moving_load_cases_folder, "load case").front();
     return read_moving_problems(bodies, file.string(), material);
 }
 

@@ -22,7 +22,7 @@ std::filesystem::path scratch_folder() {
 TEST(CommandLine, HelpAndVersionAreNoErrors) {
     for (const char *arguments :
          {"--help", "run --help", "list --help", "mesh --help", "mesh liver --help", "mesh check --help",
-          "modes --help", "cohort --help", "calibrate --help", "stability --help", "histories --help",
+          "modes --help", "cohort --help", "arena --help", "calibrate --help", "stability --help", "histories --help",
           "parameters --help", "table --help", "bands --help", "report --help", "--version"}) {
         const auto outcome = livermark(arguments);
         EXPECT_EQ(outcome.status, 0) << arguments << "\n" << outcome.output;
@@ -33,6 +33,7 @@ TEST(CommandLine, HelpAndVersionAreNoErrors) {
 TEST(CommandLine, ListsWhatShips) {
     EXPECT_NE(livermark("list bodies").output.find("liver_healthy"), std::string::npos);
     EXPECT_NE(livermark("list load-cases").output.find("palpation"), std::string::npos);
+    EXPECT_NE(livermark("list moving-load-cases").output.find("press_and_slide"), std::string::npos);
     EXPECT_NE(livermark("list models").output.find("fem_p2"), std::string::npos);
     EXPECT_NE(livermark("list spring-laws").output.find("lloyd"), std::string::npos);
 }
