@@ -105,7 +105,9 @@ Layout arena_overview(const Arena &arena) {
         layout.columns.push_back({fmt::format("{} ms [%]", in_milliseconds(budget)), true});
     for (const int part : {20, 10, 5})
         layout.columns.push_back({fmt::format("{} % in [ms]", part), true});
-    for (auto &[tetrahedra, names] : methods) {
+    for (auto &of_mesh : methods) {
+        const int tetrahedra = of_mesh.first;
+        auto &names = of_mesh.second;
         std::ranges::stable_sort(names, {}, [&](const std::string &name) {
             const auto *best = best_within(runs[{tetrahedra, name}], *budgets.rbegin());
             return best ? best->errors.contact : std::numeric_limits<double>::infinity();
