@@ -26,8 +26,8 @@ if os.path.exists(os.path.join(os.path.dirname(livermark.__file__), "data")):
 from livermark.report import page  # noqa: E402
 from livermark.report.data import ReportData  # noqa: E402
 
-of_files = {name: [] for name in ("faults", "others", "results", "large", "arenas", "cohorts", "stability", "histories", "timings",
-                                  "large_bodies", "paper")}
+of_files = {name: [] for name in ("faults", "others", "results", "large", "arenas", "cohorts", "stability", "histories",
+                                  "timings", "large_bodies", "paper")}
 html = page.make(ReportData({"folder": "runs", "command": "livermark report runs", "tables": {}, **of_files,
                              "standings": {"rest": [], "motion": []}}))
 assert html.startswith("<!DOCTYPE html>") and "There are no result files of small deformations here." in html
