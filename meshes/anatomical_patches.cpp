@@ -11,8 +11,7 @@ namespace livermark::meshes {
 
 namespace {
 
-/// Below this another orientation fits about as well. Eight public livers, stretched at random by a fifth, were laid
-/// wrongly 2 times in 192, both below this.
+/// Below this another orientation fits about as well (docs/your_own_model.md).
 constexpr double doubtful = 0.06;
 
 /// Patches that no facet has any more lose their names.
