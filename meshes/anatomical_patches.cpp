@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <numbers>
 
 #include "meshes/liver_patches.hpp"
 #include "meshes/liver_registration.hpp"
@@ -10,8 +11,8 @@ namespace livermark::meshes {
 
 namespace {
 
-/// Below this another orientation fits about as well.
-constexpr double doubtful = 0.1;
+/// Below this another orientation fits about as well (docs/your_own_model.md).
+constexpr double doubtful = 0.06;
 
 /// Patches that no facet has any more lose their names.
 void drop_empty_patches(core::TetraMesh &mesh) {
@@ -51,7 +52,7 @@ std::vector<std::string> find_anatomical_patches(core::TetraMesh &mesh) {
         area[found] += core::area_vector(mesh, f).norm();
     }
     drop_empty_patches(mesh);
-    constexpr double square_centimetres = 1e4, millimetres = 1e3;
+    constexpr double square_centimetres = 1e4, millimetres = 1e3, degrees = 180.0 / std::numbers::pi;
     std::vector<std::string> places;
     for (std::size_t patch = 0; patch < number.size(); ++patch)
         if (number[patch] >= 0)
@@ -59,11 +60,11 @@ std::vector<std::string> find_anatomical_patches(core::TetraMesh &mesh) {
     if (places.empty())
         return {};
     return {fmt::format(
-        "patches are those of the liver that ships, laid over this one; it is {:.1f} mm off, and {:.1f} mm in "
-        "the next best orientation, so the confidence is {:.2f}{}: {}",
+        "patches are those of the liver that ships, bent to this one; it is {:.1f} mm off, and {:.1f} mm in "
+        "the next best orientation, so the confidence is {:.2f}{}; the body is turned by {:.0f} degrees from LPS: {}",
         millimetres * fit.distance, millimetres * fit.next_distance, fit.confidence(),
         fit.confidence() < doubtful ? ", which is low: look at them with `livermark mesh check --picture`" : "",
-        fmt::join(places, ", "))};
+        degrees * fit.turn(), fmt::join(places, ", "))};
 }
 
 } // namespace livermark::meshes

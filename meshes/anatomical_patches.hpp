@@ -10,9 +10,9 @@ namespace livermark::meshes {
 /// Finds the patches of a liver that a mesh has no names for, so that the load cases that ship can be put on it:
 /// posterior, right_lobe_dome, superior, left_lobe_tip, anterior, inferior and right_lateral.
 ///
-/// The liver that ships is laid over the mesh (fit_liver()), in whatever orientation it is, and each facet gets the
-/// patch that it has there (assign_liver_patches()). A facet that the file itself gives to a patch of these names stays
-/// there.
+/// The liver that ships is laid over the mesh and bent (fit_liver()), in whatever orientation the mesh is, and each
+/// facet gets the patch that it has there (assign_liver_patches()). A mesh that is turned gets the same patches. A
+/// facet that the file itself gives to a patch of these names stays there.
 /// @return one sentence with the confidence and the areas; nothing if no patch was missing
 std::vector<std::string> find_anatomical_patches(core::TetraMesh &mesh);
 

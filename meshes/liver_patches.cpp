@@ -148,11 +148,11 @@ constexpr double tip_of_shipped_liver = 0.105; // [m]
 
 void assign_liver_patches(core::TetraMesh &mesh) {
     mesh.boundary_triangles = core::outer_faces(mesh.tetrahedra);
-    assign_liver_patches(mesh, LiverFit());
+    paint(mesh, {}, {}, tip_of_shipped_liver);
 }
 
 void assign_liver_patches(core::TetraMesh &mesh, const LiverFit &fit) {
-    paint(mesh, fit, {}, tip_of_shipped_liver);
+    paint(mesh, fit, fit.shape, left_lobe_tip_begin(fit.shape));
 }
 
 void assign_liver_patches(core::TetraMesh &mesh, const LiverShape &shape) {

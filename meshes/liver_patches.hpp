@@ -20,7 +20,7 @@ namespace livermark::meshes {
 void assign_liver_patches(core::TetraMesh &mesh);
 
 /// The same for a liver that lies elsewhere, whose boundary is there and stays.
-/// @param fit  where it lies in the axes of liver_level
+/// @param fit  where it lies in the axes of liver_level, and its shape there
 void assign_liver_patches(core::TetraMesh &mesh, const LiverFit &fit);
 
 /// The same by the same rules for a liver of another shape, in the axes of liver_level: its boundary is found, and the

@@ -2,12 +2,14 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <vector>
 
+#include "meshes/liver_adjustment.hpp"
 #include "meshes/liver_shape.hpp"
 #include "meshes/surface_mesh.hpp"
 
@@ -60,17 +62,12 @@ Matrix3d root_of(const Matrix3d &symmetric, double power) {
            solver.eigenvectors().transpose();
 }
 
-/// A part of the boundary.
-struct Sample {
-    Vector3 place, area;
-};
-
 /// Facets that stand for equal parts of the area.
-std::vector<Sample> samples_of(const core::TetraMesh &mesh, int count) {
+std::vector<BoundarySample> samples_of(const core::TetraMesh &mesh, int count) {
     double total = 0.0;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
         total += core::area_vector(mesh, f).norm();
-    std::vector<Sample> samples;
+    std::vector<BoundarySample> samples;
     double so_far = 0.0;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
         const Vector3 area = core::area_vector(mesh, f);
@@ -85,11 +82,26 @@ std::vector<Sample> samples_of(const core::TetraMesh &mesh, int count) {
     return samples;
 }
 
+/// Principal axes of the body as rows, each towards the longer tail of the boundary, so that whatever starts from there
+/// is the same in every orientation of the body. The last one makes them right-handed.
+Matrix3d own_axes(const Moments &body, const std::vector<BoundarySample> &samples) {
+    Matrix3d axes = Eigen::SelfAdjointEigenSolver<Matrix3d>(body.covariance).eigenvectors().transpose();
+    for (int axis = 0; axis < 2; ++axis) {
+        double skewness = 0.0;
+        for (const auto &sample : samples)
+            skewness += std::pow(axes.row(axis).dot(sample.place - body.centroid), 3);
+        if (skewness < 0.0)
+            axes.row(axis) *= -1.0;
+    }
+    axes.row(2) = axes.row(0).cross(axes.row(1));
+    return axes;
+}
+
 class Registration {
   public:
     explicit Registration(const core::TetraMesh &mesh)
         : body_(moments_of(mesh.boundary_triangles, mesh.points)), few_(samples_of(mesh, 150)),
-          many_(samples_of(mesh, 800)), to_round_(root_of(body_.covariance, -0.5)),
+          many_(samples_of(mesh, 800)), to_round_(own_axes(body_, many_) * root_of(body_.covariance, -0.5)),
           from_round_(root_of(moments_of_shipped_liver().covariance, 0.5)) {}
 
     LiverFit fit_at(const Quaterniond &rotation) const {
@@ -109,17 +121,13 @@ class Registration {
         return sum / static_cast<double>(few_.size());
     }
 
-    /// The same, and what the normals are off, of which a right angle counts as much as some millimetres.
-    double distance(const Quaterniond &rotation) const {
-        constexpr double far = 0.04, right_angle = 0.015;
-        const auto fit = fit_at(rotation);
-        double sum = 0.0;
-        for (const auto &sample : many_) {
-            const Vector3 place = fit.place(sample.place);
-            const double off = 1.0 - fit.normal(sample.area).dot(liver_gradient(place).normalized());
-            sum += std::min(std::pow(liver_level(place), 2), far * far) + right_angle * right_angle * off;
-        }
-        return sum / static_cast<double>(many_.size());
+    double distance(const Quaterniond &rotation) const { return boundary_misfit(fit_at(rotation), many_); }
+
+    /// The liver that ships is bent, with a Riedel's lobe and without.
+    LiverFit bent(const Quaterniond &rotation) const {
+        const auto start = fit_at(rotation);
+        const auto usual = adjusted(start, many_, false), with_tongue = adjusted(start, many_, true);
+        return with_tongue.distance < usual.distance ? with_tongue : usual;
     }
 
     /// Goes to the nearest least distance by a pattern search in the rotation vector.
@@ -146,7 +154,7 @@ class Registration {
 
   private:
     Moments body_;
-    std::vector<Sample> few_, many_;
+    std::vector<BoundarySample> few_, many_;
     Matrix3d to_round_, from_round_;
 };
 
@@ -168,7 +176,33 @@ struct Candidate {
     double square; ///< of the distance [m^2]
 };
 
-constexpr double apart = std::numbers::pi / 3.0; ///< of orientations that are others
+/// Rotations about which the capsule lies nearest to the boundary, each in a valley of its own; the best comes first.
+std::vector<Candidate> best_rotations(const Registration &registration) {
+    constexpr int num_rotations = 1000, num_refined = 24;
+    constexpr double same = 0.3;
+    const auto quick = [&](const Quaterniond &rotation) { return registration.quick_distance(rotation); };
+    const auto exact = [&](const Quaterniond &rotation) { return registration.distance(rotation); };
+    std::vector<Candidate> rough;
+    for (const auto &rotation : all_rotations(num_rotations))
+        rough.push_back({rotation, quick(rotation)});
+    std::ranges::sort(rough, {}, &Candidate::square);
+    std::vector<Candidate> candidates;
+    for (int i = 0; i < num_refined; ++i) {
+        const auto rotation = registration.refined(rough[i].rotation, 0.2, 0.02, quick);
+        const bool is_known = std::ranges::any_of(
+            candidates, [&](const Candidate &other) { return other.rotation.angularDistance(rotation) < same; });
+        if (!is_known)
+            candidates.push_back({rotation, exact(rotation)});
+    }
+    std::ranges::sort(candidates, {}, &Candidate::square);
+    return candidates;
+}
+
+/// The rotation in a map.
+Quaterniond rotation_of(const LiverFit &fit) {
+    const Eigen::JacobiSVD<Matrix3d> parts(fit.linear, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    return Quaterniond(Matrix3d(parts.matrixU() * parts.matrixV().transpose()));
+}
 
 } // namespace
 
@@ -176,42 +210,27 @@ Vector3 LiverFit::normal(const Vector3 &area_vector) const {
     return (linear.inverse().transpose() * area_vector).normalized();
 }
 
+double LiverFit::turn() const {
+    return rotation_of(*this).angularDistance(Quaterniond::Identity());
+}
+
 LiverFit fit_liver(const core::TetraMesh &mesh) {
-    constexpr int num_rotations = 1000, num_refined = 24;
+    constexpr std::size_t num_bent = 8;
+    constexpr double apart = std::numbers::pi / 3.0; // of orientations that are others
     const Registration registration(mesh);
-    const auto quick = [&](const Quaterniond &rotation) { return registration.quick_distance(rotation); };
-    const auto exact = [&](const Quaterniond &rotation) { return registration.distance(rotation); };
-    std::vector<Candidate> rough;
-    for (const auto &rotation : all_rotations(num_rotations))
-        rough.push_back({rotation, quick(rotation)});
-    std::ranges::sort(rough, {}, &Candidate::square);
-    // The orientation of a patient in the scanner comes first.
-    rough.insert(rough.begin(), {Quaterniond::Identity(), 0.0});
-    std::vector<Candidate> candidates;
-    for (int i = 0; i < num_refined; ++i) {
-        const auto rotation = registration.refined(rough[i].rotation, 0.2, 0.02, quick);
-        const bool is_known = std::ranges::any_of(
-            candidates, [&](const Candidate &other) { return other.rotation.angularDistance(rotation) < 0.3; });
-        if (!is_known)
-            candidates.push_back({rotation, exact(rotation)});
+    std::vector<LiverFit> fits;
+    for (const auto &candidate : best_rotations(registration)) {
+        fits.push_back(registration.bent(candidate.rotation));
+        if (fits.size() == num_bent)
+            break;
     }
-    for (auto &candidate : candidates) {
-        candidate.rotation = registration.refined(candidate.rotation, 0.1, 0.005, exact);
-        candidate.square = exact(candidate.rotation);
-    }
-    auto best = *std::ranges::min_element(candidates, {}, &Candidate::square);
-    constexpr double clearly = 0.85;
-    if (const auto &patient = candidates.front();
-        patient.rotation.angularDistance(Quaterniond::Identity()) < apart && best.square > clearly * patient.square)
-        best = patient;
-    double next = std::numeric_limits<double>::infinity();
-    for (const auto &candidate : candidates)
-        if (candidate.rotation.angularDistance(best.rotation) > apart)
-            next = std::min(next, candidate.square);
-    auto fit = registration.fit_at(best.rotation);
-    fit.distance = std::sqrt(best.square);
-    fit.next_distance = std::max(fit.distance, std::sqrt(next));
-    return fit;
+    auto best = *std::ranges::min_element(fits, {}, &LiverFit::distance);
+    const auto rotation = rotation_of(best);
+    best.next_distance = std::numeric_limits<double>::infinity();
+    for (const auto &fit : fits)
+        if (rotation_of(fit).angularDistance(rotation) > apart)
+            best.next_distance = std::min(best.next_distance, fit.distance);
+    return best;
 }
 
 } // namespace livermark::meshes

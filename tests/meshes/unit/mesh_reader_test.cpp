@@ -1,7 +1,5 @@
 #include "meshes/mesh_reader.hpp"
 
-#include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fmt/format.h>
@@ -9,7 +7,6 @@
 #include <gtest/gtest.h>
 #include <set>
 
-#include "meshes/anatomical_patches.hpp"
 #include "meshes/body_reader.hpp"
 #include "meshes/msh_reader.hpp"
 #include "support/input_error.hpp"
@@ -151,63 +148,6 @@ TEST(UnitGuess, SaysBothReadingsWhereTheyDisagree) {
     EXPECT_EQ(guess.unit, "cm");
     for (const auto *part : {"9.6 cm", "0.19 L", "0.5 to 4 L", "a unit of 0.02 m would make it 1.5 L"})
         EXPECT_NE(guess.remark.find(part), std::string::npos) << part << " is missing in: " << guess.remark;
-}
-
-/// Part of the area that is in a patch in both meshes, of that which is in it in either.
-double overlap(const core::TetraMesh &a, const core::TetraMesh &b, const std::string &patch) {
-    double both = 0.0, either = 0.0;
-    for (int f = 0; f < a.num_boundary_triangles(); ++f) {
-        const bool in_a = a.patch_names[a.boundary_patch[f]] == patch;
-        const bool in_b = b.patch_names[b.boundary_patch[f]] == patch;
-        const double area = core::area_vector(a, f).norm();
-        both += in_a && in_b ? area : 0.0;
-        either += in_a || in_b ? area : 0.0;
-    }
-    return both / either;
-}
-
-/// Without names for the parts of its boundary.
-core::TetraMesh plain(core::TetraMesh mesh) {
-    mesh.patch_names = {"surface"};
-    std::ranges::fill(mesh.boundary_patch, 0);
-    return mesh;
-}
-
-/// Turned, and longer or shorter along the axes that it then has.
-core::TetraMesh moved(core::TetraMesh mesh, const core::Vector3 &turn, const core::Vector3 &stretch) {
-    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-    if (turn.norm() > 0.0)
-        rotation = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
-    for (auto &point : mesh.points)
-        point = stretch.asDiagonal() * (rotation * point) + core::Vector3(0.3, -0.2, 0.1);
-    return mesh;
-}
-
-/// The generator knows the anatomy.
-TEST(AnatomicalPatches, AreThoseOfTheGeneratorInEveryOrientation) {
-    for (const std::string name : {"liver_healthy", "liver_tumours"}) {
-        const auto mesh = meshes::read_msh(fs::path(LIVERMARK_SOURCE_DIR "/meshes") / (name + ".msh"));
-        for (const auto &[turn, stretch] : {std::pair{core::Vector3(0.0, 0.0, 0.0), core::Vector3(1.0, 1.0, 1.0)},
-                                            {core::Vector3(0.0, 0.0, 3.1), core::Vector3(1.0, 1.0, 1.0)},
-                                            {core::Vector3(1.0, 2.0, 0.5), core::Vector3(1.0, 1.0, 1.0)},
-                                            {core::Vector3(0.0, 0.0, 0.0), core::Vector3(0.9, 1.2, 1.0)},
-                                            {core::Vector3(-2.0, 0.3, 1.5), core::Vector3(1.1, 0.9, 1.15)}}) {
-            auto found = moved(plain(mesh), turn, stretch);
-            const auto remarks = meshes::find_anatomical_patches(found);
-            ASSERT_EQ(remarks.size(), 1U);
-            EXPECT_NE(remarks[0].find("the confidence is"), std::string::npos) << remarks[0];
-            for (const auto &patch : mesh.patch_names)
-                EXPECT_GT(overlap(mesh, found, patch), 0.8) << name << " " << patch << ": " << remarks[0];
-        }
-    }
-}
-
-TEST(AnatomicalPatches, LeaveThoseOfTheFileAlone) {
-    const auto mesh = meshes::read_msh(LIVERMARK_SOURCE_DIR "/meshes/liver_healthy.msh");
-    auto same = mesh;
-    EXPECT_TRUE(meshes::find_anatomical_patches(same).empty());
-    EXPECT_EQ(same.boundary_patch, mesh.boundary_patch);
-    EXPECT_EQ(same.patch_names, mesh.patch_names);
 }
 
 } // namespace

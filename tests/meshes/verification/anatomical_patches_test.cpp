@@ -1,0 +1,133 @@
+#include "meshes/anatomical_patches.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "meshes/box_generator.hpp"
+#include "meshes/liver_generator.hpp"
+#include "meshes/liver_registration.hpp"
+#include "meshes/liver_variation.hpp"
+#include "meshes/msh_reader.hpp"
+
+namespace livermark::meshes {
+namespace {
+
+/// Part of the area that is in a patch in both meshes, of that which is in it in either.
+double overlap(const core::TetraMesh &a, const core::TetraMesh &b, const std::string &patch) {
+    double both = 0.0, either = 0.0;
+    for (int f = 0; f < a.num_boundary_triangles(); ++f) {
+        const bool in_a = a.patch_names[a.boundary_patch[f]] == patch;
+        const bool in_b = b.patch_names[b.boundary_patch[f]] == patch;
+        const double area = core::area_vector(a, f).norm();
+        both += in_a && in_b ? area : 0.0;
+        either += in_a || in_b ? area : 0.0;
+    }
+    return both / either;
+}
+
+/// Without names for the parts of its boundary.
+core::TetraMesh plain(core::TetraMesh mesh) {
+    mesh.patch_names = {"surface"};
+    std::ranges::fill(mesh.boundary_patch, 0);
+    return mesh;
+}
+
+/// Turned, and longer or shorter along the axes that it then has.
+core::TetraMesh moved(core::TetraMesh mesh, const core::Vector3 &turn, const core::Vector3 &stretch) {
+    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+    if (turn.norm() > 0.0)
+        rotation = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
+    for (auto &point : mesh.points)
+        point = stretch.asDiagonal() * (rotation * point) + core::Vector3(0.3, -0.2, 0.1);
+    return mesh;
+}
+
+/// The generator knows the anatomy.
+TEST(AnatomicalPatches, AreThoseOfTheGeneratorInEveryOrientation) {
+    for (const std::string name : {"liver_healthy", "liver_tumours"}) {
+        const auto mesh = read_msh(LIVERMARK_SOURCE_DIR "/meshes/" + name + ".msh");
+        for (const auto &[turn, stretch] : {std::pair{core::Vector3(0.0, 0.0, 0.0), core::Vector3(1.0, 1.0, 1.0)},
+                                            {core::Vector3(0.0, 0.0, 3.1), core::Vector3(1.0, 1.0, 1.0)},
+                                            {core::Vector3(1.0, 2.0, 0.5), core::Vector3(1.0, 1.0, 1.0)},
+                                            {core::Vector3(0.0, 0.0, 0.0), core::Vector3(0.9, 1.2, 1.0)},
+                                            {core::Vector3(-2.0, 0.3, 1.5), core::Vector3(1.1, 0.9, 1.15)}}) {
+            auto found = moved(plain(mesh), turn, stretch);
+            const auto remarks = find_anatomical_patches(found);
+            ASSERT_EQ(remarks.size(), 1U);
+            EXPECT_NE(remarks[0].find("the confidence is"), std::string::npos) << remarks[0];
+            for (const auto &patch : mesh.patch_names)
+                EXPECT_GT(overlap(mesh, found, patch), 0.8) << name << " " << patch << ": " << remarks[0];
+        }
+    }
+}
+
+/// The odd variants do as well, but take time.
+class OtherLiver : public testing::TestWithParam<int> {};
+
+TEST_P(OtherLiver, HasThePatchesOfTheGeneratorInAnyOrientation) {
+    auto variant = draw_liver(GetParam());
+    variant.lesions.clear(); // which no patch depends on
+    const auto mesh = generate_liver(variant);
+    const double angle = GetParam();
+    auto found = moved(plain(mesh), angle * core::Vector3(0.6, -0.5, 0.3), core::Vector3(1.0, 1.0, 1.0));
+    const auto remarks = find_anatomical_patches(found);
+    ASSERT_EQ(remarks.size(), 1U);
+    EXPECT_EQ(remarks[0].find("which is low"), std::string::npos) << remarks[0];
+    for (const auto &patch : mesh.patch_names)
+        EXPECT_GT(overlap(mesh, found, patch), 0.8) << patch << ": " << remarks[0];
+    EXPECT_GT(fit_liver(found).confidence(), 0.5) << remarks[0];
+}
+
+INSTANTIATE_TEST_SUITE_P(AnatomicalPatches, OtherLiver, testing::Values(2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24));
+
+/// Bent as no liver of the generator is, and folded.
+core::TetraMesh crooked(core::TetraMesh mesh) {
+    for (auto &p : mesh.points) {
+        p.z() += 2.5 * p.x() * p.x() - 0.006 * std::sin(60.0 * p.y());
+        p.y() += 0.008 * std::cos(50.0 * p.x()) + 0.3 * p.z();
+    }
+    return mesh;
+}
+
+TEST(AnatomicalPatches, OfACrookedLiverAreTheSameInEveryOrientation) {
+    const auto mesh = crooked(plain(read_msh(LIVERMARK_SOURCE_DIR "/meshes/liver_tumours.msh")));
+    auto first = mesh;
+    find_anatomical_patches(first);
+    EXPECT_EQ(first.patch_names.size(), 7U);
+    auto again = mesh;
+    find_anatomical_patches(again);
+    EXPECT_EQ(again.boundary_patch, first.boundary_patch);
+    for (int turn = 1; turn <= 8; ++turn) {
+        auto turned =
+            moved(mesh, core::Vector3(1.3 * turn, 2.1 - turn, 0.2 * turn * turn), core::Vector3(1.0, 1.0, 1.0));
+        find_anatomical_patches(turned);
+        for (const auto &patch : first.patch_names)
+            EXPECT_GT(overlap(first, turned, patch), 0.99) << patch << " in turn " << turn;
+    }
+}
+
+TEST(AnatomicalPatches, OfABodyThatFitsTwoWaysHaveNoConfidence) {
+    auto box = plain(generate_box({0.2, 0.15, 0.1}, 0.02));
+    const auto remarks = find_anatomical_patches(box);
+    ASSERT_EQ(remarks.size(), 1U);
+    EXPECT_NE(remarks[0].find("which is low"), std::string::npos) << remarks[0];
+}
+
+TEST(AnatomicalPatches, OfALiverInTheScannerAreNotTurned) {
+    const auto mesh = read_msh(LIVERMARK_SOURCE_DIR "/meshes/liver_healthy.msh");
+    EXPECT_LT(fit_liver(mesh).turn(), 0.05);
+    EXPECT_NEAR(fit_liver(moved(mesh, {0.0, 0.0, 2.0}, {1.0, 1.0, 1.0})).turn(), 2.0, 0.05);
+}
+
+TEST(AnatomicalPatches, LeaveThoseOfTheFileAlone) {
+    const auto mesh = read_msh(LIVERMARK_SOURCE_DIR "/meshes/liver_healthy.msh");
+    auto same = mesh;
+    EXPECT_TRUE(find_anatomical_patches(same).empty());
+    EXPECT_EQ(same.boundary_patch, mesh.boundary_patch);
+    EXPECT_EQ(same.patch_names, mesh.patch_names);
+}
+
+} // namespace
+} // namespace livermark::meshes
