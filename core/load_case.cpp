@@ -16,6 +16,17 @@ LoadCase without_tractions(LoadCase load_case) {
     return load_case;
 }
 
+double follower_pressure(const LoadCase &load_case, const TetraMesh &mesh, int facet) {
+    return load_case.follows_surface(facet) ? -load_case.value[facet].dot(area_vector(mesh, facet).normalized()) : 0.0;
+}
+
+LoadCase without_follower_pressures(LoadCase load_case) {
+    for (std::size_t facet = 0; facet < load_case.condition.size(); ++facet)
+        if (load_case.follows_surface(static_cast<int>(facet)))
+            load_case.condition[facet] = FacetCondition::free;
+    return load_case;
+}
+
 bool are_statically_equal(const LoadCase &a, const LoadCase &b) {
     const auto same_component = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
     const auto same_value = [&](const Vector3 &x, const Vector3 &y) {

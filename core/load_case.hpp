@@ -107,6 +107,12 @@ struct LoadCase {
 /// The same with its tractions let go: what holds after a release.
 LoadCase without_tractions(LoadCase load_case);
 
+/// What follows the surface on a facet, positive inwards [Pa]; 0 where nothing does.
+double follower_pressure(const LoadCase &load_case, const TetraMesh &mesh, int facet);
+
+/// The same without what follows the surface: with the loads that keep their direction.
+LoadCase without_follower_pressures(LoadCase load_case);
+
 /// Whether two load cases on one mesh have the same static solution: the same conditions, values and acceleration, to
 /// the last bit.
 bool are_statically_equal(const LoadCase &a, const LoadCase &b);

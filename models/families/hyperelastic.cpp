@@ -19,33 +19,27 @@ using hyperelastic::Discretisation;
 /// Forces out of balance over reactions and loads. The discretisation is wrong by a thousandth at best.
 constexpr double tolerance = 1e-8;
 
-/// The loads of a load case that keep their direction, and apart from them the pressures that follow the surface.
-struct Loads {
-    core::LoadCase dead;
-    std::vector<double> follower_pressure; ///< (T) [Pa]; empty if there is none
-};
-
-Loads separated(const core::Problem &problem) {
-    Loads loads{problem.load_case, {}};
+/// (T) [Pa]; empty if no pressure follows the surface
+std::vector<double> follower_pressures(const core::Problem &problem) {
+    std::vector<double> pressure;
     const auto &mesh = problem.body->mesh;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
         if (problem.load_case.follows_surface(f)) {
-            loads.follower_pressure.resize(mesh.boundary_triangles.size());
-            loads.follower_pressure[f] = -problem.load_case.value[f].dot(core::area_vector(mesh, f).normalized());
-            loads.dead.condition[f] = core::FacetCondition::free;
+            pressure.resize(mesh.boundary_triangles.size());
+            pressure[f] = core::follower_pressure(problem.load_case, mesh, f);
         }
-    return loads;
+    return pressure;
 }
 
 core::Solution solve(const core::Problem &problem, const std::string &law, const Discretisation &discretisation) {
-    auto loads = separated(problem);
     hyperelastic::LoadPath path;
     path.fractions = problem.load_case.path;
     path.tolerance = tolerance;
     if (path.fractions.empty())
         path.fractions = {1.0};
-    auto found = hyperelastic::solve({problem.body, std::move(loads.dead)}, hyperelastic::material_law(law),
-                                     discretisation, path, loads.follower_pressure);
+    auto found =
+        hyperelastic::solve({problem.body, core::without_follower_pressures(problem.load_case)},
+                            hyperelastic::material_law(law), discretisation, path, follower_pressures(problem));
     auto solution = std::move(found.solution);
     for (const auto &point : found.points) {
         if (solution.path.size() == problem.load_case.path.size() ||

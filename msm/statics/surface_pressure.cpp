@@ -7,8 +7,7 @@ SurfacePressure::SurfacePressure(const core::Problem &problem) {
     const auto &load_case = problem.load_case;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
         if (load_case.follows_surface(f)) {
-            facets_.push_back(
-                {mesh.boundary_triangles[f], -load_case.value[f].dot(core::area_vector(mesh, f).normalized())});
+            facets_.push_back({mesh.boundary_triangles[f], core::follower_pressure(load_case, mesh, f)});
             for (const int node : mesh.boundary_triangles[f])
                 origin_ += mesh.points[node];
         }

@@ -50,21 +50,16 @@ msm::NodalConditions at_nodes(const core::Problem &problem) {
 
 /// Pressures that follow the surface; 0 on every other facet.
 py::array follower_pressure(const LoadedBody &loaded) {
-    const auto &load_case = loaded.problem.load_case;
     const auto &mesh = mesh_of(loaded);
     py::array_t<double> pressure(static_cast<py::ssize_t>(mesh.num_boundary_triangles()));
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        pressure.mutable_data()[f] =
-            load_case.follows_surface(f) ? -load_case.value[f].dot(core::area_vector(mesh, f).normalized()) : 0.0;
+        pressure.mutable_data()[f] = core::follower_pressure(loaded.problem.load_case, mesh, f);
     return pressure;
 }
 
 py::array dead_forces(const LoadedBody &loaded) {
-    auto problem = loaded.problem;
-    for (int f = 0; f < mesh_of(loaded).num_boundary_triangles(); ++f)
-        if (problem.load_case.follows_surface(f))
-            problem.load_case.condition[f] = core::FacetCondition::free;
-    return to_array(at_nodes(problem).force);
+    const auto &[body, load_case] = loaded.problem;
+    return to_array(at_nodes({body, core::without_follower_pressures(load_case)}).force);
 }
 
 py::array fixed(const LoadedBody &loaded) {

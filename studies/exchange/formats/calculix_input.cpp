@@ -37,8 +37,7 @@ void write_follower_pressures(std::ostream &out, const core::TetraMesh &mesh, co
     std::map<std::array<int, 3>, double> pressure;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
         if (load_case.follows_surface(f))
-            pressure[sorted(mesh.boundary_triangles[f])] =
-                -load_case.value[f].dot(core::area_vector(mesh, f).normalized());
+            pressure[sorted(mesh.boundary_triangles[f])] = core::follower_pressure(load_case, mesh, f);
     if (pressure.empty())
         return;
     fmt::print(out, "*DLOAD\n");
@@ -49,13 +48,6 @@ void write_follower_pressures(std::ostream &out, const core::TetraMesh &mesh, co
             if (const auto found = pressure.find(sorted({nodes[a], nodes[b], nodes[c]})); found != pressure.end())
                 fmt::print(out, "{}, P{}, {:.12e}\n", t + 1, face + 1, found->second);
         }
-}
-
-core::LoadCase without_follower_pressures(core::LoadCase load_case) {
-    for (std::size_t f = 0; f < load_case.condition.size(); ++f)
-        if (load_case.follows_surface(static_cast<int>(f)))
-            load_case.condition[f] = core::FacetCondition::free;
-    return load_case;
 }
 
 } // namespace
@@ -98,7 +90,7 @@ void write_inp(std::ostream &out, const core::Problem &problem, int degree) {
             if (!std::isnan(prescribed[node][i]))
                 fmt::print(out, "{}, {}, {}, {:.12e}\n", node + 1, i + 1, i + 1, prescribed[node][i]);
     fmt::print(out, "*CLOAD\n");
-    const auto force = traction_forces(mesh, is_large ? without_follower_pressures(load_case) : load_case, fem);
+    const auto force = traction_forces(mesh, is_large ? core::without_follower_pressures(load_case) : load_case, fem);
     for (std::size_t node = 0; node < force.size(); ++node)
         for (int i = 0; i < 3; ++i)
             if (force[node][i] != 0.0)
