@@ -15,6 +15,7 @@
 #include "results/tables/band_proposals.hpp"
 #include "studies/catalogue.hpp"
 #include "support/input_error.hpp"
+#include "support/known_names.hpp"
 #include "support/root_folder.hpp"
 
 namespace livermark::cli {
@@ -34,7 +35,7 @@ void refuse_unknown_models(const std::vector<std::string> &wanted, const std::ve
             names.insert(model.name);
     for (const auto &name : wanted)
         if (!names.contains(name))
-            throw support::InputError(studies::unknown_name("model", name, {names.begin(), names.end()}));
+            throw support::InputError(support::unknown_name("model", name, {names.begin(), names.end()}));
 }
 
 bool same_materials(const std::vector<core::Material> &a, const std::vector<core::Material> &b) {

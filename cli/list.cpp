@@ -1,11 +1,14 @@
 #include <fmt/format.h>
+#include <map>
 #include <memory>
+#include <string>
 
 #include "cli/commands.hpp"
 #include "cli/usage.hpp"
 #include "load_cases/load_case_reader.hpp"
 #include "meshes/body_reader.hpp"
 #include "models/model_table.hpp"
+#include "models/tool_motion/contender.hpp"
 #include "msm/implicit_integrators.hpp"
 #include "msm/spring_law.hpp"
 #include "studies/catalogue.hpp"
@@ -43,6 +46,11 @@ void list_spring_laws() {
         print_entry(law.name, fmt::format("{} [{}]", law.summary, law.source));
 }
 
+void list_methods() {
+    for (const auto &method : models::all_contenders())
+        print_entry(method.name, fmt::format("{} [{}]", method.implementation, method.source));
+}
+
 void list_integrators() {
     for (const auto &integrator : msm::known_integrators())
         print_entry(integrator.name, fmt::format("{} [{}]", integrator.summary, integrator.source));
@@ -51,26 +59,22 @@ void list_integrators() {
 } // namespace
 
 Command add_list(CLI::App &parent) {
-    auto *command =
-        parent.add_subcommand("list", "List the bodies, load cases, those with a moving tool, models, spring laws or "
-                                      "integrators");
+    static const std::map<std::string, void (*)()> lists{
+        {"bodies", list_bodies},          {"load-cases", list_load_cases},
+        {"models", list_models},          {"moving-load-cases", list_moving_load_cases},
+        {"methods", list_methods},        {"spring-laws", list_spring_laws},
+        {"integrators", list_integrators}};
+    auto *command = parent.add_subcommand("list", "List the bodies, load cases, those with a moving tool, models, "
+                                                  "methods of the arena, spring laws or integrators");
     auto what = std::make_shared<std::string>();
-    command->add_option("what", *what, "bodies, load-cases, moving-load-cases, models, spring-laws or integrators")
+    command
+        ->add_option("what", *what,
+                     "bodies, load-cases, moving-load-cases, models, methods, spring-laws or integrators")
         ->required()
-        ->check(one_of({"bodies", "load-cases", "moving-load-cases", "models", "spring-laws", "integrators"}));
+        ->check(
+            one_of({"bodies", "load-cases", "moving-load-cases", "models", "methods", "spring-laws", "integrators"}));
     return [what] {
-        if (*what == "bodies")
-            list_bodies();
-        else if (*what == "load-cases")
-            list_load_cases();
-        else if (*what == "moving-load-cases")
-            list_moving_load_cases();
-        else if (*what == "models")
-            list_models();
-        else if (*what == "spring-laws")
-            list_spring_laws();
-        else
-            list_integrators();
+        lists.at (*what)();
         return 0;
     };
 }

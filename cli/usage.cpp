@@ -4,9 +4,8 @@
 #include <cmath>
 #include <fmt/format.h>
 
-#include "studies/catalogue.hpp"
 #include "support/input_error.hpp"
-#include "support/toml_input.hpp"
+#include "support/known_names.hpp"
 
 namespace livermark::cli {
 
@@ -65,7 +64,7 @@ void refuse_unknown_subcommand(const CLI::App &app, const std::vector<std::strin
     if (known.empty() || words.empty() || words.front().starts_with('-'))
         return;
     if (std::ranges::find(known, words.front()) == known.end())
-        throw support::InputError(studies::unknown_name("subcommand", words.front(), known));
+        throw support::InputError(support::unknown_name("subcommand", words.front(), known));
     refuse_unknown_subcommand(*app.get_subcommand(words.front()), {words.begin() + 1, words.end()});
 }
 
@@ -99,7 +98,7 @@ CLI::Validator one_of(const std::vector<std::string> &known) {
     return {[=](const std::string &text) {
                 const auto word = CLI::detail::to_lower(text);
                 return std::ranges::find(known, word) != known.end() ? std::string()
-                                                                     : studies::unknown_name("choice", text, known);
+                                                                     : support::unknown_name("choice", text, known);
             },
             fmt::format("{{{}}}", fmt::join(known, ",")), ""};
 }

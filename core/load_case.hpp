@@ -54,6 +54,9 @@ struct ToolMotion {
     int num_frames = 0;                         ///< how many are recorded after the start
     double frame_interval = 0.0;                ///< [s], > 0
     double mass_damping = 0.0;                  ///< alpha [1/s], >= 0: forces -alpha M v
+
+    int num_records() const { return num_frames + 1; }                   ///< K, at t = 0 and after each frame
+    double time_of(int record) const { return record * frame_interval; } ///< [s]
 };
 
 /// A place that gave up facets to the places above it in the load case, because the body is narrow there.

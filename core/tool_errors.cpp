@@ -32,8 +32,9 @@ ToolErrors compare(const TetraMesh &mesh, const ToolMotion &motion, const ToolHi
     Squares contact, after, force;
     double largest = 0.0;
     std::size_t field = 0;
+    const int last_held = last_record_held(motion);
     for (std::size_t k = 0; k < reference.time.size(); ++k) {
-        const bool is_held = holds(motion, reference.time[k]);
+        const bool is_held = static_cast<int>(k) <= last_held;
         if (is_held)
             force += {(history.force[k] - reference.force[k]).squaredNorm(), reference.force[k].squaredNorm()};
         if (!ToolHistory::has_field(static_cast<int>(k)))

@@ -1,6 +1,7 @@
 #include "core/tool_motion.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace livermark::core {
@@ -14,9 +15,15 @@ ToolPosition tool_position(const ToolMotion &motion, double time) {
     return {smooth_step(time, 0.0, motion.press_until), smooth_step(time, motion.slide_from, motion.slide_until)};
 }
 
-bool holds(const ToolMotion &motion, double time) {
-    constexpr double rounding = 1e-9; // of times, which are sums of frames
-    return time <= motion.release_at + rounding;
+std::vector<double> record_times(const ToolMotion &motion) {
+    std::vector<double> time;
+    for (int record = 0; record < motion.num_records(); ++record)
+        time.push_back(motion.time_of(record));
+    return time;
+}
+
+int last_record_held(const ToolMotion &motion) {
+    return static_cast<int>(std::lround(motion.release_at / motion.frame_interval));
 }
 
 LoadCase let_go(LoadCase load_case) {

@@ -16,8 +16,11 @@ struct ToolPosition {
 };
 ToolPosition tool_position(const ToolMotion &motion, double time);
 
-/// Whether the tool still has hold of the place.
-bool holds(const ToolMotion &motion, double time);
+/// (K) of the records [s]
+std::vector<double> record_times(const ToolMotion &motion);
+
+/// The last record at which the tool has hold of the place: frames from there on begin without it.
+int last_record_held(const ToolMotion &motion);
 
 /// The load case with its place free: what holds once the tool has let go.
 LoadCase let_go(LoadCase load_case);
@@ -34,6 +37,9 @@ struct ToolHistory {
 
     static constexpr int frames_per_field = 4;
     static bool has_field(int record) { return record % frames_per_field == 0; }
+    static std::size_t num_fields(int num_records) {
+        return static_cast<std::size_t>((num_records - 1) / frames_per_field + 1);
+    }
 };
 
 } // namespace livermark::core

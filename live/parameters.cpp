@@ -15,6 +15,7 @@
 #include "msm/tetrahedron_volume.hpp"
 #include "msm/volume_term.hpp"
 #include "support/input_error.hpp"
+#include "support/known_names.hpp"
 
 namespace livermark::live {
 
@@ -34,15 +35,7 @@ void check_range(const char *what, double value, double least, double most, cons
 }
 
 const msm::SpringLaw &find_law(const std::string &name) {
-    const auto known = msm::all_spring_laws();
-    const auto found = std::ranges::find(known, name, &msm::SpringLaw::name);
-    if (found != known.end())
-        return *found;
-    std::vector<std::string> names;
-    for (const auto &law : known)
-        names.push_back(law.name);
-    throw support::InputError(
-        fmt::format("there is no spring law '{}'; known are: {}", support::shown(name), fmt::join(names, ", ")));
+    return support::find_named(msm::all_spring_laws(), name, "spring law");
 }
 
 /// The same with the largest region's material everywhere.

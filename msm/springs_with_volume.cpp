@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
-#include <stdexcept>
 #include <utility>
 
 #include "msm/inversion_guard.hpp"
 #include "msm/spring_network.hpp"
+#include "support/known_names.hpp"
 
 namespace livermark::msm {
 
@@ -45,11 +44,7 @@ MassSprings springs_with_volume(const core::Body &body, core::SpringNetwork spri
 }
 
 const VolumeTerm &find_volume_term(std::string_view name) {
-    const auto table = all_volume_terms();
-    const auto found = std::ranges::find(table, name, &VolumeTerm::name);
-    if (found == table.end())
-        throw std::logic_error(fmt::format("there is no volume term {}", name));
-    return *found;
+    return support::find_named(all_volume_terms(), std::string(name), "volume term");
 }
 
 } // namespace livermark::msm

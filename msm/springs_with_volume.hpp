@@ -34,7 +34,7 @@ std::shared_ptr<const ElasticTerm> volume_beside_springs(const core::Body &body,
 /// Both together, at Poisson's ratio 1/4 the springs alone. Tetrahedra are kept from turning inside out.
 MassSprings springs_with_volume(const core::Body &body, core::SpringNetwork springs, const VolumeTerm &term);
 
-/// @throws std::logic_error if there is no volume term of that name
+/// @throws support::InputError if there is no volume term of that name
 const VolumeTerm &find_volume_term(std::string_view name);
 
 } // namespace livermark::msm

@@ -5,20 +5,11 @@
 #include <fmt/format.h>
 
 #include "support/input_error.hpp"
+#include "support/known_names.hpp"
 #include "support/root_folder.hpp"
 #include "support/toml_input.hpp"
 
 namespace livermark::studies {
-
-std::string unknown_name(const char *word, const std::string &name, const std::vector<std::string> &known) {
-    constexpr std::size_t most_to_name = 30; // more than that nobody reads in a message
-    const auto nearest = support::nearest_word(name, known);
-    const auto remedy = !nearest.empty() ? fmt::format("did you mean '{}'?", nearest)
-                        : known.size() > most_to_name
-                            ? fmt::format("'livermark list {}s' prints the {} that are known", word, known.size())
-                            : fmt::format("known are: {}", fmt::join(known, ", "));
-    return fmt::format("there is no {} '{}'; {}", word, name, remedy);
-}
 
 std::vector<std::filesystem::path> find_toml_files(const std::vector<std::string> &wanted, const char *folder,
                                                    const char *word) {
@@ -33,7 +24,7 @@ std::vector<std::filesystem::path> find_toml_files(const std::vector<std::string
         if (std::ranges::find(known, name) != known.end())
             file = path / (name + ".toml");
         else if (file.extension() != ".toml" && !(folder == std::string_view(bodies_folder) && file.has_extension()))
-            throw support::InputError(unknown_name(word, name, known));
+            throw support::InputError(support::unknown_name(word, name, known));
         if (std::ranges::find(files, file) != files.end())
             throw support::InputError(fmt::format("{} '{}' is asked for twice; name it once", word, name));
         files.push_back(file);

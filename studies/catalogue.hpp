@@ -18,7 +18,4 @@ inline constexpr const char *moving_load_cases_folder = "load_cases/moving"; ///
 std::vector<std::filesystem::path> find_toml_files(const std::vector<std::string> &wanted, const char *folder,
                                                    const char *word);
 
-/// A sentence for a name that is not among the known ones.
-std::string unknown_name(const char *word, const std::string &name, const std::vector<std::string> &known);
-
 } // namespace livermark::studies

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "support/input_error.hpp"
+#include "support/known_names.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::support {
@@ -22,21 +23,6 @@ const toml::node &required_node(const toml::table &table, std::string_view key) 
     if (!node)
         throw InputError(fmt::format("{}: '{}' is missing; add it", place_of(table), key));
     return *node;
-}
-
-/// Levenshtein's distance: how many letters to insert, delete or replace.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        std::size_t diagonal = row[0]++;
-        for (std::size_t j = 0; j < b.size(); ++j) {
-            const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
-            diagonal = row[j + 1];
-            row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
-        }
-    }
-    return row.back();
 }
 
 } // namespace
@@ -64,17 +50,6 @@ toml::table parse_toml(const std::string &text, const std::filesystem::path &fil
 std::string place_of(const toml::node &node) {
     const auto &source = node.source();
     return fmt::format("{}:{}", source.path ? *source.path : "TOML text", source.begin.line);
-}
-
-std::string nearest_word(std::string_view word, const std::vector<std::string> &known) {
-    std::string nearest;
-    std::size_t smallest = std::max<std::size_t>(2, word.size() / 3) + 1;
-    for (const auto &candidate : known)
-        if (const auto distance = edit_distance(word, candidate); distance < smallest) {
-            smallest = distance;
-            nearest = candidate;
-        }
-    return nearest;
 }
 
 void refuse_unknown_keys(const toml::table &table, std::span<const std::string_view> known) {

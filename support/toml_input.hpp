@@ -29,9 +29,6 @@ std::string place_of(const toml::node &node);
 void refuse_unknown_keys(const toml::table &table, std::span<const std::string_view> known);
 void refuse_unknown_keys(const toml::table &table, std::initializer_list<std::string_view> known);
 
-/// The known word nearest to a misspelt one, or an empty string where nothing is near.
-std::string nearest_word(std::string_view word, const std::vector<std::string> &known);
-
 /// Values by key.
 /// @throws InputError if the key is missing, or its value of another type or not finite
 const toml::table &required_table(const toml::table &table, std::string_view key);

@@ -71,46 +71,40 @@ double order_of_force(const core::Body &body, const core::LoadCase &load_case) {
 
 } // namespace
 
-core::ToolHistory move_tool(const core::Problem &problem, const MaterialLaw &law, int degree, int steps_per_frame,
-                            TetrahedronRule rule) {
+core::ToolHistory move_tool(const core::Problem &problem, const MaterialLaw &law, int degree, int steps_per_frame) {
     const auto &load_case = problem.load_case;
     if (!load_case.tool || steps_per_frame < 1)
         throw std::invalid_argument("a tool moves in a load case that has one, in a step or more per frame");
     const auto &tool = *load_case.tool;
-    const Elements elements(problem.body, degree, fem_reference::Formulation::displacement, law,
-                            degree == 1 ? TetrahedronRule::one_point : rule);
+    const auto rule = degree == 1 ? TetrahedronRule::one_point : TetrahedronRule::fourteen_points;
+    const Elements elements(problem.body, degree, fem_reference::Formulation::displacement, law, rule);
     const auto &system = elements.system();
     const Way way(load_case, system);
     const core::RayleighDamping damping{.alpha = tool.mass_damping, .beta = 0.0};
     const double force = order_of_force(*problem.body, load_case);
-    const auto used_rule = degree == 1 ? TetrahedronRule::one_point : rule;
-    std::optional<EnergyMomentum> steps(std::in_place, elements, used_rule, free_dofs(load_case, system), damping,
-                                        force);
+    std::optional<EnergyMomentum> steps(std::in_place, elements, rule, free_dofs(load_case, system), damping, force);
     const std::vector<double> load(static_cast<std::size_t>(elements.num_displacements()), 0.0);
     fem_reference::Motion motion{load, load};
 
     core::ToolHistory history;
+    const int last_held = core::last_record_held(tool);
     const auto record = [&](int frame) {
-        const double time = frame * tool.frame_interval;
-        history.time.push_back(time);
+        history.time.push_back(tool.time_of(frame));
         history.force.emplace_back(
-            core::holds(tool, time) ? core::Vector3(-way.sum(elements.internal_forces({motion.displacement, {}}).force))
-                                    : core::Vector3::Zero());
+            frame <= last_held ? core::Vector3(-way.sum(elements.internal_forces({motion.displacement, {}}).force))
+                               : core::Vector3::Zero());
         if (core::ToolHistory::has_field(frame))
             for (const int node : system.mesh_node)
                 history.displacement.emplace_back(core::Vector3::Map(&motion.displacement[3 * node]).cast<float>());
     };
     record(0);
     const double time_step = tool.frame_interval / steps_per_frame;
-    bool has_let_go = false;
     for (int frame = 1; frame <= tool.num_frames; ++frame) {
-        const double start = (frame - 1) * tool.frame_interval;
-        if (!has_let_go && !core::holds(tool, start + time_step)) {
-            has_let_go = true;
-            steps.emplace(elements, used_rule, free_dofs(core::let_go(load_case), system), damping, force);
-        }
+        const double start = tool.time_of(frame - 1);
+        if (frame == last_held + 1)
+            steps.emplace(elements, rule, free_dofs(core::let_go(load_case), system), damping, force);
         for (int step = 1; step <= steps_per_frame; ++step) {
-            const auto target = has_let_go ? std::vector<double>{} : way.at(start + step * time_step);
+            const auto target = frame > last_held ? std::vector<double>{} : way.at(start + step * time_step);
             if (!steps->advance(motion, load, time_step, target))
                 return history;
         }

@@ -1,11 +1,11 @@
-#include <algorithm>
 #include <array>
 #include <fmt/format.h>
-#include <stdexcept>
+#include <string>
 #include <string_view>
 
 #include "models/mass_spring_model.hpp"
 #include "msm/springs_with_volume.hpp"
+#include "support/known_names.hpp"
 
 namespace livermark::models::families {
 
@@ -19,14 +19,6 @@ core::Model model(const msm::SpringLaw &law, const msm::VolumeTerm &term, const 
             return livermark::msm::springs_with_volume(body, livermark::msm::springs_beside_volume(body, law), term);
         },
         options);
-}
-
-const msm::SpringLaw &find_law(std::string_view name) {
-    const auto table = livermark::msm::all_spring_laws();
-    const auto found = std::ranges::find(table, name, &livermark::msm::SpringLaw::name);
-    if (found == table.end())
-        throw std::logic_error(fmt::format("there is no spring law {}", name));
-    return *found;
 }
 
 /// Not every pair is worth its time in a run over everything.
@@ -44,7 +36,9 @@ ModelFamily msm_volume() {
     return {.name = {}, .models = [](const ModelOptions &options) {
                 std::vector<core::Model> models;
                 for (const auto &[law, term] : pairs)
-                    models.push_back(model(find_law(law), livermark::msm::find_volume_term(term), options));
+                    models.push_back(
+                        model(support::find_named(livermark::msm::all_spring_laws(), std::string(law), "spring law"),
+                              livermark::msm::find_volume_term(term), options));
                 return models;
             }};
 }

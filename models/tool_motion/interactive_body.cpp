@@ -4,6 +4,7 @@
 #include "interactive/method.hpp"
 #include "models/tool_motion/contenders.hpp"
 #include "models/tool_motion/tool_place.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "msm/mass_lumping.hpp"
 
 namespace livermark::models {
@@ -13,9 +14,6 @@ namespace {
 using livermark::interactive::Field;
 using livermark::interactive::Method;
 using livermark::interactive::Scene;
-
-/// Part of the critical time step at rest that explicit steps take: elements get shorter where a tool presses.
-constexpr double safety_factor = 0.8;
 
 class InteractiveBody : public MovingBody {
   public:
@@ -66,7 +64,7 @@ class InteractiveBody : public MovingBody {
     }
 
     std::optional<Effort> least_effort() const override {
-        const double longest = safety_factor * simulation_->critical_time_step();
+        const double longest = livermark::msm::default_safety_factor * simulation_->critical_time_step();
         if (!std::isfinite(longest))
             return std::nullopt;
         return Effort{.iterations = static_cast<int>(std::ceil(place_.motion.frame_interval / longest))};

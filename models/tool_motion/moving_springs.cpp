@@ -1,6 +1,5 @@
 #include <cmath>
 #include <stdexcept>
-#include <string_view>
 #include <utility>
 
 #include "models/tool_motion/contenders.hpp"
@@ -13,6 +12,7 @@
 #include "msm/spring_energy.hpp"
 #include "msm/spring_network.hpp"
 #include "msm/springs_with_volume.hpp"
+#include "support/known_names.hpp"
 
 namespace livermark::models {
 
@@ -116,20 +116,16 @@ Contender contender(std::string name, std::string source, ElasticBody (*make)(co
             }};
 }
 
-/// @throws std::logic_error if there is none of that name
-template <class Table> const auto &named(const Table &table, std::string_view name) {
-    for (const auto &entry : table)
-        if (entry.name == name)
-            return entry;
-    throw std::logic_error("the springs of the arena have lost a part");
+const livermark::msm::SpringLaw &spring_law(const char *name) {
+    return support::find_named(livermark::msm::all_spring_laws(), name, "spring law");
 }
 
 ElasticBody lloyd(const core::Body &body) {
-    return livermark::msm::spring_network(body, named(livermark::msm::all_spring_laws(), "lloyd"));
+    return livermark::msm::spring_network(body, spring_law("lloyd"));
 }
 
 ElasticBody patch_with_volume(const core::Body &body) {
-    const auto &law = named(livermark::msm::all_spring_laws(), "patch");
+    const auto &law = spring_law("patch");
     return livermark::msm::springs_with_volume(body, livermark::msm::springs_beside_volume(body, law),
                                                livermark::msm::find_volume_term("nodal_volume"))
         .body;
@@ -141,7 +137,7 @@ ElasticBody nodal_springs(const core::Body &body) {
 
 ElasticBody nodal_neo_hookean(const core::Body &body) {
     return livermark::msm::hyperelastic_springs_with_volume(
-        body, named(livermark::msm::all_spring_energies(), "neo_hookean"));
+        body, support::find_named(livermark::msm::all_spring_energies(), "neo_hookean", "spring energy"));
 }
 
 } // namespace

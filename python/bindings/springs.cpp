@@ -16,36 +16,22 @@
 #include "msm/volume_term.hpp"
 #include "python/bindings/body.hpp"
 #include "support/input_error.hpp"
+#include "support/known_names.hpp"
 
 namespace livermark::python {
 
 namespace {
 
-template <class Entry> std::vector<std::string> names_of(std::span<const Entry> table) {
-    std::vector<std::string> names;
-    for (const auto &entry : table)
-        names.push_back(entry.name);
-    return names;
-}
-
-template <class Entry> const Entry &find(std::span<const Entry> table, const std::string &name, const char *word) {
-    const auto found = std::ranges::find(table, name, &Entry::name);
-    if (found == table.end())
-        throw support::InputError(
-            fmt::format("there is no {} '{}'; known are: {}", word, name, fmt::join(names_of(table), ", ")));
-    return *found;
-}
-
 Springs make_springs(const py::object &points, const py::object &tetrahedra, const py::object &young_modulus,
                      const py::object &poisson_ratio, const std::string &law, const py::object &density,
                      const std::optional<std::string> &volume_term) {
-    const auto &chosen = find(msm::all_spring_laws(), law, "spring law");
+    const auto &chosen = support::find_named(msm::all_spring_laws(), law, "spring law");
     auto body = to_body(points, tetrahedra, young_modulus, poisson_ratio, density);
     if (!volume_term) {
         auto network = msm::spring_network(body, chosen);
         return {std::move(body.mesh.points), network, network};
     }
-    const auto &term = find(msm::all_volume_terms(), *volume_term, "volume term");
+    const auto &term = support::find_named(msm::all_volume_terms(), *volume_term, "volume term");
     auto both = msm::springs_with_volume(body, msm::springs_beside_volume(body, chosen), term);
     return {std::move(body.mesh.points), std::move(both.springs), std::move(both.body)};
 }
@@ -54,9 +40,9 @@ Springs make_coupled_springs(const py::object &points, const py::object &tetrahe
                              const py::object &poisson_ratio, const std::optional<std::string> &energy,
                              const py::object &density) {
     auto body = to_body(points, tetrahedra, young_modulus, poisson_ratio, density);
-    auto springs =
-        energy ? msm::hyperelastic_springs_with_volume(body, find(msm::all_spring_energies(), *energy, "spring energy"))
-               : msm::nodal_springs_with_volume(body);
+    auto springs = energy ? msm::hyperelastic_springs_with_volume(
+                                body, support::find_named(msm::all_spring_energies(), *energy, "spring energy"))
+                          : msm::nodal_springs_with_volume(body);
     return {std::move(body.mesh.points), {springs.node_mass, {}, {}, {}}, springs};
 }
 
@@ -178,11 +164,13 @@ void add_springs(py::module_ &module) {
                "with an energy\nof spring_energies() the model nodal_<energy>. Arguments as of springs(). Returns "
                "Springs without edges of their own.");
     module.def(
-        "spring_laws", [] { return names_of(msm::all_spring_laws()); }, "Names of the spring laws, for springs().");
+        "spring_laws", [] { return support::names_of(msm::all_spring_laws()); },
+        "Names of the spring laws, for springs().");
     module.def(
-        "volume_terms", [] { return names_of(msm::all_volume_terms()); }, "Names of the volume terms, for springs().");
+        "volume_terms", [] { return support::names_of(msm::all_volume_terms()); },
+        "Names of the volume terms, for springs().");
     module.def(
-        "spring_energies", [] { return names_of(msm::all_spring_energies()); },
+        "spring_energies", [] { return support::names_of(msm::all_spring_energies()); },
         "Names of the energies, for coupled_springs().");
 }
 

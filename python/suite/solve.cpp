@@ -4,22 +4,15 @@
 #include "core/solution.hpp"
 #include "models/model_table.hpp"
 #include "python/suite/problem.hpp"
-#include "studies/catalogue.hpp"
-#include "support/input_error.hpp"
+#include "support/known_names.hpp"
 
 namespace livermark::python {
 
 namespace {
 
 core::Model find_model(const std::string &name) {
-    auto models = models::all_models();
-    const auto found = std::ranges::find(models, name, &core::Model::name);
-    if (found != models.end())
-        return *found;
-    std::vector<std::string> known;
-    for (const auto &model : models)
-        known.push_back(model.name);
-    throw support::InputError(studies::unknown_name("model", name, known));
+    const auto models = models::all_models();
+    return support::find_named(models, name, "model");
 }
 
 core::Solution solve(const LoadedBody &loaded, const std::string &name) {

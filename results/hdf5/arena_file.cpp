@@ -1,10 +1,15 @@
 #include "results/hdf5/arena_file.hpp"
 
+#include <algorithm>
 #include <fmt/format.h>
+#include <iterator>
+#include <optional>
+#include <type_traits>
 #include <vector>
 
 #include "results/hdf5/file_parts.hpp"
 #include "results/hdf5/hdf5_io.hpp"
+#include "support/input_error.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::results {
@@ -20,43 +25,49 @@ std::string path_of(const char *name) {
     return fmt::format("{}/{}", group, name);
 }
 
-/// A column of numbers, and where it is in a row.
-struct NumberColumn {
-    const char *name;
-    const char *units;
-    double &(*value)(ArenaRun &);
-};
-
-const std::vector<NumberColumn> &number_columns() {
-    static const std::vector<NumberColumn> columns{
-        {"budget", "s", [](ArenaRun &run) -> double & { return run.budget; }},
-        {"contact_error", "", [](ArenaRun &run) -> double & { return run.errors.contact; }},
-        {"after_error", "", [](ArenaRun &run) -> double & { return run.errors.after; }},
-        {"force_error", "", [](ArenaRun &run) -> double & { return run.errors.force; }},
-        {"volume_error", "", [](ArenaRun &run) -> double & { return run.volume_error; }},
-        {"smallest_jacobian", "", [](ArenaRun &run) -> double & { return run.smallest_jacobian; }},
-        {"frame_seconds", "s", [](ArenaRun &run) -> double & { return run.frame_seconds; }},
-        {"frame_seconds_95", "s", [](ArenaRun &run) -> double & { return run.frame_seconds_95; }},
-        {"worst_frame_seconds", "s", [](ArenaRun &run) -> double & { return run.worst_frame_seconds; }},
-        {"setup_seconds", "s", [](ArenaRun &run) -> double & { return run.setup_seconds; }},
-        {"release_seconds", "s", [](ArenaRun &run) -> double & { return run.release_seconds; }},
-        {"element_passes", "", [](ArenaRun &run) -> double & { return run.element_passes; }},
-        {"bytes_per_element", "", [](ArenaRun &run) -> double & { return run.bytes_per_element; }}};
-    return columns;
+/// Calls for each column of numbers with its name, its units, and a function to its number of a run.
+template <class Visit> void for_each_column(Visit visit) {
+    visit(
+        "tetrahedra", "", [](auto &run) -> auto & { return run.tetrahedra; });
+    visit(
+        "budget", "s", [](auto &run) -> auto & { return run.budget; });
+    visit(
+        "steps", "", [](auto &run) -> auto & { return run.steps; });
+    visit(
+        "iterations", "", [](auto &run) -> auto & { return run.iterations; });
+    visit(
+        "contact_error", "", [](auto &run) -> auto & { return run.errors.contact; });
+    visit(
+        "after_error", "", [](auto &run) -> auto & { return run.errors.after; });
+    visit(
+        "force_error", "", [](auto &run) -> auto & { return run.errors.force; });
+    visit(
+        "volume_error", "", [](auto &run) -> auto & { return run.volume_error; });
+    visit(
+        "smallest_jacobian", "", [](auto &run) -> auto & { return run.smallest_jacobian; });
+    visit(
+        "num_inverted", "", [](auto &run) -> auto & { return run.num_inverted; });
+    visit(
+        "frame_seconds", "s", [](auto &run) -> auto & { return run.frame_seconds; });
+    visit(
+        "frame_seconds_95", "s", [](auto &run) -> auto & { return run.frame_seconds_95; });
+    visit(
+        "worst_frame_seconds", "s", [](auto &run) -> auto & { return run.worst_frame_seconds; });
+    visit(
+        "setup_seconds", "s", [](auto &run) -> auto & { return run.setup_seconds; });
+    visit(
+        "release_seconds", "s", [](auto &run) -> auto & { return run.release_seconds; });
+    visit(
+        "element_passes", "", [](auto &run) -> auto & { return run.element_passes; });
+    visit(
+        "bytes_per_element", "", [](auto &run) -> auto & { return run.bytes_per_element; });
 }
 
-struct CountColumn {
-    const char *name;
-    int &(*value)(ArenaRun &);
-};
-
-const std::vector<CountColumn> &count_columns() {
-    static const std::vector<CountColumn> columns{
-        {"tetrahedra", [](ArenaRun &run) -> int & { return run.tetrahedra; }},
-        {"steps", [](ArenaRun &run) -> int & { return run.steps; }},
-        {"iterations", [](ArenaRun &run) -> int & { return run.iterations; }},
-        {"num_inverted", [](ArenaRun &run) -> int & { return run.num_inverted; }}};
-    return columns;
+std::optional<ArenaOutcome> outcome_of(const std::string &word) {
+    for (const auto outcome : {ArenaOutcome::ok, ArenaOutcome::too_slow, ArenaOutcome::diverged})
+        if (word == to_string(outcome))
+            return outcome;
+    return std::nullopt;
 }
 
 /// Rows of all runs, one behind the other.
@@ -93,19 +104,11 @@ void write_arena(const std::filesystem::path &path, const Arena &arena) {
     file.texts(group, "methods", methods);
     file.texts(group, "settings", settings);
     file.texts(group, "outcomes", outcomes);
-    auto runs = arena.runs; // columns are references
-    for (const auto &column : number_columns()) {
-        std::vector<double> values;
-        for (auto &run : runs)
-            values.push_back(column.value(run));
-        file.dataset(path_of(column.name), values, column.units);
-    }
-    for (const auto &column : count_columns()) {
-        std::vector<int> values;
-        for (auto &run : runs)
-            values.push_back(column.value(run));
-        file.dataset(path_of(column.name), values, "");
-    }
+    for_each_column([&](const char *name, const char *units, auto number) {
+        std::vector<std::remove_cvref_t<decltype(number(arena.runs.front()))>> values;
+        std::ranges::transform(arena.runs, std::back_inserter(values), number);
+        file.dataset(path_of(name), values, units);
+    });
     if (arena.runs.empty())
         return support::write_whole(path, file.image());
     file.blocks(path_of("force"), joined<core::Vector3>(arena.runs, [](const ArenaRun &run) { return run.force; }),
@@ -141,24 +144,21 @@ Arena read_arena(const std::filesystem::path &path) {
     for (std::size_t r = 0; r < methods.size(); ++r) {
         arena.runs[r].method = methods[r];
         arena.runs[r].setting = settings[r];
-        for (const auto outcome : {ArenaOutcome::too_slow, ArenaOutcome::diverged})
-            if (outcomes[r] == to_string(outcome))
-                arena.runs[r].outcome = outcome;
+        const auto outcome = outcome_of(outcomes[r]);
+        if (!outcome)
+            file.refuse(group, fmt::format("has an outcome '{}' that is not known", support::shown(outcomes[r])));
+        arena.runs[r].outcome = *outcome;
     }
-    for (const auto &column : number_columns()) {
-        const auto values = file.dataset<double>(path_of(column.name), methods.size());
+    for_each_column([&](const char *name, const char *, auto number) {
+        using Number = std::remove_cvref_t<decltype(number(arena.runs.front()))>;
+        const auto values = file.dataset<Number>(path_of(name), methods.size());
         for (std::size_t r = 0; r < methods.size(); ++r)
-            column.value(arena.runs[r]) = values[r];
-    }
-    for (const auto &column : count_columns()) {
-        const auto values = file.dataset<int>(path_of(column.name), methods.size());
-        for (std::size_t r = 0; r < methods.size(); ++r)
-            column.value(arena.runs[r]) = values[r];
-    }
+            number(arena.runs[r]) = values[r];
+    });
     if (methods.empty())
         return arena;
     const auto force = file.blocks<core::Vector3>(path_of("force"), methods.size(), arena.time.size());
-    const std::size_t num_fields = (arena.time.size() - 1) / core::ToolHistory::frames_per_field + 1;
+    const std::size_t num_fields = core::ToolHistory::num_fields(static_cast<int>(arena.time.size()));
     const auto error = file.blocks<double>(path_of("error_over_time"), methods.size(), num_fields);
     for (std::size_t r = 0; r < methods.size(); ++r) {
         const auto from = static_cast<std::ptrdiff_t>(r * arena.time.size());

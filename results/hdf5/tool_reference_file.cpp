@@ -61,12 +61,12 @@ std::optional<ToolReference> read_tool_reference(const std::filesystem::path &pa
     reference.steps_per_frame = static_cast<int>(file.integer(group, "steps_per_frame"));
     reference.last_refinement = read_errors(file, "last_refinement");
     reference.half_steps = read_errors(file, "half_steps");
-    const auto num_records = static_cast<std::size_t>(problem.load_case.tool.value().num_frames) + 1;
-    const std::size_t num_fields = (num_records - 1) / core::ToolHistory::frames_per_field + 1;
+    const int num_records = problem.load_case.tool.value().num_records();
     reference.history.time = file.dataset<double>(std::string(group) + "/time", num_records);
     reference.history.force = file.dataset<core::Vector3>(std::string(group) + "/force", num_records);
-    reference.history.displacement = file.blocks<Eigen::Vector3f>(std::string(group) + "/displacement", num_fields,
-                                                                  problem.body->mesh.points.size());
+    reference.history.displacement =
+        file.blocks<Eigen::Vector3f>(std::string(group) + "/displacement", core::ToolHistory::num_fields(num_records),
+                                     problem.body->mesh.points.size());
     return reference;
 }
 

@@ -23,16 +23,10 @@ void write_tool_scene(const std::filesystem::path &path, const core::Problem &pr
     hdf5::write_materials(file, problem.body->materials);
     file.dataset("/held", tool.held, "");
     file.group("/tool");
-    std::vector<double> time;
-    int last_held = 0;
-    for (int k = 0; k <= motion.num_frames; ++k) {
-        time.push_back(k * motion.frame_interval);
-        last_held = core::holds(motion, time.back()) ? k : last_held;
-    }
-    file.dataset("/tool/time", time, "s");
+    file.dataset("/tool/time", core::record_times(motion), "s");
     file.dataset("/tool/nodes", tool.nodes, "");
     file.blocks("/tool/displacement", tool.displacement, tool.nodes.size(), "m");
-    file.integer("/tool", "last_record_held", last_held);
+    file.integer("/tool", "last_record_held", core::last_record_held(motion));
     file.number("/tool", "mass_damping", motion.mass_damping);
     support::write_whole(path, file.image());
 }
@@ -40,12 +34,12 @@ void write_tool_scene(const std::filesystem::path &path, const core::Problem &pr
 OutsideMotion read_outside_motion(const std::filesystem::path &path, const core::Problem &problem) {
     const hdf5::InputFile file(path, "h5py.File(..., 'w', libver='latest')");
     const auto num_nodes = problem.body->mesh.points.size();
-    const auto num_records = static_cast<std::size_t>(problem.load_case.tool.value().num_frames) + 1;
-    const std::size_t num_fields = (num_records - 1) / core::ToolHistory::frames_per_field + 1;
+    const auto &tool = problem.load_case.tool.value();
+    const auto num_records = static_cast<std::size_t>(tool.num_records());
+    const std::size_t num_fields = core::ToolHistory::num_fields(tool.num_records());
     OutsideMotion motion;
     auto &history = motion.history;
-    for (std::size_t k = 0; k < num_records; ++k)
-        history.time.push_back(static_cast<double>(k) * problem.load_case.tool->frame_interval);
+    history.time = core::record_times(tool);
     history.force = file.dataset<core::Vector3>("/force", num_records);
     const auto fields = file.blocks<Eigen::Vector3f>("/displacement", num_nodes);
     const bool has_all = fields.size() == num_records * num_nodes;

@@ -18,6 +18,7 @@
 #include "studies/run/output_folder.hpp"
 #include "studies/run/problems.hpp"
 #include "support/input_error.hpp"
+#include "support/known_names.hpp"
 #include "support/root_folder.hpp"
 #include "support/toml_input.hpp"
 
@@ -59,12 +60,8 @@ core::Problem on_mesh(const core::Problem &problem, int mesh) {
 
 std::vector<models::Contender> chosen_contenders(const std::vector<std::string> &names) {
     auto contenders = models::all_contenders();
-    std::vector<std::string> known;
-    for (const auto &contender : contenders)
-        known.push_back(contender.name);
     for (const auto &name : names)
-        if (std::ranges::find(known, name) == known.end())
-            throw support::InputError(unknown_name("method", name, known));
+        support::find_named(contenders, name, "method");
     if (!names.empty())
         std::erase_if(contenders, [&](const models::Contender &contender) {
             return std::ranges::find(names, contender.name) == names.end();
@@ -89,7 +86,8 @@ std::vector<results::ArenaRun> run_budgets(const models::Contender &contender, c
             run.outcome = results::ArenaOutcome::too_slow;
         runs.push_back(std::move(run));
     };
-    if (const auto least = contender.prepare(scene.problem)->least_effort()) {
+    const auto measured = contender.prepare(scene.problem);
+    if (const auto least = measured->least_effort()) {
         const auto add_all = [&](const results::ArenaRun &run, const char *setting) {
             for (const double budget : budgets)
                 add(run, setting, budget, run.frame_seconds);
@@ -102,7 +100,7 @@ std::vector<results::ArenaRun> run_budgets(const models::Contender &contender, c
     }
     for (const auto setting : {models::Setting::one_step, models::Setting::one_iteration})
         for (const double budget : budgets) {
-            const auto [effort, seconds] = largest_effort(contender, scene.problem, setting, budget);
+            const auto [effort, seconds] = largest_effort(*measured, *scene.problem.load_case.tool, setting, budget);
             add(run_contender(contender, scene, effort), models::to_string(setting), budget, seconds);
         }
     return runs;
@@ -155,9 +153,9 @@ ArenaResults run_arena(const ArenaOptions &options, const std::string &command_l
         const auto reference = stored_tool_reference(problem);
         const auto folder = make_output_folder(options.output, problem);
         auto arena = empty_arena(problem, reference, command_line);
+        const auto changes = volume_changes(problem.body->mesh, reference.history);
         for (const int mesh : options.meshes) {
-            const ArenaScene scene{on_mesh(problem, mesh), &problem.body->mesh, &reference.history,
-                                   volume_changes(problem.body->mesh, reference.history)};
+            const ArenaScene scene{on_mesh(problem, mesh), &problem.body->mesh, &reference.history, changes};
             for (const auto &contender : contenders) {
                 steps.next(fmt::format("{} / {} tetrahedra / {}", problem.body->name,
                                        scene.problem.body->mesh.tetrahedra.size(), contender.name));

@@ -25,7 +25,7 @@ results::ToolReference solve_tool_reference(const core::Problem &problem, const 
     const auto solve = [&](int level, int steps_per_frame) {
         starting(fmt::format("{}, refined {} times, {} steps in a frame", problem.body->name, level, steps_per_frame));
         auto history = models::reference_motion(problem, level, steps_per_frame);
-        if (std::ssize(history.time) != motion.num_frames + 1)
+        if (std::ssize(history.time) != motion.num_records())
             throw support::InputError(
                 fmt::format("the reference finds no next step at t = {:.3g} s on the mesh that is refined {} times; "
                             "take a smaller depth or slide",

@@ -65,12 +65,7 @@ std::vector<core::Deformation> shapes(const core::TetraMesh &mesh, const core::T
     return result;
 }
 
-/// What is recorded of a contender.
-struct Recorded {
-    core::ToolHistory history; ///< of the nodes of the reference
-    bool is_lost = false;
-};
-
+/// Keeps the nodes of the reference of what a contender does.
 class Recorder {
   public:
     Recorder(const ArenaScene &scene, results::ArenaRun &run)
@@ -78,16 +73,14 @@ class Recorder {
 
     /// @return false if the body has left all bounds; everything from there on is NaN
     bool record(int frame, const MovingBody &body) {
-        auto &history = recorded_.history;
-        history.time.push_back(frame * scene_->problem.load_case.tool->frame_interval);
-        history.force.push_back(body.tool_force());
+        history_.force.push_back(body.tool_force());
         const auto displacement = body.displacement();
         const bool is_within = std::ranges::all_of(
             displacement, [&](const core::Vector3 &u) { return u.lpNorm<Eigen::Infinity>() < bound_; });
         if (!core::ToolHistory::has_field(frame) || !is_within)
             return is_within;
         for (std::size_t i = 0; i < scene_->mesh_of_reference->points.size(); ++i)
-            history.displacement.push_back(displacement[i].cast<float>());
+            history_.displacement.push_back(displacement[i].cast<float>());
         const auto field = static_cast<std::size_t>(frame / core::ToolHistory::frames_per_field);
         judge(*run_, core::deformation(scene_->problem.body->mesh, displacement),
               scene_->reference_volume_change[field]);
@@ -96,18 +89,17 @@ class Recorder {
 
     /// @return nothing to compare where the body was lost
     core::ToolHistory finish() {
-        auto &history = recorded_.history;
-        history.force.resize(scene_->reference->force.size(), core::Vector3::Constant(nan));
-        history.time = scene_->reference->time;
-        history.displacement.resize(scene_->reference->displacement.size(), Eigen::Vector3f::Constant(NAN));
-        return std::move(history);
+        history_.time = scene_->reference->time;
+        history_.force.resize(scene_->reference->force.size(), core::Vector3::Constant(nan));
+        history_.displacement.resize(scene_->reference->displacement.size(), Eigen::Vector3f::Constant(NAN));
+        return std::move(history_);
     }
 
   private:
     const ArenaScene *scene_;
     results::ArenaRun *run_;
     double bound_;
-    Recorded recorded_;
+    core::ToolHistory history_;
 };
 
 } // namespace
@@ -128,17 +120,13 @@ void judge_shape(results::ArenaRun &run, const core::TetraMesh &mesh, const core
         judge(run, found[f], expected[f]);
 }
 
-MeasuredEffort largest_effort(const models::Contender &contender, const core::Problem &problem, models::Setting setting,
+MeasuredEffort largest_effort(MovingBody &body, const core::ToolMotion &motion, models::Setting setting,
                               double budget) {
-    const auto body = contender.prepare(problem);
-    const auto &motion = problem.load_case.tool.value();
-    if (const auto least = body->least_effort())
-        return {*least, seconds_of_frame(*body, motion, *least)};
-    const double of_one = seconds_of_frame(*body, motion, effort_of(setting, 1));
+    const double of_one = seconds_of_frame(body, motion, effort_of(setting, 1));
     if (of_one > budget)
         return {effort_of(setting, 1), of_one};
     const int trial = std::clamp(static_cast<int>(0.5 * budget / of_one), 2, most_effort);
-    const double of_trial = seconds_of_frame(*body, motion, effort_of(setting, trial));
+    const double of_trial = seconds_of_frame(body, motion, effort_of(setting, trial));
     const double of_each = std::max((of_trial - of_one) / (trial - 1), 1e-9);
     const int number = std::clamp(1 + static_cast<int>((budget - of_one) / of_each), 1, most_effort);
     return {effort_of(setting, number), of_one + (number - 1) * of_each};
@@ -163,17 +151,15 @@ results::ArenaRun run_contender(const models::Contender &contender, const ArenaS
     Recorder recorder(scene, run);
     recorder.record(0, *body);
     std::vector<double> seconds;
-    bool holds = true, is_within = true;
+    bool is_within = true;
     for (int frame = 1; frame <= motion.num_frames && is_within; ++frame) {
-        const double begins = (frame - 1) * motion.frame_interval;
-        if (holds && !core::holds(motion, begins + 0.5 * motion.frame_interval)) {
-            holds = false;
+        if (frame == core::last_record_held(motion) + 1) {
             start = processor_seconds();
             body->let_go();
             run.release_seconds = processor_seconds() - start;
         }
         start = processor_seconds();
-        body->advance(begins, effort);
+        body->advance(motion.time_of(frame - 1), effort);
         seconds.push_back(processor_seconds() - start);
         is_within = recorder.record(frame, *body);
     }

@@ -15,14 +15,17 @@ struct ArenaScene {
     std::vector<double> reference_volume_change; ///< (F) of the mesh of the reference
 };
 
-/// The largest effort that fits into a budget, as measured on a body that is moved for it.
-/// @param budget  of one core, for a frame [s]
-/// @return the least effort, and what it takes, where nothing fits
+/// What a method can do in a frame.
 struct MeasuredEffort {
     models::Effort effort;
     double seconds = 0.0; ///< of a frame, about
 };
-MeasuredEffort largest_effort(const models::Contender &contender, const core::Problem &problem, models::Setting setting,
+
+/// The largest effort that fits into a budget, as measured on a body that is moved for it.
+/// @param body    of a method with a choice
+/// @param budget  of one core, for a frame [s]
+/// @return the least effort, and what it takes, where nothing fits
+MeasuredEffort largest_effort(models::MovingBody &body, const core::ToolMotion &motion, models::Setting setting,
                               double budget);
 
 /// Moves a method through the whole motion and judges it.

@@ -19,8 +19,8 @@ ExportedProblem export_tool_scene(const ExportOptions &options, const std::strin
     const auto &problem = problems.front();
     const auto place = models::tool_place(problem, msm::lumped_masses(*problem.body));
     results::ToolNodes tool{.held = place.held, .nodes = place.nodes, .displacement = {}};
-    for (int k = 0; k <= place.motion.num_frames; ++k) {
-        const auto position = core::tool_position(place.motion, k * place.motion.frame_interval);
+    for (const double time : core::record_times(place.motion)) {
+        const auto position = core::tool_position(place.motion, time);
         for (std::size_t i = 0; i < place.nodes.size(); ++i)
             tool.displacement.push_back(place.displacement(i, position));
     }

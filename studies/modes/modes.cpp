@@ -9,6 +9,7 @@
 #include "studies/run/output_folder.hpp"
 #include "studies/run/problems.hpp"
 #include "support/input_error.hpp"
+#include "support/known_names.hpp"
 
 namespace livermark::studies {
 
@@ -16,21 +17,14 @@ namespace {
 
 /// The models that were named, in that order.
 std::vector<core::Model> models_with_modes(const std::vector<std::string> &wanted) {
-    std::vector<std::string> known;
-    std::vector<core::Model> able;
-    for (const auto &model : models::all_models())
-        if (model.modes) {
-            known.push_back(model.name);
-            able.push_back(model);
-        }
+    auto able = models::all_models();
+    std::erase_if(able, [](const core::Model &model) { return !model.modes; });
     std::vector<core::Model> chosen;
     for (const auto &name : wanted) {
-        const auto found = std::ranges::find(able, name, &core::Model::name);
-        if (found == able.end())
-            throw support::InputError(unknown_name("model with modes", name, known));
+        const auto &model = support::find_named(able, name, "model with modes");
         if (std::ranges::find(chosen, name, &core::Model::name) != chosen.end())
             throw support::InputError(fmt::format("model '{}' is asked for twice; name it once", name));
-        chosen.push_back(*found);
+        chosen.push_back(model);
     }
     return chosen;
 }

@@ -46,32 +46,25 @@ struct SpokenFor {
 };
 
 void read_file(const std::filesystem::path &file, const std::string &name, ReportData &data) {
+    const auto keep = [&](auto content, auto &contents, std::vector<std::string> &names) {
+        contents.push_back(std::move(content));
+        names.push_back(name);
+    };
     switch (results::kind_of_file(file)) {
-    case results::FileKind::result:
-        if (auto result = results::read_result(file); result.problem.load_case.regime == core::Regime::large) {
-            data.large.push_back(std::move(result));
-            data.files.large.push_back(name);
-        } else {
-            data.results.push_back(std::move(result));
-            data.files.results.push_back(name);
-        }
+    case results::FileKind::result: {
+        auto result = results::read_result(file);
+        const bool is_large = result.problem.load_case.regime == core::Regime::large;
+        keep(std::move(result), is_large ? data.large : data.results, is_large ? data.files.large : data.files.results);
         break;
+    }
     case results::FileKind::stability:
-        data.stability.push_back(results::read_stability(file));
-        data.files.stability.push_back(name);
-        break;
+        return keep(results::read_stability(file), data.stability, data.files.stability);
     case results::FileKind::histories:
-        data.histories.push_back(results::read_histories(file));
-        data.files.histories.push_back(name);
-        break;
+        return keep(results::read_histories(file), data.histories, data.files.histories);
     case results::FileKind::timings:
-        data.timings.push_back(results::read_timings(file));
-        data.files.timings.push_back(name);
-        break;
+        return keep(results::read_timings(file), data.timings, data.files.timings);
     case results::FileKind::arena:
-        data.arenas.push_back(results::read_arena(file));
-        data.files.arenas.push_back(name);
-        break;
+        return keep(results::read_arena(file), data.arenas, data.files.arenas);
     case results::FileKind::cohort: // none is left in the list
     case results::FileKind::modes:
     case results::FileKind::calibration:

@@ -6,6 +6,7 @@
 #include "models/model_table.hpp"
 #include "studies/catalogue.hpp"
 #include "support/input_error.hpp"
+#include "support/known_names.hpp"
 #include "support/mpi_session.hpp"
 
 namespace livermark::studies {
@@ -95,12 +96,8 @@ void compare_with_reference(results::Result &result) {
 std::vector<core::Model> choose_models(const std::vector<std::string> &wanted, const models::ModelOptions &options,
                                        bool with_uncertainty) {
     auto models = models::all_models(options);
-    std::vector<std::string> known;
-    for (const auto &model : models)
-        known.push_back(model.name);
     for (const auto &name : wanted)
-        if (std::ranges::find(known, name) == known.end())
-            throw support::InputError(unknown_name("model", name, known));
+        support::find_named(models, name, "model");
     const auto measures_motion = [](const core::Model &model) {
         return model.name == models::moving_reference(core::Regime::large).on_mesh;
     };

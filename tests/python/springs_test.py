@@ -91,7 +91,7 @@ def test_springs_of_ones_own_have_the_energy_of_the_formula():
     ({"young_modulus": [1.0, 2.0]}, r"young_modulus: the shape is \(2,\); give a number, or an array of shape \(6,\)"),
     ({"poisson_ratio": 0.5}, "poisson_ratio: 0.5; it has to lie between -1 and 0.5, both excluded"),
     ({"density": -1.0}, "density: -1 kg/m.3; it has to be positive"),
-    ({"law": "loyd"}, "there is no spring law 'loyd'; known are: lloyd, "),
+    ({"law": "loyd"}, "there is no spring law 'loyd'; did you mean 'lloyd'?"),
     ({"volume_term": "volume"}, "there is no volume term 'volume'; known are: mean_nodal_volume, ")])
 def test_wrong_input_is_refused_with_a_sentence(bar, change, sentence):
     arguments = {"points": bar[0], "tetrahedra": bar[1], "young_modulus": 5000.0, "poisson_ratio": 0.45, **change}

@@ -21,7 +21,7 @@ core::ToolHistory move(const std::string &name, const core::Problem &problem, co
     const auto &motion = *problem.load_case.tool;
     core::ToolHistory history;
     const auto record = [&](int frame) {
-        history.time.push_back(frame * motion.frame_interval);
+        history.time.push_back(motion.time_of(frame));
         history.force.push_back(body->tool_force());
         if (core::ToolHistory::has_field(frame))
             for (const auto &u : body->displacement())
@@ -29,10 +29,9 @@ core::ToolHistory move(const std::string &name, const core::Problem &problem, co
     };
     record(0);
     for (int frame = 1; frame <= motion.num_frames; ++frame) {
-        if (frame * motion.frame_interval > motion.release_at + 0.5 * motion.frame_interval &&
-            (frame - 1) * motion.frame_interval < motion.release_at + 0.5 * motion.frame_interval)
+        if (frame == core::last_record_held(motion) + 1)
             body->let_go();
-        body->advance((frame - 1) * motion.frame_interval, body->least_effort().value_or(effort));
+        body->advance(motion.time_of(frame - 1), body->least_effort().value_or(effort));
         record(frame);
     }
     return history;
