@@ -1,17 +1,24 @@
 #include "fem_reference/distributed/distributed_solver.hpp"
 
+#include <deal.II/base/mpi.h>
 #include <deal.II/lac/solver_cg.h>
-#include <deal.II/lac/trilinos_precondition.h>
 
-#include <chrono>
+#include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
+#include <functional>
 #include <limits>
 #include <stdexcept>
+#include <string>
 
 #include "core/stopwatch.hpp"
-#include "fem_reference/distributed/distributed_system.hpp"
+#include "fem_reference/discretisation.hpp"
+#include "fem_reference/distributed/distributed_multigrid.hpp"
+#include "fem_reference/distributed/distributed_saddle_point.hpp"
+#include "fem_reference/distributed/distributed_stiffness.hpp"
+#include "fem_reference/distributed/ranks.hpp"
+#include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/facet_conditions.hpp"
-#include "fem_reference/solvers/multigrid_settings.hpp"
 #include "support/mpi_session.hpp"
 
 namespace livermark::fem_reference {
@@ -21,7 +28,8 @@ namespace {
 using core::Clock;
 using core::seconds_since;
 
-constexpr double residual_tolerance = 1e-12;
+constexpr double tolerance_of_displacements = 1e-12;
+constexpr double tolerance_of_mixed = 1e-10;
 
 core::Solution free_to_move(const core::Problem &problem) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -35,65 +43,157 @@ core::Solution free_to_move(const core::Problem &problem) {
     return solution;
 }
 
-core::Solution solve(const core::Problem &problem, int degree, int max_iterations) {
-    const auto start = Clock::now();
-    const DistributedSystem system(problem, degree);
-    const auto matrix = system.stiffness();
-    auto modes = system.rigid_modes();
-    dealii::TrilinosWrappers::PreconditionAMG levels;
-    auto settings = multigrid_settings(modes);
-    levels.initialize(matrix, settings);
-
-    core::Solution solution;
-    solution.degrees_of_freedom = system.num_unknowns();
-    solution.setup_seconds = seconds_since(start);
-    const auto solve_start = Clock::now();
-    const auto right_hand_side = system.right_hand_side();
-    const double size = right_hand_side.l2_norm();
-    DistributedSystem::Vector u;
-    u.reinit(right_hand_side);
-    dealii::SolverControl control(max_iterations, residual_tolerance * size);
-    try {
-        dealii::SolverCG<DistributedSystem::Vector>(control).solve(matrix, u, right_hand_side, levels);
-    } catch (const dealii::SolverControl::NoConvergence &ending) {
-        solution.status = core::SolutionStatus::not_converged;
-        solution.message =
-            fmt::format("conjugate gradients stopped after {} iterations at a relative residual of {:.1e}; "
-                        "run without mpirun, where there are other solvers",
-                        ending.last_step, ending.last_residual / size);
+/// One problem as a rank works on it.
+class RankProblem {
+  public:
+    RankProblem(const core::Problem &problem, const DistributedOptions &options)
+        : rigid_(problem.body->mesh.points), scale_(pressure_scale(*problem.body)),
+          part_(refined_part(problem, options)), matrices_(*part_.problem.body, options.degree, options.formulation),
+          conditions_(dof_conditions(part_.problem.load_case, matrices_.system)),
+          nodes_(nodes_of(part_, matrices_.system), 3) {
+        nodes_.share(conditions_.prescribed);
+        for (const double value : conditions_.prescribed)
+            is_free_.push_back(std::isnan(value));
     }
-    system.impose(u);
-    const auto residual = system.residual(u);
-    solution.displacement = system.on_mesh(u);
-    solution.reaction = system.reactions(residual);
-    for (auto &reaction : solution.reaction)
-        for (double &component : reaction)
-            component = dealii::Utilities::MPI::sum(component, MPI_COMM_WORLD);
-    solution.strain_energy = dealii::Utilities::MPI::sum(residual.energy, MPI_COMM_WORLD);
-    solution.solver = fmt::format("CG + ML on {} ranks, {} iterations, rigid body modes", support::mpi_num_ranks(),
-                                  control.last_step());
-    solution.solve_seconds = seconds_since(solve_start);
-    return solution;
-}
+
+    core::Solution solve(const DistributedOptions &options) {
+        return options.formulation == Formulation::mixed ? solve_mixed(options) : solve_displacement(options);
+    }
+
+  private:
+    static Part refined_part(const core::Problem &problem, const DistributedOptions &options) {
+        auto part = cut(problem);
+        for (int level = 0; level < options.num_refinements; ++level)
+            part = refine(part);
+        return part;
+    }
+
+    std::vector<double> prescribed_displacement() const {
+        auto u = conditions_.prescribed;
+        for (double &value : u)
+            value = std::isnan(value) ? 0.0 : value;
+        return u;
+    }
+
+    /// K u + D^T p - f of the part, right where this rank owns it; and D u - C p.
+    MixedField residual(const MixedField &state) const {
+        MixedField out{std::vector<double>(state.u.size()), std::vector<double>(state.p.size())};
+        matrices_.system.stiffness.multiply(state.u, out.u);
+        if (!state.p.empty()) {
+            multiply(matrices_.pressure.compliance, state.p, out.p);
+            matrices_.pressure.divergence.add_products(state.u, state.p, out.u, out.p, 1);
+        }
+        for (std::size_t dof = 0; dof < out.u.size(); ++dof)
+            out.u[dof] -= conditions_.load[dof];
+        return out;
+    }
+
+    core::Solution solve_displacement(const DistributedOptions &options) {
+        auto start = Clock::now();
+        const DistributedMultigrid levels(matrices_.system.stiffness, nodes_, matrices_.system.points, rigid_,
+                                          is_free_);
+        const DistributedStiffness<double> stiffness(matrices_.system.stiffness, nodes_, is_free_);
+        core::Solution solution;
+        solution.setup_seconds = assembly_seconds_ + seconds_since(start);
+        start = Clock::now();
+        MixedField state{prescribed_displacement(), {}};
+        auto load = residual(state).u;
+        for (std::size_t dof = 0; dof < load.size(); ++dof)
+            load[dof] = is_free_[dof] ? -load[dof] : 0.0;
+        auto right = nodes_.vector(), change = nodes_.vector();
+        nodes_.write(std::span<const double>(load), right);
+        const double size = right.l2_norm();
+        dealii::SolverControl control(options.max_iterations, tolerance_of_displacements * size);
+        try {
+            dealii::SolverCG<NodeExchange::Vector>(control).solve(stiffness, change, right, levels);
+        } catch (const dealii::SolverControl::NoConvergence &ending) {
+            not_converged(solution, "conjugate gradients", static_cast<int>(ending.last_step),
+                          ending.last_residual / size);
+        }
+        std::vector<double> found(state.u.size());
+        nodes_.read(change, std::span(found));
+        std::ranges::transform(state.u, found, state.u.begin(), std::plus<>());
+        solution.solver = fmt::format("CG + ML on {} ranks, {} iterations, rigid body modes", support::mpi_num_ranks(),
+                                      control.last_step());
+        finish(solution, state, start);
+        return solution;
+    }
+
+    core::Solution solve_mixed(const DistributedOptions &options) {
+        auto start = Clock::now();
+        DistributedSaddlePoint solver(part_, matrices_.system, matrices_.pressure, rigid_, scale_, is_free_);
+        solver.set_up(matrices_.system.stiffness);
+        core::Solution solution;
+        solution.setup_seconds = assembly_seconds_ + seconds_since(start);
+        start = Clock::now();
+        MixedField state{prescribed_displacement(), std::vector<double>(matrices_.pressure.num_pressures(), 0.0)};
+        auto right = residual(state);
+        for (auto *const values : {&right.u, &right.p})
+            for (double &value : *values)
+                value = -value;
+        MixedField change;
+        const auto ending = solver.solve({.stiffness = matrices_.system.stiffness,
+                                          .divergence = matrices_.pressure.divergence,
+                                          .compliance = matrices_.pressure.compliance},
+                                         right, tolerance_of_mixed, options.max_iterations, change);
+        if (!ending.converged)
+            not_converged(solution, "generalised minimal residuals", ending.iterations, ending.relative_residual);
+        std::ranges::transform(state.u, change.u, state.u.begin(), std::plus<>());
+        state.p = change.p;
+        solution.degrees_of_freedom = solver.pressures().num_entries_of_all_ranks();
+        solution.solver =
+            fmt::format("GMRES on {} ranks, {} iterations, two levels over ML and the mass of the pressure",
+                        support::mpi_num_ranks(), ending.iterations);
+        finish(solution, state, start);
+        return solution;
+    }
+
+    static void not_converged(core::Solution &solution, const char *method, int iterations, double residual) {
+        solution.status = core::SolutionStatus::not_converged;
+        solution.message = fmt::format("{} stopped after {} iterations at a relative residual of {:.1e}; run without "
+                                       "mpirun, where there are other solvers",
+                                       method, iterations, residual);
+    }
+
+    void finish(core::Solution &solution, const MixedField &state, Clock::time_point start) const {
+        const auto left = residual(state);
+        double work = 0.0; // u . (K u + D^T p), which is u . K u + p . C p as D u = C p
+        for (const int node : nodes_.owned())
+            for (auto dof = 3 * static_cast<std::size_t>(node); dof < 3 * static_cast<std::size_t>(node) + 3; ++dof)
+                work += state.u[dof] * (left.u[dof] + conditions_.load[dof]);
+        solution.degrees_of_freedom += 3 * nodes_.num_entries_of_all_ranks();
+        solution.strain_energy = 0.5 * dealii::Utilities::MPI::sum(work, MPI_COMM_WORLD);
+        solution.reaction =
+            sum_of_reactions(nodes_, conditions_.constraint, left.u, part_.problem.load_case.constraint_names.size());
+        solution.displacement = on_mesh(part_, matrices_.system, nodes_, state.u);
+        solution.solve_seconds = seconds_since(start);
+    }
+
+    Clock::time_point start_ = Clock::now();
+    RigidModes rigid_;
+    double scale_; ///< of pressures [Pa/m]
+    Part part_;
+    Discretisation matrices_;
+    DofConditions conditions_;
+    NodeExchange nodes_;
+    std::vector<bool> is_free_;
+    double assembly_seconds_ = seconds_since(start_);
+};
 
 } // namespace
 
-core::Solution solve_distributed(const core::Problem &problem, int degree, int max_iterations) {
+core::Solution solve_distributed(const core::Problem &problem, const DistributedOptions &options) {
     // What is wrong with the problem is wrong on every rank, and can be thrown without leaving one behind.
-    if (degree != 1 && degree != 2)
-        throw std::invalid_argument("finite elements of degree " + std::to_string(degree) +
+    if (options.degree != 1 && options.degree != 2)
+        throw std::invalid_argument("finite elements of degree " + std::to_string(options.degree) +
                                     " are not there; use 1 or 2");
+    if (options.degree == 1 && options.formulation == Formulation::mixed)
+        throw std::invalid_argument("the mixed formulation takes quadratic elements");
     check_facets(problem.load_case, problem.body->mesh);
     check_outer_faces(problem.body->mesh);
     if (!holds_every_part(problem.load_case, problem.body->mesh))
         return free_to_move(problem);
-    try {
-        return solve(problem, degree, max_iterations);
-    } catch (const std::exception &error) {
-        if (support::mpi_num_ranks() == 1)
-            throw;
-        support::abort_all_ranks(error.what());
-    }
+    return on_all_ranks([&] { return RankProblem(problem, options).solve(options); });
 }
 
 } // namespace livermark::fem_reference

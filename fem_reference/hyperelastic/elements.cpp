@@ -108,13 +108,14 @@ State Elements::rest() const {
     return {std::vector<double>(num_displacements(), 0.0), std::vector<double>(num_pressures(), 0.0)};
 }
 
-InternalForces Elements::internal_forces(const State &state) const {
+InternalForces Elements::internal_forces(const State &state, std::span<const double> energy_share) const {
     InternalForces result{.smallest_jacobian = std::numeric_limits<double>::infinity(),
                           .energy = 0.0,
                           .force = std::vector<double>(num_displacements(), 0.0),
                           .imbalance = std::vector<double>(num_pressures(), 0.0)};
     for_each_cell([&](const Cell &cell) {
         const double modulus = law_->volume_modulus(*cell.material);
+        const double share = energy_share.empty() ? 1.0 : energy_share[cell.number];
         for (std::size_t q = 0; q < reference_.weight.size(); ++q) {
             const Gradients gradients = cell.gradients(reference_.gradient[q]);
             const Matrix3 f = cell.deformation(gradients, state.displacement);
@@ -132,14 +133,14 @@ InternalForces Elements::internal_forces(const State &state) const {
                 law_->stress(*cell.material, f) + pressure * volume.slope * jacobian * Matrix3(f.inverse().transpose());
             for (std::size_t a = 0; a < cell.nodes.size(); ++a)
                 Vector3::Map(&result.force[3 * cell.nodes[a]]) += weight * (stress * gradients.col(a));
-            result.energy += weight * law_->energy(*cell.material, f);
+            result.energy += share * weight * law_->energy(*cell.material, f);
             if (cell.pressures) {
                 const double imbalance = volume.value - pressure / modulus;
                 for (int k = 0; k < 4; ++k)
                     result.imbalance[(*cell.pressures)[k]] += weight * reference_.linear_shape[q][k] * imbalance;
-                result.energy += weight * pressure * (volume.value - 0.5 * pressure / modulus);
+                result.energy += share * weight * pressure * (volume.value - 0.5 * pressure / modulus);
             } else {
-                result.energy += weight * 0.5 * modulus * volume.value * volume.value;
+                result.energy += share * weight * 0.5 * modulus * volume.value * volume.value;
             }
         }
         return true;

@@ -70,7 +70,8 @@ class Elements {
     /// At rest.
     State rest() const;
 
-    InternalForces internal_forces(const State &state) const;
+    /// @param energy_share  shape (M) which part of the energy of each tetrahedron counts; empty where all of it does
+    InternalForces internal_forces(const State &state, std::span<const double> energy_share = {}) const;
 
     /// A matrix of zeros with entries in the right places, to be assembled into.
     TangentMatrices zero_tangent() const;

@@ -5,12 +5,10 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <utility>
 
-#include "fem_reference/hyperelastic/follower_pressure.hpp"
-#include "fem_reference/hyperelastic/tangent_solver.hpp"
+#include "fem_reference/hyperelastic/one_process_system.hpp"
 
 namespace livermark::hyperelastic {
 
@@ -28,17 +26,6 @@ double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-std::vector<bool> free_of(const std::vector<double> &prescribed) {
-    std::vector<bool> is_free;
-    for (const double value : prescribed)
-        is_free.push_back(std::isnan(value));
-    return is_free;
-}
-
-double dot(const std::vector<double> &a, const std::vector<double> &b) {
-    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
-}
-
 /// What is out of balance at a state.
 struct Balance {
     double smallest_jacobian; ///< if not positive, nothing else is set
@@ -49,99 +36,95 @@ struct Balance {
 
 class Follower {
   public:
-    Follower(const Elements &elements, const fem_reference::DofConditions &conditions, int num_constraints,
-             std::span<const double> pressure, const LoadPath &path)
-        : elements_(elements), conditions_(conditions), path_(path), num_constraints_(num_constraints),
-          follower_(elements.system(), elements.body().mesh, pressure), is_free_(free_of(conditions.prescribed)),
-          solver_(elements, follower_, is_free_), tangent_(elements.zero_tangent()) {
-        const auto volumes = core::tetrahedron_volumes(elements.body().mesh);
-        rounding_force_ = 100.0 * std::numeric_limits<double>::epsilon() * solver_.pressure_scale() *
-                          std::accumulate(volumes.begin(), volumes.end(), 0.0);
-    }
+    Follower(PathSystem &system, int num_constraints, const LoadPath &path)
+        : system_(system), conditions_(system.conditions()), path_(path), num_constraints_(num_constraints),
+          is_free_(free_of(conditions_.prescribed)),
+          rounding_force_(100.0 * std::numeric_limits<double>::epsilon() * system.pressure_scale() * system.volume()) {}
 
     FollowedPath run();
 
   private:
     Balance balance(const State &state, double fraction) const;
-    void assemble(const State &state, double fraction);
+    double dot(const State &a, const State &b) const;
     bool factorise();
     std::optional<TangentSolver::Correction> solve(const State &right, double tolerance, LoadStep &step);
     bool advance(State &state, double from, double to, LoadStep &step);
     bool correct(State &state, Balance &now, double fraction, LoadStep &step);
     PathPoint point(const State &state, double fraction) const;
 
-    const Elements &elements_;
+    PathSystem &system_;
     const fem_reference::DofConditions &conditions_;
     const LoadPath &path_;
     int num_constraints_;
-    FollowerPressure follower_;
     std::vector<bool> is_free_;
-    TangentSolver solver_;
-    TangentMatrices tangent_;
-    FollowerPressure::LoadStiffness load_stiffness_;
     bool needs_factor_ = true;
     double iterations_when_new_ = 0.0; ///< of levels, for each e-fold of the residual
     /// What the last digits of positions make of forces [N]: of a shear modulus on the square of the extent. Where a
     /// body moves as a rigid one there is nothing else.
-    double rounding_force_ = 0.0;
+    double rounding_force_;
     FollowedPath result_;
 };
 
+double Follower::dot(const State &a, const State &b) const {
+    const auto counted = [](const std::vector<bool> &counts, const std::vector<double> &x,
+                            const std::vector<double> &y) {
+        double sum = 0.0;
+        for (std::size_t i = 0; i < counts.size(); ++i)
+            sum += counts[i] ? x[i] * y[i] : 0.0;
+        return sum;
+    };
+    return system_.sum(counted(system_.counted_displacements(), a.displacement, b.displacement) +
+                       counted(system_.counted_pressures(), a.pressure, b.pressure));
+}
+
 Balance Follower::balance(const State &state, double fraction) const {
-    auto internal = elements_.internal_forces(state);
+    auto internal = system_.internal_forces(state);
     Balance now{.smallest_jacobian = internal.smallest_jacobian};
     if (!(now.smallest_jacobian > 0.0))
         return now;
     now.energy = internal.energy;
-    std::vector<double> load = conditions_.load;
-    for (double &value : load)
-        value *= fraction;
-    follower_.add_forces(fraction, state.displacement, load);
+    const auto load = system_.loads(state, fraction);
     now.residual = {std::move(internal.force), std::move(internal.imbalance)};
     const double rounding = rounding_force_ / path_.tolerance;
-    double out_of_balance = 0.0, scale = rounding * rounding;
+    double out_of_balance = 0.0, scale = 0.0;
     for (std::size_t dof = 0; dof < load.size(); ++dof) {
         double &residual = now.residual.displacement[dof];
         residual -= load[dof];
+        if (!system_.counted_displacements()[dof])
+            continue;
         (is_free_[dof] ? out_of_balance : scale) += residual * residual;
         scale += load[dof] * load[dof];
     }
-    const double pressure_scale = solver_.pressure_scale();
-    out_of_balance += pressure_scale * pressure_scale * dot(now.residual.pressure, now.residual.pressure);
+    const double pressure_scale = system_.pressure_scale();
+    for (std::size_t k = 0; k < now.residual.pressure.size(); ++k)
+        if (const double volume = pressure_scale * now.residual.pressure[k]; system_.counted_pressures()[k])
+            out_of_balance += volume * volume;
+    out_of_balance = system_.sum(out_of_balance);
+    scale = system_.sum(scale) + rounding * rounding;
     now.size = out_of_balance > 0.0 ? std::sqrt(out_of_balance / scale) : 0.0;
     return now;
-}
-
-void Follower::assemble(const State &state, double fraction) {
-    elements_.assemble_tangent(state, tangent_);
-    load_stiffness_ = follower_.load_stiffness(fraction, state.displacement);
-    follower_.add_symmetric_part(load_stiffness_, tangent_.stiffness);
 }
 
 /// A tangent that is not positive definite cannot be factored: then the one at rest is, and iterations are with it.
 bool Follower::factorise() {
     ++result_.factorisations;
     needs_factor_ = false;
-    if (solver_.factorise(tangent_.stiffness))
-        return true;
-    auto at_rest = elements_.zero_tangent();
-    elements_.assemble_tangent(elements_.rest(), at_rest);
-    return solver_.factorise(at_rest.stiffness);
+    return system_.factorise() || system_.factorise_at_rest();
 }
 
 std::optional<TangentSolver::Correction> Follower::solve(const State &right, double tolerance, LoadStep &step) {
     bool has_old_factor = !needs_factor_;
     if (needs_factor_ && !factorise())
         return std::nullopt;
-    auto correction = solver_.solve(tangent_, load_stiffness_, right, tolerance);
+    auto correction = system_.solve(right, tolerance);
     if (!correction.converged && has_old_factor) {
         if (!factorise())
             return std::nullopt;
         has_old_factor = false;
-        correction = solver_.solve(tangent_, load_stiffness_, right, tolerance);
+        correction = system_.solve(right, tolerance);
     }
     step.linear_iterations.push_back(correction.iterations);
-    if (solver_.is_direct()) {
+    if (system_.is_direct()) {
         needs_factor_ = correction.iterations > refactor_after;
     } else {
         // By what an iteration gains, because tolerances differ.
@@ -158,7 +141,7 @@ std::optional<TangentSolver::Correction> Follower::solve(const State &right, dou
 /// Goes along the correction of Newton's method.
 /// @return false if there is none, or no way along it
 bool Follower::correct(State &state, Balance &now, double fraction, LoadStep &step) {
-    assemble(state, fraction);
+    system_.assemble(state, fraction);
     State right = now.residual;
     for (auto *const part : {&right.displacement, &right.pressure})
         for (double &value : *part)
@@ -170,10 +153,7 @@ bool Follower::correct(State &state, Balance &now, double fraction, LoadStep &st
         return false;
     const auto &change = correction->change;
     // At what is not free the change is zero, so that reactions do no work.
-    const auto along = [&](const Balance &there) {
-        return std::abs(dot(there.residual.displacement, change.displacement) +
-                        dot(there.residual.pressure, change.pressure));
-    };
+    const auto along = [&](const Balance &there) { return std::abs(dot(there.residual, change)); };
     const double first_along = along(now);
     constexpr double shortest = 1.0 / 32.0;
     for (double part = 1.0; part >= shortest; part *= 0.5) {
@@ -197,13 +177,13 @@ bool Follower::correct(State &state, Balance &now, double fraction, LoadStep &st
 /// One load step.
 /// @param state  where loads are from; changed if it converges
 bool Follower::advance(State &state, double from, double to, LoadStep &step) {
-    assemble(state, to);
+    system_.assemble(state, to);
     State increment{std::vector<double>(is_free_.size(), 0.0), {}};
     for (std::size_t dof = 0; dof < is_free_.size(); ++dof)
         if (!is_free_[dof])
             increment.displacement[dof] = to * conditions_.prescribed[dof] - state.displacement[dof];
     auto now = balance(state, to);
-    auto right = solver_.product(tangent_, load_stiffness_, increment.displacement);
+    auto right = system_.product(increment.displacement);
     for (std::size_t dof = 0; dof < is_free_.size(); ++dof)
         right.displacement[dof] = -right.displacement[dof] - now.residual.displacement[dof];
     for (std::size_t k = 0; k < right.pressure.size(); ++k)
@@ -246,15 +226,18 @@ PathPoint Follower::point(const State &state, double fraction) const {
                     .strain_energy = now.energy,
                     .smallest_jacobian = now.smallest_jacobian};
     for (std::size_t dof = 0; dof < is_free_.size(); ++dof)
-        if (const int owner = conditions_.constraint[dof]; owner >= 0)
+        if (const int owner = conditions_.constraint[dof]; owner >= 0 && system_.counted_displacements()[dof])
             point.reaction[owner][static_cast<int>(dof % 3)] += now.residual.displacement[dof];
+    for (auto &reaction : point.reaction)
+        for (double &component : reaction)
+            component = system_.sum(component);
     return point;
 }
 
 FollowedPath Follower::run() {
     auto start = Clock::now();
-    auto state = elements_.rest();
-    assemble(state, 0.0);
+    auto state = system_.rest();
+    system_.assemble(state, 0.0);
     const bool is_constrained = factorise();
     result_.setup_seconds = seconds_since(start);
     start = Clock::now();
@@ -303,9 +286,14 @@ FollowedPath Follower::run() {
 
 } // namespace
 
+FollowedPath follow(PathSystem &system, int num_constraints, const LoadPath &path) {
+    return Follower(system, num_constraints, path).run();
+}
+
 FollowedPath follow(const Elements &elements, const fem_reference::DofConditions &conditions, int num_constraints,
                     std::span<const double> follower_pressure, const LoadPath &path) {
-    return Follower(elements, conditions, num_constraints, follower_pressure, path).run();
+    OneProcessSystem system(elements, conditions, follower_pressure);
+    return follow(system, num_constraints, path);
 }
 
 } // namespace livermark::hyperelastic

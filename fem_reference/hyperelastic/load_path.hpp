@@ -60,4 +60,8 @@ struct FollowedPath {
 FollowedPath follow(const Elements &elements, const fem_reference::DofConditions &conditions, int num_constraints,
                     std::span<const double> follower_pressure, const LoadPath &path = {});
 
+class PathSystem;
+/// The same of elements that may be spread over ranks; collective then.
+FollowedPath follow(PathSystem &system, int num_constraints, const LoadPath &path);
+
 } // namespace livermark::hyperelastic

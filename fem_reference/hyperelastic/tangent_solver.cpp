@@ -24,16 +24,6 @@ namespace {
 using Sparse = Eigen::SparseMatrix<double>;
 using Vector = dealii::Vector<double>; // displacements, then pressures over their scale
 
-double scale_of(const core::Body &body) {
-    double modulus = 0.0, volume = 0.0;
-    const auto volumes = core::tetrahedron_volumes(body.mesh);
-    for (std::size_t t = 0; t < volumes.size(); ++t) {
-        modulus += volumes[t] * body.materials[body.mesh.region[t]].shear_modulus();
-        volume += volumes[t];
-    }
-    return modulus / volume / std::cbrt(volume);
-}
-
 } // namespace
 
 struct TangentSolver::Impl {
@@ -60,7 +50,7 @@ struct TangentSolver::Impl {
     };
 
     Impl(const Elements &of, const FollowerPressure &pressures, std::vector<bool> free)
-        : elements(of), follower(pressures), is_free(std::move(free)), scale(scale_of(of.body())) {
+        : elements(of), follower(pressures), is_free(std::move(free)), scale(fem_reference::pressure_scale(of.body())) {
         number.assign(is_free.size(), -1);
         for (std::size_t dof = 0; dof < is_free.size(); ++dof)
             if (is_free[dof])

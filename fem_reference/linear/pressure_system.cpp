@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <span>
@@ -107,6 +108,16 @@ PressureSystem empty_system(const core::Body &body, const ElasticSystem &system)
 
 bool has_pressure(const core::Body &body) {
     return std::ranges::any_of(body.materials, [](const core::Material &material) { return has_pressure(material); });
+}
+
+double pressure_scale(const core::Body &body) {
+    double modulus = 0.0, volume = 0.0;
+    const auto volumes = core::tetrahedron_volumes(body.mesh);
+    for (std::size_t t = 0; t < volumes.size(); ++t) {
+        modulus += volumes[t] * body.materials[body.mesh.region[t]].shear_modulus();
+        volume += volumes[t];
+    }
+    return modulus / volume / std::cbrt(volume);
 }
 
 core::Body without_pressure(const core::Body &body) {

@@ -30,6 +30,10 @@ struct PressureSystem {
 /// Whether a region gets one.
 bool has_pressure(const core::Body &body);
 
+/// What a pressure is divided by to be in the units of a displacement [Pa/m]: the mean shear modulus over the cube root
+/// of the volume.
+double pressure_scale(const core::Body &body);
+
 /// The body with lambda = 0 in the regions that get a pressure: what is left of their stiffness is 2 mu eps.
 core::Body without_pressure(const core::Body &body);
 

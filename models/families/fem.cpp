@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "core/local_refinement.hpp"
-#include "core/refinement.hpp"
 #include "fem_reference/distributed/distributed_solver.hpp"
 #include "fem_reference/dynamics/modes.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
@@ -19,6 +18,9 @@ namespace {
 
 constexpr auto linear_summary = "linear elasticity, linear tetrahedra (the baseline)";
 constexpr auto quadratic_summary = "linear elasticity, quadratic tetrahedra (the reference of motion)";
+constexpr auto mixed_summary = "linear elasticity, quadratic tetrahedra with a linear pressure (Taylor and Hood)";
+constexpr auto refined_summary = "linear elasticity, Taylor and Hood on meshes refined at the rims of places (the "
+                                 "reference of small deformations)";
 
 using fem_reference::Formulation;
 using fem_reference::SolverChoice;
@@ -135,22 +137,35 @@ core::Model finite_elements(std::string_view name, const char *summary, core::Pr
             .is_collective = support::mpi_num_ranks() > 1};
 }
 
-/// Several MPI ranks solve together, whatever the size.
+/// Several MPI ranks solve together, whatever the size: the same models as in one process.
 std::vector<core::Model> distributed_models() {
-    const auto on_mesh = [](int degree) {
-        return core::solves_each(
-            [degree](const core::Problem &problem) { return fem_reference::solve_distributed(problem, degree); });
+    const auto solve_with = [](const fem_reference::DistributedOptions &options) {
+        return [options](const core::Problem &problem) {
+            auto solution = fem_reference::solve_distributed(problem, options);
+            add_path(solution, problem.load_case);
+            return solution;
+        };
     };
-    const auto refined = core::solves_each([](const core::Problem &problem) {
-        auto solution = fem_reference::solve_distributed(core::refine(problem), 2);
-        solution.displacement.resize(problem.body->mesh.points.size()); // the nodes of the mesh come first
-        return solution;
-    });
-    return {
-        finite_elements("fem_p1", linear_summary, on_mesh(1)),
-        finite_elements("fem_p2", quadratic_summary, on_mesh(2)),
-        finite_elements("fem_p2_refined", "quadratic tetrahedra on the mesh refined once", refined),
+    const auto solve_mixed = solve_with({.formulation = Formulation::mixed});
+    const auto at_rims = [solve_mixed](const core::Problem &problem) {
+        auto refined = problem;
+        refined.load_case.release.reset();
+        return solve_refined(problem.body->mesh, problem.load_case.path, refinement, [&](int level) {
+            if (level > 0)
+                refined = core::refine_at_rims(refined).problem;
+            auto solution = solve_mixed(refined);
+            solution.displacement.resize(problem.body->mesh.points.size()); // the nodes of the mesh come first
+            return solution;
+        });
     };
+    const auto model = [](std::string_view name, const char *summary, auto solve) {
+        return finite_elements(name, summary, core::solves_each(solve));
+    };
+    auto refined = model("fem_p2p1_refined", refined_summary, at_rims);
+    refined.only = core::Regime::small;
+    return {model("fem_p1", linear_summary, solve_with({.degree = 1})),
+            model("fem_p2", quadratic_summary, solve_with({.degree = 2})),
+            model("fem_p2p1", mixed_summary, solve_mixed), std::move(refined)};
 }
 
 /// Elements of displacement alone, which know their modes.
@@ -186,18 +201,16 @@ std::vector<core::Model> models(const ModelOptions &options) {
     return {
         displacement_elements("fem_p1", linear_summary, 1, choice),
         displacement_elements("fem_p2", quadratic_summary, 2, choice),
-        solved_together(finite_elements(
-            "fem_p2p1", "linear elasticity, quadratic tetrahedra with a linear pressure (Taylor and Hood)",
-            [mixed](const std::shared_ptr<const core::Body> &body, const core::LoadCase * /*common*/) {
-                return std::make_unique<PreparedElements>(mixed->on(body));
-            })),
-        only_small(solved_together(finite_elements(
-            "fem_p2p1_refined",
-            "linear elasticity, Taylor and Hood on meshes refined at the rims of places (the reference of "
-            "small deformations)",
-            [mixed](const std::shared_ptr<const core::Body> &body, const core::LoadCase * /*common*/) {
-                return std::make_unique<PreparedRefinedElements>(body, *mixed);
-            }))),
+        solved_together(
+            finite_elements("fem_p2p1", mixed_summary,
+                            [mixed](const std::shared_ptr<const core::Body> &body, const core::LoadCase * /*common*/) {
+                                return std::make_unique<PreparedElements>(mixed->on(body));
+                            })),
+        only_small(solved_together(
+            finite_elements("fem_p2p1_refined", refined_summary,
+                            [mixed](const std::shared_ptr<const core::Body> &body, const core::LoadCase * /*common*/) {
+                                return std::make_unique<PreparedRefinedElements>(body, *mixed);
+                            }))),
     };
 }
 

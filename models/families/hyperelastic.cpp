@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/local_refinement.hpp"
+#include "fem_reference/hyperelastic/distributed_hyperelasticity.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "models/model_table.hpp"
 #include "models/refined_solution.hpp"
@@ -31,15 +32,22 @@ std::vector<double> follower_pressures(const core::Problem &problem) {
     return pressure;
 }
 
+/// Several MPI ranks solve together what a factor is not needed for.
+bool is_collective(const Discretisation &discretisation) {
+    return support::mpi_num_ranks() > 1 && discretisation.formulation == fem_reference::Formulation::mixed;
+}
+
 core::Solution solve(const core::Problem &problem, const std::string &law, const Discretisation &discretisation) {
     hyperelastic::LoadPath path;
     path.fractions = problem.load_case.path;
     path.tolerance = tolerance;
     if (path.fractions.empty())
         path.fractions = {1.0};
-    auto found =
-        hyperelastic::solve({problem.body, core::without_follower_pressures(problem.load_case)},
-                            hyperelastic::material_law(law), discretisation, path, follower_pressures(problem));
+    const core::Problem dead{problem.body, core::without_follower_pressures(problem.load_case)};
+    const auto &material = hyperelastic::material_law(law);
+    auto found = is_collective(discretisation)
+                     ? hyperelastic::solve_distributed(dead, material, path, follower_pressures(problem))
+                     : hyperelastic::solve(dead, material, discretisation, path, follower_pressures(problem));
     auto solution = std::move(found.solution);
     for (const auto &point : found.points) {
         if (solution.path.size() == problem.load_case.path.size() ||
@@ -83,12 +91,11 @@ core::Model elements(const std::string &name, const std::string &summary, const 
             .source = "Arndt et al. 2022, The deal.II library, version 9.4, J. Numer. Math. 30(3)",
             .prepare = core::solves_each(
                 [=](const core::Problem &problem) { return solve_one(problem, law, discretisation); }),
-            .only = core::Regime::large};
+            .only = core::Regime::large,
+            .is_collective = is_collective(discretisation)};
 }
 
 std::vector<core::Model> models(const ModelOptions & /*options*/) {
-    if (support::mpi_num_ranks() > 1)
-        return {}; // they solve alone
     using fem_reference::Formulation;
     return {
         elements("fem_p1_neo_hookean", "neo-Hookean, linear tetrahedra (the baseline of large deformations)",

@@ -9,7 +9,10 @@
 #include <limits>
 #include <stdexcept>
 
+#include "core/bounding_box.hpp"
+#include "core/refinement.hpp"
 #include "fem_reference/distributed/distributed_solver.hpp"
+#include "fem_reference/hyperelastic/distributed_hyperelasticity.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "support/mpi_session.hpp"
 #include "tests/fem_reference/verification/fem_test_bodies.hpp"
@@ -101,7 +104,7 @@ void compare_with_one_rank(const std::vector<core::Solution> &solutions, const s
 void expect_refusals(Report &report) {
     const auto refuses = [&](const core::Problem &problem, int degree, const std::string &what) {
         try {
-            fem_reference::solve_distributed(problem, degree);
+            fem_reference::solve_distributed(problem, {.degree = degree});
             report.expect(false, what + " was accepted");
         } catch (const std::invalid_argument &) {
         }
@@ -115,7 +118,7 @@ void expect_refusals(Report &report) {
     body.mesh.boundary_triangles[1] = body.mesh.boundary_triangles[0];
     refuses({std::make_shared<const core::Body>(body), good.load_case}, 1, "a boundary triangle given twice");
 
-    const auto early = fem_reference::solve_distributed(good, 2, 3);
+    const auto early = fem_reference::solve_distributed(good, {.degree = 2, .max_iterations = 3});
     report.expect(early.status == core::SolutionStatus::not_converged, "three iterations were enough");
     report.expect(early.message.find("after 3 iterations") != std::string::npos, early.message);
     report.expect(early.strain_energy > 0.0, "the last iterate is not given");
@@ -124,10 +127,30 @@ void expect_refusals(Report &report) {
     loose.load_case = tests::empty_load_case(good.body->mesh);
     tests::prescribe(loose.load_case, good.body->mesh, "x_min", {0.0, 0.0, nan}); // may slide along z
     loose.load_case.acceleration = {0.0, 0.0, 1.0};
-    const auto found = fem_reference::solve_distributed(loose, 2);
+    const auto found = fem_reference::solve_distributed(loose, {.degree = 2});
     report.expect(found.status == core::SolutionStatus::not_converged, "a body free to move was solved");
     report.expect(found.message.find("free to move") != std::string::npos, "no reason given: " + found.message);
     report.expect(std::isnan(found.strain_energy), "a body free to move has an energy");
+}
+
+/// By a seventh, with a pressure that follows the surface on a side.
+core::Solution compressed(double poisson_ratio, Report &report) {
+    auto problem = rod(poisson_ratio, {4, 3, 2});
+    const auto &mesh = problem.body->mesh;
+    const auto box = core::bounding_box(mesh.points);
+    tests::prescribe(problem.load_case, mesh, "x_max", {-box.sizes().x() / 7.0, 0.0, nan});
+    std::vector<double> pressure(mesh.boundary_triangles.size(), 0.0);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (mesh.patch_names[mesh.boundary_patch[f]] == "y_max")
+            pressure[f] = 200.0;
+    const auto &law = hyperelastic::material_law("neo_hookean");
+    const hyperelastic::LoadPath path{.fractions = {0.5, 1.0}, .tolerance = 1e-11};
+    auto found = hyperelastic::solve_distributed(problem, law, path, pressure);
+    const auto expected = hyperelastic::solve(
+        problem, law, {.degree = 2, .formulation = fem_reference::Formulation::mixed}, path, pressure);
+    report.expect(found.steps.size() == expected.steps.size(), "another number of load steps");
+    report.agree(found.solution, expected.solution, fmt::format("neo-Hookean at {}", poisson_ratio));
+    return found.solution;
 }
 
 int check(const std::filesystem::path &file) {
@@ -137,11 +160,26 @@ int check(const std::filesystem::path &file) {
         for (const int degree : {1, 2}) {
             // large enough for two levels of multigrid
             const auto problem = degree == 1 ? rod(poisson_ratio, {12, 9, 8}) : rod(poisson_ratio);
-            solutions.push_back(fem_reference::solve_distributed(problem, degree));
+            solutions.push_back(fem_reference::solve_distributed(problem, {.degree = degree}));
             report.agree(solutions.back(),
                          fem_reference::solve_static(problem, degree, fem_reference::SolverChoice::direct),
                          fmt::format("P{} at {}", degree, poisson_ratio));
         }
+    for (const double poisson_ratio : {0.25, 0.45, 0.499})
+        for (const int num_refinements : {0, 1}) {
+            const auto problem = rod(poisson_ratio, {4, 3, 2});
+            solutions.push_back(fem_reference::solve_distributed(
+                problem, {.formulation = fem_reference::Formulation::mixed, .num_refinements = num_refinements}));
+            auto expected =
+                fem_reference::solve_static(num_refinements == 0 ? problem : core::refine(problem), 2,
+                                            fem_reference::SolverChoice::direct, fem_reference::Formulation::mixed);
+            expected.displacement.resize(problem.body->mesh.points.size()); // the nodes of the mesh come first
+            report.agree(solutions.back(), expected,
+                         fmt::format("mixed at {}, refined {} times", poisson_ratio, num_refinements));
+        }
+    for (const double poisson_ratio : {0.25, 0.49}) {
+        solutions.push_back(compressed(poisson_ratio, report));
+    }
     if (support::mpi_rank() == 0)
         compare_with_one_rank(solutions, file, report);
     expect_refusals(report);
