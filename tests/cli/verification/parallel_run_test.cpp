@@ -34,9 +34,8 @@ constexpr const char *on_two_ranks = LIVERMARK_MPIRUN " 2 " LIVERMARK_BINARY " "
 
 } // namespace
 
-/// A whole run on two ranks: the finite elements of both, springs of the first, and one file. What several ranks take
-/// as the reference is another element than that of one rank, so errors are not compared.
-TEST(ParallelRun, GivesTheDisplacementsAndReactionsOfASerialRun) {
+/// A whole run on two ranks: the finite elements of both, springs of the first, and one file with the same table.
+TEST(ParallelRun, GivesTheDisplacementsReactionsAndErrorsOfASerialRun) {
     const auto folder = std::filesystem::path(testing::TempDir()) / "livermark_parallel_run";
     std::filesystem::remove_all(folder);
     std::filesystem::create_directories(folder);
@@ -70,10 +69,12 @@ TEST(ParallelRun, GivesTheDisplacementsAndReactionsOfASerialRun) {
         EXPECT_LT(tests::relative_difference(found.solution.reaction, expected.solution.reaction), 1e-8) << name;
         EXPECT_EQ(found.solution.solver.starts_with("CG + ML on 2 ranks, "), found.name.starts_with("fem_"))
             << found.solution.solver;
+        ASSERT_TRUE(found.comparison && expected.comparison) << name;
+        EXPECT_NEAR(found.comparison->relative_l2, expected.comparison->relative_l2, 1e-5) << name;
     }
     ASSERT_TRUE(parallel.reference_uncertainty.has_value());
-    EXPECT_EQ(parallel.reference_uncertainty->reference, "fem_p2_refined");
-    EXPECT_TRUE(model_of(parallel, "lloyd").comparison.has_value());
+    EXPECT_EQ(parallel.reference_uncertainty->reference, serial.reference_uncertainty->reference);
+    EXPECT_NEAR(parallel.reference_uncertainty->relative_l2, serial.reference_uncertainty->relative_l2, 1e-5);
 }
 
 TEST(ParallelRun, RefusesBadInputOnceWithStatusTwo) {
