@@ -38,7 +38,7 @@ struct ToolHistory {
     static constexpr int frames_per_field = 4;
     static bool has_field(int record) { return record % frames_per_field == 0; }
     static std::size_t num_fields(int num_records) {
-        return static_cast<std::size_t>((num_records - 1) / frames_per_field + 1);
+        return (static_cast<std::size_t>(num_records) - 1) / frames_per_field + 1;
     }
 };
 

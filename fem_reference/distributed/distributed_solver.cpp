@@ -142,8 +142,10 @@ class RankProblem {
         state.p = change.p;
         solution.degrees_of_freedom = solver.pressures().num_entries_of_all_ranks();
         solution.solver =
-            fmt::format("GMRES on {} ranks, {} iterations, two levels over ML and the mass of the pressure",
-                        support::mpi_num_ranks(), ending.iterations);
+            fmt::format("GMRES on {} ranks, {} iterations, two levels over ML and the mass of the pressure, {} nodes "
+                        "of others on a rank at most",
+                        support::mpi_num_ranks(), ending.iterations,
+                        dealii::Utilities::MPI::max(nodes_.num_received(), MPI_COMM_WORLD));
         finish(solution, state, start);
         return solution;
     }
