@@ -27,7 +27,7 @@ Command add_export(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(
         "export", "Write the problem of a load case on a body, for a model outside of this suite to solve: HDF5 (as a "
                   "result file without solutions), CalculiX or Abaqus input, and VTU; of a load case with a moving "
-                  "tool HDF5 with the way of the tool");
+                  "tool HDF5 with the way of the tool, a job for FEBio and a scene for SOFA");
     auto options = std::make_shared<studies::ExportOptions>();
     command->add_option("body", options->body, "A name as in 'livermark list bodies', or the path of a body")
         ->required();

@@ -7,22 +7,25 @@ namespace livermark::interactive {
 namespace {
 
 /// From where the body is to the next fraction, in as many steps as it takes.
-void advance(Equilibrium &state, double to, const Energy &energy, const Scene &scene, const Field &external_forces,
-             const Field &targets, double tolerance) {
+void advance(Equilibrium &state, double to, const Simulation &simulation, double tolerance) {
+    const auto &energy = simulation.energy();
+    const auto &scene = simulation.scene();
+    const auto &external_forces = simulation.external_forces();
+    const auto &targets = simulation.targets();
     constexpr double shortest = 1.0 / 256.0;
     constexpr int max_iterations = 40;
     const auto is_free = free_nodes(scene);
     const Field rest = rest_positions(scene);
+    Field rest_targets(3, targets.cols());
+    for (Eigen::Index c = 0; c < targets.cols(); ++c)
+        rest_targets.col(c) = rest.col(scene.constrained_nodes[c]);
     const double begin = state.fraction;
     double length = to - begin;
     state.converged = false;
     while (state.fraction < to) {
         const double next = state.fraction + length > to - 1e-9 ? to : state.fraction + length;
         Field moved = state.positions;
-        for (Eigen::Index c = 0; c < targets.cols(); ++c) {
-            const int node = scene.constrained_nodes[c];
-            moved.col(node) = rest.col(node) + next * (targets.col(c) - rest.col(node));
-        }
+        put_constrained(scene, rest_targets + next * (targets - rest_targets), moved);
         const Field start = predict(energy, is_free, state.positions, moved, (next - state.fraction) * external_forces);
         auto minimum = minimise(energy, is_free, next * external_forces, nullptr, start,
                                 {.tolerance = tolerance, .max_iterations = max_iterations});
@@ -41,13 +44,13 @@ void advance(Equilibrium &state, double to, const Energy &energy, const Scene &s
 
 } // namespace
 
-std::vector<Equilibrium> equilibria(const Energy &energy, const Scene &scene, const Field &external_forces,
-                                    const Field &targets, const std::vector<double> &fractions, double tolerance) {
-    const Field rest = rest_positions(scene);
+std::vector<Equilibrium> equilibria(const Simulation &simulation, const std::vector<double> &fractions,
+                                    double tolerance) {
+    const Field rest = rest_positions(simulation.scene());
     Equilibrium state{.positions = rest, .elastic_forces = Field::Zero(3, rest.cols())};
     std::vector<Equilibrium> result;
     for (const double fraction : fractions) {
-        advance(state, fraction, energy, scene, external_forces, targets, tolerance);
+        advance(state, fraction, simulation, tolerance);
         result.push_back(state);
         if (!state.converged)
             break;
@@ -56,9 +59,7 @@ std::vector<Equilibrium> equilibria(const Energy &energy, const Scene &scene, co
 }
 
 Equilibrium equilibrium(const Simulation &simulation, double tolerance) {
-    return equilibria(simulation.energy(), simulation.scene(), simulation.external_forces(), simulation.targets(),
-                      {0.25, 0.5, 0.75, 1.0}, tolerance)
-        .back();
+    return equilibria(simulation, {0.25, 0.5, 0.75, 1.0}, tolerance).back();
 }
 
 Settled settle(Simulation &simulation, double time_step, int iterations, double tolerance, int max_steps) {

@@ -20,15 +20,13 @@ struct Equilibrium {
 /// of the external forces, with the constrained nodes at their targets. Newton's method, along a path on which forces
 /// and displacements of constrained nodes grow together; a load step that does not converge is taken again at half its
 /// length.
-/// @param external_forces  shape (3, N) [N] at the whole load
-/// @param targets          shape (3, C) [m] at the whole load
-/// @param fractions        of the load, ascending, > 0
+/// @param simulation  with the forces and targets of the whole load; it stays as it is
+/// @param fractions   of the load, ascending, > 0
 /// @return one for each fraction; the last is not converged, and there are none behind it, where the path ended early
-std::vector<Equilibrium> equilibria(const Energy &energy, const Scene &scene, const Field &external_forces,
-                                    const Field &targets, const std::vector<double> &fractions,
+std::vector<Equilibrium> equilibria(const Simulation &simulation, const std::vector<double> &fractions,
                                     double tolerance = 1e-9);
 
-/// That of the whole forces and targets of a simulation, which stays as it is.
+/// That of the whole load.
 Equilibrium equilibrium(const Simulation &simulation, double tolerance = 1e-9);
 
 /// How a simulation came to rest by its own steps.

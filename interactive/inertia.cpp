@@ -14,8 +14,7 @@ Inertia inertia(const Simulation &simulation, double time_step) {
                                                time_step * time_step / mass * simulation.external_forces().col(i)) /
                                                   damping;
     }
-    for (Eigen::Index c = 0; c < simulation.targets().cols(); ++c)
-        inertia.predicted.col(scene.constrained_nodes[c]) = simulation.targets().col(c);
+    put_constrained(scene, simulation.targets(), inertia.predicted);
     return inertia;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -11,15 +12,27 @@ namespace livermark::interactive {
 /// One vector for each node, shape (3, N): positions [m], velocities [m/s] or forces [N].
 using Field = Eigen::Matrix3Xd;
 
-/// What moves, and what is moved from outside.
+/// A node of a method's own that is constrained because it lies in the middle of two nodes that are.
+struct Follower {
+    int node;
+    std::array<int, 2> ends; ///< places in Scene::constrained_nodes
+};
+
+/// What moves, and what is moved from outside. Its N nodes are those of the mesh, and behind them those that a method
+/// adds for itself: from outside there are none.
 struct Scene {
     std::shared_ptr<const core::Body> body; ///< linear tetrahedra, one material per region
     std::vector<double> node_mass;          ///< (N) [kg], > 0
     /// (C) nodes whose positions are set from outside, each once: what a tool has taken hold of, or what holds the
     /// body.
     std::vector<int> constrained_nodes;
-    double mass_damping = 0.0; ///< alpha [1/s], >= 0: forces -alpha m v
+    double mass_damping = 0.0;              ///< alpha [1/s], >= 0: forces -alpha m v
+    std::vector<core::Vector3> own_nodes{}; ///< of a method, at rest [m]
+    std::vector<Follower> followers{};      ///< own nodes that are constrained
 };
+
+/// N, with those of the method.
+int num_nodes(const Scene &scene);
 
 /// Positions of the nodes at rest.
 Field rest_positions(const Scene &scene);
@@ -27,5 +40,16 @@ Field rest_positions(const Scene &scene);
 /// The nodes whose positions are not set from outside.
 /// @return shape (N)
 std::vector<bool> free_nodes(const Scene &scene);
+
+/// Puts the constrained nodes, and those that follow them, where they are to be.
+/// @param targets  shape (3, C) [m]
+/// @param x        shape (3, N)
+void put_constrained(const Scene &scene, const Field &targets, Field &x);
+
+/// What each constrained node has to be pushed with, so that all forces on constrained nodes are in balance. What acts
+/// on a follower is carried by its two ends.
+/// @param forces  shape (3, N) [N]
+/// @return shape (3, C) [N]
+Field reactions_to(const Scene &scene, const Field &forces);
 
 } // namespace livermark::interactive

@@ -13,19 +13,19 @@ namespace livermark::interactive {
 namespace {
 
 Scene checked(Scene scene) {
-    const int num_nodes = scene.body->mesh.num_nodes();
-    if (static_cast<int>(scene.node_mass.size()) != num_nodes)
+    if (static_cast<int>(scene.node_mass.size()) != num_nodes(scene))
         throw std::invalid_argument(
-            fmt::format("{} masses for {} nodes; give each node one", scene.node_mass.size(), num_nodes));
+            fmt::format("{} masses for {} nodes; give each node one", scene.node_mass.size(), num_nodes(scene)));
     if (!std::ranges::all_of(scene.node_mass, [](double mass) { return mass > 0.0; }))
         throw std::invalid_argument("a node without mass; every node of a scene has to belong to a tetrahedron");
     if (!(scene.mass_damping >= 0.0))
         throw std::invalid_argument("the damping of a scene is negative; give 0 or more");
     std::set<int> seen;
+    const int of_mesh = scene.body->mesh.num_nodes();
     for (const int node : scene.constrained_nodes)
-        if (node < 0 || node >= num_nodes || !seen.insert(node).second)
+        if (node < 0 || node >= of_mesh || !seen.insert(node).second)
             throw std::invalid_argument(
-                fmt::format("constrained node {} is none of the {} nodes, or there twice", node, num_nodes));
+                fmt::format("constrained node {} is none of the {} nodes, or there twice", node, of_mesh));
     return scene;
 }
 
@@ -36,19 +36,43 @@ void check_shape(const Field &field, Eigen::Index columns, const char *what) {
 
 } // namespace
 
+int num_nodes(const Scene &scene) {
+    return scene.body->mesh.num_nodes() + static_cast<int>(scene.own_nodes.size());
+}
+
 Field rest_positions(const Scene &scene) {
-    const auto &points = scene.body->mesh.points;
-    Field x(3, points.size());
-    for (std::size_t i = 0; i < points.size(); ++i)
-        x.col(static_cast<Eigen::Index>(i)) = points[i];
+    Field x(3, num_nodes(scene));
+    Eigen::Index i = 0;
+    for (const auto *points : {&scene.body->mesh.points, &scene.own_nodes})
+        for (const auto &point : *points)
+            x.col(i++) = point;
     return x;
 }
 
 std::vector<bool> free_nodes(const Scene &scene) {
-    std::vector<bool> is_free(scene.body->mesh.points.size(), true);
+    std::vector<bool> is_free(num_nodes(scene), true);
     for (const int node : scene.constrained_nodes)
         is_free[node] = false;
+    for (const auto &follower : scene.followers)
+        is_free[follower.node] = false;
     return is_free;
+}
+
+void put_constrained(const Scene &scene, const Field &targets, Field &x) {
+    for (Eigen::Index c = 0; c < targets.cols(); ++c)
+        x.col(scene.constrained_nodes[c]) = targets.col(c);
+    for (const auto &[node, ends] : scene.followers)
+        x.col(node) = 0.5 * (targets.col(ends[0]) + targets.col(ends[1]));
+}
+
+Field reactions_to(const Scene &scene, const Field &forces) {
+    Field reactions(3, scene.constrained_nodes.size());
+    for (Eigen::Index c = 0; c < reactions.cols(); ++c)
+        reactions.col(c) = -forces.col(scene.constrained_nodes[c]);
+    for (const auto &[node, ends] : scene.followers)
+        for (const int end : ends)
+            reactions.col(end) -= 0.5 * forces.col(node);
+    return reactions;
 }
 
 Simulation::Simulation(Scene scene)
@@ -59,8 +83,10 @@ Simulation::Simulation(Scene scene)
 }
 
 void Simulation::set_external_forces(const Field &forces) {
-    check_shape(forces, x_.cols(), "external forces");
-    external_ = forces;
+    const Eigen::Index of_mesh = scene_.body->mesh.num_nodes();
+    check_shape(forces, forces.cols() == of_mesh ? of_mesh : x_.cols(), "external forces");
+    external_.setZero();
+    external_.leftCols(forces.cols()) = forces;
 }
 
 void Simulation::set_targets(const Field &positions) {
@@ -82,18 +108,11 @@ Field Simulation::elastic_forces() const {
 }
 
 Field Simulation::reactions() const {
-    const Field forces = elastic_forces();
-    Field reactions(3, targets_.cols());
-    for (Eigen::Index c = 0; c < targets_.cols(); ++c) {
-        const int node = scene_.constrained_nodes[c];
-        reactions.col(c) = -forces.col(node) - external_.col(node);
-    }
-    return reactions;
+    return reactions_to(scene_, elastic_forces() + external_);
 }
 
 void Simulation::move_to_targets() {
-    for (Eigen::Index c = 0; c < targets_.cols(); ++c)
-        x_.col(scene_.constrained_nodes[c]) = targets_.col(c);
+    put_constrained(scene_, targets_, x_);
 }
 
 const Method &find_method(std::string_view name) {

@@ -15,6 +15,7 @@ struct Cost {
 };
 
 /// A method on a scene. It begins at rest. For one thread; the same steps give the same bits.
+/// A method with nodes of its own has them in its scene(), and behind those of the mesh in positions and velocities.
 class Simulation {
   public:
     /// @throws std::invalid_argument if the scene has masses of another number or sign, or nodes that it does not have
@@ -43,7 +44,7 @@ class Simulation {
     /// shape (3, C) where the constrained nodes are to be at the end of the next step
     const Field &targets() const { return targets_; }
 
-    /// Dead forces on the nodes [N], from the next step on. shape (3, N)
+    /// Dead forces on the nodes [N], from the next step on. Shape (3, N), or those of the nodes of the mesh alone.
     void set_external_forces(const Field &forces);
     /// Where the constrained nodes are at the end of the next step. shape (3, C) [m]
     void set_targets(const Field &positions);

@@ -18,10 +18,11 @@ class CentralDifferences : public Simulation {
     void step(double time_step, int iterations) override {
         auto &x = mutable_positions();
         auto &v = mutable_velocities();
-        for (Eigen::Index c = 0; c < targets().cols(); ++c) {
-            const int node = scene().constrained_nodes[c];
-            v.col(node) = (targets().col(c) - x.col(node)) / time_step;
-        }
+        Field moved = x;
+        put_constrained(scene(), targets(), moved);
+        for (Eigen::Index n = 0; n < x.cols(); ++n)
+            if (!is_free()[n])
+                v.col(n) = (moved.col(n) - x.col(n)) / time_step;
         const double h = time_step / iterations;
         const double half_damping = 0.5 * scene().mass_damping * h;
         for (int i = 0; i < iterations; ++i) {

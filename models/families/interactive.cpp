@@ -19,6 +19,7 @@ using livermark::interactive::Equilibrium;
 using livermark::interactive::Field;
 using livermark::interactive::Method;
 using livermark::interactive::Scene;
+using livermark::interactive::Simulation;
 
 Field to_field(const std::vector<core::Vector3> &vectors) {
     Field field(3, vectors.size());
@@ -37,7 +38,7 @@ bool can_solve(const core::Problem &problem) {
     return true;
 }
 
-/// A problem as interactive methods see it.
+/// A problem as interactive methods see it. Targets are of the constrained nodes.
 struct NodalProblem {
     NodalProblem(const core::Problem &problem, std::vector<double> mass)
         : conditions(msm::nodal_conditions(problem, mass)),
@@ -68,10 +69,12 @@ std::vector<core::Vector3> displacements(const core::Problem &problem, const Fie
 }
 
 std::vector<core::Vector3> reactions(const core::Problem &problem, const NodalProblem &nodal,
-                                     const Equilibrium &state) {
+                                     const Simulation &simulation, const Equilibrium &state) {
+    const Field pushed = livermark::interactive::reactions_to(
+        simulation.scene(), state.elastic_forces + state.fraction * simulation.external_forces());
     std::vector<core::Vector3> force(problem.body->mesh.points.size(), core::Vector3::Zero());
-    for (const int node : nodal.scene.constrained_nodes)
-        force[node] = -state.elastic_forces.col(node) - state.fraction * nodal.forces.col(node);
+    for (Eigen::Index c = 0; c < pushed.cols(); ++c)
+        force[nodal.scene.constrained_nodes[c]] = pushed.col(c);
     return msm::constraint_forces(problem, nodal.conditions, force);
 }
 
@@ -79,29 +82,30 @@ core::Solution solve(const core::Problem &problem, const Method &method) {
     const auto start = core::Clock::now();
     const NodalProblem nodal(problem, livermark::msm::lumped_masses(*problem.body));
     const auto simulation = method.prepare(nodal.scene);
+    simulation->set_external_forces(nodal.forces);
+    simulation->set_targets(nodal.targets);
     core::Solution solution;
     solution.setup_seconds = core::seconds_since(start);
     auto fractions = problem.load_case.path;
     if (fractions.empty())
         fractions = {1.0};
-    const auto states =
-        livermark::interactive::equilibria(simulation->energy(), nodal.scene, nodal.forces, nodal.targets, fractions);
+    const auto states = livermark::interactive::equilibria(*simulation, fractions);
     const auto &last = states.back();
     if (!last.converged) {
         solution.status = core::SolutionStatus::not_converged;
         solution.message = fmt::format("Newton's method found no equilibrium beyond {:.3g} of the load", last.fraction);
     }
     solution.displacement = displacements(problem, last.positions);
-    solution.reaction = reactions(problem, nodal, last);
+    solution.reaction = reactions(problem, nodal, *simulation, last);
     solution.strain_energy = simulation->energy().value(last.positions);
-    solution.degrees_of_freedom = static_cast<std::int64_t>(3 * problem.body->mesh.points.size());
+    solution.degrees_of_freedom = static_cast<std::int64_t>(last.positions.size());
     solution.solver = fmt::format("Newton, {} iterations, CHOLMOD", last.iterations);
     for (const auto &state : states)
         if (state.converged && !problem.load_case.path.empty()) {
             auto &point = solution.path.emplace_back();
             for (const auto &displacement : displacements(problem, state.positions))
                 point.displacement.push_back(displacement.cast<float>());
-            point.reaction = reactions(problem, nodal, state);
+            point.reaction = reactions(problem, nodal, *simulation, state);
             point.strain_energy = simulation->energy().value(state.positions);
         }
     solution.solve_seconds = core::seconds_since(start) - solution.setup_seconds;

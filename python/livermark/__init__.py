@@ -12,17 +12,18 @@ from livermark.pictures import to_pyvista, to_vtk
 from livermark.results import open
 from livermark.slicer import to_slicer
 from livermark.suite import bodies, load_cases, models, problem, score, solve
+from livermark.tool_scene import ToolScene, read_tool_scene, tool_scene_to_febio, tool_scene_to_sofa
 
 if _TYPE_CHECKING:
     from livermark._suite import Problem, Score, Solution
 
 __all__ = [
     "InputError", "Mesh", "Problem", "RayleighDamping", "Score", "Simulation", "Solid", "Solution", "Springs",
-    "bodies", "coupled_springs", "critical_time_step", "from_febio", "from_meshio", "integrators",
+    "ToolScene", "bodies", "coupled_springs", "critical_time_step", "from_febio", "from_meshio", "integrators",
     "largest_angular_frequency", "load_cases", "mass_proportional_damping", "models", "open", "problem",
-    "rayleigh_damping", "score", "solve", "spring_energies", "spring_laws", "springs",
+    "rayleigh_damping", "read_tool_scene", "score", "solve", "spring_energies", "spring_laws", "springs",
     "stiffness_proportional_damping", "to_febio", "to_pyvista", "to_slicer", "to_sofa", "to_vtk",
-    "two_mode_damping", "volume_terms"]
+    "tool_scene_to_febio", "tool_scene_to_sofa", "two_mode_damping", "volume_terms"]
 try:
     from livermark._livermark import (RayleighDamping, Simulation, Springs, coupled_springs, critical_time_step,
                                       integrators, largest_angular_frequency, mass_proportional_damping,

@@ -162,15 +162,29 @@ def _regions(arrays: _Arrays) -> tuple[list[str], list[str], list[str]]:
     return materials, elements, domains
 
 
-def _control(num_steps: int) -> list[str]:
+def _solver() -> list[str]:
     """Newton's method with a new tangent in each iteration, to a millionth of the displacement."""
-    solver = ["<symmetric_stiffness>symmetric</symmetric_stiffness>", "<dtol>1e-06</dtol>", "<etol>1e-10</etol>",
+    inside = ["<symmetric_stiffness>symmetric</symmetric_stiffness>", "<dtol>1e-06</dtol>", "<etol>1e-10</etol>",
               '<qn_method type="BFGS"><max_ups>0</max_ups></qn_method>']
+    return _element("solver", inside, type="solid")
+
+
+def _control(num_steps: int) -> list[str]:
     stepper = ["<max_retries>10</max_retries>", "<opt_iter>10</opt_iter>", "<dtmin>0.0001</dtmin>",
                f"<dtmax>{1.0 / num_steps!r}</dtmax>"]
     return ["<analysis>STATIC</analysis>", f"<time_steps>{num_steps}</time_steps>",
-            f"<step_size>{1.0 / num_steps!r}</step_size>", *_element("solver", solver, type="solid"),
+            f"<step_size>{1.0 / num_steps!r}</step_size>", *_solver(),
             *_element("time_stepper", stepper, type="default")]
+
+
+def _write_job(path: Path, sections: dict[str, list[str]]) -> None:
+    inside = ['<Module type="solid"/>']
+    for name, section in sections.items():
+        if section:
+            inside += _element(name, section)
+    with open(path, "w", encoding="utf-8") as file:
+        file.write('<?xml version="1.0" encoding="UTF-8"?>\n'
+                   + "\n".join(_element("febio_spec", inside, version="4.0")) + "\n")
 
 
 def to_febio(problem: Union[Problem, Solid], path: Path) -> None:
@@ -197,13 +211,7 @@ def to_febio(problem: Union[Problem, Solid], path: Path) -> None:
                 "Mesh": nodes + elements + parts.mesh, "MeshDomains": domains, "MeshData": parts.data,
                 "Boundary": parts.boundary, "Loads": parts.loads,
                 "LoadData": _element("load_controller", curve, id=1, type="loadcurve"), "Output": output}
-    inside = ['<Module type="solid"/>']
-    for name, section in sections.items():
-        if section:
-            inside += _element(name, section)
-    with open(path, "w", encoding="utf-8") as file:
-        file.write('<?xml version="1.0" encoding="UTF-8"?>\n'
-                   + "\n".join(_element("febio_spec", inside, version="4.0")) + "\n")
+    _write_job(path, sections)
 
 
 def from_febio(path: Path) -> NDArray[numpy.float64]:

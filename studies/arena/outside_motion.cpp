@@ -1,6 +1,8 @@
 #include "studies/arena/outside_motion.hpp"
 
 #include <fmt/format.h>
+#include <sstream>
+#include <string>
 #include <utility>
 
 #include "models/tool_motion/tool_place.hpp"
@@ -11,6 +13,7 @@
 #include "studies/arena/arena.hpp"
 #include "studies/arena/arena_run.hpp"
 #include "studies/run/output_folder.hpp"
+#include "support/python_program.hpp"
 
 namespace livermark::studies {
 
@@ -26,7 +29,12 @@ ExportedProblem export_tool_scene(const ExportOptions &options, const std::strin
     }
     const auto file = make_output_folder(options.output, problem) / (problem.load_case.name + ".scene.h5");
     results::write_tool_scene(file, problem, tool, results::current_provenance(command_line));
-    return {{file}, std::move(notes)};
+    ExportedProblem exported{{file}, std::move(notes)};
+    std::istringstream written(support::run_python(
+        "scene_files", {file.string()}, {}, "a job for FEBio and a scene for SOFA", "python3-h5py python3-numpy"));
+    for (std::string line; std::getline(written, line);)
+        exported.files.emplace_back(line);
+    return exported;
 }
 
 MotionScore score_motion(const ScoreOptions &options, const std::string &command_line) {

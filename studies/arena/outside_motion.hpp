@@ -11,8 +11,9 @@
 /// Moving load cases for programs that are not part of this suite, and what these make of them.
 namespace livermark::studies {
 
-/// Writes <output>/<body>/<load case>.scene.h5: mesh, materials, and where the tool takes its nodes.
-/// @throws support::InputError for bad input, and where the file cannot be written
+/// Writes <output>/<body>/<load case>.scene.h5: mesh, materials, and where the tool takes its nodes; and beside it, of
+/// the same numbers, <load case>.feb for FEBio and <load case>.sofa.py for SOFA, by the Python package.
+/// @throws support::InputError for bad input, where a file cannot be written, and without h5py, once there is the first
 ExportedProblem export_tool_scene(const ExportOptions &options, const std::string &command_line);
 
 /// The comparison, as an arena of one run, and the file that it is in.

@@ -16,7 +16,7 @@ def scene(tmp_path_factory):
     folder = tmp_path_factory.mktemp("scene")
     printed = subprocess.run([BINARY, "export", "liver_healthy", "press_and_slide", "-o", folder], check=True,
                              capture_output=True, text=True).stdout
-    with h5py.File(printed.strip()) as file:
+    with h5py.File(printed.splitlines()[0]) as file:
         yield file
 
 

@@ -21,7 +21,8 @@ int many_iterations(const std::string &method) {
     static const std::map<std::string, int> many{{"corotational_implicit", 300}, {"tled", 20},
                                                  {"tled_nodal_pressure", 20},    {"xpbd_springs", 4000},
                                                  {"xpbd_neo_hookean", 4000},     {"vertex_block_descent", 1500},
-                                                 {"projective_dynamics", 1500},  {"fast_mass_spring", 1500}};
+                                                 {"projective_dynamics", 1500},  {"fast_mass_spring", 1500},
+                                                 {"tled_quadratic", 40}};
     return many.at(method);
 }
 

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "interactive/method.hpp"
 #include "models/model_table.hpp"
 #include "tests/test_meshes.hpp"
@@ -55,6 +56,23 @@ TEST(InteractiveMethods, TledHasTheEquilibriumOfNeoHookeanFiniteElements) {
     EXPECT_NEAR(found.strain_energy, expected.strain_energy, 1e-7 * expected.strain_energy);
     ASSERT_EQ(found.path.size(), 2U);
     EXPECT_NEAR(found.path[0].strain_energy, expected.path[0].strain_energy, 1e-7 * expected.path[0].strain_energy);
+}
+
+/// Four points for each element in both.
+TEST(InteractiveMethods, QuadraticTetrahedraHaveTheEquilibriumOfNeoHookeanFiniteElements) {
+    const auto problem = moved_block(core::Regime::large, {0.01, -0.02, 0.015}, 0.0);
+    const auto expected = hyperelastic::solve(problem, hyperelastic::material_law("neo_hookean"),
+                                              {.degree = 2, .rule = hyperelastic::TetrahedronRule::four_points})
+                              .solution;
+    ASSERT_EQ(expected.status, core::SolutionStatus::ok) << expected.message;
+    const auto usual = solve("fem_p2_neo_hookean", problem); // fourteen points
+    const auto found = solve("tled_quadratic", problem);
+    ASSERT_EQ(found.status, core::SolutionStatus::ok) << found.message;
+    EXPECT_LT(distance(found.displacement, expected.displacement), 1e-7);
+    EXPECT_LT(distance(found.reaction, expected.reaction), 1e-7);
+    EXPECT_NEAR(found.strain_energy, expected.strain_energy, 1e-7 * expected.strain_energy);
+    EXPECT_LT(distance(found.displacement, usual.displacement), 1e-4); // 5.6e-5
+    EXPECT_LT(distance(found.reaction, usual.reaction), 1e-4);         // 7.3e-5
 }
 
 /// All of them are linear elasticity where strains are small, and so have the same Lame parameters; but for springs.

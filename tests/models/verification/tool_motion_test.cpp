@@ -104,6 +104,20 @@ TEST(Contenders, TledMovesAsLinearElementsDo) {
     EXPECT_LT(of_slow.force, 0.2 * of_fast.force);
 }
 
+/// As above, with the elements of second order that the reference is made of.
+TEST(Contenders, QuadraticTetrahedraMoveAsQuadraticElementsDo) {
+    const auto fast = tests::tool_block(), slow = slower(fast, 6.0);
+    const auto elements = [](const core::Problem &problem, int steps_per_frame) {
+        return hyperelastic::move_tool(problem, hyperelastic::material_law("neo_hookean"), 2, steps_per_frame,
+                                       hyperelastic::TetrahedronRule::four_points);
+    };
+    const auto of_fast = compare(fast, move("tled_quadratic", fast, {}), elements(fast, 32));
+    const auto of_slow = compare(slow, move("tled_quadratic", slow, {}), elements(slow, 64));
+    EXPECT_LT(of_fast.contact, 0.03);
+    EXPECT_LT(of_slow.contact, 0.2 * of_fast.contact);
+    EXPECT_LT(of_slow.force, 0.2 * of_fast.force);
+}
+
 /// Methods of one energy, with steps and iterations enough, move alike.
 TEST(Contenders, MoveAsTheirEnergyDoesOnceStepsAndIterationsAreEnough) {
     const auto problem = tests::tool_block();
