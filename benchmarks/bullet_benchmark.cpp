@@ -72,7 +72,7 @@ void time_both(benchmark::State &state, const std::string &name, const benchmark
     state.counters["livermark"] = ours / all;
     state.counters["bullet"] = theirs / all;
     state.counters["bullet_over_livermark"] = theirs / ours;
-    state.counters["iterations"] = comparison.iterations;
+    state.counters["inner_iterations"] = comparison.iterations;
     state.counters["difference"] = last->difference;
     state.counters["difference_converged"] = last->checked;
 }

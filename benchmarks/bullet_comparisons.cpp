@@ -38,11 +38,16 @@ Side steps_of(std::shared_ptr<Simulation> simulation, const MovingScene &moving,
             .result = [simulation, moving]() -> Field { return simulation->positions() - moving.start; }};
 }
 
-template <class World> Side steps_of_bullet(std::shared_ptr<World> world, const MovingScene &moving, double time_step) {
+template <class World>
+Side steps_of_bullet(std::shared_ptr<World> world, const MovingScene &moving, double time_step, int num_steps = 1) {
     const auto reset = [world, moving] { set_state(*world->body, moving.start, at_rest(moving)); };
     reset();
     return {.reset = reset,
-            .work = [world, time_step] { world->step(time_step); },
+            .work =
+                [world, time_step, num_steps] {
+                    for (int s = 0; s < num_steps; ++s)
+                        world->step(time_step);
+                },
             .result = [world, moving]() -> Field { return positions_of(*world->body) - moving.start; }};
 }
 
@@ -116,11 +121,13 @@ Sides spring_forces(const MovingScene &moving, bool) {
             forces_of_bullet(springs_of_bullet(moving, springs), moving)};
 }
 
-Sides explicit_neo_hookean_step(const MovingScene &moving, bool) {
+/// One step moves a body by little more than the last digit of single precision, so twenty are compared.
+Sides explicit_neo_hookean_step(const MovingScene &moving, bool is_check) {
+    const int steps = is_check ? 20 : 1;
     const double h =
         0.5 * interactive::critical_time_step(tetrahedra_for_bullet(*moving.scene.body), moving.scene.node_mass);
-    return {steps_of(std::make_shared<BulletLawExplicit>(moving.scene), moving, h, 1),
-            steps_of_bullet(tetrahedra_of_bullet(moving, neo_hookean_law(moving)), moving, h)};
+    return {steps_of(std::make_shared<BulletLawExplicit>(moving.scene), moving, steps * h, steps),
+            steps_of_bullet(tetrahedra_of_bullet(moving, neo_hookean_law(moving)), moving, h, steps)};
 }
 
 constexpr int cg_iterations = 25;
@@ -181,17 +188,21 @@ MovingScene make_moving_scene(const std::shared_ptr<const core::Body> &body) {
     return moving;
 }
 
+/// Bullet is in single precision: on liver_healthy and liver_refined_once 1e-4 and 3e-4 were seen of forces, 4e-5 and
+/// 2e-4 of implicit steps. A pass over links differs by the stretch of the links, 1 %.
 std::vector<Comparison> bullet_comparisons() {
-    return {{.name = "corotational_forces", .make = corotational_forces, .tolerance = 0.01},
-            {.name = "neo_hookean_forces", .make = neo_hookean_forces, .tolerance = 0.01},
-            {.name = "spring_forces", .make = spring_forces, .tolerance = 0.01},
-            {.name = "explicit_neo_hookean_step", .make = explicit_neo_hookean_step, .tolerance = 0.01},
-            {.name = "corotational_step", .iterations = cg_iterations, .make = corotational_step, .tolerance = 0.01},
-            {.name = "implicit_spring_step",
-             .iterations = global_iterations,
-             .make = implicit_spring_step,
-             .tolerance = 0.01},
-            {.name = "position_based_step", .iterations = passes, .make = position_based_step, .tolerance = 0.01}};
+    constexpr double rounding = 1e-3, stretch = 0.02;
+    return {
+        {.name = "corotational_forces", .make = corotational_forces, .tolerance = rounding},
+        {.name = "neo_hookean_forces", .make = neo_hookean_forces, .tolerance = rounding},
+        {.name = "spring_forces", .make = spring_forces, .tolerance = rounding},
+        {.name = "explicit_neo_hookean_step", .make = explicit_neo_hookean_step, .tolerance = rounding},
+        {.name = "corotational_step", .iterations = cg_iterations, .make = corotational_step, .tolerance = rounding},
+        {.name = "implicit_spring_step",
+         .iterations = global_iterations,
+         .make = implicit_spring_step,
+         .tolerance = rounding},
+        {.name = "position_based_step", .iterations = passes, .make = position_based_step, .tolerance = stretch}};
 }
 
 double difference(const Sides &sides) {
