@@ -27,7 +27,8 @@ Field at_rest(const MovingScene &moving) {
     return Field::Zero(3, moving.start.cols());
 }
 
-Side steps_of(std::shared_ptr<Simulation> simulation, const MovingScene &moving, double time_step, int iterations) {
+Side steps_of(const std::shared_ptr<Simulation> &simulation, const MovingScene &moving, double time_step,
+              int iterations) {
     const auto reset = [simulation, moving] {
         simulation->set_state(moving.start, at_rest(moving));
         simulation->set_targets(moving.targets);
@@ -39,7 +40,8 @@ Side steps_of(std::shared_ptr<Simulation> simulation, const MovingScene &moving,
 }
 
 template <class World>
-Side steps_of_bullet(std::shared_ptr<World> world, const MovingScene &moving, double time_step, int num_steps = 1) {
+Side steps_of_bullet(const std::shared_ptr<World> &world, const MovingScene &moving, double time_step,
+                     int num_steps = 1) {
     const auto reset = [world, moving] { set_state(*world->body, moving.start, at_rest(moving)); };
     reset();
     return {.reset = reset,
@@ -51,7 +53,7 @@ Side steps_of_bullet(std::shared_ptr<World> world, const MovingScene &moving, do
             .result = [world, moving]() -> Field { return positions_of(*world->body) - moving.start; }};
 }
 
-Side forces_of(std::shared_ptr<interactive::Energy> energy, const MovingScene &moving) {
+Side forces_of(const std::shared_ptr<interactive::Energy> &energy, const MovingScene &moving) {
     const auto forces = std::make_shared<Field>(at_rest(moving));
     return {.reset = [] {},
             .work =
@@ -63,7 +65,7 @@ Side forces_of(std::shared_ptr<interactive::Energy> energy, const MovingScene &m
 }
 
 /// Of the deformation gradients, which Bullet takes for all its laws together with the rotations, and of the law.
-Side forces_of_bullet(std::shared_ptr<BulletDeformable> world, const MovingScene &moving) {
+Side forces_of_bullet(const std::shared_ptr<BulletDeformable> &world, const MovingScene &moving) {
     set_state(*world->body, moving.start, at_rest(moving));
     world->prepare_forces();
     return {.reset = [] {},
@@ -148,11 +150,11 @@ constexpr int global_iterations = 10;
 /// Both as their users take them, and converged for the check.
 Sides implicit_spring_step(const MovingScene &moving, bool is_check) {
     const auto ours = std::make_shared<UniformMassSpring>(moving.scene);
-    auto bullet = springs_of_bullet(moving, ours->energy().springs(),
-                                    is_check ? BulletIterations{.implicit = true, .newton = 12, .tolerance = 1e-10}
-                                             : BulletIterations{.implicit = true});
-    return {steps_of(ours, moving, frame, is_check ? 400 : global_iterations),
-            steps_of_bullet(std::move(bullet), moving, frame)};
+    const auto bullet =
+        springs_of_bullet(moving, ours->energy().springs(),
+                          is_check ? BulletIterations{.implicit = true, .newton = 12, .tolerance = 1e-10}
+                                   : BulletIterations{.implicit = true});
+    return {steps_of(ours, moving, frame, is_check ? 400 : global_iterations), steps_of_bullet(bullet, moving, frame)};
 }
 
 constexpr int passes = 10;
