@@ -43,6 +43,18 @@ endif()
 if(LIVERMARK_WITH_BENCHMARKS)
   find_package(benchmark REQUIRED)
 endif()
+# A physics engine whose soft bodies tests and benchmarks compare with.
+if(BUILD_TESTING)
+  find_package(Bullet CONFIG QUIET HINTS /usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/bullet)
+  if(BULLET_FOUND)
+    add_library(livermark_bullet INTERFACE)
+    target_include_directories(livermark_bullet SYSTEM INTERFACE ${BULLET_ROOT_DIR}/${BULLET_INCLUDE_DIR})
+    target_compile_definitions(livermark_bullet INTERFACE ${BULLET_DEFINITIONS})
+    target_link_libraries(livermark_bullet INTERFACE BulletSoftBody BulletDynamics BulletCollision LinearMath)
+  else()
+    message(STATUS "Bullet is not there: nothing is compared with its soft bodies (package libbullet-dev)")
+  endif()
+endif()
 
 include(finite_elements)
 

@@ -4,7 +4,7 @@
 
 namespace livermark::tests {
 
-/// Three repetitions of two benchmarks with every counter that there is. The numbers are made up.
+/// Three repetitions of three benchmarks with every counter that there is. The numbers are made up.
 inline results::Timings sample_timings() {
     const std::vector<double> seconds{0.3, 0.1, 0.2};
     return {.provenance = {},
@@ -25,7 +25,17 @@ inline results::Timings sample_timings() {
                                       {"unknowns", 24.0},
                                       {"bytes", 1024.0},
                                       {"bytes_per_second", 1e9},
-                                      {"flop_per_second", 2e9}}}}};
+                                      {"flop_per_second", 2e9}}},
+                        {.name = "bullet/forces/box",
+                         .seconds = seconds,
+                         .is_wall_clock = true,
+                         .iterations = 3,
+                         .counters = {{"livermark", 0.02},
+                                      {"bullet", 0.03},
+                                      {"bullet_over_livermark", 1.5},
+                                      {"inner_iterations", 1.0},
+                                      {"difference", 1e-4},
+                                      {"difference_converged", 1e-5}}}}};
 }
 
 } // namespace livermark::tests

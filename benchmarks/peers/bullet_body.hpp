@@ -5,13 +5,10 @@
 #include <vector>
 
 #include "benchmarks/competitor.hpp"
+#include "benchmarks/peers/bullet_vectors.hpp"
 
 /// What both peers from Bullet do alike.
 namespace livermark::benchmarks {
-
-inline btVector3 to_bullet(const core::Vector3 &x) {
-    return {static_cast<btScalar>(x.x()), static_cast<btScalar>(x.y()), static_cast<btScalar>(x.z())};
-}
 
 /// The springs of a scene as links at rest, then stretched. Bullet marks what is constrained by a mass of zero.
 inline std::unique_ptr<btSoftBody> make_bullet_body(const Scene &scene, btSoftBodyWorldInfo &info) {
@@ -43,10 +40,8 @@ inline std::unique_ptr<btSoftBody> make_bullet_body(const Scene &scene, btSoftBo
 inline std::vector<core::Vector3> positions(const btSoftBody &body) {
     std::vector<core::Vector3> positions;
     positions.reserve(body.m_nodes.size());
-    for (int i = 0; i < body.m_nodes.size(); ++i) {
-        const auto &x = body.m_nodes[i].m_x;
-        positions.emplace_back(x.x(), x.y(), x.z());
-    }
+    for (int i = 0; i < body.m_nodes.size(); ++i)
+        positions.push_back(from_bullet(body.m_nodes[i].m_x));
     return positions;
 }
 

@@ -26,9 +26,24 @@ void make_groups(hdf5::OutputFile &file, const std::string &path, std::set<std::
 }
 
 /// What schema.md says that a benchmark may count.
-constexpr std::array counter_names{"springs",          "nodes",     "unknowns",         "time_per_spring",
-                                   "of_limit",         "bytes",     "bytes_per_spring", "steps_per_second",
-                                   "real_time_factor", "time_step", "bytes_per_second", "flop_per_second"};
+constexpr std::array counter_names{"springs",
+                                   "nodes",
+                                   "unknowns",
+                                   "time_per_spring",
+                                   "of_limit",
+                                   "bytes",
+                                   "bytes_per_spring",
+                                   "steps_per_second",
+                                   "real_time_factor",
+                                   "time_step",
+                                   "bytes_per_second",
+                                   "flop_per_second",
+                                   "livermark",
+                                   "bullet",
+                                   "bullet_over_livermark",
+                                   "inner_iterations",
+                                   "difference",
+                                   "difference_converged"};
 
 /// A group without seconds holds benchmarks whose names go on.
 void read_below(const hdf5::InputFile &file, const std::string &group, std::vector<Timing> &timings) {

@@ -5,7 +5,10 @@
 #include <fstream>
 #include <gtest/gtest.h>
 
+#include "core/error_norms.hpp"
+#include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "results/hdf5/result_file.hpp"
+#include "tests/calculix_neo_hooke.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/peer/calculix.hpp"
 
@@ -47,6 +50,33 @@ TEST(CalculixExample, ScoresAsLinearElements) {
     };
     EXPECT_GT(error_of("fem_p1"), 0.05);
     EXPECT_NEAR(error_of("calculix"), error_of("fem_p1"), 1e-6);
+}
+
+/// examples/score_calculix.py, which docs/your_own_model.md shows. Linear tetrahedra with CalculiX's own energy of a
+/// change of volume find what it scores, to the seven digits that CalculiX writes.
+TEST(CalculixExample, ScoresLargeDeformationsAsLinearElementsWithItsEnergy) {
+    const auto ccx = tests::find_ccx();
+    if (ccx.empty())
+        GTEST_SKIP() << "there is no ccx";
+    const auto folder = std::filesystem::path(LIVERMARK_PEER_RUNS) / "score_calculix";
+    std::filesystem::remove_all(folder);
+    const auto scored = tests::run_command(
+        fmt::format("OMP_NUM_THREADS=1 LIVERMARK='{}' /usr/bin/python3 '{}/examples/score_calculix.py' liver_healthy "
+                    "large_traction '{}'",
+                    LIVERMARK_BINARY, LIVERMARK_SOURCE_DIR, folder.string()));
+    ASSERT_EQ(scored.status, 0) << scored.output;
+    EXPECT_NE(scored.output.find("| liver_healthy | large_traction | calculix | 5.54 |"), std::string::npos)
+        << scored.output; // as in docs/your_own_model.md
+    const auto result = results::read_result(folder / "liver_healthy" / "large_traction.calculix.h5");
+    const auto &theirs = std::ranges::find(result.models, "calculix", &results::ModelResult::name)->solution;
+    const auto ours = hyperelastic::solve(result.problem, tests::calculix_neo_hooke(),
+                                          {.degree = 1, .rule = hyperelastic::TetrahedronRule::four_points},
+                                          {.fractions = {0.5, 1.0}})
+                          .solution;
+    ASSERT_EQ(ours.status, core::SolutionStatus::ok) << ours.message;
+    const auto comparison = core::compare(result.problem.body->mesh, ours, theirs, "calculix");
+    RecordProperty("relative_l2", fmt::format("{:.2e}", comparison.relative_l2));
+    EXPECT_LT(comparison.relative_l2, 1e-6);
 }
 
 } // namespace
