@@ -71,12 +71,13 @@ double order_of_force(const core::Body &body, const core::LoadCase &load_case) {
 
 } // namespace
 
-core::ToolHistory move_tool(const core::Problem &problem, const MaterialLaw &law, int degree, int steps_per_frame) {
+core::ToolHistory move_tool(const core::Problem &problem, const MaterialLaw &law, int degree, int steps_per_frame,
+                            TetrahedronRule rule_of_quadratic) {
     const auto &load_case = problem.load_case;
     if (!load_case.tool || steps_per_frame < 1)
         throw std::invalid_argument("a tool moves in a load case that has one, in a step or more per frame");
     const auto &tool = *load_case.tool;
-    const auto rule = degree == 1 ? TetrahedronRule::one_point : TetrahedronRule::fourteen_points;
+    const auto rule = degree == 1 ? TetrahedronRule::one_point : rule_of_quadratic;
     const Elements elements(problem.body, degree, fem_reference::Formulation::displacement, law, rule);
     const auto &system = elements.system();
     const Way way(load_case, system);

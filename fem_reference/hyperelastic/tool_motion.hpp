@@ -3,6 +3,7 @@
 #include "core/problem.hpp"
 #include "core/tool_motion.hpp"
 #include "fem_reference/hyperelastic/material_law.hpp"
+#include "fem_reference/hyperelastic/reference_element.hpp"
 
 namespace livermark::hyperelastic {
 
@@ -13,6 +14,7 @@ namespace livermark::hyperelastic {
 /// @return the records as far as the motion came: fewer than all where it finds no next step
 /// @throws std::invalid_argument for a load case without a tool, and elements that do not exist
 /// @throws std::runtime_error if the memory does not hold a factor
-core::ToolHistory move_tool(const core::Problem &problem, const MaterialLaw &law, int degree, int steps_per_frame);
+core::ToolHistory move_tool(const core::Problem &problem, const MaterialLaw &law, int degree, int steps_per_frame,
+                            TetrahedronRule rule = TetrahedronRule::fourteen_points);
 
 } // namespace livermark::hyperelastic
