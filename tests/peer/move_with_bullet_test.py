@@ -26,7 +26,8 @@ def scored(name):
         return {key: arena[key][:] for key in ("contact_error", "force_error", "budget", "frame_seconds")}
 
 
-scene = run(livermark, "export", "liver_healthy", "press_and_slide", "-o", folder).strip()
+run(livermark, "export", "liver_healthy", "press_and_slide", "-o", folder)
+scene = folder / "liver_healthy" / "press_and_slide.scene.h5"
 run(program, scene, folder / "motion.h5")
 table = run(livermark, "score", "liver_healthy", "press_and_slide", folder / "motion.h5", "--name", "bullet", "--output",
             folder)
@@ -38,7 +39,8 @@ assert abs(bullet["contact_error"][0] - 0.20) < 0.005, bullet
 assert abs(bullet["force_error"][0] - 0.112) < 0.005, bullet
 assert bullet["frame_seconds"][0] > 0.0
 
-tumours = run(livermark, "export", "liver_tumours", "press_and_slide", "-o", folder).strip()
+run(livermark, "export", "liver_tumours", "press_and_slide", "-o", folder)
+tumours = folder / "liver_tumours" / "press_and_slide.scene.h5"
 for arguments, said in (([tumours, folder / "none.h5"], "several materials"), ([folder / "motion.h5", folder / "none.h5"], "no scene"),
                         ([folder / "missing.h5", folder / "none.h5"], "cannot be read"), ([], "usage")):
     refused = subprocess.run([program, *arguments], capture_output=True, text=True)
