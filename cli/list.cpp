@@ -1,7 +1,7 @@
 #include <fmt/format.h>
-#include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "cli/commands.hpp"
 #include "cli/usage.hpp"
@@ -12,6 +12,7 @@
 #include "msm/implicit_integrators.hpp"
 #include "msm/spring_law.hpp"
 #include "studies/catalogue.hpp"
+#include "support/known_names.hpp"
 
 namespace livermark::cli {
 
@@ -56,25 +57,34 @@ void list_integrators() {
         print_entry(integrator.name, fmt::format("{} [{}]", integrator.summary, integrator.source));
 }
 
+struct List {
+    std::string name;
+    void (*print)();
+};
+
+const std::vector<List> &lists() {
+    static const std::vector<List> table{{"bodies", list_bodies},
+                                         {"load-cases", list_load_cases},
+                                         {"moving-load-cases", list_moving_load_cases},
+                                         {"models", list_models},
+                                         {"methods", list_methods},
+                                         {"spring-laws", list_spring_laws},
+                                         {"integrators", list_integrators}};
+    return table;
+}
+
 } // namespace
 
 Command add_list(CLI::App &parent) {
-    static const std::map<std::string, void (*)()> lists{
-        {"bodies", list_bodies},          {"load-cases", list_load_cases},
-        {"models", list_models},          {"moving-load-cases", list_moving_load_cases},
-        {"methods", list_methods},        {"spring-laws", list_spring_laws},
-        {"integrators", list_integrators}};
     auto *command = parent.add_subcommand("list", "List the bodies, load cases, those with a moving tool, models, "
                                                   "methods of the arena, spring laws or integrators");
     auto what = std::make_shared<std::string>();
-    command
-        ->add_option("what", *what,
-                     "bodies, load-cases, moving-load-cases, models, methods, spring-laws or integrators")
+    const auto names = support::names_of(lists());
+    command->add_option("what", *what, fmt::format("One of {}", fmt::join(names, ", ")))
         ->required()
-        ->check(
-            one_of({"bodies", "load-cases", "moving-load-cases", "models", "methods", "spring-laws", "integrators"}));
+        ->check(one_of(names));
     return [what] {
-        lists.at (*what)();
+        support::find_named(lists(), *what, "list").print();
         return 0;
     };
 }
