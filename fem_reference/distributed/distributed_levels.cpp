@@ -2,6 +2,7 @@
 
 #include <deal.II/lac/precondition.h>
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 

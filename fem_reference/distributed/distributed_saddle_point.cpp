@@ -40,10 +40,21 @@ template <class Action> Operator(Action) -> Operator<Action>;
 
 } // namespace
 
+void MatricesOfPart::apply(std::span<const double> u, std::span<const double> p, std::span<double> force,
+                           std::span<double> imbalance) const {
+    stiffness.multiply(u, force);
+    if (!p.empty()) {
+        multiply(compliance, p, imbalance);
+        divergence.add_products(u, p, force, imbalance, 1);
+    }
+    if (add_product)
+        add_product(u, force);
+}
+
 struct DistributedSaddlePoint::Impl {
-    Impl(const Part &part, const ElasticSystem &system, const PressureSystem &pressure, const RigidModes &rigid,
-         double scale_of_pressure, std::vector<bool> free)
-        : nodes(nodes_of(part, system), 3), pressures(pressures_of(part, pressure), 1), is_free(std::move(free)),
+    Impl(const Part &part, const ElasticSystem &system, const PressureSystem &pressure, const NodeExchange &of_nodes,
+         const RigidModes &rigid, double scale_of_pressure, std::vector<bool> free)
+        : nodes(of_nodes), pressures(pressures_of(part, pressure), 1), is_free(std::move(free)),
           levels(part, system, nodes, rigid, is_free), mass(pressure.norm, pressures), scale(scale_of_pressure),
           num_pressures(pressure.num_pressures()) {
         ChebyshevOfMass::AdditionalData settings;
@@ -69,13 +80,7 @@ struct DistributedSaddlePoint::Impl {
         pressures.read(in.block(1), std::span(p));
         for (double &value : p)
             value *= scale;
-        matrices.stiffness.multiply(u, force);
-        if (num_pressures > 0) {
-            multiply(matrices.compliance, p, volume, 1);
-            matrices.divergence.add_products(u, p, force, volume, 1);
-        }
-        if (matrices.add_product)
-            matrices.add_product(u, force);
+        matrices.apply(u, p, force, volume);
         write(force, volume, out);
     }
 
@@ -105,7 +110,8 @@ struct DistributedSaddlePoint::Impl {
         out.block(1) *= 1.0 / scale;
     }
 
-    NodeExchange nodes, pressures;
+    const NodeExchange &nodes;
+    NodeExchange pressures;
     std::vector<bool> is_free;
     DistributedLevels levels;
     DistributedMass mass;
@@ -117,14 +123,10 @@ struct DistributedSaddlePoint::Impl {
 };
 
 DistributedSaddlePoint::DistributedSaddlePoint(const Part &part, const ElasticSystem &system,
-                                               const PressureSystem &pressure, const RigidModes &rigid, double scale,
-                                               std::vector<bool> is_free)
-    : impl_(std::make_unique<Impl>(part, system, pressure, rigid, scale, std::move(is_free))) {}
+                                               const PressureSystem &pressure, const NodeExchange &nodes,
+                                               const RigidModes &rigid, double scale, std::vector<bool> is_free)
+    : impl_(std::make_unique<Impl>(part, system, pressure, nodes, rigid, scale, std::move(is_free))) {}
 DistributedSaddlePoint::~DistributedSaddlePoint() = default;
-
-const NodeExchange &DistributedSaddlePoint::nodes() const {
-    return impl_->nodes;
-}
 
 const NodeExchange &DistributedSaddlePoint::pressures() const {
     return impl_->pressures;

@@ -10,13 +10,17 @@
 
 namespace livermark::fem_reference {
 
-/// [K + L, D^T; D, -C] as one rank has it on its part.
+/// [K + L, D^T; D, -C] as one rank has it on its part; results are right where this rank owns them.
 struct MatricesOfPart {
     const SymmetricBlocks<double> &stiffness;
     const DivergenceRows<double> &divergence;
     const SymmetricMatrix &compliance;
     /// out += L x, or empty
     std::function<void(std::span<const double> x, std::span<double> out)> add_product{};
+
+    /// force = (K + L) u + D^T p, and imbalance = D u - C p
+    void apply(std::span<const double> u, std::span<const double> p, std::span<double> force,
+               std::span<double> imbalance) const;
 };
 
 /// Displacements (3 n) and pressures (m) of a part.
@@ -33,13 +37,13 @@ class DistributedSaddlePoint {
     /// Collective. All but what is moved are kept alive by the caller.
     /// @param system    quadratic elements assembled on the part; its numbering is used
     /// @param pressure  the same; its numbering and norm are used
+    /// @param nodes     of the system, three components each
     /// @param scale     what pressures are divided by [Pa/m], see pressure_scale()
     /// @param is_free   shape (3 n), right for what other ranks own too
     DistributedSaddlePoint(const Part &part, const ElasticSystem &system, const PressureSystem &pressure,
-                           const RigidModes &rigid, double scale, std::vector<bool> is_free);
+                           const NodeExchange &nodes, const RigidModes &rigid, double scale, std::vector<bool> is_free);
     ~DistributedSaddlePoint();
 
-    const NodeExchange &nodes() const;
     const NodeExchange &pressures() const;
 
     /// Collective. Makes the levels of K.

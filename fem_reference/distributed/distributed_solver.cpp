@@ -75,14 +75,16 @@ class RankProblem {
         return u;
     }
 
+    MatricesOfPart matrices_of_part() const {
+        return {.stiffness = matrices_.system.stiffness,
+                .divergence = matrices_.pressure.divergence,
+                .compliance = matrices_.pressure.compliance};
+    }
+
     /// K u + D^T p - f of the part, right where this rank owns it; and D u - C p.
     MixedField residual(const MixedField &state) const {
         MixedField out{std::vector<double>(state.u.size()), std::vector<double>(state.p.size())};
-        matrices_.system.stiffness.multiply(state.u, out.u);
-        if (!state.p.empty()) {
-            multiply(matrices_.pressure.compliance, state.p, out.p);
-            matrices_.pressure.divergence.add_products(state.u, state.p, out.u, out.p, 1);
-        }
+        matrices_of_part().apply(state.u, state.p, out.u, out.p);
         for (std::size_t dof = 0; dof < out.u.size(); ++dof)
             out.u[dof] -= conditions_.load[dof];
         return out;
@@ -121,7 +123,7 @@ class RankProblem {
 
     core::Solution solve_mixed(const DistributedOptions &options) {
         auto start = Clock::now();
-        DistributedSaddlePoint solver(part_, matrices_.system, matrices_.pressure, rigid_, scale_, is_free_);
+        DistributedSaddlePoint solver(part_, matrices_.system, matrices_.pressure, nodes_, rigid_, scale_, is_free_);
         solver.set_up(matrices_.system.stiffness);
         core::Solution solution;
         solution.setup_seconds = assembly_seconds_ + seconds_since(start);
@@ -132,10 +134,7 @@ class RankProblem {
             for (double &value : *values)
                 value = -value;
         MixedField change;
-        const auto ending = solver.solve({.stiffness = matrices_.system.stiffness,
-                                          .divergence = matrices_.pressure.divergence,
-                                          .compliance = matrices_.pressure.compliance},
-                                         right, tolerance_of_mixed, options.max_iterations, change);
+        const auto ending = solver.solve(matrices_of_part(), right, tolerance_of_mixed, options.max_iterations, change);
         if (!ending.converged)
             not_converged(solution, "generalised minimal residuals", ending.iterations, ending.relative_residual);
         std::ranges::transform(state.u, change.u, state.u.begin(), std::plus<>());

@@ -1,37 +1,51 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/hyperelastic/elements.hpp"
+#include "fem_reference/hyperelastic/follower_pressure.hpp"
 #include "fem_reference/hyperelastic/tangent_solver.hpp"
 
 namespace livermark::hyperelastic {
+
+/// (3 n) whether each displacement is free
+std::vector<bool> free_of(const std::vector<double> &prescribed);
+
+/// [m^3]
+double volume_of(const core::TetraMesh &mesh);
 
 /// What equilibrium is looked for in: elements under conditions, of one process or of one of several MPI ranks, which
 /// then all do the same at once. Entries that another rank owns are there to read from, and do not count in sums.
 class PathSystem {
   public:
+    /// Elements and conditions are kept alive by the caller.
+    /// @param conditions  at the whole load
+    /// @param pressure    shape (T) [Pa], see FollowerPressure; or empty
+    PathSystem(const Elements &elements, const fem_reference::DofConditions &conditions,
+               std::span<const double> pressure);
     virtual ~PathSystem() = default;
 
-    /// At the whole load.
-    virtual const fem_reference::DofConditions &conditions() const = 0;
-    virtual State rest() const = 0;
-    /// smallest_jacobian and energy are those of the whole body.
-    virtual InternalForces internal_forces(const State &state) const = 0;
+    const fem_reference::DofConditions &conditions() const { return conditions_; }
+    State rest() const { return elements_.rest(); }
     /// Dead loads and follower pressures at a fraction of the load.
     /// @return shape (3 n) [N]
-    virtual std::vector<double> loads(const State &state, double fraction) const = 0;
+    std::vector<double> loads(const State &state, double fraction) const;
 
     /// The tangent that factorise(), solve() and product() are about.
-    virtual void assemble(const State &state, double fraction) = 0;
-    /// @return false if the tangent, or the one at rest, is not positive definite; there is no inverse then
-    virtual bool factorise() = 0;
-    virtual bool factorise_at_rest() = 0;
+    void assemble(const State &state, double fraction);
+    /// @return false if the tangent is not positive definite; there is no inverse then
+    bool factorise() { return set_up(tangent_.stiffness); }
+    /// The same of the tangent at rest.
+    bool factorise_at_rest();
+    /// Of displacements alone, whether free or not.
+    State product(const std::vector<double> &u) const;
+
+    /// smallest_jacobian and energy are those of the whole body.
+    virtual InternalForces internal_forces(const State &state) const = 0;
     /// After a factorise() that returned true, maybe of another state.
     virtual TangentSolver::Correction solve(const State &right, double tolerance) const = 0;
-    /// Of displacements alone.
-    virtual State product(const std::vector<double> &u) const = 0;
     /// See TangentSolver.
     virtual double pressure_scale() const = 0;
     virtual bool is_direct() const = 0;
@@ -43,6 +57,23 @@ class PathSystem {
     virtual const std::vector<bool> &counted_pressures() const = 0;
     /// Over all ranks.
     virtual double sum(double mine) const = 0;
+
+  protected:
+    const Elements &elements() const { return elements_; }
+    const FollowerPressure &follower() const { return follower_; }
+    const TangentMatrices &tangent() const { return tangent_; }
+    const FollowerPressure::LoadStiffness &load_stiffness() const { return load_stiffness_; }
+
+  private:
+    /// Makes the inverse of a stiffness.
+    /// @return false if it is not positive definite
+    virtual bool set_up(const fem_reference::SymmetricBlocks<double> &stiffness) = 0;
+
+    const Elements &elements_;
+    const fem_reference::DofConditions &conditions_;
+    FollowerPressure follower_;
+    TangentMatrices tangent_;
+    FollowerPressure::LoadStiffness load_stiffness_;
 };
 
 } // namespace livermark::hyperelastic

@@ -231,16 +231,4 @@ TangentSolver::Correction TangentSolver::solve(const TangentMatrices &tangent,
     return result;
 }
 
-State TangentSolver::product(const TangentMatrices &tangent, const FollowerPressure::LoadStiffness &loads,
-                             const std::vector<double> &u) const {
-    State result{std::vector<double>(u.size()), std::vector<double>(impl_->elements.num_pressures(), 0.0)};
-    tangent.stiffness.multiply(u, result.displacement);
-    impl_->follower.add_antisymmetric_product(loads, u, result.displacement);
-    if (!result.pressure.empty()) {
-        const std::vector<double> nothing(result.pressure.size(), 0.0);
-        tangent.divergence.subtract_product(u, nothing, result.pressure, 1);
-    }
-    return result;
-}
-
 } // namespace livermark::hyperelastic

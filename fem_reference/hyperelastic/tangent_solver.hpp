@@ -53,10 +53,6 @@ class TangentSolver {
     Correction solve(const TangentMatrices &tangent, const FollowerPressure::LoadStiffness &loads, const State &right,
                      double tolerance) const;
 
-    /// (K + L) u and D u of displacements alone, whether free or not.
-    State product(const TangentMatrices &tangent, const FollowerPressure::LoadStiffness &loads,
-                  const std::vector<double> &u) const;
-
     /// Whether the inverse is a factor of all unknowns.
     bool is_direct() const;
 
