@@ -9,6 +9,7 @@
 #include "meshes/body_reader.hpp"
 #include "tests/calculix_neo_hooke.hpp"
 #include "tests/peer/calculix.hpp"
+#include "tests/turns.hpp"
 
 namespace livermark {
 
@@ -36,6 +37,8 @@ TEST_P(CalculixHyperelastic, FindsTheSameLargeDisplacements) {
     if (ccx.empty())
         GTEST_SKIP() << "ccx is not installed (Debian: calculix-ccx)";
     const auto &[name, load_case] = GetParam();
+    if (!tests::has_its_turn(name == "liver_healthy" ? 0 : 1, 2))
+        GTEST_SKIP() << tests::not_its_turn;
     const auto body =
         std::make_shared<const core::Body>(meshes::read_body(source_folder / "meshes" / (name + ".toml")));
     const core::Problem problem{

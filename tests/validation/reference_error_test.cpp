@@ -12,6 +12,7 @@
 #include "load_cases/load_case_reader.hpp"
 #include "meshes/body_reader.hpp"
 #include "models/model_table.hpp"
+#include "tests/turns.hpp"
 
 namespace livermark {
 namespace {
@@ -47,6 +48,8 @@ class ReferenceError : public testing::TestWithParam<const char *> {};
 
 /// Meshes that are refined everywhere, not at rims alone, find nothing that the error bar of the reference leaves out.
 TEST_P(ReferenceError, ContainsWhatUniformRefinementFinds) {
+    if (!tests::has_its_turn(std::string(GetParam()) == "palpation" ? 0 : 1, 2))
+        GTEST_SKIP() << tests::not_its_turn;
     const std::filesystem::path root = LIVERMARK_SOURCE_DIR;
     const auto body = std::make_shared<const core::Body>(meshes::read_body(root / "meshes" / "liver_healthy.toml"));
     core::Problem problem{
