@@ -34,8 +34,9 @@ std::shared_ptr<const ElasticTerm> volume_beside_springs(const core::Body &body,
     return term.make(body, modulus);
 }
 
-MassSprings springs_with_volume(const core::Body &body, core::SpringNetwork springs, const VolumeTerm &term) {
-    std::vector<std::shared_ptr<const ElasticTerm>> terms{spring_term(springs)};
+MassSprings springs_with_volume(const core::Body &body, core::SpringNetwork springs, const VolumeTerm &term,
+                                const ForceCurve &curve) {
+    std::vector<std::shared_ptr<const ElasticTerm>> terms{spring_term(springs, curve)};
     if (needs_volume(body))
         terms.push_back(volume_beside_springs(body, term));
     terms.push_back(inversion_guard(body));

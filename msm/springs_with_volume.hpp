@@ -5,6 +5,7 @@
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 #include "msm/elastic_body.hpp"
+#include "msm/spring_curve.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/volume_term.hpp"
 
@@ -32,7 +33,8 @@ bool needs_volume(const core::Body &body);
 std::shared_ptr<const ElasticTerm> volume_beside_springs(const core::Body &body, const VolumeTerm &term);
 
 /// Both together, at Poisson's ratio 1/4 the springs alone. Tetrahedra are kept from turning inside out.
-MassSprings springs_with_volume(const core::Body &body, core::SpringNetwork springs, const VolumeTerm &term);
+MassSprings springs_with_volume(const core::Body &body, core::SpringNetwork springs, const VolumeTerm &term,
+                                const ForceCurve &curve = hooke);
 
 /// @throws support::InputError if there is no volume term of that name
 const VolumeTerm &find_volume_term(std::string_view name);

@@ -43,6 +43,13 @@ std::vector<NamedTerm> all_terms() {
     };
     for (const auto &volume : msm::all_volume_terms())
         terms.push_back({volume.name, [volume](const core::Body &body) { return volume.make(body, {7e3, 2e4}); }});
+    for (const auto &curve : msm::all_spring_curves())
+        terms.push_back({"springs_with_the_curve_" + curve.name,
+                         [curve](const core::Body &body) {
+                             return msm::spring_term(msm::spring_network(body, msm::all_spring_laws().front()),
+                                                     curve.curve);
+                         },
+                         0.006});
     // Their energy is infinite where a tetrahedron is inside out.
     for (const auto &energy : msm::all_spring_energies())
         terms.push_back({"springs_" + energy.name,
