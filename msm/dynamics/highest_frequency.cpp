@@ -40,11 +40,11 @@ class ScaledStiffness {
         displacement_.assign(num_nodes_, core::Vector3::Zero());
         free_.add(displacement_, Eigen::VectorXd::Map(x, rows()).cwiseProduct(inverse_root_mass_), 1.0);
         Eigen::VectorXd moved = to_unknowns(displacement_);
-        scale_deformation(scaling_, -0.5, node_mass_, rest_, moved);
+        scale_deformation(scaling_, -0.5, rest_, moved);
         Eigen::VectorXd force = stiffness_.times(moved);
         // M^1/2 (Q + (I - Q) f^-1/2) M^-1, the transpose of what made the displacement
         scale_by_mass(force, -1.0);
-        scale_deformation(scaling_, -0.5, node_mass_, rest_, force);
+        scale_deformation(scaling_, -0.5, rest_, force);
         scale_by_mass(force, 1.0);
         Eigen::VectorXd::Map(y, rows()) = free_.gather(to_field(force)).cwiseProduct(inverse_root_mass_);
     }

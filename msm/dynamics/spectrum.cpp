@@ -62,7 +62,7 @@ Eigen::VectorXd scaled_deformation(const Eigen::VectorXd &x, double power, const
     Field field(positions.size(), core::Vector3::Zero());
     free.add(field, scale.cwiseProduct(x), 1.0);
     auto unknowns = to_unknowns(field);
-    scale_deformation(scaling, power, body.node_mass, to_unknowns(positions), unknowns);
+    scale_deformation(scaling, power, to_unknowns(positions), unknowns);
     return free.gather(to_field(unknowns)).cwiseQuotient(scale);
 }
 

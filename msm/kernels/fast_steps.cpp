@@ -105,7 +105,7 @@ template <class T> class Steps : public FastSteps::Implementation {
         }
         at_.corner_force.assign(4 * static_cast<std::size_t>(at_.body.chunk_start.back() + 1), T(0));
         partition_work(at_, team_.size());
-        heavy_ = HeavySteps<T>(options.scaling, body.node_mass, at_);
+        heavy_ = HeavySteps<T>(options.scaling, at_);
         rest_.resize(at_.body.num_slices);
         for (std::size_t i = 0; i < at_rest.size(); ++i) {
             const auto [slice, lane] = slot(i);

@@ -16,23 +16,21 @@ template <class T> class HeavySteps {
     HeavySteps() = default;
 
     /// @param at  before its first step; its scheme is symplectic Euler
-    HeavySteps(const MassScaling &scaling, const std::vector<double> &node_mass, const StepWorkspace<T> &at) {
+    HeavySteps(const MassScaling &scaling, const StepWorkspace<T> &at) {
         std::vector<std::vector<std::size_t>> copies(static_cast<std::size_t>(at.body.first_copy));
         for (std::size_t c = 0; c < at.body.copied_row.size(); ++c)
             copies[static_cast<std::size_t>(at.body.copied_row[c])].push_back(
                 static_cast<std::size_t>(at.body.first_copy) + c);
-        for (const auto &[nodes, factor] : scaling.parts) {
-            const auto size = static_cast<Eigen::Index>(nodes.size());
-            auto &part = parts_.emplace_back(Part{.factor = 1.0 / factor,
+        for (const auto &scaled : scaling.parts) {
+            const auto size = static_cast<Eigen::Index>(scaled.nodes.size());
+            auto &part = parts_.emplace_back(Part{.scaled = scaled,
                                                   .rows = {},
-                                                  .mass = Eigen::VectorXd(size),
                                                   .before = Eigen::Matrix3Xd(3, size),
                                                   .gain = Eigen::Matrix3Xd(3, size),
                                                   .change = Eigen::Matrix3Xd(3, size),
                                                   .start = Eigen::Matrix3Xd(3, size)});
-            for (Eigen::Index i = 0; i < size; ++i) {
-                const auto row = static_cast<std::size_t>(at.body.row_of_node[nodes[i]]);
-                part.mass[i] = node_mass[nodes[i]];
+            for (const int node : scaled.nodes) {
+                const auto row = static_cast<std::size_t>(at.body.row_of_node[node]);
                 part.rows.push_back({row});
                 part.rows.back().insert(part.rows.back().end(), copies[row].begin(), copies[row].end());
             }
@@ -59,7 +57,7 @@ template <class T> class HeavySteps {
                 part.start.col(column) = get(at, row, &NodeSlice<T>::position) - at.time_step * velocity;
             }
             part.change = part.gain;
-            scale_deformation(part.mass, part.start, part.factor, part.change);
+            scale_deformation(part.scaled, part.start, 1.0 / part.scaled.factor, part.change);
             part.change -= part.gain;
             for (std::size_t i = 0; i < part.rows.size(); ++i) {
                 const core::Vector3 change = part.change.col(static_cast<Eigen::Index>(i));
@@ -71,9 +69,8 @@ template <class T> class HeavySteps {
 
   private:
     struct Part {
-        double factor;                              ///< of accelerations
-        std::vector<std::vector<std::size_t>> rows; ///< of each node, with its copies
-        Eigen::VectorXd mass;
+        HeavyPart scaled;
+        std::vector<std::vector<std::size_t>> rows;   ///< of each node, with its copies
         Eigen::Matrix3Xd before, gain, change, start; ///< velocities, and where a step starts
     };
 
