@@ -41,7 +41,7 @@ double part_of_tetrahedra(const core::TetraMesh &mesh, const std::vector<bool> &
     return static_cast<double>(count) / static_cast<double>(mesh.tetrahedra.size());
 }
 
-double processor_seconds() {
+double thread_seconds() {
     timespec now{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
@@ -56,9 +56,9 @@ void measure(ScaledSteps &steps, const msm::ElasticBody &springs, const core::Pr
     };
     auto plain = prepare(steps.critical_time_step, {}), scaled = prepare(steps.scaled_critical_time_step, scaling);
     const auto shorten = [](double &shortest, msm::FastSteps &of) {
-        const double start = processor_seconds();
+        const double start = thread_seconds();
         of.take(1);
-        shortest = std::min(shortest, processor_seconds() - start);
+        shortest = std::min(shortest, thread_seconds() - start);
     };
     steps.seconds_per_step = steps.scaled_seconds_per_step = std::numeric_limits<double>::infinity();
     for (int s = 0; s < num_timed_steps; ++s) {
