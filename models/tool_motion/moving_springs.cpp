@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -5,6 +6,7 @@
 #include "models/tool_motion/contenders.hpp"
 #include "models/tool_motion/tool_place.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
+#include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/hyperelastic_springs.hpp"
 #include "msm/kernels/fast_steps.hpp"
@@ -24,10 +26,16 @@ using livermark::msm::FastSteps;
 /// Steps of symplectic Euler on vector units, forces in single precision.
 class MovingSprings : public MovingBody {
   public:
-    MovingSprings(ElasticBody springs, const core::Problem &problem)
+    /// @param is_scaled  by selective mass scaling of stiff parts
+    MovingSprings(ElasticBody springs, const core::Problem &problem, bool is_scaled)
         : body_(problem.body), springs_(std::move(springs)), place_(tool_place(problem, springs_.node_mass)) {
-        // What is constrained less has the higher frequencies: one step for the whole motion.
-        const double highest = livermark::msm::largest_angular_frequency(springs_, body_->mesh.points, place_.let_go);
+        if (is_scaled)
+            scaling_ = livermark::msm::scale_masses(*body_, springs_, place_.let_go);
+        // What is constrained less has the higher frequencies, but where constrained nodes leave a scaled part: one
+        // step for the whole motion.
+        double highest = highest_with(place_.let_go);
+        if (!scaling_.parts.empty())
+            highest = std::max(highest, highest_with(place_.while_held));
         const double longest = livermark::msm::default_safety_factor * 2.0 / highest;
         least_steps_ = static_cast<int>(std::ceil(place_.motion.frame_interval / longest));
         take_steps_of(least_steps_, place_.while_held);
@@ -83,6 +91,11 @@ class MovingSprings : public MovingBody {
     std::optional<Effort> least_effort() const override { return Effort{.steps = least_steps_}; }
 
   private:
+    double highest_with(const livermark::msm::NodalConditions &conditions) const {
+        return livermark::msm::largest_angular_frequency(springs_, body_->mesh.points, conditions,
+                                                         livermark::msm::constrained(scaling_, conditions));
+    }
+
     /// From where the body is.
     void take_steps_of(int num_steps, const livermark::msm::NodalConditions &conditions) {
         auto at_rest = conditions; // the tool starts there
@@ -90,7 +103,8 @@ class MovingSprings : public MovingBody {
             displacement *= 0.0; // NaN, a free component, stays NaN
         auto steps = FastSteps::prepare(springs_, body_->mesh.points, at_rest,
                                         {.alpha = place_.motion.mass_damping, .beta = 0.0}, "symplectic_euler",
-                                        place_.motion.frame_interval / num_steps);
+                                        place_.motion.frame_interval / num_steps,
+                                        {.scaling = livermark::msm::constrained(scaling_, conditions)});
         if (!steps)
             throw std::logic_error("the fast kernels do not know these springs");
         if (steps_)
@@ -102,17 +116,19 @@ class MovingSprings : public MovingBody {
     std::shared_ptr<const core::Body> body_;
     ElasticBody springs_;
     ToolPlace place_;
+    livermark::msm::MassScaling scaling_;
     int least_steps_ = 1, num_steps_ = 0; ///< in a frame: at least, and those that are taken
     std::optional<FastSteps> steps_;
     bool has_let_go_ = false;
 };
 
-Contender contender(std::string name, std::string source, ElasticBody (*make)(const core::Body &)) {
-    return {.name = std::move(name),
-            .source = std::move(source),
-            .implementation = "vector units, single precision with a state of twice the digits",
-            .prepare = [make](const core::Problem &problem) -> std::unique_ptr<MovingBody> {
-                return std::make_unique<MovingSprings>(make(*problem.body), problem);
+Contender contender(const MovingSpringModel &model, bool is_scaled) {
+    const std::string on_vector_units = "vector units, single precision with a state of twice the digits";
+    return {.name = model.name + (is_scaled ? "_mass_scaled" : ""),
+            .source = model.source + (is_scaled ? "; Olovsson, Simonsson, Unosson 2005, IJNME 63(10)" : ""),
+            .implementation = on_vector_units + (is_scaled ? ", stiff parts heavier against deformation" : ""),
+            .prepare = [make = model.make, is_scaled](const core::Problem &problem) -> std::unique_ptr<MovingBody> {
+                return std::make_unique<MovingSprings>(make(*problem.body), problem, is_scaled);
             }};
 }
 
@@ -142,11 +158,23 @@ ElasticBody nodal_neo_hookean(const core::Body &body) {
 
 } // namespace
 
+std::span<const MovingSpringModel> moving_spring_models() {
+    static const std::vector<MovingSpringModel> models{
+        {"lloyd", "Lloyd, Szekely, Harders 2007, IEEE TVCG 13(5)", lloyd},
+        {"patch_nodal_volume", "Livermark", patch_with_volume, true},
+        {"nodal_springs", "Livermark", nodal_springs, true},
+        {"nodal_neo_hookean", "Livermark", nodal_neo_hookean, true}};
+    return models;
+}
+
 std::vector<Contender> spring_contenders() {
-    return {contender("lloyd", "Lloyd, Szekely, Harders 2007, IEEE TVCG 13(5)", lloyd),
-            contender("patch_nodal_volume", "Livermark", patch_with_volume),
-            contender("nodal_springs", "Livermark", nodal_springs),
-            contender("nodal_neo_hookean", "Livermark", nodal_neo_hookean)};
+    std::vector<Contender> contenders;
+    for (const auto &model : moving_spring_models()) {
+        contenders.push_back(contender(model, false));
+        if (model.is_scaled)
+            contenders.push_back(contender(model, true));
+    }
+    return contenders;
 }
 
 } // namespace livermark::models

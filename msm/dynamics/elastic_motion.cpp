@@ -11,7 +11,8 @@ using Unknowns = Eigen::VectorXd;
 } // namespace
 
 EquationOfMotion elastic_motion(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                                const NodalConditions &conditions, const core::RayleighDamping &damping) {
+                                const NodalConditions &conditions, const core::RayleighDamping &damping,
+                                const MassScaling &scaling) {
     EquationOfMotion equation;
     std::vector<core::Vector3> mass(positions.size()), is_free(positions.size());
     for (std::size_t i = 0; i < positions.size(); ++i) {
@@ -24,13 +25,14 @@ EquationOfMotion elastic_motion(const ElasticBody &body, const std::vector<core:
     const Unknowns free_per_mass = free.cwiseQuotient(equation.mass);
 
     equation.acceleration = [body, free_per_mass, free, rest = to_unknowns(positions),
-                             load = to_unknowns(conditions.force), damping,
+                             load = to_unknowns(conditions.force), damping, scaling,
                              x = Unknowns()](const Unknowns &u, const Unknowns &v, Unknowns &a) mutable {
         x = rest + u;
         a = load;
         for (const auto &term : body.terms)
             term->add_force(x, v, damping.beta, a);
         a = a.cwiseProduct(free_per_mass) - damping.alpha * v.cwiseProduct(free);
+        scale_deformation(scaling, -1.0, x, a);
     };
     equation.effective_mass = [body, rest = to_unknowns(positions), mass = equation.mass, free,
                                damping](const Unknowns &u, double d, double k) {

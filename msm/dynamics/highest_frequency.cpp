@@ -28,24 +28,41 @@ constexpr Eigen::Index num_vectors_for_largest = 40;
 class ScaledStiffness {
   public:
     using Scalar = double;
-    ScaledStiffness(const ElasticBody &body, const Field &positions, const FreeComponents &free)
-        : stiffness_(body, positions), free_(free), num_nodes_(positions.size()),
-          inverse_root_mass_(inverse_root_mass(body.node_mass, free)) {}
+    ScaledStiffness(const ElasticBody &body, const Field &positions, const FreeComponents &free,
+                    const MassScaling &scaling = {})
+        : stiffness_(body, positions), free_(free), num_nodes_(positions.size()), node_mass_(body.node_mass),
+          inverse_root_mass_(inverse_root_mass(body.node_mass, free)), scaling_(scaling),
+          rest_(to_unknowns(positions)) {}
 
     Eigen::Index rows() const { return free_.size(); }
     Eigen::Index cols() const { return free_.size(); }
     void perform_op(const double *x, double *y) const {
         displacement_.assign(num_nodes_, core::Vector3::Zero());
         free_.add(displacement_, Eigen::VectorXd::Map(x, rows()).cwiseProduct(inverse_root_mass_), 1.0);
-        const Eigen::VectorXd force = stiffness_.times(to_unknowns(displacement_));
+        Eigen::VectorXd moved = to_unknowns(displacement_);
+        scale_deformation(scaling_, -0.5, rest_, moved);
+        Eigen::VectorXd force = stiffness_.times(moved);
+        // M^1/2 (Q + (I - Q) f^-1/2) M^-1, the transpose of what made the displacement
+        scale_by_mass(force, -1.0);
+        scale_deformation(scaling_, -0.5, rest_, force);
+        scale_by_mass(force, 1.0);
         Eigen::VectorXd::Map(y, rows()) = free_.gather(to_field(force)).cwiseProduct(inverse_root_mass_);
     }
 
   private:
+    void scale_by_mass(Eigen::VectorXd &field, double power) const {
+        if (!scaling_.parts.empty())
+            for (std::size_t i = 0; i < num_nodes_; ++i)
+                of_node(field, static_cast<int>(i)) *= std::pow(node_mass_[i], power);
+    }
+
     StiffnessProduct stiffness_;
     const FreeComponents &free_;
     std::size_t num_nodes_;
+    const std::vector<double> &node_mass_;
     Eigen::VectorXd inverse_root_mass_;
+    const MassScaling &scaling_;
+    Eigen::VectorXd rest_;
     mutable Field displacement_;
 };
 
@@ -60,10 +77,11 @@ Pair highest_of_few(const ScaledStiffness &stiffness) {
             solver.eigenvectors().col(matrix.rows() - 1)};
 }
 
-Pair highest_pair(const ElasticBody &body, const Field &positions, const FreeComponents &free) {
+Pair highest_pair(const ElasticBody &body, const Field &positions, const FreeComponents &free,
+                  const MassScaling &scaling = {}) {
     if (free.size() == 0)
         return {};
-    ScaledStiffness stiffness(body, positions, free);
+    ScaledStiffness stiffness(body, positions, free, scaling);
     if (free.size() <= num_vectors_for_largest)
         return highest_of_few(stiffness);
     // Three are asked for, so that a near copy of the largest is told from it and does not slow it down.
@@ -89,8 +107,9 @@ HighestMode highest_mode(const ElasticBody &body, const Field &positions, const 
     return mode;
 }
 
-double largest_angular_frequency(const ElasticBody &body, const Field &positions, const NodalConditions &conditions) {
-    return highest_pair(body, positions, FreeComponents(conditions.displacement)).first;
+double largest_angular_frequency(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
+                                 const MassScaling &scaling) {
+    return highest_pair(body, positions, FreeComponents(conditions.displacement), scaling).first;
 }
 
 double largest_angular_frequency(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
@@ -110,12 +129,12 @@ double largest_angular_frequency(const ElasticBody &body, const Field &positions
     return largest_angular_frequency(body, positions, conditions);
 }
 
-double gershgorin_angular_frequency(const ElasticBody &body, const Field &positions,
-                                    const NodalConditions &conditions) {
+std::vector<double> nodal_frequency_bounds(const ElasticBody &body, const Field &positions,
+                                           const NodalConditions &conditions) {
     std::vector<Eigen::Matrix3d> block(body.node_mass.size(), Eigen::Matrix3d::Zero());
     for (const auto &term : body.terms)
         term->add_block_bound(to_unknowns(positions), block);
-    double largest = 0.0;
+    std::vector<double> bounds;
     for (std::size_t i = 0; i < block.size(); ++i) {
         for (int c = 0; c < 3; ++c)
             if (!std::isnan(conditions.displacement[i][c])) {
@@ -123,9 +142,15 @@ double gershgorin_angular_frequency(const ElasticBody &body, const Field &positi
                 block[i].col(c).setZero();
             }
         const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(block[i], Eigen::EigenvaluesOnly);
-        largest = std::max(largest, eigen.eigenvalues()[2] / body.node_mass[i]);
+        bounds.push_back(std::sqrt(std::max(0.0, eigen.eigenvalues()[2] / body.node_mass[i])));
     }
-    return std::sqrt(largest);
+    return bounds;
+}
+
+double gershgorin_angular_frequency(const ElasticBody &body, const Field &positions,
+                                    const NodalConditions &conditions) {
+    const auto bounds = nodal_frequency_bounds(body, positions, conditions);
+    return bounds.empty() ? 0.0 : *std::ranges::max_element(bounds);
 }
 
 } // namespace livermark::msm

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "msm/dynamics/mass_scaling.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "msm/statics/free_components.hpp"
@@ -18,10 +19,11 @@ namespace livermark::msm {
 /// @param body        masses > 0, at rest at the positions
 /// @param positions   shape (N) [m]
 /// @param conditions  of the nodes
+/// @param scaling     of the masses
 /// @return [rad/s]; zero if nothing can move
 /// @throws std::runtime_error if the iteration does not converge
 double largest_angular_frequency(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                                 const NodalConditions &conditions);
+                                 const NodalConditions &conditions, const MassScaling &scaling = {});
 
 /// The mode of the largest omega.
 struct HighestMode {
@@ -54,5 +56,10 @@ double largest_angular_frequency(const ElasticBody &body, const std::vector<core
 /// @return [rad/s]; zero if nothing can move
 double gershgorin_angular_frequency(const ElasticBody &body, const std::vector<core::Vector3> &positions,
                                     const NodalConditions &conditions);
+
+/// The same bound node by node, (lambda_max(B_ii) / m_i)^1/2: which nodes ask for short steps.
+/// @return shape (N) [rad/s]; zero where nothing can move
+std::vector<double> nodal_frequency_bounds(const ElasticBody &body, const std::vector<core::Vector3> &positions,
+                                           const NodalConditions &conditions);
 
 } // namespace livermark::msm

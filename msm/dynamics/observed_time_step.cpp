@@ -37,7 +37,7 @@ double observed_time_step(const Integrator &integrator, const ElasticBody &body,
                           const core::RayleighDamping &damping, double guess, const ObservationOptions &options) {
     NodalConditions unloaded = conditions;
     unloaded.force.assign(positions.size(), core::Vector3::Zero());
-    auto equation = elastic_motion(body, positions, unloaded, damping);
+    auto equation = elastic_motion(body, positions, unloaded, damping, options.scaling);
     int num_accelerations = 0;
     equation.acceleration = [uncounted = equation.acceleration, &num_accelerations](
                                 const Eigen::VectorXd &u, const Eigen::VectorXd &v, Eigen::VectorXd &a) {

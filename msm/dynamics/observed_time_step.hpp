@@ -4,6 +4,7 @@
 
 #include "core/load_case.hpp"
 #include "core/solution.hpp"
+#include "msm/dynamics/mass_scaling.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/integrator.hpp"
 #include "msm/nodal_conditions.hpp"
@@ -19,6 +20,7 @@ struct ObservationOptions {
     double growth = 10.0;
     /// The steps that are tried are the whole powers of 1 + accuracy, in seconds.
     double accuracy = 0.002;
+    MassScaling scaling{}; ///< of the masses
 };
 
 /// The step at which real runs stop being stable: a body at rest, without loads, with the components constrained that

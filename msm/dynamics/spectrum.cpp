@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <fmt/format.h>
+#include <functional>
 #include <stdexcept>
 
 #include "msm/statics/free_components.hpp"
@@ -29,7 +30,7 @@ constexpr int most_restarts_of_spectrum = 1000;
 /// to move gave 2.4e-13 or less, a rod a hundred times longer than wide and constrained at one end 6e-7.
 constexpr double singular_pivot_ratio = 1e-11;
 
-/// M^-1/2 K M^-1/2 as a Cholesky factor, and its inverse as Spectra asks for it.
+/// M^-1/2 K M^-1/2 as a Cholesky factor, and its inverse with scaled masses as Spectra asks for it.
 class InverseStiffness : private Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix<double>> {
   public:
     using Scalar = double;
@@ -45,10 +46,25 @@ class InverseStiffness : private Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix
     Eigen::Index rows() const { return CholmodSupernodalLLT::rows(); }
     Eigen::Index cols() const { return CholmodSupernodalLLT::cols(); }
     void set_shift(double) {} // it is zero, and the factor is there
+    /// M'^1/2 K^-1 M'^1/2 with M' the scaled mass, of which M^-1/2 M'^1/2 is known to `scaled`.
     void perform_op(const double *x, double *y) const {
-        Eigen::VectorXd::Map(y, rows()) = solve(Eigen::VectorXd::Map(x, rows()));
+        const Eigen::VectorXd heavy = scaled(Eigen::VectorXd::Map(x, rows()));
+        Eigen::VectorXd::Map(y, rows()) = scaled(solve(heavy));
     }
+
+    std::function<Eigen::VectorXd(const Eigen::VectorXd &)> scaled = [](const Eigen::VectorXd &x) { return x; };
 };
+
+/// M^1/2 times what scale_deformation() makes of M^-1/2 x.
+Eigen::VectorXd scaled_deformation(const Eigen::VectorXd &x, double power, const MassScaling &scaling,
+                                   const ElasticBody &body, const Field &positions, const FreeComponents &free) {
+    const auto scale = inverse_root_mass(body.node_mass, free);
+    Field field(positions.size(), core::Vector3::Zero());
+    free.add(field, scale.cwiseProduct(x), 1.0);
+    auto unknowns = to_unknowns(field);
+    scale_deformation(scaling, power, to_unknowns(positions), unknowns);
+    return free.gather(to_field(unknowns)).cwiseQuotient(scale);
+}
 
 /// Adds a mode to others: phi = M^-1/2 times an eigenvector of norm 1, and of the two signs always the same.
 void add_shape(Field &shapes, Eigen::VectorXd values, const FreeComponents &free, std::size_t num_nodes) {
@@ -61,8 +77,8 @@ void add_shape(Field &shapes, Eigen::VectorXd values, const FreeComponents &free
 
 } // namespace
 
-core::Modes lowest_modes(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
-                         int count) {
+core::Modes lowest_modes(const ElasticBody &body, const Field &positions, const NodalConditions &conditions, int count,
+                         const MassScaling &scaling) {
     const auto start = std::chrono::steady_clock::now();
     const FreeComponents free(conditions.displacement);
     if (count < 1 || count >= free.size())
@@ -76,6 +92,10 @@ core::Modes lowest_modes(const ElasticBody &body, const Field &positions, const 
     if (!inverse_stiffness.is_regular())
         throw support::InputError("the constraints leave the body, or a part of it, free to move, so there are modes "
                                   "of zero frequency; constrain all six rigid body motions");
+    const auto scaled = [&](const Eigen::VectorXd &x, double power) {
+        return scaling.parts.empty() ? x : scaled_deformation(x, power, scaling, body, positions, free);
+    };
+    inverse_stiffness.scaled = [&](const Eigen::VectorXd &x) { return scaled(x, 0.5); };
     const auto num_wanted = std::min<Eigen::Index>(count + num_spare, free.size() - 1);
     const auto num_vectors = std::min(2 * num_wanted + 10, free.size());
     Spectra::SymEigsShiftSolver<InverseStiffness> lanczos(inverse_stiffness, num_wanted, num_vectors, 0.0);
@@ -92,7 +112,8 @@ core::Modes lowest_modes(const ElasticBody &body, const Field &positions, const 
     modes.shape.reserve(static_cast<std::size_t>(count) * positions.size());
     for (int mode = 0; mode < count; ++mode) {
         modes.angular_frequency.push_back(std::sqrt(squares[mode]));
-        add_shape(modes.shape, scale.cwiseProduct(vectors.col(mode).normalized()), free, positions.size());
+        add_shape(modes.shape, scale.cwiseProduct(scaled(vectors.col(mode).normalized(), -0.5)), free,
+                  positions.size());
     }
     modes.degrees_of_freedom = static_cast<std::int64_t>(3 * positions.size());
     modes.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -4,6 +4,7 @@
 
 #include "core/modes.hpp"
 #include "core/solution.hpp"
+#include "msm/dynamics/mass_scaling.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/nodal_conditions.hpp"
 
@@ -17,10 +18,11 @@ namespace livermark::msm {
 /// @param positions   shape (N) [m]
 /// @param conditions  of the nodes
 /// @param count       at least 1
+/// @param scaling     of the masses
 /// @return shapes of M-norm 1 with their largest entry positive
 /// @throws support::InputError if what is constrained leaves the body free to move, or if it has fewer modes than that
 /// @throws std::runtime_error if the iteration does not converge
 core::Modes lowest_modes(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                         const NodalConditions &conditions, int count);
+                         const NodalConditions &conditions, int count, const MassScaling &scaling = {});
 
 } // namespace livermark::msm

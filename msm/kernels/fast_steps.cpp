@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "msm/kernels/heavy_steps.hpp"
 #include "msm/kernels/step_workspace.hpp"
 #include "msm/kernels/threads/partition.hpp"
 #include "msm/kernels/threads/team.hpp"
@@ -64,8 +65,8 @@ template <class T> class Steps : public FastSteps::Implementation {
   public:
     Steps(const StepParts &parts, const ElasticBody &body, const std::vector<core::Vector3> &positions,
           const NodalConditions &conditions, const core::RayleighDamping &damping, const StepScheme &scheme,
-          double time_step, int num_threads)
-        : team_(num_threads) {
+          double time_step, const FastStepOptions &options)
+        : team_(options.num_threads) {
         const auto at_rest = centred(positions);
         at_.body = sliced_body<T>(parts, at_rest);
         at_.scheme = scheme;
@@ -104,6 +105,7 @@ template <class T> class Steps : public FastSteps::Implementation {
         }
         at_.corner_force.assign(4 * static_cast<std::size_t>(at_.body.chunk_start.back() + 1), T(0));
         partition_work(at_, team_.size());
+        heavy_ = HeavySteps<T>(options.scaling, at_);
         rest_.resize(at_.body.num_slices);
         for (std::size_t i = 0; i < at_rest.size(); ++i) {
             const auto [slice, lane] = slot(i);
@@ -176,8 +178,13 @@ template <class T> class Steps : public FastSteps::Implementation {
     }
 
     void take(int num_steps) override {
-        team_.run([&](int thread, Barrier &barrier) { take_steps(at_, thread, num_steps, barrier); });
-        at_.now = (at_.now + num_steps % 2 * at_.scheme.num_stages()) % 2;
+        if (heavy_.empty())
+            return take_unscaled(num_steps);
+        for (int s = 0; s < num_steps; ++s) {
+            heavy_.remember(at_);
+            take_unscaled(1);
+            heavy_.correct(at_);
+        }
     }
 
     std::size_t working_set() const override {
@@ -196,6 +203,11 @@ template <class T> class Steps : public FastSteps::Implementation {
     }
 
   private:
+    void take_unscaled(int num_steps) {
+        team_.run([&](int thread, Barrier &barrier) { take_steps(at_, thread, num_steps, barrier); });
+        at_.now = (at_.now + num_steps % 2 * at_.scheme.num_stages()) % 2;
+    }
+
     void set_loads(const std::vector<core::Vector3> &force) {
         if (std::ranges::all_of(force, [](const auto &f) { return f.isZero(0.0); }))
             return;
@@ -238,6 +250,7 @@ template <class T> class Steps : public FastSteps::Implementation {
     /// what it was when it is set again
     std::vector<FineField<T>> rest_;
     StepWorkspace<T> at_;
+    HeavySteps<T> heavy_;
     std::vector<std::vector<std::size_t>> copies_; ///< of each row; empty until somebody asks
     Team team_;
 };
@@ -250,11 +263,12 @@ std::optional<FastSteps> FastSteps::prepare(const ElasticBody &body, const std::
                                             const FastStepOptions &options) {
     const auto parts = step_parts(body);
     const auto scheme = find_scheme(integrator, options.num_stages);
-    if (!parts || !scheme)
+    const bool is_scaled = !options.scaling.parts.empty();
+    if (!parts || !scheme || (is_scaled && scheme->kind != StepScheme::Kind::symplectic_euler))
         return std::nullopt;
     const auto make = [&]<class T>(T /*precision*/) {
-        return FastSteps(std::make_shared<Steps<T>>(*parts, body, positions, conditions, damping, *scheme, time_step,
-                                                    options.num_threads));
+        return FastSteps(
+            std::make_shared<Steps<T>>(*parts, body, positions, conditions, damping, *scheme, time_step, options));
     };
     return options.precision == ForcePrecision::single_precision ? make(float()) : make(double());
 }

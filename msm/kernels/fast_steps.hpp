@@ -6,6 +6,7 @@
 
 #include "core/load_case.hpp"
 #include "msm/dynamics/chebyshev_stages.hpp"
+#include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/motion.hpp"
 #include "msm/elastic_body.hpp"
 #include "msm/nodal_conditions.hpp"
@@ -19,6 +20,7 @@ struct FastStepOptions {
     ForcePrecision precision = ForcePrecision::single_precision;
     int num_threads = 1;               ///< >= 1; the result does not depend on it
     int num_stages = usual_num_stages; ///< of runge_kutta_chebyshev
+    MassScaling scaling{};             ///< of masses; known to symplectic_euler alone
 };
 
 /// Explicit steps at the machine's speed: those of elastic_motion() and an integrator, with forces from vector units.
@@ -30,7 +32,7 @@ struct FastStepOptions {
 /// spring for each 1 % of it.
 class FastSteps {
   public:
-    /// @return nothing if fast kernels do not know the integrator or a part of the body
+    /// @return nothing if fast kernels do not know the integrator, a part of the body, or how to scale its masses
     /// @param positions   shape (N) [m], where the body is at rest
     /// @param time_step   h [s], > 0
     static std::optional<FastSteps> prepare(const ElasticBody &body, const std::vector<core::Vector3> &positions,

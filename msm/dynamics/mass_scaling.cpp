@@ -1,0 +1,236 @@
+#include "msm/dynamics/mass_scaling.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "msm/dynamics/highest_frequency.hpp"
+
+namespace livermark::msm {
+
+namespace {
+
+/// Of squared speeds of sound: steps get shorter by the root of it.
+constexpr double least_contrast = 2.0;
+/// As few nodes do not deform.
+constexpr std::size_t least_nodes = 4;
+/// Of omega_rest: deformations above it would take a part of the step away when they are left alone.
+constexpr double slow_part = 0.9;
+/// Of the singular values of fields: below it one is a sum of others.
+constexpr double smallest_field = 1e-6;
+
+double squared_speed(const core::Material &material) {
+    return (material.lame_lambda() + 2.0 * material.shear_modulus()) / material.density;
+}
+
+/// (R) whether a region is stiffer than the largest one.
+std::vector<bool> stiff_regions(const core::Body &body) {
+    std::vector<double> volume(body.materials.size(), 0.0);
+    const auto of_tetrahedron = core::tetrahedron_volumes(body.mesh);
+    for (std::size_t t = 0; t < of_tetrahedron.size(); ++t)
+        volume[body.mesh.region[t]] += of_tetrahedron[t];
+    const auto largest = std::ranges::max_element(volume) - volume.begin();
+    std::vector<bool> are_stiff;
+    for (const auto &material : body.materials)
+        are_stiff.push_back(squared_speed(material) > least_contrast * squared_speed(body.materials[largest]));
+    return are_stiff;
+}
+
+/// The same body with the other nodes constrained as well.
+NodalConditions with_these_free(NodalConditions conditions, const std::vector<bool> &are_free) {
+    for (std::size_t i = 0; i < are_free.size(); ++i)
+        if (!are_free[i])
+            conditions.displacement[i].setZero();
+    return conditions;
+}
+
+/// At x, the rigid motion with the momentum and angular momentum of a field.
+Eigen::Matrix3Xd rigid_motion(const Eigen::VectorXd &mass, const Eigen::Matrix3Xd &x, const Eigen::Matrix3Xd &field) {
+    const Eigen::Vector3d centre = x * mass / mass.sum(), mean = field * mass / mass.sum();
+    Eigen::Matrix3d second = Eigen::Matrix3d::Zero(); // moments
+    Eigen::Vector3d spin = Eigen::Vector3d::Zero();   // angular momentum about the centre
+    for (Eigen::Index i = 0; i < x.cols(); ++i) {
+        const Eigen::Vector3d arm = x.col(i) - centre, weighted = mass[i] * arm;
+        second += weighted * arm.transpose();
+        spin += weighted.cross(field.col(i));
+    }
+    const Eigen::Matrix3d inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
+    const Eigen::Vector3d rotation = inertia.inverse() * spin;
+    Eigen::Matrix3Xd rigid(3, x.cols());
+    for (Eigen::Index i = 0; i < x.cols(); ++i)
+        rigid.col(i) = mean + rotation.cross(x.col(i) - centre);
+    return rigid;
+}
+
+/// How a part has turned since rest: the rotation nearest to sum of m x rest^T.
+Eigen::Matrix3d rotation_from_rest(const HeavyPart &part, const Eigen::Matrix3Xd &x) {
+    const Eigen::Matrix3d moment = x * part.mass.asDiagonal() * part.rest.transpose(); // rest has its mean at 0
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(moment, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Eigen::Matrix3d left = svd.matrixU();
+    left.col(2) *= (left * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
+    return left * svd.matrixV().transpose();
+}
+
+auto as_vector(const Eigen::Matrix3Xd &field) {
+    return Eigen::VectorXd::Map(field.data(), field.size());
+}
+
+/// (3n, m) linear and quadratic fields of a part without their rigid motion, times the roots of the masses,
+/// orthonormal.
+Eigen::MatrixXd polynomial_fields(const HeavyPart &part, const Eigen::VectorXd &root_mass) {
+    const auto &y = part.rest;
+    const double size = y.cwiseAbs().maxCoeff();
+    std::vector<Eigen::RowVectorXd> polynomials;
+    for (int a = 0; a < 3; ++a) {
+        polynomials.emplace_back(y.row(a) / size);
+        for (int b = a; b < 3; ++b)
+            polynomials.emplace_back(y.row(a).cwiseProduct(y.row(b)) / (size * size));
+    }
+    Eigen::MatrixXd fields(y.size(), 3 * static_cast<Eigen::Index>(polynomials.size()));
+    for (Eigen::Index p = 0; p < fields.cols(); ++p) {
+        Eigen::Matrix3Xd field = Eigen::Matrix3Xd::Zero(3, y.cols());
+        field.row(p % 3) = polynomials[p / 3];
+        field -= rigid_motion(part.mass, y, field);
+        fields.col(p) = root_mass.cwiseProduct(as_vector(field));
+    }
+    const Eigen::BDCSVD<Eigen::MatrixXd> svd(fields, Eigen::ComputeThinU);
+    const auto &values = svd.singularValues();
+    const auto rank = (values.array() > smallest_field * values[0]).count();
+    return svd.matrixU().leftCols(rank);
+}
+
+/// Those of them that are slow, by Ritz's method with the rest of the body at rest.
+Eigen::MatrixXd slow_fields(const HeavyPart &part, const StiffnessProduct &stiffness, Eigen::Index num_unknowns,
+                            double highest) {
+    const Eigen::VectorXd root_mass = as_vector(part.mass.cwiseSqrt().transpose().replicate(3, 1));
+    const Eigen::MatrixXd fields = root_mass.cwiseInverse().asDiagonal() * polynomial_fields(part, root_mass);
+    Eigen::MatrixXd forces(fields.rows(), fields.cols());
+    for (Eigen::Index p = 0; p < fields.cols(); ++p) {
+        Eigen::VectorXd displacement = Eigen::VectorXd::Zero(num_unknowns);
+        for (std::size_t i = 0; i < part.nodes.size(); ++i)
+            of_node(displacement, part.nodes[i]) = fields.col(p).segment<3>(3 * static_cast<Eigen::Index>(i));
+        const Eigen::VectorXd force = stiffness.times(displacement);
+        for (std::size_t i = 0; i < part.nodes.size(); ++i)
+            forces.col(p).segment<3>(3 * static_cast<Eigen::Index>(i)) = of_node(force, part.nodes[i]);
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ritz(fields.transpose() * forces); // ascending
+    const auto count = (ritz.eigenvalues().array() < highest * highest).count();
+    return fields * ritz.eigenvectors().leftCols(count);
+}
+
+} // namespace
+
+std::vector<std::vector<int>> stiff_parts(const core::Body &body) {
+    const auto are_stiff = stiff_regions(body);
+    std::vector<int> parent(body.mesh.points.size());
+    std::iota(parent.begin(), parent.end(), 0);
+    const auto root = [&](int node) {
+        while (parent[node] != node)
+            node = parent[node] = parent[parent[node]];
+        return node;
+    };
+    std::vector<bool> is_member(parent.size(), false);
+    for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t)
+        if (are_stiff[body.mesh.region[t]])
+            for (const int node : body.mesh.tetrahedra[t]) {
+                is_member[node] = true;
+                parent[root(node)] = root(body.mesh.tetrahedra[t][0]);
+            }
+    std::map<int, std::vector<int>> nodes_of_root;
+    for (std::size_t i = 0; i < parent.size(); ++i)
+        if (is_member[i])
+            nodes_of_root[root(static_cast<int>(i))].push_back(static_cast<int>(i));
+    std::vector<std::vector<int>> parts;
+    for (auto &[of_root, nodes] : nodes_of_root)
+        parts.push_back(std::move(nodes));
+    std::ranges::sort(parts);
+    return parts;
+}
+
+MassScaling constrained(const MassScaling &scaling, const NodalConditions &conditions) {
+    MassScaling result;
+    for (const auto &part : scaling.parts) {
+        std::vector<int> free;
+        std::vector<Eigen::Index> columns;
+        for (std::size_t i = 0; i < part.nodes.size(); ++i)
+            if (conditions.displacement[part.nodes[i]].array().isNaN().all()) {
+                free.push_back(part.nodes[i]);
+                columns.push_back(static_cast<Eigen::Index>(i));
+            }
+        if (free.size() == part.nodes.size())
+            result.parts.push_back(part);
+        else if (free.size() >= least_nodes) {
+            HeavyPart less{free, part.factor, part.mass(columns), part.rest(Eigen::all, columns), {}};
+            less.rest.colwise() -= Eigen::Vector3d(less.rest * less.mass / less.mass.sum());
+            result.parts.push_back(std::move(less));
+        }
+    }
+    return result;
+}
+
+MassScaling scale_masses(const core::Body &body, const ElasticBody &springs, const NodalConditions &conditions) {
+    const auto &points = body.mesh.points;
+    MassScaling scaling;
+    for (auto &nodes : stiff_parts(body)) {
+        const auto size = static_cast<Eigen::Index>(nodes.size());
+        HeavyPart part{std::move(nodes), 1.0, Eigen::VectorXd(size), Eigen::Matrix3Xd(3, size), {}};
+        for (Eigen::Index i = 0; i < size; ++i) {
+            part.mass[i] = springs.node_mass[part.nodes[i]];
+            part.rest.col(i) = points[part.nodes[i]];
+        }
+        part.rest.colwise() -= Eigen::Vector3d(part.rest * part.mass / part.mass.sum());
+        scaling.parts.push_back(std::move(part));
+    }
+    scaling = constrained(scaling, conditions);
+    std::vector<bool> is_rest(points.size(), true);
+    for (const auto &part : scaling.parts)
+        for (const int node : part.nodes)
+            is_rest[node] = false;
+    const double of_rest =
+        scaling.parts.empty() ? 0.0 : largest_angular_frequency(springs, points, with_these_free(conditions, is_rest));
+    if (!(of_rest > 0.0))
+        return {}; // no tissue to be as slow as
+    const StiffnessProduct stiffness(springs, points);
+    for (auto &part : scaling.parts) {
+        std::vector<bool> is_free(points.size(), false);
+        for (const int node : part.nodes)
+            is_free[node] = true;
+        const double of_part = largest_angular_frequency(springs, points, with_these_free(conditions, is_free));
+        part.factor = of_part * of_part / (of_rest * of_rest);
+        part.slow = slow_fields(part, stiffness, 3 * static_cast<Eigen::Index>(points.size()), slow_part * of_rest);
+    }
+    std::erase_if(scaling.parts, [](const HeavyPart &part) { return !(part.factor > 1.0); });
+    return scaling;
+}
+
+void scale_deformation(const HeavyPart &part, const Eigen::Matrix3Xd &x, double factor, Eigen::Matrix3Xd &field) {
+    Eigen::Matrix3Xd left_alone = rigid_motion(part.mass, x, field);
+    if (part.slow.cols() > 0) {
+        const Eigen::Matrix3d turn = rotation_from_rest(part, x);
+        const Eigen::Matrix3Xd weighted = turn.transpose() * (field - left_alone) * part.mass.asDiagonal();
+        const Eigen::VectorXd slow = part.slow * (part.slow.transpose() * as_vector(weighted));
+        const Eigen::Matrix3Xd deforming = turn * Eigen::Matrix3Xd::Map(slow.data(), 3, x.cols());
+        left_alone +=
+            deforming - rigid_motion(part.mass, x, deforming); // which it has where the part is not as at rest
+    }
+    field = left_alone + factor * (field - left_alone);
+}
+
+void scale_deformation(const MassScaling &scaling, double power, const Eigen::VectorXd &x, Eigen::VectorXd &field) {
+    for (const auto &part : scaling.parts) {
+        const auto &nodes = part.nodes;
+        const auto size = static_cast<Eigen::Index>(nodes.size());
+        Eigen::Matrix3Xd there(3, size), of_part(3, size);
+        for (Eigen::Index i = 0; i < size; ++i) {
+            there.col(i) = of_node(x, nodes[i]);
+            of_part.col(i) = of_node(field, nodes[i]);
+        }
+        scale_deformation(part, there, std::pow(part.factor, power), of_part);
+        for (Eigen::Index i = 0; i < size; ++i)
+            of_node(field, nodes[i]) = of_part.col(i);
+    }
+}
+
+} // namespace livermark::msm

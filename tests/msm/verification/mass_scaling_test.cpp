@@ -1,0 +1,279 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "msm/dynamics/elastic_motion.hpp"
+#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/dynamics/mass_scaling.hpp"
+#include "msm/dynamics/observed_time_step.hpp"
+#include "msm/dynamics/spectrum.hpp"
+#include "msm/hyperelastic_springs.hpp"
+#include "msm/kernels/fast_steps.hpp"
+#include "msm/spring_energy.hpp"
+#include "msm/spring_network.hpp"
+#include "support/known_names.hpp"
+#include "tests/moving_samples.hpp"
+#include "tests/test_meshes.hpp"
+
+namespace livermark {
+namespace {
+
+using core::Vector3;
+
+constexpr double hardness = 30.0;
+
+/// A soft bar with a hard lump in its middle, of neo-Hookean springs around nodes.
+struct Bar {
+    core::Body body;
+    msm::ElasticBody springs{{}, {}};
+    msm::NodalConditions conditions; ///< free everywhere, no loads
+
+    explicit Bar(bool is_held = false) {
+        auto mesh = tests::box_mesh({0.12, 0.04, 0.04}, {6, 3, 3});
+        mesh.region_names = {"soft", "hard"};
+        for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
+            Vector3 centre = Vector3::Zero();
+            for (const int node : mesh.tetrahedra[t])
+                centre += mesh.points[node] / 4.0;
+            mesh.region[t] = centre.x() > 0.04 && centre.x() < 0.08 ? 1 : 0;
+        }
+        body = {.name = "bar", .mesh = mesh, .materials = {{1060.0, 5e3, 0.45}, {1060.0, hardness * 5e3, 0.45}}};
+        springs = msm::hyperelastic_springs_with_volume(
+            body, support::find_named(msm::all_spring_energies(), "neo_hookean", "spring energy"));
+        const auto size = mesh.points.size();
+        conditions.displacement.assign(size, Vector3::Constant(std::nan("")));
+        conditions.constraint.assign(size, {-1, -1, -1});
+        conditions.force.assign(size, Vector3::Zero());
+        if (is_held)
+            for (std::size_t i = 0; i < size; ++i)
+                if (mesh.points[i].x() == 0.0)
+                    conditions.displacement[i].setZero();
+    }
+
+    msm::MassScaling scaling() const { return msm::scale_masses(body, springs, conditions); }
+    double highest(const msm::MassScaling &scaling) const {
+        return msm::largest_angular_frequency(springs, body.mesh.points, conditions, scaling);
+    }
+    /// Bent, twisted and thrown.
+    msm::State thrown() const {
+        msm::State state;
+        std::vector<Vector3> displacement, velocity;
+        for (const auto &x : body.mesh.points) {
+            displacement.emplace_back(0.05 * x.y(), 0.8 * x.x() * x.x(), -0.6 * x.x() * x.z());
+            velocity.emplace_back(0.1 + 3.0 * x.y(), -2.0 * x.x(), 1.5 * x.y());
+        }
+        return {msm::to_unknowns(displacement), msm::to_unknowns(velocity)};
+    }
+    msm::EquationOfMotion equation(const msm::MassScaling &scaling) const {
+        return msm::elastic_motion(springs, body.mesh.points, conditions, {}, scaling);
+    }
+    double elastic_energy(const msm::State &state) const {
+        return msm::elastic_energy(springs, msm::to_field(msm::to_unknowns(body.mesh.points) + state.displacement));
+    }
+};
+
+struct Momenta {
+    Vector3 linear = Vector3::Zero(), angular = Vector3::Zero();
+};
+
+Momenta momenta(const Bar &bar, const msm::State &state) {
+    Momenta sum;
+    const auto position = msm::to_field(msm::to_unknowns(bar.body.mesh.points) + state.displacement);
+    const auto velocity = msm::to_field(state.velocity);
+    for (std::size_t i = 0; i < position.size(); ++i) {
+        sum.linear += bar.springs.node_mass[i] * velocity[i];
+        sum.angular += bar.springs.node_mass[i] * position[i].cross(velocity[i]);
+    }
+    return sum;
+}
+
+msm::State after(const Bar &bar, const msm::MassScaling &scaling, double time_step, double duration) {
+    const auto equation = bar.equation(scaling);
+    const auto step = msm::find_integrator("symplectic_euler").prepare(equation, time_step);
+    auto state = bar.thrown();
+    for (int s = 0; s < std::lround(duration / time_step); ++s)
+        step(state);
+    return state;
+}
+
+TEST(MassScaling, FindsTheLumpAndLeavesAPlainBodyAlone) {
+    Bar bar;
+    const auto parts = msm::stiff_parts(bar.body);
+    ASSERT_EQ(parts.size(), 1U);
+    for (const int node : parts.front()) {
+        EXPECT_GE(bar.body.mesh.points[node].x(), 0.04 - 1e-9);
+        EXPECT_LE(bar.body.mesh.points[node].x(), 0.08 + 1e-9);
+    }
+    EXPECT_EQ(parts.front().size(), 48U);
+    bar.body.materials[1] = bar.body.materials[0];
+    EXPECT_TRUE(msm::stiff_parts(bar.body).empty());
+    EXPECT_TRUE(bar.scaling().parts.empty());
+}
+
+TEST(MassScaling, MakesTheCriticalStepThatOfTheSoftTissue) {
+    const Bar bar;
+    const auto scaling = bar.scaling();
+    ASSERT_EQ(scaling.parts.size(), 1U);
+    EXPECT_GT(scaling.parts.front().factor, 10.0);
+    auto soft_alone = bar.conditions;
+    for (const int node : scaling.parts.front().nodes)
+        soft_alone.displacement[node].setZero();
+    const double of_rest = msm::largest_angular_frequency(bar.springs, bar.body.mesh.points, soft_alone);
+    EXPECT_GT(bar.highest({}), 3.5 * of_rest);
+    EXPECT_LT(bar.highest(scaling), 1.25 * of_rest);
+    EXPECT_GE(bar.highest(scaling), (1.0 - 1e-9) * of_rest); // Cauchy's interlacing
+}
+
+TEST(MassScaling, IsStableUpToThePredictedStepAndNotBeyond) {
+    const Bar bar(true);
+    const auto scaling = bar.scaling();
+    const double predicted = 2.0 / bar.highest(scaling);
+    const double observed =
+        msm::observed_time_step(msm::find_integrator("symplectic_euler"), bar.springs, bar.body.mesh.points,
+                                bar.conditions, {}, predicted, {.num_accelerations = 3000, .scaling = scaling});
+    EXPECT_NEAR(observed, predicted, 0.01 * predicted);
+}
+
+TEST(MassScaling, KeepsMomentumAndAngularMomentumOfABodyThatTumbles) {
+    const Bar bar;
+    const auto scaling = bar.scaling();
+    const auto before = momenta(bar, bar.thrown());
+    const auto later = momenta(bar, after(bar, scaling, 0.5 / bar.highest(scaling), 0.5));
+    EXPECT_LT((later.linear - before.linear).norm(), 1e-11 * before.linear.norm());
+    EXPECT_LT((later.angular - before.angular).norm(), 1e-10 * before.angular.norm());
+}
+
+TEST(MassScaling, HasTheEnergyOfItsOwnMassWithoutDriftWhileItTumbles) {
+    const Bar bar;
+    const auto scaling = bar.scaling();
+    const auto equation = bar.equation(scaling);
+    const double time_step = 0.2 / bar.highest(scaling);
+    const auto step = msm::find_integrator("symplectic_euler").prepare(equation, time_step);
+    auto state = bar.thrown();
+    const auto energy = [&] {
+        const Eigen::VectorXd x = msm::to_unknowns(bar.body.mesh.points) + state.displacement;
+        Eigen::VectorXd heavy = state.velocity;
+        msm::scale_deformation(scaling, 1.0, x, heavy);
+        return 0.5 * state.velocity.dot(equation.mass.cwiseProduct(heavy)) + bar.elastic_energy(state);
+    };
+    const double start = energy();
+    double lowest = start, highest = start;
+    for (int s = 0; s < 20000; ++s) {
+        step(state);
+        if (s % 10 == 0) {
+            lowest = std::min(lowest, energy());
+            highest = std::max(highest, energy());
+        }
+    }
+    EXPECT_GT(lowest, 0.97 * start);
+    EXPECT_LT(highest, 1.03 * start);
+}
+
+TEST(MassScaling, LeavesEveryEquilibriumAndRigidMotionAlone) {
+    const Bar bar;
+    const auto scaling = bar.scaling();
+    const auto x = msm::to_unknowns(bar.body.mesh.points);
+    std::vector<Vector3> turning;
+    for (const auto &p : bar.body.mesh.points)
+        turning.push_back(Vector3(1.0, -2.0, 0.5).cross(p) + Vector3(0.3, 0.1, -0.2));
+    auto field = msm::to_unknowns(turning);
+    const auto rigid = field;
+    msm::scale_deformation(scaling, -1.0, x, field);
+    EXPECT_LT((field - rigid).lpNorm<Eigen::Infinity>(), 1e-12);
+    Eigen::VectorXd none = Eigen::VectorXd::Zero(x.size());
+    msm::scale_deformation(scaling, -1.0, x, none);
+    EXPECT_EQ(none, Eigen::VectorXd::Zero(x.size()));
+}
+
+TEST(MassScaling, HasTheMassThatItsInverseIsOf) {
+    const Bar bar;
+    const auto scaling = bar.scaling();
+    const auto x = msm::to_unknowns(bar.body.mesh.points);
+    const Eigen::VectorXd start = bar.thrown().velocity;
+    auto field = start;
+    msm::scale_deformation(scaling, 1.0, x, field);
+    EXPECT_GT((field - start).norm(), 0.1 * start.norm());
+    msm::scale_deformation(scaling, -0.5, x, field);
+    msm::scale_deformation(scaling, -0.5, x, field);
+    EXPECT_LT((field - start).norm(), 1e-12 * start.norm());
+}
+
+TEST(MassScaling, LowersTheLowestFrequenciesByWhatTheLumpDeforms) {
+    const Bar bar(true);
+    const auto scaling = bar.scaling();
+    const auto &points = bar.body.mesh.points;
+    const auto plain = msm::lowest_modes(bar.springs, points, bar.conditions, 3);
+    const auto scaled = msm::lowest_modes(bar.springs, points, bar.conditions, 3, scaling);
+    for (int mode = 0; mode < 3; ++mode) {
+        // Rayleigh's quotient of the plain mode with the scaled mass bounds the sum of the lowest from above; where
+        // masses change little it is the frequency.
+        auto shape = msm::to_unknowns({plain.shape_of(mode).begin(), plain.shape_of(mode).end()});
+        auto heavy = shape;
+        msm::scale_deformation(scaling, 1.0, msm::to_unknowns(points), heavy);
+        double mass = 0.0;
+        for (std::size_t i = 0; i < points.size(); ++i)
+            mass += bar.springs.node_mass[i] *
+                    msm::of_node(shape, static_cast<int>(i)).dot(msm::of_node(heavy, static_cast<int>(i)));
+        const double first_order = plain.angular_frequency[mode] / std::sqrt(mass);
+        EXPECT_LT(scaled.angular_frequency[mode], plain.angular_frequency[mode]);
+        EXPECT_NEAR(scaled.angular_frequency[mode], first_order,
+                    0.2 * (plain.angular_frequency[mode] - first_order) + 1e-6);
+    }
+}
+
+TEST(MassScaling, ComesToTheMotionOfTheUnscaledBodyAsItsFactorsComeToOne) {
+    const Bar bar;
+    auto scaling = bar.scaling();
+    const double time_step = 0.05 / bar.highest({});
+    const auto exact = after(bar, {}, time_step, 0.01);
+    double before = 0.0;
+    for (const double factor : {1.04, 1.02, 1.01}) {
+        scaling.parts.front().factor = factor;
+        const auto found = after(bar, scaling, time_step, 0.01);
+        const double error = (found.displacement - exact.displacement).norm() / exact.displacement.norm();
+        if (before > 0.0) {
+            EXPECT_NEAR(before / error, 2.0, 0.3); // in proportion to the mass that was added
+        }
+        before = error;
+    }
+}
+
+TEST(MassScaling, MovesOnVectorUnitsAsTheOracleDoes) {
+    const Bar bar(true);
+    const auto scaling = bar.scaling();
+    const double time_step = 0.8 * 2.0 / bar.highest(scaling);
+    for (const auto &damping : {core::RayleighDamping{0.0, 0.0}, core::RayleighDamping{3.0, 1e-4}}) {
+        const auto equation = msm::elastic_motion(bar.springs, bar.body.mesh.points, bar.conditions, damping, scaling);
+        const auto step = msm::find_integrator("symplectic_euler").prepare(equation, time_step);
+        auto expected = bar.thrown();
+        for (std::size_t i = 0; i < bar.body.mesh.points.size(); ++i)
+            if (!std::isnan(bar.conditions.displacement[i].x())) {
+                msm::of_node(expected.displacement, static_cast<int>(i)).setZero();
+                msm::of_node(expected.velocity, static_cast<int>(i)).setZero();
+            }
+        const auto start = expected;
+        for (int s = 0; s < 5; ++s)
+            step(expected);
+        for (const auto precision : tests::both_precisions)
+            for (const int num_threads : {1, 2}) {
+                auto steps = msm::FastSteps::prepare(
+                    bar.springs, bar.body.mesh.points, bar.conditions, damping, "symplectic_euler", time_step,
+                    {.precision = precision, .num_threads = num_threads, .scaling = scaling});
+                ASSERT_TRUE(steps.has_value());
+                steps->set_state(start);
+                steps->take(2);
+                steps->take(3);
+                const auto found = steps->state();
+                EXPECT_LT((found.velocity - expected.velocity).norm(),
+                          tests::tolerance(precision) * (expected.velocity - start.velocity).norm());
+                EXPECT_LT((found.displacement - expected.displacement).norm(),
+                          tests::tolerance(precision) * (expected.displacement - start.displacement).norm());
+            }
+    }
+    EXPECT_FALSE(msm::FastSteps::prepare(bar.springs, bar.body.mesh.points, bar.conditions, {}, "runge_kutta_4",
+                                         time_step, {.scaling = scaling}));
+}
+
+} // namespace
+} // namespace livermark
