@@ -42,8 +42,8 @@ std::vector<int> near_triangles(const Surface &surface, const Sphere &sphere, do
     return found;
 }
 
-void add_contact(const Surface &surface, const std::vector<int> &triangles, const Sphere &sphere,
-                 const std::vector<double> &modulus, const PositionOf &position_of, Load &load) {
+void add_contact(const Surface &surface, const std::vector<int> &triangles, const Sphere &sphere, double modulus,
+                 const PositionOf &position_of, Load &load) {
     static const auto parts = middles();
     for (const int t : triangles) {
         const auto [a, b, c] = surface.triangles[t];
@@ -51,7 +51,7 @@ void add_contact(const Surface &surface, const std::vector<int> &triangles, cons
         const core::Vector3 normal = (y - x).cross(z - x);
         if (normal.dot(sphere.centre - (x + y + z) / 3.0) <= 0.0)
             continue;
-        const double stiffness = modulus[t] * surface.area[t] / static_cast<double>(parts.size());
+        const double stiffness = modulus * surface.area[t] / static_cast<double>(parts.size());
         for (const auto &share : parts) {
             const core::Vector3 from_centre = share[0] * x + share[1] * y + share[2] * z - sphere.centre;
             const double square = from_centre.squaredNorm();

@@ -19,6 +19,9 @@ struct FastStepOptions {
     ForcePrecision precision = ForcePrecision::single_precision;
     int num_threads = 1;               ///< >= 1; the result does not depend on it
     int num_stages = usual_num_stages; ///< of runge_kutta_chebyshev
+    /// Part of a length, below which neo-Hookean springs take their logarithms and inverses as there, so that they get
+    /// no stiffer and explicit steps bear what is pressed flat or turned inside out. Above it nothing differs.
+    double least_stretch = 0.0;
 };
 
 /// Explicit steps at the machine's speed: those of elastic_motion() and an integrator, with forces from vector units.
@@ -50,6 +53,19 @@ class FastSteps {
 
     /// Loads a node from now on, in place of what the conditions say [N].
     void set_load(int node, const core::Vector3 &force);
+
+    /// Takes steps of this length from now on.
+    /// @param time_step  h [s], > 0
+    void set_time_step(double time_step);
+
+    /// Gives a node another mass from now on; what is constrained stays so.
+    /// @param mass  [kg], > 0
+    void set_mass(int node, double mass);
+
+    /// Whether, when the last step began, a tetrahedron was pressed to less than 7/5 of the volume at which its
+    /// inversion guard begins, or the trace of C^-1 of neo-Hookean springs around a node was above four; never without
+    /// a guard.
+    bool is_pressed() const;
 
     /// Takes that many steps.
     void take(int num_steps);

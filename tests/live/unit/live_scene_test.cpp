@@ -54,7 +54,7 @@ struct BoxScene {
 };
 
 Settings settings(const std::string &law = "patch") {
-    return {.spring_law = law, .young_modulus = 5e3, .poisson_ratio = 0.45, .damping = {40.0, 0.0}};
+    return {.springs = law, .young_modulus = 5e3, .poisson_ratio = 0.45, .damping = {40.0, 0.0}};
 }
 
 Frame moved(Scene &scene, const Tool &tool, double seconds, double time_step) {
@@ -264,7 +264,7 @@ TEST(LiveScene, RefusesWhatItCannotDo) {
         change(changed);
         EXPECT_THROW(scene.choose(changed), support::InputError);
     };
-    refuses([](Settings &s) { s.spring_law = "rubber"; });
+    refuses([](Settings &s) { s.springs = "rubber"; });
     for (const double value : {nan, -1.0, 0.0, 1e12})
         refuses([&](Settings &s) { s.young_modulus = value; });
     for (const double value : {nan, -0.1, 0.5})
@@ -357,7 +357,7 @@ TEST(LiveMessages, SayWhatTheCallsSay) {
     EXPECT_EQ(bytes.size(), sizeof head + sizeof(double) * 4 * (frame.load.nodes.size() + frame.load.triangles.size()) +
                                 sizeof(float) * 3 * box.body.mesh.num_nodes());
     EXPECT_TRUE(reply(*told, std::vector<double>{3}).empty());
-    EXPECT_NE(spring_law_names().find(laws.back().name), std::string::npos);
+    EXPECT_NE(joined_spring_names().find(laws.back().name), std::string::npos);
 }
 
 TEST(LiveMessages, AreRefusedWhenTheyAreCutOffOrLongerOrOfAnotherKind) {

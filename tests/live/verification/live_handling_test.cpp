@@ -102,7 +102,7 @@ TEST(LiveHandling, LeavesTheLiverWithTumoursSound) {
 
 TEST(LiveHandling, LeavesSpringsAloneSound) {
     Settings settings = patch_with(0.25);
-    settings.spring_law = "lloyd";
+    settings.springs = "lloyd";
     settings.keeps_volume = false;
     expect_sound("liver_tumours", settings);
 }
