@@ -52,14 +52,21 @@ void add_contact(const Surface &surface, const std::vector<int> &triangles, cons
         if (normal.dot(sphere.centre - (x + y + z) / 3.0) <= 0.0)
             continue;
         const double stiffness = modulus * surface.area[t] / static_cast<double>(parts.size());
+        core::Vector3 sum = core::Vector3::Zero();
+        std::array<core::Vector3, 3> on_corner{sum, sum, sum};
         for (const auto &share : parts) {
             const core::Vector3 from_centre = share[0] * x + share[1] * y + share[2] * z - sphere.centre;
             const double square = from_centre.squaredNorm();
             if (square >= sphere.radius * sphere.radius || square == 0.0)
                 continue;
             const double distance = std::sqrt(square);
-            add_force(load, surface, t, stiffness * (sphere.radius - distance) / distance * from_centre, share);
+            const core::Vector3 force = stiffness * (sphere.radius - distance) / distance * from_centre;
+            sum += force;
+            for (std::size_t corner = 0; corner < 3; ++corner)
+                on_corner[corner] += share[corner] * force;
         }
+        if (!sum.isZero(0.0))
+            add_forces(load, surface, t, sum, on_corner);
     }
 }
 

@@ -22,6 +22,8 @@ constexpr double pressed_part = 0.5;
 /// Into how many parts a step is divided at most. It also keeps the steps of a body of one material at 0.4 of the
 /// critical one, because what bulges does so before it is pressed: with 0.8 the healthy liver did not come to rest.
 constexpr int most_parts = 3;
+/// Of its volume at rest, below which a tetrahedron is watched: the guard begins at a half.
+constexpr double watched_part = 0.7;
 /// However soft a body is, the mass between it and the hand has to be moved in steps that it bears [s].
 constexpr double longest_of_hand = 0.004;
 /// Lowest frequency that the damping is looked at, as a part of the highest.
@@ -81,6 +83,31 @@ msm::NodalConditions constrained_conditions(const std::vector<bool> &is_constrai
         conditions.constraint.push_back(constrained ? std::array{0, 0, 0} : std::array{-1, -1, -1});
     }
     return conditions;
+}
+
+std::vector<double> watched_volumes(const core::Body &body, const msm::MassSprings &parts,
+                                    const msm::NodalConditions &conditions, const Chosen &chosen) {
+    if (chosen.time_step <= chosen.pressed_time_step)
+        return {};
+    auto terms = parts.body.terms;
+    terms.push_back(msm::pressed_guard(of_one_material(body)));
+    const auto rest = msm::to_unknowns(body.mesh.points);
+    std::vector<Eigen::Matrix3d> block(body.mesh.points.size(), Eigen::Matrix3d::Zero());
+    for (const auto &term : terms)
+        term->add_block_bound(rest, block);
+    // No more than the trace, and no less than a third of it: as good a measure as an eigenvalue, and cheaper.
+    std::vector<double> bound;
+    for (std::size_t i = 0; i < block.size(); ++i)
+        bound.push_back(std::isnan(conditions.displacement[i].x()) ? block[i].trace() / parts.body.node_mass[i] : 0.0);
+    const double part = chosen.pressed_time_step / chosen.time_step;
+    const double bearable = part * part * *std::ranges::max_element(bound);
+    auto volumes = core::tetrahedron_volumes(body.mesh);
+    for (std::size_t t = 0; t < volumes.size(); ++t) {
+        const bool is_stiff =
+            std::ranges::any_of(body.mesh.tetrahedra[t], [&](int node) { return bound[node] > bearable; });
+        volumes[t] *= is_stiff ? watched_part : 0.0;
+    }
+    return volumes;
 }
 
 Chosen chosen_steps(const core::Body &body, const msm::MassSprings &parts, const msm::NodalConditions &conditions,

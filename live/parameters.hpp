@@ -26,6 +26,13 @@ msm::NodalConditions constrained_conditions(const std::vector<bool> &is_constrai
 Chosen chosen_steps(const core::Body &body, const msm::MassSprings &parts, const msm::NodalConditions &conditions,
                     const Settings &settings);
 
+/// Volumes of tetrahedra below which steps have to be divided: 7/10 of those at rest, where the guard could make them
+/// too stiff for whole ones, and 0 for the others. How stiff is told by Gershgorin's bounds around nodes of the pressed
+/// body, of which the largest is set to what the frequency of that body is.
+/// @return shape (M) [m^3]; empty if none has to be watched
+std::vector<double> watched_volumes(const core::Body &body, const msm::MassSprings &parts,
+                                    const msm::NodalConditions &conditions, const Chosen &chosen);
+
 /// Of all tetrahedra the smallest volume, as a part of what it is at rest.
 double smallest_volume_ratio(const core::TetraMesh &mesh, const std::vector<core::Vector3> &displacement);
 

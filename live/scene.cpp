@@ -66,7 +66,8 @@ Chosen Scene::choose(const Settings &settings) {
                                         chosen.time_step,
                                         {.precision = msm::ForcePrecision::single_precision,
                                          .num_threads = num_threads_,
-                                         .least_stretch = least_stretch});
+                                         .least_stretch = least_stretch,
+                                         .watched_volume = watched_volumes(body, parts, conditions, chosen)});
     if (steps_)
         next->set_state(steps_->state());
     steps_ = std::move(next);
@@ -91,6 +92,7 @@ void Scene::take_up(const Tool &tool) {
         return;
     take_load_off();
     tool_time_ = 0.0;
+    num_touches_ = 0;
     is_pressed_ = true; // until it is known how far
     proxy_ = {.position = tool.target, .target = tool.target};
     if (tool.kind == ToolKind::pull) {
@@ -176,7 +178,6 @@ core::Vector3 Scene::feel(const Tool &tool, int num_steps) {
     const core::Vector3 goal = tool.kind == ToolKind::pull
                                    ? core::Vector3(tool.target + grip_.rest - body_.mesh.points[tool.node])
                                    : tool.target;
-    num_touches_ = 0;
     for (int i = 0; i < num_steps; ++i) {
         const int parts = is_pressed_ ? num_parts_ : 1;
         for (int k = 0; k < parts; ++k)
@@ -262,6 +263,7 @@ void Scene::restore() {
     grip_ = kept_->grip;
     load_ = kept_->load;
     tool_time_ = kept_->tool_time;
+    num_touches_ = 0;
     is_pressed_ = kept_->is_pressed;
     // The time step may be another one by now.
     fit_tool();

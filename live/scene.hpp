@@ -126,7 +126,7 @@ class Scene {
     Grip grip_;
     std::vector<int> near_;              ///< triangles that the probe may reach
     double tool_time_ = 0.0;             ///< since the tool was taken up [s]
-    int num_touches_ = 0;                ///< since the tool was asked to do something
+    int num_touches_ = 0;                ///< since the triangles near the tool were found anew
     double contact_modulus_ = 0.0;       ///< [Pa/m]
     double grip_stiffness_ = 0.0;        ///< [N/m]
     std::vector<double> tool_stiffness_; ///< (N) of the tool where it touches a node, at most [N/m]

@@ -76,7 +76,7 @@ template <class T> class Steps : public FastSteps::Implementation {
         at_.alpha = damping.alpha;
         at_.beta = damping.beta;
         at_.least_stretch = options.least_stretch;
-        if (!at_.body.guard_stiffness.empty())
+        if (!at_.body.watched_volume.empty())
             at_.lack.assign(at_.body.fan_start.size() - 1 + at_.body.volume_row.size() / slice_size, T(0));
         at_.nodes.resize(at_.body.num_slices);
         if (scheme.kind == StepScheme::Kind::runge_kutta_chebyshev)
@@ -267,7 +267,9 @@ std::optional<FastSteps> FastSteps::prepare(const ElasticBody &body, const std::
                                             const NodalConditions &conditions, const core::RayleighDamping &damping,
                                             const std::string &integrator, double time_step,
                                             const FastStepOptions &options) {
-    const auto parts = step_parts(body);
+    auto parts = step_parts(body);
+    if (parts && !parts->guard_stiffness.empty())
+        parts->watched_volume = options.watched_volume;
     const auto scheme = find_scheme(integrator, options.num_stages);
     if (!parts || !scheme)
         return std::nullopt;

@@ -128,9 +128,9 @@ template <class T> struct StepWorkspace {
     Aligned<T> change, mean_change;
     Aligned<T> change_rate;  ///< (volumes) beta times the rate of change where logarithms of means are resisted [m^3]
     Aligned<T> corner_force; ///< (places of all chunks and one that stays zero, 4) [N]
-    /// (fan slices, and slices of control volumes) the most that a tetrahedron lacked of 7/5 of the volume at which its
-    /// guard begins [m^3], and that det C around a node lacked, see neo_hookean_stress(); 0 where nothing did, empty
-    /// without guards
+    /// (fan slices, and slices of control volumes) the most that a tetrahedron lacked of the volume that is watched
+    /// [m^3], and that det C around a node lacked, see neo_hookean_stress(); 0 where nothing did, empty if nothing is
+    /// watched
     std::vector<T> lack;
 
     std::vector<PairPartition> pairs;                         ///< of each thread

@@ -134,16 +134,14 @@ template <class T> HWY_INLINE void pressures(StepWorkspace<T> &at, int now, int 
     set_gains(at, now, volume_slice, gain);
 }
 
-/// The most that tetrahedra of a slice of fans lack of 7/5 of the volume at which their guards begin: see
-/// StepWorkspace::lack.
+/// The most that tetrahedra of a slice of fans lack of the volumes that are watched: see StepWorkspace::lack.
 template <class D> struct LargestLack {
     hn::Vec<D> lack;
     HWY_INLINE explicit LargestLack(D d) : lack(hn::Zero(d)) {}
 
-    /// @param least  0 where there is no tetrahedron
-    HWY_INLINE void see(D d, hn::Vec<D> least, hn::Vec<D> volume) {
-        const auto watched = hn::Set(d, hn::TFromD<D>(1.4));
-        lack = hn::Max(lack, hn::IfThenElseZero(hn::Gt(least, hn::Zero(d)), hn::MulSub(watched, least, volume)));
+    /// @param watched  0 where nothing is
+    HWY_INLINE void see(D d, hn::Vec<D> watched, hn::Vec<D> volume) {
+        lack = hn::Max(lack, hn::IfThenElseZero(hn::Gt(watched, hn::Zero(d)), hn::Sub(watched, volume)));
     }
     /// @param slice  index into StepWorkspace::lack
     template <class T> HWY_INLINE void keep(D d, StepWorkspace<T> &at, int slice) const {
@@ -173,7 +171,8 @@ HWY_INLINE hn::Vec<D> push_on(D d, const SlicedBody<T> &body, hn::Vec<D> pressur
     }
     if (!body.guard_stiffness.empty()) {
         const auto least = hn::Load(d, body.least_volume.data() + t);
-        largest.see(d, least, hn::Mul(plain, sixth));
+        if (!body.watched_volume.empty())
+            largest.see(d, hn::Load(d, body.watched_volume.data() + t), hn::Mul(plain, sixth));
         const auto lack = hn::Max(hn::NegMulAdd(plain, sixth, least), hn::Zero(d));
         push = hn::MulAdd(hn::Load(d, body.guard_stiffness.data() + t), lack, push);
     }

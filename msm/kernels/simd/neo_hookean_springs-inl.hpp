@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <hwy/contrib/math/math-inl.h>
 
 #include "msm/kernels/simd/biquadratic_springs-inl.hpp"
@@ -219,7 +220,7 @@ template <bool is_damped, class T> HWY_NOINLINE void logarithmic_mean_changes(St
     HWY_ALIGN T rate[slice_size];
     if constexpr (is_damped)
         multiply(at.body.mean_change, at.change_rate, slice, rate);
-    const auto least = hn::Set(d, static_cast<T>(-1.0 + std::max(1e-6, at.least_stretch)));
+    const auto least = hn::Set(d, static_cast<T>(-1.0 + std::max(1e-6, std::sqrt(at.least_stretch))));
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const auto e = hn::Max(hn::Load(d, change + lane), least);
         auto push = hn::Div(hn::Log1p(d, e), hn::Add(hn::Set(d, T(1)), e));
