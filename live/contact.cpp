@@ -28,10 +28,14 @@ std::vector<std::array<double, 3>> middles() {
 
 std::vector<int> near_triangles(const Surface &surface, const Sphere &sphere, double margin,
                                 const PositionOf &position_of) {
+    // Each node belongs to six triangles.
+    std::vector<core::Vector3> position(surface.nodal_area.size());
+    for (const int node : surface.nodes)
+        position[node] = position_of(node);
     std::vector<int> found;
     for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
         const auto [a, b, c] = surface.triangles[t];
-        const core::Vector3 x = position_of(a), y = position_of(b), z = position_of(c);
+        const auto &x = position[a], &y = position[b], &z = position[c];
         const core::Vector3 middle = (x + y + z) / 3.0;
         const double size =
             std::sqrt(std::max({(x - middle).squaredNorm(), (y - middle).squaredNorm(), (z - middle).squaredNorm()}));

@@ -29,6 +29,8 @@ constexpr double least_stretch = 0.4;
 /// body and does not burst it [s].
 constexpr double soft_start = 0.02;
 constexpr double stiffest_grip = 2000.0; ///< [N/m]
+/// Steps that are divided after something was pressed: to change their length at each oscillation would add energy.
+constexpr int num_divided = 16;
 /// The triangles near a probe are found again after so many steps; nothing moves further meanwhile than the margin.
 constexpr int steps_between_searches = 8;
 constexpr double search_margin = 0.008; ///< [m]
@@ -93,7 +95,7 @@ void Scene::take_up(const Tool &tool) {
     take_load_off();
     tool_time_ = 0.0;
     num_touches_ = 0;
-    is_pressed_ = true; // until it is known how far
+    divided_steps_ = num_divided; // it is not known yet how far it presses
     proxy_ = {.position = tool.target, .target = tool.target};
     if (tool.kind == ToolKind::pull) {
         grip_ = grip_around(surface_, body_.mesh.points, tool.node, tool.radius);
@@ -163,7 +165,8 @@ void Scene::step(const core::Vector3 &goal, double part) {
     }
     steps_->set_time_step(part);
     steps_->take(1);
-    is_pressed_ = steps_->is_pressed();
+    if (steps_->is_pressed())
+        divided_steps_ = num_divided;
     ++num_evaluations_;
 }
 
@@ -179,7 +182,8 @@ core::Vector3 Scene::feel(const Tool &tool, int num_steps) {
                                    ? core::Vector3(tool.target + grip_.rest - body_.mesh.points[tool.node])
                                    : tool.target;
     for (int i = 0; i < num_steps; ++i) {
-        const int parts = is_pressed_ ? num_parts_ : 1;
+        const int parts = divided_steps_ > 0 ? num_parts_ : 1;
+        divided_steps_ = std::max(0, divided_steps_ - 1);
         for (int k = 0; k < parts; ++k)
             step(goal, time_step_ / parts);
     }
@@ -238,7 +242,7 @@ void Scene::reset() {
     steps_->set_state({Eigen::VectorXd::Zero(size), Eigen::VectorXd::Zero(size)});
     tool_ = {};
     proxy_ = {};
-    is_pressed_ = false;
+    divided_steps_ = 0;
 }
 
 void Scene::keep() {
@@ -250,7 +254,9 @@ void Scene::keep() {
              .grip = grip_,
              .load = load_,
              .tool_time = tool_time_,
-             .is_pressed = is_pressed_};
+             .divided_steps = divided_steps_};
+    // The digits of both parts of a number may be more than a double has: from here on it moves as when it is restored.
+    steps_->set_state(kept_->state);
 }
 
 void Scene::restore() {
@@ -264,7 +270,7 @@ void Scene::restore() {
     load_ = kept_->load;
     tool_time_ = kept_->tool_time;
     num_touches_ = 0;
-    is_pressed_ = kept_->is_pressed;
+    divided_steps_ = kept_->divided_steps;
     // The time step may be another one by now.
     fit_tool();
     carry_load(time_step_);

@@ -104,7 +104,7 @@ class Scene {
         Grip grip;
         Load load;
         double tool_time;
-        bool is_pressed;
+        int divided_steps;
     };
 
     core::Body body_;
@@ -119,7 +119,7 @@ class Scene {
     double young_modulus_ = 0.0;    ///< [Pa]
     double time_step_ = 0.0;        ///< [s]
     int num_parts_ = 1;             ///< of a step while something is pressed
-    bool is_pressed_ = false;       ///< a tetrahedron was, when the last part of a step began
+    int divided_steps_ = 0;         ///< how many of the next steps are divided, because something was pressed
     long num_evaluations_ = 0;
     Tool tool_;
     Proxy proxy_;

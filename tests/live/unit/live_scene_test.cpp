@@ -137,7 +137,7 @@ TEST(LiveScene, DividesStepsWhileSomethingIsPressed) {
     const long before = scene.num_evaluations();
     double smallest = 1.0;
     for (int i = 0; i < 200; ++i)
-        smallest = std::min(smallest, scene.move(box.poke(0.025), 1).smallest_volume);
+        smallest = std::min(smallest, scene.move(box.poke(0.012), 1).smallest_volume);
     EXPECT_LT(smallest, 0.7);
     EXPECT_GT(scene.num_evaluations() - before, 220);
     EXPECT_LE(scene.num_evaluations() - before, 200 * most);
@@ -259,8 +259,8 @@ TEST(LiveScene, GoesOnFromWhatWasKeptAsIfNothingHadBeenDoneSince) {
     for (auto *each : {&scene, &untouched}) {
         each->choose(settings());
         each->move(box.poke(0.004), 150);
+        each->keep();
     }
-    scene.keep();
     scene.move(box.pull({0.01, 0.0, 0.01}), 200);
     scene.restore();
     // As far as the poke goes, and into another tool.
