@@ -24,8 +24,6 @@ constexpr double pressed_part = 0.5;
 constexpr int most_parts = 3;
 /// Of its volume at rest, below which a tetrahedron is watched: the guard begins at a half.
 constexpr double watched_part = 0.7;
-/// Bounds below this part of what the step bears need not be watched: they are bounds of one node at a time.
-constexpr double watched_frequencies = 0.6;
 /// However soft a body is, the mass between it and the hand has to be moved in steps that it bears [s].
 constexpr double longest_of_hand = 0.004;
 /// Lowest frequency that the damping is looked at, as a part of the highest.
@@ -102,7 +100,7 @@ std::vector<double> watched_volumes(const core::Body &body, const msm::MassSprin
     for (std::size_t i = 0; i < block.size(); ++i)
         bound.push_back(std::isnan(conditions.displacement[i].x()) ? block[i].trace() / parts.body.node_mass[i] : 0.0);
     const double part = chosen.pressed_time_step / chosen.time_step;
-    const double bearable = watched_frequencies * part * part * *std::ranges::max_element(bound);
+    const double bearable = part * part * *std::ranges::max_element(bound);
     auto volumes = core::tetrahedron_volumes(body.mesh);
     for (std::size_t t = 0; t < volumes.size(); ++t) {
         const bool is_stiff =

@@ -134,10 +134,11 @@ TEST(LiveScene, DividesStepsWhileSomethingIsPressed) {
     EXPECT_EQ(scene.num_evaluations(), 10) << "at rest a step is one";
     // As far as a step is divided it is no longer than what the pressed body bears.
     const auto most = static_cast<long>(std::ceil(chosen.time_step / chosen.pressed_time_step));
+    scene.move(box.poke(0.0), 100); // a probe that is put down below the surface would not find it
     const long before = scene.num_evaluations();
     double smallest = 1.0;
     for (int i = 0; i < 200; ++i)
-        smallest = std::min(smallest, scene.move(box.poke(0.012), 1).smallest_volume);
+        smallest = std::min(smallest, scene.move(box.poke(0.02), 1).smallest_volume);
     EXPECT_LT(smallest, 0.7);
     EXPECT_GT(scene.num_evaluations() - before, 220);
     EXPECT_LE(scene.num_evaluations() - before, 200 * most);
