@@ -28,10 +28,14 @@ std::vector<std::array<double, 3>> middles() {
 
 std::vector<int> near_triangles(const Surface &surface, const Sphere &sphere, double margin,
                                 const PositionOf &position_of) {
+    // Each node belongs to six triangles.
+    std::vector<core::Vector3> position(surface.nodal_area.size());
+    for (const int node : surface.nodes)
+        position[node] = position_of(node);
     std::vector<int> found;
     for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
         const auto [a, b, c] = surface.triangles[t];
-        const core::Vector3 x = position_of(a), y = position_of(b), z = position_of(c);
+        const auto &x = position[a], &y = position[b], &z = position[c];
         const core::Vector3 middle = (x + y + z) / 3.0;
         const double size =
             std::sqrt(std::max({(x - middle).squaredNorm(), (y - middle).squaredNorm(), (z - middle).squaredNorm()}));
@@ -42,8 +46,8 @@ std::vector<int> near_triangles(const Surface &surface, const Sphere &sphere, do
     return found;
 }
 
-void add_contact(const Surface &surface, const std::vector<int> &triangles, const Sphere &sphere,
-                 const std::vector<double> &modulus, const PositionOf &position_of, Load &load) {
+void add_contact(const Surface &surface, const std::vector<int> &triangles, const Sphere &sphere, double modulus,
+                 const PositionOf &position_of, Load &load) {
     static const auto parts = middles();
     for (const int t : triangles) {
         const auto [a, b, c] = surface.triangles[t];
@@ -51,15 +55,22 @@ void add_contact(const Surface &surface, const std::vector<int> &triangles, cons
         const core::Vector3 normal = (y - x).cross(z - x);
         if (normal.dot(sphere.centre - (x + y + z) / 3.0) <= 0.0)
             continue;
-        const double stiffness = modulus[t] * surface.area[t] / static_cast<double>(parts.size());
+        const double stiffness = modulus * surface.area[t] / static_cast<double>(parts.size());
+        core::Vector3 sum = core::Vector3::Zero();
+        std::array<core::Vector3, 3> on_corner{sum, sum, sum};
         for (const auto &share : parts) {
             const core::Vector3 from_centre = share[0] * x + share[1] * y + share[2] * z - sphere.centre;
             const double square = from_centre.squaredNorm();
             if (square >= sphere.radius * sphere.radius || square == 0.0)
                 continue;
             const double distance = std::sqrt(square);
-            add_force(load, surface, t, stiffness * (sphere.radius - distance) / distance * from_centre, share);
+            const core::Vector3 force = stiffness * (sphere.radius - distance) / distance * from_centre;
+            sum += force;
+            for (std::size_t corner = 0; corner < 3; ++corner)
+                on_corner[corner] += share[corner] * force;
         }
+        if (!sum.isZero(0.0))
+            add_forces(load, surface, t, sum, on_corner);
     }
 }
 

@@ -26,9 +26,9 @@ std::vector<int> near_triangles(const Surface &surface, const Sphere &sphere, do
 /// It is the gradient of an energy, so it adds none to the motion. Triangles whose outside looks away from the sphere
 /// are on the far side of the body, and are left alone.
 /// @param triangles  of near_triangles()
-/// @param modulus    shape (L), p of each triangle of the surface [Pa/m]
+/// @param modulus    p [Pa/m]
 /// @param load       what it is added to
-void add_contact(const Surface &surface, const std::vector<int> &triangles, const Sphere &sphere,
-                 const std::vector<double> &modulus, const PositionOf &position_of, Load &load);
+void add_contact(const Surface &surface, const std::vector<int> &triangles, const Sphere &sphere, double modulus,
+                 const PositionOf &position_of, Load &load);
 
 } // namespace livermark::live

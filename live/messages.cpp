@@ -5,8 +5,10 @@
 #include <cmath>
 #include <cstring>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include "msm/spring_law.hpp"
+#include "live/springs.hpp"
+
 #include "support/input_error.hpp"
 
 namespace livermark::live {
@@ -71,12 +73,12 @@ void append_vector(std::string &bytes, const core::Vector3 &v) {
 }
 
 std::string choose(Scene &scene, Numbers &numbers) {
-    const auto laws = msm::all_spring_laws();
-    const int law = numbers.integer();
-    if (law < 0 || law >= static_cast<int>(laws.size()))
-        throw support::InputError(fmt::format("there is no spring law {}; take 0 to {}", law, laws.size() - 1));
+    const auto &names = spring_names();
+    const int which = numbers.integer();
+    if (which < 0 || which >= static_cast<int>(names.size()))
+        throw support::InputError(fmt::format("there are no springs {}; take 0 to {}", which, names.size() - 1));
     Settings settings;
-    settings.spring_law = laws[law].name;
+    settings.springs = names[which];
     settings.keeps_volume = numbers.integer() != 0;
     settings.young_modulus = numbers.number();
     settings.poisson_ratio = numbers.number();
@@ -187,11 +189,8 @@ std::string reply(Scene &scene, std::span<const double> message) {
     }
 }
 
-std::string spring_law_names() {
-    std::string names;
-    for (const auto &law : msm::all_spring_laws())
-        names += (names.empty() ? "" : ",") + law.name;
-    return names;
+std::string joined_spring_names() {
+    return fmt::format("{}", fmt::join(spring_names(), ","));
 }
 
 } // namespace livermark::live

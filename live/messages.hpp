@@ -18,8 +18,8 @@ std::unique_ptr<Scene> scene_of(std::span<const double> message);
 
 /// Replies to one message by its first number.
 ///
-///     1, law, keeps volume, E [Pa], nu, alpha [1/s], beta [s], time step [s]
-///         law is an index into msm::all_spring_laws(). Reply: time step, the longest one, the critical one [s],
+///     1, springs, keeps volume, E [Pa], nu, alpha [1/s], beta [s], time step [s]
+///         springs is an index into spring_names(). Reply: time step, the longest one, the critical one [s],
 ///         number of springs
 ///     2, tool, target (3) [m], radius [m], node, number of steps
 ///         Reply: time [s], tool (3) [m], force (3) [N], indentation [m], smallest volume, largest speed [m/s],
@@ -36,7 +36,7 @@ std::unique_ptr<Scene> scene_of(std::span<const double> message);
 /// @throws support::InputError for any other message, or for what Scene refuses
 std::string reply(Scene &scene, std::span<const double> message);
 
-/// Names of the spring laws, in the order of their numbers, with commas between them.
-std::string spring_law_names();
+/// spring_names() in the order of their numbers, with commas between them.
+std::string joined_spring_names();
 
 } // namespace livermark::live

@@ -3,17 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <limits>
 
-#include "live/material.hpp"
+#include "live/springs.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/inversion_guard.hpp"
-#include "msm/spring_law.hpp"
-#include "msm/spring_network.hpp"
-#include "msm/tetrahedron_volume.hpp"
-#include "msm/volume_term.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 
@@ -24,31 +19,20 @@ namespace {
 /// Of the critical time step of a pressed body. What is pressed in one direction bulges in others, where its triangles
 /// get larger and its springs longer; with 0.8 one poke in two hundred was lost.
 constexpr double pressed_part = 0.5;
+/// Into how many parts a step is divided at most. It also keeps the steps of a body of one material at 0.4 of the
+/// critical one, because what bulges does so before it is pressed: with 0.8 the healthy liver did not come to rest.
+constexpr int most_parts = 3;
+/// Of its volume at rest, below which a tetrahedron is watched: the guard begins at a half.
+constexpr double watched_part = 0.7;
+/// However soft a body is, the mass between it and the hand has to be moved in steps that it bears [s].
+constexpr double longest_of_hand = 0.004;
 /// Lowest frequency that the damping is looked at, as a part of the highest.
 constexpr double lowest_part = 1e-3;
-constexpr double reference_young_modulus = 1000.0; // [Pa]
 
 /// Written so that what is no number is outside.
 void check_range(const char *what, double value, double least, double most, const char *unit) {
     if (!(value >= least && value <= most))
         throw support::InputError(fmt::format("{} of {}{}: take one from {} to {}", what, value, unit, least, most));
-}
-
-const msm::SpringLaw &find_law(const std::string &name) {
-    return support::find_named(msm::all_spring_laws(), name, "spring law");
-}
-
-/// The same with the largest region's material everywhere.
-core::Body of_one_material(core::Body body) {
-    body.materials.assign(body.materials.size(), body.materials[largest_region(body.mesh)]);
-    return body;
-}
-
-/// Nobody presses a tumour to half its volume when it lies in something softer, and a guard as stiff as it is would ask
-/// for shorter steps. Springs alone get a guard as well: they would stay inside out. It does nothing before a
-/// tetrahedron has lost half its volume.
-std::shared_ptr<const msm::ElasticTerm> guard(const core::Body &body) {
-    return msm::inversion_guard(of_one_material(body));
 }
 
 const msm::Integrator &symplectic_euler() {
@@ -58,7 +42,8 @@ const msm::Integrator &symplectic_euler() {
 } // namespace
 
 void check_settings(const Settings &settings) {
-    find_law(settings.spring_law);
+    if (std::ranges::find(spring_names(), settings.springs) == spring_names().end())
+        throw support::InputError(support::unknown_name("springs", settings.springs, spring_names()));
     check_range("a Young's modulus", settings.young_modulus, 1.0, 1e9, " Pa");
     check_range("a Poisson's ratio", settings.poisson_ratio, 0.0, 0.49, "");
     check_range("a damping by mass", settings.damping.alpha, 0.0, 1000.0, " 1/s");
@@ -100,23 +85,29 @@ msm::NodalConditions constrained_conditions(const std::vector<bool> &is_constrai
     return conditions;
 }
 
-msm::MassSprings mass_springs(const core::Body &body, const Settings &settings, SpringsOfLaws &kept) {
-    auto known = kept.find(settings.spring_law);
-    if (known == kept.end()) {
-        const auto reference = with_material(body, reference_young_modulus, 0.25);
-        known = kept.emplace(settings.spring_law, msm::spring_network(reference, find_law(settings.spring_law))).first;
+std::vector<double> watched_volumes(const core::Body &body, const msm::MassSprings &parts,
+                                    const msm::NodalConditions &conditions, const Chosen &chosen) {
+    if (chosen.time_step <= chosen.pressed_time_step)
+        return {};
+    auto terms = parts.body.terms;
+    terms.push_back(msm::pressed_guard(of_one_material(body)));
+    const auto rest = msm::to_unknowns(body.mesh.points);
+    std::vector<Eigen::Matrix3d> block(body.mesh.points.size(), Eigen::Matrix3d::Zero());
+    for (const auto &term : terms)
+        term->add_block_bound(rest, block);
+    // No more than the trace, and no less than a third of it: as good a measure as an eigenvalue, and cheaper.
+    std::vector<double> bound;
+    for (std::size_t i = 0; i < block.size(); ++i)
+        bound.push_back(std::isnan(conditions.displacement[i].x()) ? block[i].trace() / parts.body.node_mass[i] : 0.0);
+    const double part = chosen.pressed_time_step / chosen.time_step;
+    const double bearable = part * part * *std::ranges::max_element(bound);
+    auto volumes = core::tetrahedron_volumes(body.mesh);
+    for (std::size_t t = 0; t < volumes.size(); ++t) {
+        const bool is_stiff =
+            std::ranges::any_of(body.mesh.tetrahedra[t], [&](int node) { return bound[node] > bearable; });
+        volumes[t] *= is_stiff ? watched_part : 0.0;
     }
-    auto springs = known->second;
-    const auto &material = body.materials[largest_region(body.mesh)];
-    const double carried = settings.keeps_volume ? 2.5 * material.shear_modulus() : material.young_modulus;
-    for (double &k : springs.stiffness)
-        k *= carried / reference_young_modulus;
-    std::vector<std::shared_ptr<const msm::ElasticTerm>> terms{msm::spring_term(springs), guard(body)};
-    // At Poisson's ratio 1/4 springs alone are the material.
-    if (settings.keeps_volume && settings.poisson_ratio != 0.25)
-        terms.push_back(msm::volume_beside_springs(body, msm::find_volume_term("nodal_volume")));
-    msm::ElasticBody elastic(springs.node_mass, std::move(terms));
-    return {std::move(springs), std::move(elastic)};
+    return volumes;
 }
 
 Chosen chosen_steps(const core::Body &body, const msm::MassSprings &parts, const msm::NodalConditions &conditions,
@@ -133,7 +124,9 @@ Chosen chosen_steps(const core::Body &body, const msm::MassSprings &parts, const
     auto pressed = parts.body;
     pressed.terms.push_back(msm::pressed_guard(of_one_material(body)));
     const double highest_pressed = msm::largest_angular_frequency(pressed, points, conditions);
-    chosen.longest_time_step = pressed_part * critical(highest_pressed);
+    chosen.pressed_time_step = pressed_part * critical(highest_pressed);
+    chosen.longest_time_step = std::min({msm::default_safety_factor * chosen.critical_time_step,
+                                         most_parts * chosen.pressed_time_step, longest_of_hand});
     chosen.time_step = settings.time_step > 0.0 ? settings.time_step : chosen.longest_time_step;
     // The last digits of the longest step are not those that another machine found.
     if (chosen.time_step > chosen.longest_time_step * (1.0 + 1e-6))

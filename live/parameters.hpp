@@ -1,7 +1,5 @@
 #pragma once
 
-#include <map>
-#include <string>
 #include <vector>
 
 #include "live/scene.hpp"
@@ -22,17 +20,18 @@ std::vector<bool> constrained_nodes(const core::TetraMesh &mesh, const std::vect
 /// No loads, and these nodes do not move.
 msm::NodalConditions constrained_conditions(const std::vector<bool> &is_constrained);
 
-using SpringsOfLaws = std::map<std::string, core::SpringNetwork, std::less<>>;
-
-/// Springs, and what else the settings ask for. The stiffness that a law gives is Young's modulus times a number of the
-/// mesh, so each law is asked once and its solution kept.
-/// @param kept  springs of laws for the body with another Young's modulus, all regions in the same ratio
-msm::MassSprings mass_springs(const core::Body &body, const Settings &settings, SpringsOfLaws &kept);
-
-/// The steps that a body may take, and does: the longest one bears a body whose tetrahedra are pressed until their
-/// guards make them as stiff as these are.
+/// The steps that a body may take, and does. One bears a pressed body, whose tetrahedra have lost so much volume that
+/// their guards make them stiffer, and while one is pressed every step is divided into parts that are no longer than
+/// that. The longest step is what the body bears otherwise.
 Chosen chosen_steps(const core::Body &body, const msm::MassSprings &parts, const msm::NodalConditions &conditions,
                     const Settings &settings);
+
+/// Volumes of tetrahedra below which steps have to be divided: 7/10 of those at rest, where the guard could make them
+/// too stiff for whole ones, and 0 for the others. How stiff is told by Gershgorin's bounds around nodes of the pressed
+/// body, of which the largest is set to what the frequency of that body is.
+/// @return shape (M) [m^3]; empty if none has to be watched
+std::vector<double> watched_volumes(const core::Body &body, const msm::MassSprings &parts,
+                                    const msm::NodalConditions &conditions, const Chosen &chosen);
 
 /// Of all tetrahedra the smallest volume, as a part of what it is at rest.
 double smallest_volume_ratio(const core::TetraMesh &mesh, const std::vector<core::Vector3> &displacement);

@@ -1,14 +1,14 @@
 #include "live/scene.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <fmt/format.h>
-#include <limits>
+#include <numbers>
 #include <utility>
 
 #include "core/bounding_box.hpp"
 #include "live/material.hpp"
 #include "live/parameters.hpp"
+#include "live/springs.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::live {
@@ -18,9 +18,19 @@ namespace {
 constexpr int most_steps = 10000;
 /// What the surface of a body resists for each metre that a probe is in it, in Young's moduli by the probe's radius.
 constexpr double contact_stiffening = 20.0;
-/// What is added to a node may not be stiffer than this part of m / h^2, of which 4 is the limit of the step.
-constexpr double bearable_part = 0.4;
+/// A tool of stiffness k at a node of mass m would ask for steps h with h^2 k / m < 4, which are shorter than the
+/// body's. So the node gets some of the mass of the tool while it touches, and h^2 k over what is added is
+constexpr double touched_part = 2.0;
+/// And h^2 k over the mass of the tool itself is at most
+constexpr double coupled_part = 0.5;
+/// Where springs with an energy are pressed flatter than this, they get no stiffer: the guard is at work long before.
+constexpr double least_stretch = 0.4;
+/// A probe may be put down deep in the body: its pressure grows to what it should be in this time, so that it parts the
+/// body and does not burst it [s].
+constexpr double soft_start = 0.02;
 constexpr double stiffest_grip = 2000.0; ///< [N/m]
+/// Steps that are divided after something was pressed: to change their length at each oscillation would add energy.
+constexpr int num_divided = 16;
 /// The triangles near a probe are found again after so many steps; nothing moves further meanwhile than the margin.
 constexpr int steps_between_searches = 8;
 constexpr double search_margin = 0.008; ///< [m]
@@ -37,10 +47,12 @@ double largest_speed(const Eigen::VectorXd &velocity) {
 
 } // namespace
 
-Scene::Scene(core::Body body, const std::vector<bool> &is_constrained) : body_(std::move(body)) {
+Scene::Scene(core::Body body, const std::vector<bool> &is_constrained, int num_threads)
+    : body_(std::move(body)), num_threads_(num_threads) {
     check_body(body_, is_constrained);
     surface_ = touchable_surface(body_.mesh, is_constrained);
     is_constrained_ = constrained_nodes(body_.mesh, is_constrained);
+    tool_stiffness_.assign(body_.mesh.points.size(), 0.0);
     extent_ = core::extent(body_.mesh.points);
     load_ = no_load(surface_);
 }
@@ -53,24 +65,24 @@ Chosen Scene::choose(const Settings &settings) {
     const auto chosen = chosen_steps(body, parts, conditions, settings);
 
     auto next = msm::FastSteps::prepare(parts.body, body_.mesh.points, conditions, settings.damping, "symplectic_euler",
-                                        chosen.time_step, {.precision = msm::ForcePrecision::single_precision});
+                                        chosen.time_step,
+                                        {.precision = msm::ForcePrecision::single_precision,
+                                         .num_threads = num_threads_,
+                                         .least_stretch = least_stretch,
+                                         .watched_volume = watched_volumes(body, parts, conditions, chosen)});
     if (steps_)
         next->set_state(steps_->state());
     steps_ = std::move(next);
     node_mass_ = parts.body.node_mass;
     young_modulus_ = settings.young_modulus;
     time_step_ = chosen.time_step;
+    num_parts_ = static_cast<int>(std::ceil(chosen.time_step / chosen.pressed_time_step - 1e-6));
     fit_tool();
     return chosen;
 }
 
 core::Vector3 Scene::position(int node) const {
     return body_.mesh.points[node] + steps_->displacement(node);
-}
-
-double Scene::bearable_stiffness(int node) const {
-    return is_constrained_[node] ? std::numeric_limits<double>::infinity()
-                                 : bearable_part * node_mass_[node] / (time_step_ * time_step_);
 }
 
 /// Begins with a tool where it differs from the one before.
@@ -81,6 +93,9 @@ void Scene::take_up(const Tool &tool) {
     if (is_same)
         return;
     take_load_off();
+    tool_time_ = 0.0;
+    num_touches_ = 0;
+    divided_steps_ = num_divided; // it is not known yet how far it presses
     proxy_ = {.position = tool.target, .target = tool.target};
     if (tool.kind == ToolKind::pull) {
         grip_ = grip_around(surface_, body_.mesh.points, tool.node, tool.radius);
@@ -89,48 +104,75 @@ void Scene::take_up(const Tool &tool) {
     fit_tool();
 }
 
-/// How stiff a tool may be for these steps.
+/// How stiff the tool is.
 void Scene::fit_tool() {
+    std::ranges::fill(tool_stiffness_, 0.0);
+    const double bearable = coupled_part * coupling_mass / (time_step_ * time_step_); // [N/m]
     if (tool_.kind == ToolKind::probe) {
-        contact_modulus_.assign(surface_.triangles.size(), contact_stiffening * young_modulus_ / tool_.radius);
-        for (std::size_t t = 0; t < surface_.triangles.size(); ++t)
-            for (const int node : surface_.triangles[t])
-                contact_modulus_[t] =
-                    std::min(contact_modulus_[t], bearable_stiffness(node) / surface_.nodal_area[node]);
+        const double half_sphere = 2.0 * std::numbers::pi * tool_.radius * tool_.radius;
+        contact_modulus_ = std::min(contact_stiffening * young_modulus_ / tool_.radius, bearable / half_sphere);
+        for (const int node : surface_.nodes)
+            tool_stiffness_[node] = contact_modulus_ * surface_.nodal_area[node];
     }
     if (tool_.kind == ToolKind::pull) {
         auto unit = no_load(surface_);
         add_pull(grip_, surface_, core::Vector3::UnitX(), unit);
-        grip_stiffness_ = stiffest_grip;
+        grip_stiffness_ = std::min(stiffest_grip, bearable);
         for (const int node : unit.nodes)
-            grip_stiffness_ = std::min(grip_stiffness_, bearable_stiffness(node) / unit.nodal[node].x());
+            tool_stiffness_[node] = grip_stiffness_ * unit.nodal[node].x();
     }
 }
 
 /// The forces of the tool, from where the body is now.
-void Scene::touch(int step) {
+/// @param part  of a step that they are for [s]
+void Scene::touch(double part) {
     const auto before = load_.nodes;
     clear(load_);
     const auto position_of = [&](int node) { return position(node); };
+    tool_time_ += part;
     if (tool_.kind == ToolKind::probe) {
         const Sphere sphere{proxy_.position, tool_.radius};
-        if (step % steps_between_searches == 0)
+        if (num_touches_++ % steps_between_searches == 0)
             near_ = near_triangles(surface_, sphere, search_margin, position_of);
-        add_contact(surface_, near_, sphere, contact_modulus_, position_of, load_);
+        const double modulus = contact_modulus_ * std::min(1.0, tool_time_ / soft_start);
+        add_contact(surface_, near_, sphere, modulus, position_of, load_);
     } else {
         const core::Vector3 gripped = mean_over(grip_, surface_, position_of);
         add_pull(grip_, surface_, grip_stiffness_ * (proxy_.position - gripped), load_);
     }
     for (const int node : before)
-        if (load_.nodal[node].isZero(0.0))
+        if (load_.nodal[node].isZero(0.0)) {
             steps_->set_load(node, core::Vector3::Zero());
-    for (const int node : load_.nodes)
-        steps_->set_load(node, load_.nodal[node]);
+            steps_->set_mass(node, node_mass_[node]);
+        }
+    carry_load(part);
 }
 
-Frame Scene::move(const Tool &tool, int num_steps) {
+/// Puts the load on the nodes, and what of the tool's mass they move with.
+void Scene::carry_load(double part) {
+    for (const int node : load_.nodes) {
+        steps_->set_load(node, load_.nodal[node]);
+        steps_->set_mass(node, node_mass_[node] + part * part * tool_stiffness_[node] / touched_part);
+    }
+}
+
+/// @param part  that is moved on by [s]
+void Scene::step(const core::Vector3 &goal, double part) {
+    if (tool_.kind != ToolKind::none) {
+        follow(proxy_, goal, part);
+        touch(part);
+        advance(proxy_, -load_.total, part);
+    }
+    steps_->set_time_step(part);
+    steps_->take(1);
+    if (steps_->is_pressed())
+        divided_steps_ = num_divided;
+    ++num_evaluations_;
+}
+
+core::Vector3 Scene::feel(const Tool &tool, int num_steps) {
     if (!steps_)
-        throw support::InputError("nothing has been chosen yet that could move; choose a spring law first");
+        throw support::InputError("nothing has been chosen yet that could move; choose springs first");
     if (num_steps < 0 || num_steps > most_steps)
         throw support::InputError(fmt::format("{} steps at once; ask for 0 to {}", num_steps, most_steps));
     check_tool(tool, surface_);
@@ -139,15 +181,18 @@ Frame Scene::move(const Tool &tool, int num_steps) {
     const core::Vector3 goal = tool.kind == ToolKind::pull
                                    ? core::Vector3(tool.target + grip_.rest - body_.mesh.points[tool.node])
                                    : tool.target;
-    if (tool.kind == ToolKind::none)
-        steps_->take(num_steps);
-    for (int step = 0; step < num_steps && tool.kind != ToolKind::none; ++step) {
-        follow(proxy_, goal, time_step_);
-        touch(step);
-        advance(proxy_, -load_.total, time_step_);
-        steps_->take(1);
+    for (int i = 0; i < num_steps; ++i) {
+        const int parts = divided_steps_ > 0 ? num_parts_ : 1;
+        divided_steps_ = std::max(0, divided_steps_ - 1);
+        for (int k = 0; k < parts; ++k)
+            step(goal, time_step_ / parts);
     }
     time_ += num_steps * time_step_;
+    return -load_.total;
+}
+
+Frame Scene::move(const Tool &tool, int num_steps) {
+    feel(tool, num_steps);
     return frame();
 }
 
@@ -181,8 +226,10 @@ bool Scene::is_lost(const msm::State &state) const {
 }
 
 void Scene::take_load_off() {
-    for (const int node : load_.nodes)
+    for (const int node : load_.nodes) {
         steps_->set_load(node, core::Vector3::Zero());
+        steps_->set_mass(node, node_mass_[node]);
+    }
     clear(load_);
 }
 
@@ -195,12 +242,21 @@ void Scene::reset() {
     steps_->set_state({Eigen::VectorXd::Zero(size), Eigen::VectorXd::Zero(size)});
     tool_ = {};
     proxy_ = {};
+    divided_steps_ = 0;
 }
 
 void Scene::keep() {
     if (!steps_)
-        throw support::InputError("nothing has been chosen yet that could be kept; choose a spring law first");
-    kept_ = {.state = steps_->state(), .tool = tool_, .proxy = proxy_, .grip = grip_, .load = load_};
+        throw support::InputError("nothing has been chosen yet that could be kept; choose springs first");
+    kept_ = {.state = steps_->state(),
+             .tool = tool_,
+             .proxy = proxy_,
+             .grip = grip_,
+             .load = load_,
+             .tool_time = tool_time_,
+             .divided_steps = divided_steps_};
+    // The digits of both parts of a number may be more than a double has: from here on it moves as when it is restored.
+    steps_->set_state(kept_->state);
 }
 
 void Scene::restore() {
@@ -212,10 +268,12 @@ void Scene::restore() {
     proxy_ = kept_->proxy;
     grip_ = kept_->grip;
     load_ = kept_->load;
-    for (const int node : load_.nodes)
-        steps_->set_load(node, load_.nodal[node]);
+    tool_time_ = kept_->tool_time;
+    num_touches_ = 0;
+    divided_steps_ = kept_->divided_steps;
     // The time step may be another one by now.
     fit_tool();
+    carry_load(time_step_);
 }
 
 } // namespace livermark::live

@@ -13,10 +13,10 @@ namespace livermark::live {
 
 /// What may be chosen while a body moves.
 struct Settings {
-    std::string spring_law = "patch"; ///< of msm::all_spring_laws()
-    bool keeps_volume = true;         ///< springs carry lambda = mu, a nodal volume term the rest
-    double young_modulus = 0.0;       ///< of the region with the largest volume [Pa]; the others keep their ratio to it
-    double poisson_ratio = 0.45;      ///< of all regions, in [0, 0.49]; springs alone take no notice
+    std::string springs = "patch"; ///< of spring_names()
+    bool keeps_volume = true;      ///< springs carry lambda = mu, a nodal volume term the rest
+    double young_modulus = 0.0;    ///< of the region with the largest volume [Pa]; the others keep their ratio to it
+    double poisson_ratio = 0.45;   ///< of all regions, in [0, 0.49]; springs alone take no notice
     core::RayleighDamping damping{.alpha = 10.0, .beta = 0.0};
     double time_step = 0.0; ///< [s]; 0 takes the longest
 };
@@ -25,6 +25,7 @@ struct Settings {
 struct Chosen {
     double time_step = 0.0;          ///< [s]
     double longest_time_step = 0.0;  ///< that may be asked for [s]
+    double pressed_time_step = 0.0;  ///< that is not exceeded while a tetrahedron is pressed [s]
     double critical_time_step = 0.0; ///< predicted, of symplectic Euler on the body at rest [s]
     int num_springs = 0;
 };
@@ -49,8 +50,9 @@ struct Frame {
 class Scene {
   public:
     /// @param is_constrained  shape (T), boundary triangles whose nodes never move
+    /// @param num_threads     that take the steps; what comes out does not depend on it
     /// @throws support::InputError if the body is not one that can move, or nothing is constrained, or nothing is free
-    Scene(core::Body body, const std::vector<bool> &is_constrained);
+    Scene(core::Body body, const std::vector<bool> &is_constrained, int num_threads = 1);
 
     /// Takes other parameters, and goes on from where the body is.
     /// @throws support::InputError if there is no such law, or a number is out of its range
@@ -60,6 +62,15 @@ class Scene {
     /// @param num_steps  0 ... 10000
     /// @throws support::InputError if nothing has been chosen, or the tool is no tool
     Frame move(const Tool &tool, int num_steps);
+
+    /// The same for a hand that asks a thousand times in a second, and wants the force and nothing else.
+    /// @return force of the body on the tool in the last step [N]; a motion that has left all bounds is set back by
+    /// the next move()
+    core::Vector3 feel(const Tool &tool, int num_steps);
+
+    /// How often forces have been evaluated since the scene was made: more often than steps were taken where something
+    /// was pressed.
+    long num_evaluations() const { return num_evaluations_; }
 
     /// Puts the body to where it is without loads, at rest, and takes the tool away. What was kept is forgotten.
     void reset();
@@ -77,9 +88,10 @@ class Scene {
   private:
     void take_up(const Tool &tool);
     void fit_tool();
-    void touch(int step);
+    void step(const core::Vector3 &goal, double part);
+    void touch(double part);
+    void carry_load(double part);
     void take_load_off();
-    double bearable_stiffness(int node) const;
     core::Vector3 position(int node) const;
     bool is_lost(const msm::State &state) const;
     Frame frame();
@@ -91,24 +103,33 @@ class Scene {
         Proxy proxy;
         Grip grip;
         Load load;
+        double tool_time;
+        int divided_steps;
     };
 
     core::Body body_;
     std::vector<bool> is_constrained_; ///< (N)
     Surface surface_;
-    double extent_ = 0.0;                                             ///< [m]
+    double extent_ = 0.0; ///< [m]
+    int num_threads_;
     std::map<std::string, core::SpringNetwork, std::less<>> springs_; ///< of each law, for the unit body
 
     std::optional<msm::FastSteps> steps_;
     std::vector<double> node_mass_; ///< (N) [kg]
     double young_modulus_ = 0.0;    ///< [Pa]
     double time_step_ = 0.0;        ///< [s]
+    int num_parts_ = 1;             ///< of a step while something is pressed
+    int divided_steps_ = 0;         ///< how many of the next steps are divided, because something was pressed
+    long num_evaluations_ = 0;
     Tool tool_;
     Proxy proxy_;
     Grip grip_;
-    std::vector<int> near_;               ///< triangles that the probe may reach
-    std::vector<double> contact_modulus_; ///< (L) [Pa/m]
-    double grip_stiffness_ = 0.0;         ///< [N/m]
+    std::vector<int> near_;              ///< triangles that the probe may reach
+    double tool_time_ = 0.0;             ///< since the tool was taken up [s]
+    int num_touches_ = 0;                ///< since the triangles near the tool were found anew
+    double contact_modulus_ = 0.0;       ///< [Pa/m]
+    double grip_stiffness_ = 0.0;        ///< [N/m]
+    std::vector<double> tool_stiffness_; ///< (N) of the tool where it touches a node, at most [N/m]
     Load load_;
     std::optional<Moment> kept_;
     double time_ = 0.0;

@@ -34,6 +34,11 @@ Load no_load(const Surface &surface);
 /// Takes the forces off.
 void clear(Load &load);
 
+/// Puts forces on the corners of a triangle.
+/// @param sum  of them [N]
+void add_forces(Load &load, const Surface &surface, int triangle, const core::Vector3 &sum,
+                const std::array<core::Vector3, 3> &on_corner);
+
 /// Puts a force on a triangle, shared among its corners.
 /// @param share  of each corner; they add up to one
 void add_force(Load &load, const Surface &surface, int triangle, const core::Vector3 &force,

@@ -48,9 +48,9 @@ livermark_fault(const char *sentence, std::size_t length);
     return answer.size();
 }
 
-/// Names of the spring laws. @return number of bytes
+/// Names of the springs. @return number of bytes
 [[clang::export_name("spring_laws")]] std::size_t spring_laws() {
-    answer = live::spring_law_names();
+    answer = live::joined_spring_names();
     return answer.size();
 }
 

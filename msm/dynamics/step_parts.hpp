@@ -45,6 +45,7 @@ struct StepParts {
     std::vector<double> lame_lambda, shear_modulus;
     std::vector<double> least_volume;    ///< (M) [m^3] below which a tetrahedron is pushed back
     std::vector<double> guard_stiffness; ///< (M) pressure for each m^3 that it then lacks [Pa/m^3]
+    std::vector<double> watched_volume;  ///< (M) see FastStepOptions [m^3]
 };
 
 /// Puts down where control volumes around nodes are.

@@ -19,6 +19,9 @@ class FastSteps::Implementation {
     virtual core::Vector3 displacement(int node) const = 0;
     virtual void set_displacement(int node, const core::Vector3 &displacement) = 0;
     virtual void set_load(int node, const core::Vector3 &force) = 0;
+    virtual void set_time_step(double time_step) = 0;
+    virtual void set_mass(int node, double mass) = 0;
+    virtual bool is_pressed() const = 0;
     virtual void take(int num_steps) = 0;
     virtual std::size_t working_set() const = 0;
 };
@@ -73,6 +76,9 @@ template <class T> class Steps : public FastSteps::Implementation {
         at_.time_step = time_step;
         at_.alpha = damping.alpha;
         at_.beta = damping.beta;
+        at_.least_stretch = options.least_stretch;
+        if (!at_.body.watched_volume.empty())
+            at_.lack.assign(at_.body.fan_start.size() - 1 + at_.body.volume_row.size() / slice_size, T(0));
         at_.nodes.resize(at_.body.num_slices);
         if (scheme.kind == StepScheme::Kind::runge_kutta_chebyshev)
             at_.chebyshev_stages.resize(at_.body.num_slices);
@@ -177,6 +183,19 @@ template <class T> class Steps : public FastSteps::Implementation {
             at_.loads[slice][c][lane] = static_cast<T>(force[c]);
     }
 
+    void set_time_step(double time_step) override { at_.time_step = time_step; }
+
+    void set_mass(int node, double mass) override {
+        const auto [slice, lane] = slot(static_cast<std::size_t>(node));
+        for (auto &component : at_.nodes[slice].free_per_mass)
+            if (component[lane] != 0.0)
+                component[lane] = static_cast<T>(1.0 / mass);
+    }
+
+    bool is_pressed() const override {
+        return std::ranges::any_of(at_.lack, [](T lack) { return lack > T(0); });
+    }
+
     void take(int num_steps) override {
         if (heavy_.empty())
             return take_unscaled(num_steps);
@@ -261,7 +280,9 @@ std::optional<FastSteps> FastSteps::prepare(const ElasticBody &body, const std::
                                             const NodalConditions &conditions, const core::RayleighDamping &damping,
                                             const std::string &integrator, double time_step,
                                             const FastStepOptions &options) {
-    const auto parts = step_parts(body);
+    auto parts = step_parts(body);
+    if (parts && !parts->guard_stiffness.empty())
+        parts->watched_volume = options.watched_volume;
     const auto scheme = find_scheme(integrator, options.num_stages);
     const bool is_scaled = !options.scaling.parts.empty();
     if (!parts || !scheme || (is_scaled && scheme->kind != StepScheme::Kind::symplectic_euler))
@@ -287,6 +308,15 @@ void FastSteps::set_displacement(int node, const core::Vector3 &displacement) {
 }
 void FastSteps::set_load(int node, const core::Vector3 &force) {
     implementation_->set_load(node, force);
+}
+void FastSteps::set_time_step(double time_step) {
+    implementation_->set_time_step(time_step);
+}
+void FastSteps::set_mass(int node, double mass) {
+    implementation_->set_mass(node, mass);
+}
+bool FastSteps::is_pressed() const {
+    return implementation_->is_pressed();
 }
 void FastSteps::take(int num_steps) {
     implementation_->take(num_steps);

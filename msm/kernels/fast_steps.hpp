@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/load_case.hpp"
 #include "msm/dynamics/chebyshev_stages.hpp"
@@ -20,7 +21,17 @@ struct FastStepOptions {
     ForcePrecision precision = ForcePrecision::single_precision;
     int num_threads = 1;               ///< >= 1; the result does not depend on it
     int num_stages = usual_num_stages; ///< of runge_kutta_chebyshev
+<<<<<<< HEAD
     MassScaling scaling{};             ///< of masses; known to symplectic_euler alone
+=======
+    /// Part of a length, below which neo-Hookean springs take their logarithms and inverses as there, so that they get
+    /// no stiffer and explicit steps bear what is pressed flat or turned inside out; of means of volumes its square
+    /// root. Above it nothing differs.
+    double least_stretch = 0.0;
+    /// (M) volume of each tetrahedron that has a guard against inversion below which is_pressed() tells of it [m^3]; 0
+    /// where it does not have to. Empty if nobody asks.
+    std::vector<double> watched_volume{};
+>>>>>>> realtime
 };
 
 /// Explicit steps at the machine's speed: those of elastic_motion() and an integrator, with forces from vector units.
@@ -52,6 +63,18 @@ class FastSteps {
 
     /// Loads a node from now on, in place of what the conditions say [N].
     void set_load(int node, const core::Vector3 &force);
+
+    /// Takes steps of this length from now on.
+    /// @param time_step  h [s], > 0
+    void set_time_step(double time_step);
+
+    /// Gives a node another mass from now on; what is constrained stays so.
+    /// @param mass  [kg], > 0
+    void set_mass(int node, double mass);
+
+    /// Whether, when the last step began, a tetrahedron was below the volume that is watched, or the trace of C^-1 of
+    /// neo-Hookean springs around a node above four; never if no volumes are watched.
+    bool is_pressed() const;
 
     /// Takes that many steps.
     void take(int num_steps);

@@ -101,6 +101,7 @@ template <class T> struct StepWorkspace {
     StepScheme scheme;
     double time_step = 0.0;
     double alpha = 0.0, beta = 0.0; ///< Rayleigh damping
+    double least_stretch = 0.0;     ///< see FastStepOptions
 
     std::vector<NodeSlice<T>> nodes;
     std::vector<SliceField<T>> loads;                ///< [N]; empty if there are none
@@ -127,6 +128,10 @@ template <class T> struct StepWorkspace {
     Aligned<T> change, mean_change;
     Aligned<T> change_rate;  ///< (volumes) beta times the rate of change where logarithms of means are resisted [m^3]
     Aligned<T> corner_force; ///< (places of all chunks and one that stays zero, 4) [N]
+    /// (fan slices, and slices of control volumes) the most that a tetrahedron lacked of the volume that is watched
+    /// [m^3], and that det C around a node lacked, see neo_hookean_stress(); 0 where nothing did, empty if nothing is
+    /// watched
+    std::vector<T> lack;
 
     std::vector<PairPartition> pairs;                         ///< of each thread
     std::vector<Partition> fan_slices, volume_slices, chunks; ///< of each thread

@@ -18,7 +18,7 @@ Session live_springs(const std::filesystem::path &folder, const Fields &query) {
         is_constrained.push_back(constraint >= 0);
     return [scene = std::make_shared<live::Scene>(*opened.body, is_constrained)](const Message &message) {
         if (!message.is_binary)
-            return Message{.is_binary = false, .bytes = live::spring_law_names()};
+            return Message{.is_binary = false, .bytes = live::joined_spring_names()};
         std::vector<double> numbers(message.bytes.size() / sizeof(double));
         if (numbers.size() * sizeof(double) != message.bytes.size())
             throw support::InputError("the message is not made of float64; load the page again");

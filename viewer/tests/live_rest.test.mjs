@@ -119,6 +119,10 @@ test('a motion that is slower than life says so where the force is read', async 
   await live.page.waitForSelector('#live-pace:not([hidden])');
   assert.match(await live.text('pace'), /^Slower than life: 1 s of motion takes [\d.]+ s\.$/);
   assert.ok((await live.value('pace')) < 0.9);
+  assert.ok((await live.value('pace-now')) < 0.9);
+  // So slow because a frame of motion takes longer than one of the screen.
+  assert.ok((await live.value('work')) > 1 / 60);
+  assert.match(await live.text('work'), /^[\d.]+ of 16\.7 ms$/);
   const [force, pace] = await Promise.all(['#live-force', '#live-pace'].map((id) => live.page.locator(id).boundingBox()));
   assert.ok(pace.y - (force.y + force.height) < 40, 'below the force');
 });

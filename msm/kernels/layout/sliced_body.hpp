@@ -77,6 +77,7 @@ template <class T> struct SlicedBody {
     Aligned<T> tetrahedron_stiffness; ///< (lines, 16) [Pa/m^3]; empty if there is none, as are the following
     Aligned<T> least_volume;          ///< (lines, 16) [m^3]
     Aligned<T> guard_stiffness;       ///< (lines, 16) [Pa/m^3]
+    Aligned<T> watched_volume;        ///< (lines, 16) [m^3]
     std::vector<int> chunk_fans;      ///< (chunks + 1) first fan slice of each
     std::vector<int> chunk_start;     ///< (chunks + 1) first place of each: one for every node that it touches
     std::vector<int> sum_start;       ///< (slices + 1) places to sum for the nodes of a slice, in units of 16

@@ -194,6 +194,7 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
     body.shear_modulus = on_lines<T>(products(1.0, rest_volume, parts.shear_modulus), lines);
     body.tetrahedron_stiffness = on_lines<T>(parts.tetrahedron_stiffness, lines);
     body.least_volume = on_lines<T>(parts.least_volume, lines);
+    body.watched_volume = on_lines<T>(parts.watched_volume, lines);
     body.guard_stiffness = on_lines<T>(parts.guard_stiffness, lines);
 
     body.corner.assign(lines.node.size(), 0);

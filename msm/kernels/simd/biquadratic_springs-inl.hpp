@@ -76,6 +76,7 @@ HWY_NOINLINE void biquadratic_spring_forces(StepWorkspace<T> &at, int now, int s
     constexpr D d;
     const auto &body = at.body;
     const T *rows = at.rows[now].data();
+    LargestLack<D> largest{D()};
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const FanLines lines(body, slice, lane);
         const auto *corner = body.corner.data() + lines.corner;
@@ -103,12 +104,13 @@ HWY_NOINLINE void biquadratic_spring_forces(StepWorkspace<T> &at, int now, int s
             const auto inside =
                 stress<D>(hn::Load(d, body.half_lambda.data() + t), hn::Load(d, body.shear_modulus.data() + t), strain);
             const auto pressure = hn::Add(axis.pressure, hn::Add(from.pressure, to.pressure));
-            const auto push = push_on(D(), body, pressure, volume, plain, t);
+            const auto push = push_on(D(), body, pressure, volume, plain, t, largest);
             sums.add(D(), pulls<D>(product<D>(f, inside), rest), push, from, to, at.corner_force, rim_slot);
             from = to;
         }
         sums.finish(D(), at.corner_force, slot, rim_slot);
     }
+    largest.keep(D(), at, slice);
 }
 
 } // namespace livermark::msm::HWY_NAMESPACE

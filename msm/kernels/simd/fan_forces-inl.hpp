@@ -134,16 +134,33 @@ template <class T> HWY_INLINE void pressures(StepWorkspace<T> &at, int now, int 
     set_gains(at, now, volume_slice, gain);
 }
 
+/// The most that tetrahedra of a slice of fans lack of the volumes that are watched: see StepWorkspace::lack.
+template <class D> struct LargestLack {
+    hn::Vec<D> lack;
+    HWY_INLINE explicit LargestLack(D d) : lack(hn::Zero(d)) {}
+
+    /// @param watched  0 where nothing is
+    HWY_INLINE void see(D d, hn::Vec<D> watched, hn::Vec<D> volume) {
+        lack = hn::Max(lack, hn::IfThenElseZero(hn::Gt(watched, hn::Zero(d)), hn::Sub(watched, volume)));
+    }
+    /// @param slice  index into StepWorkspace::lack
+    template <class T> HWY_INLINE void keep(D d, StepWorkspace<T> &at, int slice) const {
+        if (!at.lack.empty())
+            at.lack[static_cast<std::size_t>(slice)] = hn::GetLane(hn::MaxOfLanes(d, lack));
+    }
+};
+
 /// What pushes the corners of tetrahedra outwards: the pressures around the nodes, their own, and the guard against
 /// inversion.
 /// @param pressure  sum over the corners
 /// @param volume    six times the volume, with what damps it
 /// @param plain     six times the volume
 /// @param t         place on the lines
+/// @param largest   told what the guard sees
 /// @return a sixth of the push
 template <class D, class T>
 HWY_INLINE hn::Vec<D> push_on(D d, const SlicedBody<T> &body, hn::Vec<D> pressure, hn::Vec<D> volume, hn::Vec<D> plain,
-                              std::size_t t) {
+                              std::size_t t, LargestLack<D> &largest) {
     const auto sixth = hn::Set(d, T(1.0 / 6.0));
     auto push = hn::Zero(d);
     if (!body.volume_stiffness.empty())
@@ -154,6 +171,8 @@ HWY_INLINE hn::Vec<D> push_on(D d, const SlicedBody<T> &body, hn::Vec<D> pressur
     }
     if (!body.guard_stiffness.empty()) {
         const auto least = hn::Load(d, body.least_volume.data() + t);
+        if (!body.watched_volume.empty())
+            largest.see(d, hn::Load(d, body.watched_volume.data() + t), hn::Mul(plain, sixth));
         const auto lack = hn::Max(hn::NegMulAdd(plain, sixth, least), hn::Zero(d));
         push = hn::MulAdd(hn::Load(d, body.guard_stiffness.data() + t), lack, push);
     }
@@ -172,6 +191,7 @@ template <bool is_damped, class T> HWY_INLINE void fan_forces(StepWorkspace<T> &
     constexpr D d;
     const auto &body = at.body;
     const T *rows = at.rows[now].data();
+    LargestLack<D> largest{D()};
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const FanLines lines(body, slice, lane);
         const auto *corner = body.corner.data() + lines.corner;
@@ -190,7 +210,7 @@ template <bool is_damped, class T> HWY_INLINE void fan_forces(StepWorkspace<T> &
             const auto volume = volume_between<is_damped>(D(), at, now, from, to, corner, rates);
             const auto plain = is_damped ? dot(from.lever, to.arm) : volume;
             const auto pressure = hn::Add(axis.pressure, hn::Add(from.pressure, to.pressure));
-            const auto push = push_on(D(), body, pressure, volume, plain, t);
+            const auto push = push_on(D(), body, pressure, volume, plain, t, largest);
             const auto force = minus(before, scaled<D>(push, to.lever));
             add_force(D(), force, at.corner_force, rim_slot);
             on_rim = plus(on_rim, force);
@@ -203,6 +223,7 @@ template <bool is_damped, class T> HWY_INLINE void fan_forces(StepWorkspace<T> &
         const Vec3<D> nothing{zero, zero, zero};
         add_force(D(), minus(nothing, plus(plus(on_rim, before), on_end)), at.corner_force, slot);
     }
+    largest.keep(D(), at, slice);
 }
 
 /// The same with what the tetrahedra have given to nodes of a slice, those from `lane` on.

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <hwy/contrib/math/math-inl.h>
 
 #include "msm/kernels/simd/biquadratic_springs-inl.hpp"
@@ -101,8 +102,11 @@ template <bool is_damped, class T> HWY_NOINLINE void neo_hookean_strains(StepWor
 ///   det C = 1 + I1 + I2 + I3,   C^-1 det C = (1 + I1) I - G + adj G,   (I - C^-1) det C = G - adj G + (I2 + I3) I,
 /// so that small strains lose no digits.
 /// @param twice_strain  G
+/// @param least_stretch  see FastStepOptions; det C is taken as if no less than the trace of its adjugate allows
+/// @param largest        told how much det C lacks of what makes the trace of C^-1 four
 template <class D>
-HWY_INLINE Symmetric<D> neo_hookean_stress(D d, hn::Vec<D> shear_modulus, const Symmetric<D> &twice_strain) {
+HWY_INLINE Symmetric<D> neo_hookean_stress(D d, hn::Vec<D> shear_modulus, const Symmetric<D> &twice_strain,
+                                           double least_stretch, LargestLack<D> &largest) {
     using T = hn::TFromD<D>;
     const auto &[xx, yy, zz, xy, yz, zx] = twice_strain;
     const auto one = hn::Set(d, T(1));
@@ -113,8 +117,13 @@ HWY_INLINE Symmetric<D> neo_hookean_stress(D d, hn::Vec<D> shear_modulus, const 
     const auto i2 = hn::Add(adjugate.xx, hn::Add(adjugate.yy, adjugate.zz));
     const auto i3 = hn::MulAdd(xx, adjugate.xx, hn::MulAdd(xy, adjugate.xy, hn::Mul(zx, adjugate.zx)));
     const auto two_and_three = hn::Add(i2, i3);
-    const auto least = hn::Set(d, T(-1.0 + 1e-6));
-    const auto change = hn::Max(hn::Add(i1, two_and_three), least);
+    const double square = least_stretch * least_stretch;
+    const auto least = hn::Set(d, static_cast<T>(-1.0 + std::max(1e-6, square)));
+    const auto adjugate_trace = hn::MulAdd(hn::Set(d, T(2)), i1, hn::Add(i2, hn::Set(d, T(3))));
+    const auto bent = hn::MulSub(hn::Set(d, static_cast<T>(square / (1.0 + 2.0 * square))), adjugate_trace, one);
+    const auto exact = hn::Add(i1, two_and_three);
+    largest.lack = hn::Max(largest.lack, hn::Sub(hn::MulSub(hn::Set(d, T(0.25)), adjugate_trace, one), exact));
+    const auto change = hn::Max(hn::Max(exact, bent), least);
     const auto half_log = hn::Mul(hn::Set(d, T(0.5)), hn::Log1p(d, change));
     const auto scale = hn::Div(shear_modulus, hn::Add(one, change));
     const auto part = hn::Mul(scale, hn::Sub(one, half_log));
@@ -179,12 +188,14 @@ template <bool is_damped, class T> HWY_NOINLINE void neo_hookean_stresses(StepWo
     sum_of_corners(at, at.corner_strain, volume_slice, first_four.data(), other_four.data());
     if constexpr (is_damped)
         sum_of_corners(at, at.corner_rate, volume_slice, first_rates.data(), other_rates.data());
+    LargestLack<D> largest{D()};
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const std::size_t volume = static_cast<std::size_t>(volume_slice) * slice_size + lane;
         const auto mean = load_both(D(), first_four.data() + 4 * lane, other_four.data() + 4 * lane);
         const auto modulus = hn::Load(d, body.coupled_modulus.data() + volume);
         const auto inverse_volume = hn::Load(d, body.inverse_volume.data() + volume);
-        auto total = neo_hookean_stress(D(), modulus, scaled<D>(inverse_volume, mean.tensor));
+        auto total =
+            neo_hookean_stress(D(), modulus, scaled<D>(inverse_volume, mean.tensor), at.least_stretch, largest);
         if (!at.change.empty())
             hn::Store(mean.more, d, at.change.data() + volume);
         if constexpr (is_damped) {
@@ -196,6 +207,7 @@ template <bool is_damped, class T> HWY_NOINLINE void neo_hookean_stresses(StepWo
         }
         store_stress(D(), total, volume, at);
     }
+    largest.keep(D(), at, static_cast<int>(body.fan_start.size()) - 1 + volume_slice);
 }
 
 /// g g' of the means of relative changes in 16 control volumes, for g = ln (1 + e), and beta times how fast the means
@@ -208,8 +220,9 @@ template <bool is_damped, class T> HWY_NOINLINE void logarithmic_mean_changes(St
     HWY_ALIGN T rate[slice_size];
     if constexpr (is_damped)
         multiply(at.body.mean_change, at.change_rate, slice, rate);
+    const auto least = hn::Set(d, static_cast<T>(-1.0 + std::max(1e-6, std::sqrt(at.least_stretch))));
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
-        const auto e = hn::Max(hn::Load(d, change + lane), hn::Set(d, T(-1.0 + 1e-6)));
+        const auto e = hn::Max(hn::Load(d, change + lane), least);
         auto push = hn::Div(hn::Log1p(d, e), hn::Add(hn::Set(d, T(1)), e));
         if constexpr (is_damped)
             push = hn::Add(push, hn::Load(d, rate + lane));
@@ -226,8 +239,10 @@ HWY_NOINLINE void neo_hookean_spring_forces(StepWorkspace<T> &at, int now, int s
     constexpr D d;
     const auto &body = at.body;
     const T *rows = at.rows[now].data();
-    const auto one = hn::Set(d, T(1)), six = hn::Set(d, T(6)), least = hn::Set(d, T(1e-12));
+    const auto one = hn::Set(d, T(1)), six = hn::Set(d, T(6)),
+               least = hn::Set(d, static_cast<T>(std::max(1e-12, at.least_stretch * at.least_stretch)));
     const auto zero = hn::Zero(d);
+    LargestLack<D> largest{D()};
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const FanLines lines(body, slice, lane);
         const auto *corner = body.corner.data() + lines.corner;
@@ -268,7 +283,8 @@ HWY_NOINLINE void neo_hookean_spring_forces(StepWorkspace<T> &at, int now, int s
             }
             const auto volume = hn::Mul(six, hn::Mul(rest_volume, j));
             const auto pressure = hn::Add(axis.pressure, hn::Add(from.pressure, to.pressure));
-            const auto push = hn::Mul(hn::Mul(six, rest_volume), push_on(D(), body, pressure, volume, volume, t));
+            const auto push =
+                hn::Mul(hn::Mul(six, rest_volume), push_on(D(), body, pressure, volume, volume, t, largest));
             // (ln J - 1) / J, with the sign of J
             const auto inside = hn::Mul(hn::Mul(modulus, hn::Sub(log, one)), hn::Div(j, square));
             const auto on_cofactor = hn::Sub(inside, push);
@@ -282,6 +298,7 @@ HWY_NOINLINE void neo_hookean_spring_forces(StepWorkspace<T> &at, int now, int s
         }
         sums.finish(D(), at.corner_force, slot, rim_slot);
     }
+    largest.keep(D(), at, slice);
 }
 
 } // namespace livermark::msm::HWY_NAMESPACE

@@ -237,6 +237,7 @@ template <class T> HWY_NOINLINE void nodal_spring_forces(StepWorkspace<T> &at, i
     constexpr D d;
     const auto &body = at.body;
     const T *rows = at.rows[now].data();
+    LargestLack<D> largest{D()};
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const FanLines lines(body, slice, lane);
         const auto *corner = body.corner.data() + lines.corner;
@@ -262,13 +263,14 @@ template <class T> HWY_NOINLINE void nodal_spring_forces(StepWorkspace<T> &at, i
 
             const auto volume = volume_between<false>(D(), at, now, from, to, corner, rates);
             const auto pressure = hn::Add(axis.pressure, hn::Add(from.pressure, to.pressure));
-            const auto push = push_on(D(), body, pressure, volume, volume, t);
+            const auto push = push_on(D(), body, pressure, volume, volume, t, largest);
             sums.add(D(), pull, push, from, to, at.corner_force, rim_slot);
             from = to;
             from_stress = to_stress;
         }
         sums.finish(D(), at.corner_force, slot, rim_slot);
     }
+    largest.keep(D(), at, slice);
 }
 
 } // namespace livermark::msm::HWY_NAMESPACE

@@ -10,6 +10,10 @@
 
 #include "live/messages.hpp"
 #include "live/parameters.hpp"
+#include "live/springs.hpp"
+#include "msm/hyperelastic_springs.hpp"
+#include "msm/nodal_springs.hpp"
+#include "msm/spring_energy.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/spring_network.hpp"
 #include "msm/springs_with_volume.hpp"
@@ -54,7 +58,7 @@ struct BoxScene {
 };
 
 Settings settings(const std::string &law = "patch") {
-    return {.spring_law = law, .young_modulus = 5e3, .poisson_ratio = 0.45, .damping = {40.0, 0.0}};
+    return {.springs = law, .young_modulus = 5e3, .poisson_ratio = 0.45, .damping = {40.0, 0.0}};
 }
 
 Frame moved(Scene &scene, const Tool &tool, double seconds, double time_step) {
@@ -102,6 +106,81 @@ TEST(LiveScene, ComesToRestWhereTheComparedModelDoes) {
             EXPECT_LT(distance(frame.displacement, rest_under(frame, box, model.body)), 1e-4) << law;
         }
     }
+}
+
+TEST(LiveScene, ComesToRestWhereTheComparedSpringsAroundNodesDo) {
+    const BoxScene box;
+    const auto energy = msm::all_spring_energies().front();
+    const std::pair<std::string, msm::ElasticBody> models[] = {
+        {"nodal_springs", msm::nodal_springs_with_volume(box.body)},
+        {"nodal_" + energy.name, msm::hyperelastic_springs_with_volume(box.body, energy)}};
+    for (const auto &[name, model] : models) {
+        Scene scene(box.body, box.is_constrained);
+        const auto chosen = scene.choose(settings(name));
+        for (const auto &tool : {box.pull({0.0, 0.001, 0.002}), box.poke(0.003)}) {
+            const auto frame = moved(scene, tool, 3.0, chosen.time_step);
+            EXPECT_GT(frame.force.norm(), 1e-3);
+            EXPECT_LT(distance(frame.displacement, rest_under(frame, box, model)), 1e-4) << name;
+        }
+    }
+}
+
+TEST(LiveScene, DividesStepsWhileSomethingIsPressed) {
+    const BoxScene box;
+    Scene scene(box.body, box.is_constrained);
+    const auto chosen = scene.choose(settings());
+    ASSERT_GT(chosen.time_step, 1.5 * chosen.pressed_time_step);
+    scene.move({}, 10);
+    EXPECT_EQ(scene.num_evaluations(), 10) << "at rest a step is one";
+    // As far as a step is divided it is no longer than what the pressed body bears.
+    const auto most = static_cast<long>(std::ceil(chosen.time_step / chosen.pressed_time_step));
+    scene.move(box.poke(0.0), 100); // a probe that is put down below the surface would not find it
+    const long before = scene.num_evaluations();
+    double smallest = 1.0;
+    for (int i = 0; i < 200; ++i)
+        smallest = std::min(smallest, scene.move(box.poke(0.02), 1).smallest_volume);
+    EXPECT_LT(smallest, 0.7);
+    EXPECT_GT(scene.num_evaluations() - before, 220);
+    EXPECT_LE(scene.num_evaluations() - before, 200 * most);
+    for (int i = 0; i < 5; ++i)
+        scene.move({}, 1000);
+    const long at_rest = scene.num_evaluations();
+    scene.move({}, 10);
+    EXPECT_EQ(scene.num_evaluations() - at_rest, 10);
+}
+
+TEST(LiveScene, FeelsTheForceThatItShows) {
+    const BoxScene box;
+    Scene felt(box.body, box.is_constrained), shown(box.body, box.is_constrained);
+    for (auto *scene : {&felt, &shown})
+        scene->choose(settings("nodal_neo_hookean"));
+    for (const double depth : {0.002, 0.004, 0.006})
+        EXPECT_EQ(felt.feel(box.poke(depth), 30), shown.move(box.poke(depth), 30).force);
+    EXPECT_EQ(felt.move(box.poke(0.006), 0).displacement, shown.move(box.poke(0.006), 0).displacement);
+}
+
+TEST(LiveScene, GivesTheSameBitsOnSeveralThreads) {
+    const BoxScene box;
+    Scene one(box.body, box.is_constrained), two(box.body, box.is_constrained, 2);
+    for (auto *scene : {&one, &two})
+        scene->choose(settings("nodal_neo_hookean"));
+    EXPECT_EQ(one.move(box.poke(0.01), 200).displacement, two.move(box.poke(0.01), 200).displacement);
+}
+
+/// A tool that touches is not softer where steps are longer.
+TEST(LiveScene, PressesAsFarWithLongStepsAsWithShortOnes) {
+    const BoxScene box;
+    const auto pressed = [&](double part) {
+        Scene scene(box.body, box.is_constrained);
+        auto chosen = scene.choose(settings());
+        auto other = settings();
+        other.time_step = part * chosen.longest_time_step;
+        chosen = scene.choose(other);
+        return moved(scene, box.poke(0.004), 3.0, chosen.time_step);
+    };
+    const auto longest = pressed(1.0), shorter = pressed(0.1);
+    EXPECT_NEAR(longest.force.norm(), shorter.force.norm(), 1e-3 * shorter.force.norm());
+    EXPECT_LT(distance(longest.displacement, shorter.displacement), 1e-3);
 }
 
 TEST(LiveScene, SpringsAloneHaveYoungsModulusAndNoOtherPoissonsRatio) {
@@ -181,8 +260,8 @@ TEST(LiveScene, GoesOnFromWhatWasKeptAsIfNothingHadBeenDoneSince) {
     for (auto *each : {&scene, &untouched}) {
         each->choose(settings());
         each->move(box.poke(0.004), 150);
+        each->keep();
     }
-    scene.keep();
     scene.move(box.pull({0.01, 0.0, 0.01}), 200);
     scene.restore();
     // As far as the poke goes, and into another tool.
@@ -264,7 +343,7 @@ TEST(LiveScene, RefusesWhatItCannotDo) {
         change(changed);
         EXPECT_THROW(scene.choose(changed), support::InputError);
     };
-    refuses([](Settings &s) { s.spring_law = "rubber"; });
+    refuses([](Settings &s) { s.springs = "rubber"; });
     for (const double value : {nan, -1.0, 0.0, 1e12})
         refuses([&](Settings &s) { s.young_modulus = value; });
     for (const double value : {nan, -0.1, 0.5})
@@ -357,7 +436,8 @@ TEST(LiveMessages, SayWhatTheCallsSay) {
     EXPECT_EQ(bytes.size(), sizeof head + sizeof(double) * 4 * (frame.load.nodes.size() + frame.load.triangles.size()) +
                                 sizeof(float) * 3 * box.body.mesh.num_nodes());
     EXPECT_TRUE(reply(*told, std::vector<double>{3}).empty());
-    EXPECT_NE(spring_law_names().find(laws.back().name), std::string::npos);
+    for (const auto &name : spring_names())
+        EXPECT_NE(joined_spring_names().find(name), std::string::npos);
 }
 
 TEST(LiveMessages, AreRefusedWhenTheyAreCutOffOrLongerOrOfAnotherKind) {

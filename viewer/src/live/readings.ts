@@ -30,17 +30,25 @@ function median(values: number[]): number {
   return sorted.length % 2 === 1 ? sorted[middle]! : (sorted[middle - 1]! + sorted[middle]!) / 2;
 }
 
+/** The smallest of them that 95 of 100 do not exceed. */
+function percentile95(values: number[]): number {
+  return [...values].sort((a, b) => a - b)[Math.ceil(0.95 * values.length) - 1] ?? Number.NaN;
+}
+
 /** Where the force is read: a body that is slower than life also answers a tool later. */
 function showPace(part: number): void {
   const isSlow = part <= 0.97;
   const times = Number((1 / part).toPrecision(2));
+  tell('live-pace-now', part, part.toFixed(2));
   tell('live-pace', part, isSlow ? `Slower than life: 1 s of motion takes ${times} s.` : '');
   byId('live-pace').hidden = !isSlow;
 }
 
-const span = 1; // that medians are taken over [s]
+const span = 1; // that medians and the pace are taken over [s]
+const longSpan = 5; // that the 95th percentile is taken over [s]
+const frame = 1 / 60; // of the screen [s]
 
-/** How a frame of the screen is spent, over the last second. */
+/** How a frame of the screen is spent, over the last seconds. */
 export interface Budget {
   spend(timing: Timing): void;
   /** Nothing moves. */
@@ -50,6 +58,7 @@ export interface Budget {
 
 export function createBudget(): Budget {
   let spent: (Timing & { at: number })[] = [];
+  let work: { at: number; seconds: number }[] = []; // that each answer took for a frame of motion
   let drawn: { at: number; seconds: number }[] = [];
   let shownAt = 0;
 
@@ -58,6 +67,11 @@ export function createBudget(): Budget {
     shownAt = now;
     spent = spent.filter(({ at }) => at > now - span);
     drawn = drawn.filter(({ at }) => at > now - span);
+    work = work.filter(({ at }) => at > now - longSpan);
+    if (work.length > 0) {
+      const most = percentile95(work.map(({ seconds }) => seconds));
+      tell('live-work', most, `${millimetres(most)} of ${millimetres(frame)} ms`);
+    }
     const milliseconds = (id: string, values: number[]) => tell(id, median(values), values.length === 0 ? '–' : `${millimetres(median(values))} ms`);
     milliseconds('live-solver', spent.map((t) => t.solver));
     milliseconds('live-transfer', spent.map((t) => t.transfer));
@@ -70,6 +84,7 @@ export function createBudget(): Budget {
     spend(timing) {
       const now = performance.now() / 1000;
       if (timing.elapsed > 0) spent.push({ ...timing, at: now });
+      if (timing.simulated > 0) work.push({ at: now, seconds: (timing.solver / timing.simulated) * frame });
       show(now);
     },
     rest() {

@@ -5,11 +5,16 @@ import { largestRegion } from './surface.ts';
 import { tell } from './readings.ts';
 import type { Chosen, LiveBody, LiveSettings } from './types.ts';
 
-/** Those of the file, and the law that is the material at Poisson's ratio 1/4. */
-export function settingsOf(body: LiveBody): LiveSettings {
+export type EngineKind = 'wasm' | 'native';
+
+/** The springs that are taken first: the most accurate where they are fast enough, else the law that is the material at Poisson's ratio 1/4. */
+export const usualSprings: Record<EngineKind, string> = { native: 'nodal_neo_hookean', wasm: 'patch' };
+
+/** Those of the file. */
+export function settingsOf(body: LiveBody, kind: EngineKind): LiveSettings {
   const region = largestRegion(body);
   return {
-    springLaw: 'patch',
+    springLaw: usualSprings[kind],
     keepsVolume: true,
     youngModulus: body.youngModulus[region]!,
     poissonRatio: Math.min(Math.max(body.poissonRatio[region]!, 0), 0.49),
@@ -36,9 +41,15 @@ export function showSettings(settings: LiveSettings): void {
   for (const [id, name, unit] of numbers) field(id).value = String(Number((settings[name] / unit).toPrecision(12)));
 }
 
+/** Springs that no law of the list names. */
+const plainNames: Record<string, string> = {
+  nodal_springs: 'coupled around nodes (nodal_springs)',
+  nodal_neo_hookean: 'coupled around nodes, neo-Hookean (nodal_neo_hookean)',
+};
+
 export function showLaws(laws: string[], settings: LiveSettings): LiveSettings {
   const springLaw = laws.includes(settings.springLaw) ? settings.springLaw : (laws[0] ?? settings.springLaw);
-  byId('live-law').replaceChildren(...laws.map((law) => element('option', { value: law }, law)));
+  byId('live-law').replaceChildren(...laws.map((law) => element('option', { value: law }, plainNames[law] ?? law)));
   const known = { ...settings, springLaw };
   showSettings(known);
   return known;

@@ -10,7 +10,7 @@ export interface LiveBody extends SoftBody {
 }
 
 export interface LiveSettings {
-  springLaw: string; // one of Engine.springLaws
+  springLaw: string; // one of Engine.springLaws, which also names springs that are coupled around nodes
   keepsVolume: boolean; // with the nodal volume term
   youngModulus: number; // of the region with the largest volume [Pa]; the others keep their ratio to it
   poissonRatio: number; // of all regions, in [0, 0.49]; springs alone take no notice

@@ -14,7 +14,7 @@ import { createBudget, showFrame } from './readings.ts';
 import { csvOf, download, moveOf, type Entry } from './record.ts';
 import { createScene, sizeOf, type Scene } from './scene.ts';
 import { startSession, type Listener, type Session } from './session.ts';
-import { listenToSettings, settingsOf, showChosen, showLaws, showSettings } from './settings_panel.ts';
+import { listenToSettings, settingsOf, showChosen, showLaws, showSettings, usualSprings, type EngineKind } from './settings_panel.ts';
 import { nativeEngine } from './socket_engines.ts';
 import { furthest, surfaceAt } from './surface.ts';
 import { listenToTools, nodeField, showToolState, stays } from './tools_panel.ts';
@@ -23,6 +23,7 @@ import { createUndo } from './undo.ts';
 import type { LiveBody, LiveFrame, LiveSettings } from './types.ts';
 import { wasmEngine } from './wasm_engine.ts';
 
+const engineKind = () => byId<HTMLSelectElement>('live-engine').value as EngineKind;
 const fitting = 'The springs are being fitted to the body…';
 
 export interface LiveView {
@@ -175,11 +176,11 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     say('');
     note(fitting);
     byId('live').dataset['state'] = 'starting';
-    const engine = byId<HTMLSelectElement>('live-engine').value === 'native' ? nativeEngine() : wasmEngine();
+    const engine = engineKind() === 'native' ? nativeEngine() : wasmEngine();
     try {
       const { springLaws } = await engine.open(of);
       if (mine !== numStarted) return engine.close();
-      settings = showLaws(springLaws, settings ?? settingsOf(of));
+      settings = showLaws(springLaws, settings ?? settingsOf(of, engineKind()));
       following.open(of, settings);
       session = startSession(engine, sizeOf(of), settings, listener);
       listener.paused(false);
@@ -192,7 +193,12 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
   listenToTools({ toolState: () => toolState, change, touch, letGo: letToolGo });
   listenToKeys(canvas, () => scene.stage, { ...handling, touch, pause, step, undo });
   listenToSettings(() => settings, (asked) => (say(''), note(fitting), session?.choose(asked)), say);
-  byId('live-engine').addEventListener('change', () => body && void start(body));
+  byId('live-engine').addEventListener('change', () => {
+    // Who has chosen other springs keeps them.
+    const before = engineKind() === 'native' ? 'wasm' : 'native';
+    if (settings?.springLaw === usualSprings[before]) settings = { ...settings, springLaw: usualSprings[engineKind()], timeStep: 0 };
+    if (body) void start(body);
+  });
   byId('live-pause').addEventListener('click', pause);
   byId('live-step-once').addEventListener('click', step);
   byId('live-reset').addEventListener('click', () => session?.reset());
@@ -211,7 +217,6 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       if (next === body) return session?.pause(wasPaused);
       [result, body] = [of, next];
       const isLinked = view.get('mode') === 'live';
-      settings = isLinked ? linkedSettings(view, settingsOf(next)) : null;
       scene.setBody(of, next);
       read(null);
       nodeField().max = String(next.points.length / 3 - 1);
@@ -220,6 +225,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       const native = byId<HTMLSelectElement>('live-engine');
       native.options[1]!.disabled = !isServed;
       if (!isServed) native.value = 'wasm';
+      settings = isLinked ? linkedSettings(view, settingsOf(next, engineKind())) : null;
       await start(next);
       if (!isLinked || next !== body) return;
       const look = linkedLook(view);

@@ -1,0 +1,108 @@
+#include "live/springs.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "live/material.hpp"
+#include "msm/hyperelastic_springs.hpp"
+#include "msm/inversion_guard.hpp"
+#include "msm/mass_lumping.hpp"
+#include "msm/nodal_springs.hpp"
+#include "msm/spring_energy.hpp"
+#include "msm/spring_law.hpp"
+#include "msm/spring_network.hpp"
+#include "msm/volume_term.hpp"
+#include "support/known_names.hpp"
+
+namespace livermark::live {
+
+namespace {
+
+using Terms = std::vector<std::shared_ptr<const msm::ElasticTerm>>;
+
+constexpr double reference_young_modulus = 1000.0; // [Pa]
+const std::string coupled_springs = "nodal_springs";
+
+std::string name_of(const msm::SpringEnergy &energy) {
+    return "nodal_" + energy.name;
+}
+
+/// Nobody presses a tumour to half its volume when it lies in something softer, and a guard as stiff as it is would ask
+/// for shorter steps. Springs alone get a guard as well: they would stay inside out. It does nothing before a
+/// tetrahedron has lost half its volume.
+std::shared_ptr<const msm::ElasticTerm> guard(const core::Body &body) {
+    return msm::inversion_guard(of_one_material(body));
+}
+
+msm::MassSprings springs_of_law(const core::Body &body, const Settings &settings, SpringsOfLaws &kept) {
+    auto known = kept.find(settings.springs);
+    if (known == kept.end()) {
+        const auto &law = support::find_named(msm::all_spring_laws(), settings.springs, "spring law");
+        const auto reference = with_material(body, reference_young_modulus, 0.25);
+        known = kept.emplace(settings.springs, msm::spring_network(reference, law)).first;
+    }
+    auto springs = known->second;
+    const auto &material = body.materials[largest_region(body.mesh)];
+    const double carried = settings.keeps_volume ? 2.5 * material.shear_modulus() : material.young_modulus;
+    for (double &k : springs.stiffness)
+        k *= carried / reference_young_modulus;
+    Terms terms{msm::spring_term(springs), guard(body)};
+    // At Poisson's ratio 1/4 springs alone are the material.
+    if (settings.keeps_volume && settings.poisson_ratio != 0.25)
+        terms.push_back(msm::volume_beside_springs(body, msm::find_volume_term("nodal_volume")));
+    msm::ElasticBody elastic(springs.node_mass, std::move(terms));
+    return {std::move(springs), std::move(elastic)};
+}
+
+/// Springs that are coupled around nodes; those with an energy get the guard as well, because a hand that presses hard
+/// takes explicit steps past the state in which a tetrahedron is flat.
+msm::MassSprings springs_around_nodes(const core::Body &body, const Settings &settings) {
+    const auto material = settings.keeps_volume
+                              ? body
+                              : with_material(body, body.materials[largest_region(body.mesh)].young_modulus, 0.25);
+    Terms terms;
+    if (settings.springs == coupled_springs) {
+        terms.push_back(msm::nodal_springs(material, msm::nodal_springs_alone));
+        if (msm::needs_volume(material))
+            terms.push_back(msm::volume_beside_springs(material, msm::find_volume_term("mean_nodal_volume")));
+    } else {
+        const auto energies = msm::all_spring_energies();
+        const auto energy =
+            std::ranges::find_if(energies, [&](const auto &e) { return name_of(e) == settings.springs; });
+        terms = msm::hyperelastic_springs_with_volume(material, *energy).terms;
+    }
+    terms.push_back(guard(material));
+    core::SpringNetwork springs{.node_mass = msm::lumped_masses(material),
+                                .edges = core::edge_table(body.mesh.tetrahedra).edges};
+    msm::ElasticBody elastic(springs.node_mass, std::move(terms));
+    return {std::move(springs), std::move(elastic)};
+}
+
+} // namespace
+
+const std::vector<std::string> &spring_names() {
+    static const auto names = [] {
+        std::vector<std::string> found;
+        for (const auto &law : msm::all_spring_laws())
+            found.push_back(law.name);
+        found.push_back(coupled_springs);
+        for (const auto &energy : msm::all_spring_energies())
+            if (energy.in_kernels)
+                found.push_back(name_of(energy));
+        return found;
+    }();
+    return names;
+}
+
+core::Body of_one_material(core::Body body) {
+    body.materials.assign(body.materials.size(), body.materials[largest_region(body.mesh)]);
+    return body;
+}
+
+msm::MassSprings mass_springs(const core::Body &body, const Settings &settings, SpringsOfLaws &kept) {
+    const auto laws = msm::all_spring_laws();
+    const bool is_law = std::ranges::any_of(laws, [&](const auto &law) { return law.name == settings.springs; });
+    return is_law ? springs_of_law(body, settings, kept) : springs_around_nodes(body, settings);
+}
+
+} // namespace livermark::live
