@@ -21,9 +21,7 @@ struct FastStepOptions {
     ForcePrecision precision = ForcePrecision::single_precision;
     int num_threads = 1;               ///< >= 1; the result does not depend on it
     int num_stages = usual_num_stages; ///< of runge_kutta_chebyshev
-<<<<<<< HEAD
     MassScaling scaling{};             ///< of masses; known to symplectic_euler alone
-=======
     /// Part of a length, below which neo-Hookean springs take their logarithms and inverses as there, so that they get
     /// no stiffer and explicit steps bear what is pressed flat or turned inside out; of means of volumes its square
     /// root. Above it nothing differs.
@@ -31,7 +29,6 @@ struct FastStepOptions {
     /// (M) volume of each tetrahedron that has a guard against inversion below which is_pressed() tells of it [m^3]; 0
     /// where it does not have to. Empty if nobody asks.
     std::vector<double> watched_volume{};
->>>>>>> realtime
 };
 
 /// Explicit steps at the machine's speed: those of elastic_motion() and an integrator, with forces from vector units.
