@@ -116,8 +116,10 @@ void append_remarks(const toml::table &image, std::vector<std::string> &assumpti
 }
 
 void find_patches(core::Body &body) {
-    if (const auto found = find_anatomical_patches(body.mesh))
+    if (const auto found = find_anatomical_patches(body.mesh)) {
         body.assumptions.push_back(found->remark);
+        body.patch_confidence = found->confidence;
+    }
 }
 
 core::Body body_of_table(const std::filesystem::path &file) {
