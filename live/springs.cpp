@@ -73,7 +73,9 @@ msm::MassSprings springs_around_nodes(const core::Body &body, const Settings &se
     }
     terms.push_back(guard(material));
     core::SpringNetwork springs{.node_mass = msm::lumped_masses(material),
-                                .edges = core::edge_table(body.mesh.tetrahedra).edges};
+                                .edges = core::edge_table(body.mesh.tetrahedra).edges,
+                                .stiffness = {},
+                                .rest_length = {}};
     msm::ElasticBody elastic(springs.node_mass, std::move(terms));
     return {std::move(springs), std::move(elastic)};
 }

@@ -1,11 +1,17 @@
 #pragma once
 
+#include <optional>
 #include <string>
-#include <vector>
 
 #include "core/tetra_mesh.hpp"
 
 namespace livermark::meshes {
+
+/// How patches were found.
+struct FoundPatches {
+    double confidence = 0.0; ///< how clear the orientation of the body is: see LiverFit::confidence()
+    std::string remark;      ///< one sentence with the confidence and the areas
+};
 
 /// Finds the patches of a liver that a mesh has no names for, so that the load cases that ship can be put on it:
 /// posterior, right_lobe_dome, superior, left_lobe_tip, anterior, inferior and right_lateral.
@@ -13,7 +19,7 @@ namespace livermark::meshes {
 /// The liver that ships is laid over the mesh and bent (fit_liver()), in whatever orientation the mesh is, and each
 /// facet gets the patch that it has there (assign_liver_patches()). A mesh that is turned gets the same patches. A
 /// facet that the file itself gives to a patch of these names stays there.
-/// @return one sentence with the confidence and the areas; nothing if no patch was missing
-std::vector<std::string> find_anatomical_patches(core::TetraMesh &mesh);
+/// @return nothing if no patch was missing
+std::optional<FoundPatches> find_anatomical_patches(core::TetraMesh &mesh);
 
 } // namespace livermark::meshes

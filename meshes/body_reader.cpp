@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <iterator>
 
 #include "meshes/anatomical_patches.hpp"
 #include "meshes/mesh_figures.hpp"
@@ -104,10 +105,6 @@ double metres_of(const toml::table &table, const toml::node &unit) {
     return metres;
 }
 
-void append(std::vector<std::string> &all, const std::vector<std::string> &more) {
-    all.insert(all.end(), more.begin(), more.end());
-}
-
 /// What is told of the image that a body was made of; the rest of [image] is for people.
 void append_remarks(const toml::table &image, std::vector<std::string> &assumptions) {
     const auto spacing = support::required_vector(image, "spacing");
@@ -115,7 +112,14 @@ void append_remarks(const toml::table &image, std::vector<std::string> &assumpti
                                       support::required_string(image, "name"), 1e3 * spacing.x(), 1e3 * spacing.y(),
                                       1e3 * spacing.z()));
     if (const auto *remarks = image.get("remarks"); remarks && !(remarks->is_array() && remarks->as_array()->empty()))
-        append(assumptions, support::required_strings(image, "remarks"));
+        std::ranges::move(support::required_strings(image, "remarks"), std::back_inserter(assumptions));
+}
+
+void find_patches(core::Body &body) {
+    if (const auto found = find_anatomical_patches(body.mesh)) {
+        body.assumptions.push_back(found->remark);
+        body.patch_confidence = found->confidence;
+    }
 }
 
 core::Body body_of_table(const std::filesystem::path &file) {
@@ -128,7 +132,7 @@ core::Body body_of_table(const std::filesystem::path &file) {
     if (table.contains("image"))
         append_remarks(support::required_table(table, "image"), body.assumptions);
     if (support::optional_flag(table, "find_patches"))
-        append(body.assumptions, find_anatomical_patches(body.mesh));
+        find_patches(body);
     body.materials = read_materials(table, body.mesh);
     check_patches(table, body.mesh);
     return body;
@@ -147,7 +151,7 @@ core::Body body_of_mesh(const std::filesystem::path &file) {
     body.assumptions.push_back(fmt::format("all {} regions are taken to be of 1060 kg/m^3, 5000 Pa and Poisson's ratio "
                                            "0.45; a body .toml may give each its material",
                                            body.mesh.region_names.size()));
-    append(body.assumptions, find_anatomical_patches(body.mesh));
+    find_patches(body);
     return body;
 }
 

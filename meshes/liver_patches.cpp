@@ -1,6 +1,8 @@
 #include "meshes/liver_patches.hpp"
 
 #include <algorithm>
+#include <array>
+#include <limits>
 
 #include "meshes/liver_shape.hpp"
 
@@ -144,6 +146,18 @@ void paint(core::TetraMesh &mesh, const LiverFit &fit, const LiverShape &drawn, 
 
 constexpr double tip_of_shipped_liver = 0.105; // [m]
 
+/// A left lobe may end sooner than that of the fitted shape. Its tip then begins sooner as well, and has half the
+/// length of that of the shape, so that every liver has one.
+double tip_begin(const core::TetraMesh &mesh, const LiverFit &fit) {
+    constexpr double least_part = 0.5;
+    double end = -std::numeric_limits<double>::infinity();
+    for (const auto &triangle : mesh.boundary_triangles)
+        for (const int node : triangle)
+            end = std::max(end, fit.place(mesh.points[node]).x());
+    const double begin = left_lobe_tip_begin(fit.shape);
+    return std::min(begin, end - least_part * (left_lobe_end(fit.shape) - begin));
+}
+
 } // namespace
 
 void assign_liver_patches(core::TetraMesh &mesh) {
@@ -152,7 +166,7 @@ void assign_liver_patches(core::TetraMesh &mesh) {
 }
 
 void assign_liver_patches(core::TetraMesh &mesh, const LiverFit &fit) {
-    paint(mesh, fit, fit.shape, left_lobe_tip_begin(fit.shape));
+    paint(mesh, fit, fit.shape, tip_begin(mesh, fit));
 }
 
 void assign_liver_patches(core::TetraMesh &mesh, const LiverShape &shape) {

@@ -20,6 +20,7 @@ namespace livermark::meshes {
 void assign_liver_patches(core::TetraMesh &mesh);
 
 /// The same for a liver that lies elsewhere, whose boundary is there and stays.
+/// The tip is at least half as long as that of the shape, also where the left lobe ends sooner.
 /// @param fit  where it lies in the axes of liver_level, and its shape there
 void assign_liver_patches(core::TetraMesh &mesh, const LiverFit &fit);
 

@@ -164,6 +164,10 @@ double left_lobe_tip_begin(const LiverShape &shape) {
     return (left_lobe_center.x() + part * shape.left_lobe.x() - shape.centroid.x()) * shape.metres_per_unit.x();
 }
 
+double left_lobe_end(const LiverShape &shape) {
+    return (left_lobe_center.x() + shape.left_lobe.x() - shape.centroid.x()) * shape.metres_per_unit.x();
+}
+
 std::vector<Lesion> liver_lesions() {
     // On the right, Couinaud's segment.
     return {

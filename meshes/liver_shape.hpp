@@ -51,6 +51,9 @@ double left_lobe_border(const LiverShape &shape);
 /// Where the patch of the left lobe's tip begins: x [m].
 double left_lobe_tip_begin(const LiverShape &shape);
 
+/// Where the left lobe's ellipsoid ends: x [m].
+double left_lobe_end(const LiverShape &shape);
+
 /// An ellipsoidal lesion.
 struct Lesion {
     core::Vector3 center;              ///< [m]

@@ -16,6 +16,7 @@
 #include <optional>
 #include <utility>
 
+#include "segmentation/surface_wrapping.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::segmentation {
@@ -127,7 +128,6 @@ void tell(const OtherParts &others, double volume, const std::string &file, std:
 }
 
 CgalSurface surface_of(TriangleSoup soup, const std::string &file, std::vector<std::string> &remarks) {
-    pmp::repair_polygon_soup(soup.points, soup.triangles);
     const auto num_points = soup.points.size();
     if (!pmp::orient_polygon_soup(soup.points, soup.triangles))
         remarks.push_back(
@@ -139,16 +139,28 @@ CgalSurface surface_of(TriangleSoup soup, const std::string &file, std::vector<s
     return surface;
 }
 
-} // namespace
-
-std::vector<CgalSurface> closed_parts(TriangleSoup soup, const std::string &file, std::vector<std::string> &remarks) {
-    const auto surface = surface_of(std::move(soup), file, remarks);
+std::vector<CgalSurface> parts_of(const CgalSurface &surface, const std::string &file) {
     std::vector<CgalSurface> parts;
     pmp::split_connected_components(surface, parts);
     if (parts.empty())
         throw InputError(fmt::format("{}: no triangle of it has an area; export the surface again", file));
-    const auto largest_area =
-        std::ranges::max_element(parts, {}, [](const CgalSurface &part) { return pmp::area(part); });
+    return parts;
+}
+
+} // namespace
+
+std::vector<CgalSurface> closed_parts(TriangleSoup soup, const std::string &file, std::vector<std::string> &remarks) {
+    const auto larger = [](const CgalSurface &part) { return pmp::area(part); };
+    pmp::repair_polygon_soup(soup.points, soup.triangles);
+    std::vector<std::string> of_parts;
+    auto parts = parts_of(surface_of(soup, file, of_parts), file);
+    if (open_place(*std::ranges::max_element(parts, {}, larger)))
+        if (const auto closed = wrapped(soup, file, of_parts)) {
+            of_parts = {of_parts.back()}; // what was taken apart before does not matter any more
+            parts = parts_of(*closed, file);
+        }
+    remarks.insert(remarks.end(), of_parts.begin(), of_parts.end());
+    const auto largest_area = std::ranges::max_element(parts, {}, larger);
     std::vector<CgalSurface> body{*largest_area};
     parts.erase(largest_area);
     if (const auto place = open_place(body.front()))

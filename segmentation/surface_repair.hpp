@@ -20,12 +20,12 @@ struct TriangleSoup {
 ///   the part with the largest area stays, and parts that cut it; other parts are left out, open ones as well, and
 ///   those inside are cavities; triangles of a part that cut each other are replaced (CGAL's
 ///   remove_self_intersections), if the volume stays.
+/// Triangles whose largest part is open are wrapped as a whole: see wrapped().
 /// @param soup     of finite coordinates
 /// @param file     named in messages
 /// @param remarks  gets a sentence for each change
-/// @throws support::InputError with the file, the place and a remedy: the largest part is open, or cuts itself and
-/// cannot
-///         be repaired
+/// @throws support::InputError with the file, the place and a remedy: the largest part has large holes, or
+///         cuts itself and cannot be repaired
 std::vector<CgalSurface> closed_parts(TriangleSoup soup, const std::string &file, std::vector<std::string> &remarks);
 
 } // namespace livermark::segmentation

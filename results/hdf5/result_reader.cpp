@@ -243,6 +243,8 @@ Result read_file(const InputFile &file) {
     body->materials = hdf5::read_materials(file, body->mesh.region_names.size());
     if (file.has_attribute("/mesh", "assumptions"))
         body->assumptions = file.texts("/mesh", "assumptions");
+    if (file.has_attribute("/mesh/boundary_patch", "confidence"))
+        body->patch_confidence = file.number("/mesh/boundary_patch", "confidence");
     result.problem.load_case = read_load_case(file, body->mesh.boundary_triangles.size(), body->mesh.points.size());
     result.problem.body = std::move(body);
     for (const std::string &name : file.children("/solutions"))

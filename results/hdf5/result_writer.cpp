@@ -134,6 +134,8 @@ void write_body(hdf5::OutputFile &file, const core::Body &body) {
     file.dataset("/mesh/boundary_triangles", body.mesh.boundary_triangles, "");
     file.dataset("/mesh/boundary_patch", body.mesh.boundary_patch, "");
     file.texts("/mesh/boundary_patch", "names", body.mesh.patch_names);
+    if (body.patch_confidence)
+        file.number("/mesh/boundary_patch", "confidence", *body.patch_confidence);
 
     hdf5::write_materials(file, body.materials);
 }

@@ -35,6 +35,14 @@ def test_colour_maps_are_those_of_the_page(name, colour_map):
         assert numpy.allclose(255.0 * numpy.array(colour_map(at)[:3]), expected, atol=3.0), (name, at)
 
 
+def test_colours_of_patches_are_those_of_the_page():
+    source = pathlib.Path(os.environ["LIVERMARK_SOURCE_DIR"]) / "viewer/src/picture/patch_colours.ts"
+    of_page = [tuple(map(int, colour)) for colour in re.findall(r"\[(\d+), (\d+), (\d+)\]", source.read_text())]
+    assert tuple(of_page) == colours.PATCHES
+    more = colours.patch_colours(2 * len(colours.PATCHES))
+    assert len({to_hex(colour) for colour in more}) == len(more)
+
+
 def test_colours_get_brighter_of_displacements_and_darker_of_errors_all_the_way():
     def luma(colour_map):
         return colour_map(numpy.linspace(0.0, 1.0, 101))[:, :3] @ [0.2126, 0.7152, 0.0722]

@@ -100,8 +100,54 @@ TEST_F(SurfaceFile, MayBeStlObjOrPly) {
 }
 
 TEST_F(SurfaceFile, ThatIsOpenIsRefusedWithThePlace) {
-    write_stl(directory_ / "a.stl", ball_surface(50.0), 1);
+    const auto ball = ball_surface(50.0);
+    write_stl(directory_ / "a.stl", ball, ball.triangles.size() / 20);
     EXPECT_NE(refusal("a.stl").find("is open at ("), std::string::npos) << refusal("a.stl");
+}
+
+void expect_one(const std::vector<std::string> &remarks, const std::string &part) {
+    ASSERT_EQ(remarks.size(), 1U);
+    EXPECT_NE(remarks[0].find(part), std::string::npos) << remarks[0];
+}
+
+/// As decimation leaves it.
+TEST_F(SurfaceFile, WithSmallHolesIsWrappedAndSaysSo) {
+    auto surface = ball_surface(50.0);
+    const double volume = meshes::enclosed_volume(surface);
+    const auto num_triangles = surface.triangles.size();
+    // One corner with all triangles around it, and a triangle elsewhere.
+    const int corner = surface.triangles[num_triangles / 2][0];
+    surface.triangles.erase(surface.triangles.begin());
+    std::erase_if(surface.triangles, [&](const auto &triangle) { return std::ranges::count(triangle, corner) > 0; });
+    ASSERT_LT(surface.triangles.size(), num_triangles - 4);
+    write_ply(directory_ / "a.ply", surface);
+    const auto [closed, remarks] = read("a.ply");
+    expect_one(remarks, "CGAL has wrapped it");
+    EXPECT_NEAR(meshes::enclosed_volume(closed) / volume, 1.0, 0.02);
+    write_ply(directory_ / "b.ply", closed);
+    EXPECT_TRUE(read("b.ply").remarks.empty()) << "it is still open";
+}
+
+/// Its triangles cannot all look outwards: a strip that is turned once and sewn into the surface has one side only.
+TEST_F(SurfaceFile, WhoseTrianglesCannotBeTurnedAlikeIsWrapped) {
+    auto surface = ball_surface(50.0);
+    const double volume = meshes::enclosed_volume(surface);
+    // Two neighbours exchange a corner: what was a square between them is crossed.
+    auto &a = surface.triangles[100];
+    for (auto &b : surface.triangles) {
+        const auto num_shared = std::ranges::count_if(b, [&](int n) { return std::ranges::count(a, n) > 0; });
+        if (num_shared != 2)
+            continue;
+        const auto own = [](const auto &of, const auto &other) {
+            return std::ranges::find_if(of, [&](int n) { return std::ranges::count(other, n) == 0; });
+        };
+        b[own(b, a) - b.begin()] = *own(a, b);
+        break;
+    }
+    write_ply(directory_ / "a.ply", surface);
+    const auto [closed, remarks] = read("a.ply");
+    expect_one(remarks, "CGAL has wrapped it");
+    EXPECT_NEAR(meshes::enclosed_volume(closed) / volume, 1.0, 0.02);
 }
 
 /// Both in one.
@@ -116,11 +162,6 @@ meshes::SurfaceMesh together(meshes::SurfaceMesh surface, const meshes::SurfaceM
         surface.triangles.push_back(triangle);
     }
     return surface;
-}
-
-void expect_one(const std::vector<std::string> &remarks, const std::string &part) {
-    ASSERT_EQ(remarks.size(), 1U);
-    EXPECT_NE(remarks[0].find(part), std::string::npos) << remarks[0];
 }
 
 TEST_F(SurfaceFile, WithPartsThatCutEachOtherIsTheirUnion) {

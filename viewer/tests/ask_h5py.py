@@ -14,4 +14,6 @@ with h5py.File(sys.argv[1], "r") as file:
             answer = item.attrs[question["attribute"]]
         else:
             answer = item[()] if question["row"] is None else item[question["row"]]
+        if answer.dtype.kind == "S":
+            answer = answer.astype(str)
         print(json.dumps(answer.tolist()), flush=True)

@@ -1,7 +1,8 @@
 """Copies a result file with changes.
 usage: python3 change_h5py.py FROM.h5 TO.h5, and on stdin a JSON object of any of
   "body": name, "scale": factor of all static displacements, "nan": [dataset, row, and column if there are any], "narrow": dataset that loses its columns,
-  "delete": dataset, "set": [dataset, row or null for all, value], "shorten": [dataset, how many of its last rows it loses]
+  "delete": dataset, "set": [dataset, row or null for all, value], "shorten": [dataset, how many of its last rows it loses],
+  "unname": [dataset, attribute that it loses]
 """
 import json
 import shutil
@@ -31,6 +32,9 @@ with h5py.File(target, "r+") as file:
     if "set" in changes:
         path, row, value = changes["set"]
         file[path][... if row is None else row] = value
+    if "unname" in changes:
+        path, name = changes["unname"]
+        del file[path].attrs[name]
     if "shorten" in changes:
         path, count = changes["shorten"]
         values = file[path][:-count]

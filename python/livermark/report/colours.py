@@ -25,6 +25,16 @@ VARIABLES = {
 DISPLACEMENT = matplotlib.colormaps["viridis"]
 ERROR = ListedColormap(matplotlib.colormaps["magma"](numpy.linspace(248 / 255, 33 / 255, 256)), "error")
 
+#: Of the patches of a body, as on the page (viewer/src/picture/patch_colours.ts): pale, so that light on a surface is seen.
+PATCHES = ((119, 170, 221), (238, 221, 136), (68, 187, 153), (238, 136, 102), (255, 170, 187), (187, 204, 51), (153, 221, 255),
+           (170, 170, 0))
+
+
+def patch_colours(count: int) -> numpy.ndarray:
+    """(count, 3) from 0 to 1. With more patches than colours these come again, darker each time."""
+    patch = numpy.arange(count)
+    return numpy.array(PATCHES)[patch % len(PATCHES)] * 0.65 ** (patch // len(PATCHES))[:, None] / 255.0
+
 
 @dataclass(frozen=True)
 class Style:

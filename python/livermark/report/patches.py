@@ -18,14 +18,17 @@ SIDES = ((X, -Y), (-X, Y), (X, Z), (X, -Z))
 
 
 def patches_of(mesh: meshio.Mesh) -> tuple[numpy.ndarray, numpy.ndarray, list[str]]:
-    """Triangles of the boundary (T, 3), the number of the patch of each (T), and the names of the patches."""
+    """Triangles of the boundary (T, 3), the number of the patch of each (T), and the names of the patches, in alphabetical
+    order, so that a name has the same colour on every body that has these names."""
     triangles, patch = [], []
     for block, tags in zip(mesh.cells, mesh.cell_data["gmsh:physical"]):
         if block.type == "triangle":
             triangles.append(block.data)
             patch.append(numpy.asarray(tags, dtype=int) - 1)
-    names = sorted((int(tag), name) for name, (tag, dimension) in mesh.field_data.items() if dimension == 2)
-    return numpy.concatenate(triangles), numpy.concatenate(patch), [name for _, name in names]
+    tags = {name: int(tag) for name, (tag, dimension) in mesh.field_data.items() if dimension == 2}
+    names = sorted(tags)
+    place = numpy.argsort([tags[name] for name in names])
+    return numpy.concatenate(triangles), place[numpy.concatenate(patch)], names
 
 
 def draw(points: numpy.ndarray, triangles: numpy.ndarray, patch: numpy.ndarray, of_patches: numpy.ndarray,
@@ -47,7 +50,7 @@ def draw(points: numpy.ndarray, triangles: numpy.ndarray, patch: numpy.ndarray, 
 def main(mesh_file: str, picture: str) -> None:
     mesh = meshio.read(mesh_file)
     triangles, patch, names = patches_of(mesh)
-    of_patches = colours.DISPLACEMENT(numpy.linspace(0.0, 1.0, max(len(names), 2)))[:, :3]
+    of_patches = colours.patch_colours(len(names))
     drawn = draw(mesh.points, triangles, patch, of_patches)
     pathlib.Path(picture).write_bytes(surfaces.png_of(drawn))
     for colour, name in zip(of_patches, names):

@@ -153,6 +153,8 @@ void expect_equal(const Result &a, const Result &b) {
     EXPECT_EQ(a.problem.body->name, b.problem.body->name);
     expect_equal(a.problem.body->mesh, b.problem.body->mesh);
     EXPECT_TRUE(same_bits(a.problem.body->materials, b.problem.body->materials));
+    EXPECT_EQ(a.problem.body->assumptions, b.problem.body->assumptions);
+    EXPECT_EQ(a.problem.body->patch_confidence, b.problem.body->patch_confidence);
     expect_equal(a.problem.load_case, b.problem.load_case);
     EXPECT_EQ(a.reference_uncertainty, b.reference_uncertainty);
     EXPECT_EQ(a.motion_uncertainty, b.motion_uncertainty);

@@ -1,7 +1,7 @@
 // What the load case prescribes on each facet of the surface.
 import type { File } from 'h5wasm';
 import { exactly, has, rows, texts } from './hdf5.ts';
-import { Fault, type NamedConditions } from './types.ts';
+import { Fault, type NamedConditions, type Patches } from './types.ts';
 
 const mostKinds = 2; // of /load_case/condition: 0 free, 1 prescribed displacement, 2 traction
 
@@ -19,16 +19,14 @@ function readNodeFactor(file: File, numNodes: number): Float64Array | null {
  * @param triangles  (T,3) of the boundary
  * @throws Fault with a sentence that names the place in the file
  */
-export function readConditions(file: File, triangles: ArrayLike<number>, numNodes: number): NamedConditions {
+export function readConditions(file: File, triangles: ArrayLike<number>, { patch, names: patches }: Patches, numNodes: number): NamedConditions {
   const numTriangles = triangles.length / 3;
   const read = (path: string, columns: number) => exactly(numTriangles, path, columns, rows(file, path, columns));
   const kind = Uint8Array.from(read('/load_case/condition', 1));
   if (kind.some((k) => k > mostKinds))
     throw new Fault('/load_case/condition has a kind that is not known; use the page of the same version.');
   const constraint = read('/load_case/constraint', 1);
-  const patch = read('/mesh/boundary_patch', 1);
   const constraints = texts(file, '/load_case/constraint', 'names');
-  const patches = texts(file, '/mesh/boundary_patch', 'names');
   const nodeFactor = readNodeFactor(file, numNodes);
   const meanOf = (factor: Float64Array, t: number) => [0, 1, 2].reduce((sum, i) => sum + factor[triangles[3 * t + i]!]! / 3, 0);
   return {

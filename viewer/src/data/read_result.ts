@@ -3,6 +3,7 @@ import type { File } from 'h5wasm';
 import { children, has, number, rows, text, texts } from './hdf5.ts';
 import { readConditions } from './read_conditions.ts';
 import { readMesh } from './read_mesh.ts';
+import { readPatches } from './read_patches.ts';
 import { movingPlaces, numPointsOf, readLoads } from './read_path.ts';
 import { lesionsOf } from './lesions.ts';
 import { compactSurface, innerTriangles } from './surface.ts';
@@ -77,7 +78,8 @@ export function readResult(file: File, name: string): Result {
     throw new Fault(`It is of schema ${schema}, and this page reads schema ${knownSchema}; use the page of the same version.`);
   const { points, tetrahedra, region, triangles } = readMesh(file);
   const models = children(file, '/solutions').map((model) => readModel(file, model, points.length / 3));
-  const conditions = readConditions(file, triangles, points.length / 3);
+  const patches = readPatches(file, triangles.length / 3);
+  const conditions = readConditions(file, triangles, patches, points.length / 3);
   const constraints = texts(file, '/load_case/constraint', 'names');
   const regions = texts(file, '/mesh/region', 'names');
   return {
@@ -98,6 +100,7 @@ export function readResult(file: File, name: string): Result {
     lesions: lesionsOf(regions, points, tetrahedra, region),
     isAnatomical: regions[0] === 'parenchyma',
     conditions,
+    patches,
     loads: readLoads(file),
     numConstraints: constraints.length,
     places: movingPlaces(conditions, constraints),

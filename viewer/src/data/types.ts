@@ -44,6 +44,13 @@ export interface NamedConditions extends Conditions {
   acceleration: number[]; // (3) m/s^2
 }
 
+/** The named parts of the surface. */
+export interface Patches {
+  names: string[]; // in alphabetical order
+  patch: Int32Array; // (T) index into names
+  confidence: number; // 0 to 1, of the orientation in which they were found; NaN where the file says none
+}
+
 /** Where displacement is prescribed that is not 0. */
 export interface MovingPlace {
   name: string;
@@ -66,6 +73,7 @@ export interface Result {
   lesions: Lesion[]; // all regions but the first
   isAnatomical: boolean; // x to the left, y to the back, z to the head of a patient (LPS)
   conditions: NamedConditions;
+  patches: Patches;
   loads: number[]; // parts of the load at which solutions are kept, ascending to 1; empty in the small regime
   numConstraints: number;
   places: MovingPlace[];

@@ -1,6 +1,7 @@
 // Comparing the models of a file: the reader chooses, and what follows from the choice is read and drawn.
 import { Closed, type OpenFile } from '../data/client.ts';
 import { courseOf, type Field, type ForcePlot, type Largest, type NodeValues, type PointErrors, type ProbeMotion, type Result } from '../data/types.ts';
+import type { Quantity } from '../picture/colour_maps.ts';
 import { goodExaggeration, nearestExaggeration } from '../picture/fields.ts';
 import { defaultSkin } from '../picture/materials.ts';
 import { short } from '../picture/scale.ts';
@@ -15,6 +16,7 @@ import { choiceOf } from './link.ts';
 import { atPoint, endOfPath, loadName, loadOf } from './loads.ts';
 import { motionPlot } from './motion_plot.ts';
 import { nodeCard } from './node_card.ts';
+import { patchLegend } from './patch_legend.ts';
 import { atLoad, colouredValues, exaggerationOf, legendEnd, partsOf, referenceOf, validModels, type Choice } from './state.ts';
 
 /** All that is drawn of a choice. */
@@ -89,7 +91,7 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
     const reference = referenceOf(result, choice.frame !== null);
     const load = loadName(result, choice);
     seen = atPoint(result, choice, errors);
-    const end = legendEnd(result, choice.models, largest, choice.quantity);
+    const end = choice.quantity === 'patches' ? 1 : legendEnd(result, choice.models, largest, choice.quantity);
     for (const side of [0, 1] as Side[]) {
       const { displacement } = fields[side];
       const coloured = colouredValues(fields[side], choice.quantity, choice.models[side] === reference);
@@ -102,10 +104,9 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
     stage.showConditions({ constrained: shows, loaded: shows && choice.frame === null });
     stage.setCut(choice.cut);
     stage.showNames(!choice.showsNames ? 'none' : choice.skin === 'translucent' ? 'all' : 'cut');
-    const exceeds = largest.some((l) => l[choice.quantity] > end * (1 + 1e-6));
     const shade = choice.skin === 'flat' ? '' : 'Light and glass shift colours; “Exact colours” shows them as here.';
-    const strain = choice.quantity === 'strain' ? 'Of straight-edged tetrahedra between the nodes; at a node the mean around it, weighted by volume.' : '';
-    byId('legend').replaceChildren(...legend(choice.quantity, end, exceeds, [loadNote(fields, choice, load), shade, strain].filter(Boolean).join(' ')));
+    byId('legend').replaceChildren(...choice.quantity === 'patches' ? patchLegend(result, shade)
+      : scaleOf(choice.quantity, end, largest, [loadNote(fields, choice, choice.quantity, load), shade]));
     byId('conditions').replaceChildren(...(shows ? conditionsKey(result, choice.frame !== null, loadOf(result, choice)) : []));
     const strains = new Map(choice.models.flatMap((model, side) => {
       const at = choice.node === null ? undefined : fields[side]!.strain?.[choice.node];
@@ -131,8 +132,14 @@ export function createCompareView(stage: Stage, hooks: CompareHooks): CompareVie
     byId('motion').replaceChildren(...motionPlot(result.probes[0]!, shown.length > 0 ? shown : motions.slice(0, 1), now));
   }
 
+  function scaleOf(quantity: Quantity, end: number, largest: Largest[], notes: string[]): Node[] {
+    const exceeds = largest.some((l) => l[quantity] > end * (1 + 1e-6));
+    const strain = quantity === 'strain' ? 'Of straight-edged tetrahedra between the nodes; at a node the mean around it, weighted by volume.' : '';
+    return legend(quantity, end, exceeds, [...notes, strain].filter(Boolean).join(' '));
+  }
+
   /** Beside the legend, which is the same at all parts of the load. */
-  function loadNote(fields: [Field, Field], { models, quantity }: Choice, load: string): string {
+  function loadNote(fields: [Field, Field], { models }: Choice, quantity: Quantity, load: string): string {
     if (!load) return '';
     const largest = fields.map((field, side) => {
       const known = colouredValues(field, quantity, models[side] === file!.result.reference).filter(Number.isFinite);

@@ -1,7 +1,7 @@
 // The choices of the reader, and the keys.
 import { courseOf, type Result } from '../data/types.ts';
 import type { Skin } from '../picture/body.ts';
-import type { Quantity } from '../picture/colour_maps.ts';
+import type { Colouring } from '../picture/colour_maps.ts';
 import { exaggerations } from '../picture/fields.ts';
 import type { Stage } from '../picture/stage.ts';
 import { listenToCut, showCut } from './cut_controls.ts';
@@ -24,7 +24,7 @@ export function listen({ change, setMoving, setPoint }: Changes, stage: Stage, r
   form().addEventListener('submit', (event) => event.preventDefault());
   form().addEventListener('change', (event) => {
     const { name, value, checked } = event.target as HTMLInputElement;
-    if (name === 'quantity') change({ quantity: value as Quantity });
+    if (name === 'quantity') change({ quantity: value as Colouring });
     if (name === 'skin') change({ skin: value as Skin });
     if (name === 'moment') setMoving(value === 'motion');
     if (name === 'conditions') change({ showsConditions: checked });

@@ -7,6 +7,7 @@ import type { Stage } from '../picture/stage.ts';
 import { byId } from './elements.ts';
 import { scales } from './legend.ts';
 import { loadName, loadOf } from './loads.ts';
+import { patchEntries, type PatchEntry } from './patch_legend.ts';
 import type { Choice } from './state.ts';
 
 const times = 2; // as many pixels as on the screen, each way
@@ -23,34 +24,57 @@ export function offer(name: string, content: Blob): void {
 
 const escaped = (text: string) => text.replaceAll('&', '&amp;').replaceAll('<', '&lt;').replaceAll('"', '&quot;');
 
+interface ScaleLegend {
+  name: string;
+  end: number; // in the unit of the name
+  quantity: Quantity;
+}
+
 /** What is written around a picture. */
 export interface PictureFrame {
   file: string; // name, without its ending
   title: string;
   sides: string[]; // above each view
-  legend: { name: string; end: number; quantity: Quantity }; // end in the unit of the name
+  legend: ScaleLegend | PatchEntry[];
   more?: string; // SVG over the picture [CSS pixels]
+}
+
+type Write = (x: number, y: number, content: string, more?: string) => string;
+
+/** @param top  of the strip [CSS pixels] */
+function scaleBelow({ name, end, quantity }: ScaleLegend, width: number, top: number, text: Write): string {
+  const [left, strip] = [0.36 * width, 0.56 * width];
+  const numbers = ticks(end).map((value) => text(left + (strip * value) / end, top + 32, String(value), 'text-anchor="middle"'));
+  const colours = mapColours(quantity);
+  const stops = colours.map((colour, i) => `<stop offset="${i / (colours.length - 1)}" stop-color="${colour}"/>`).join('');
+  return `<defs><linearGradient id="map">${stops}</linearGradient></defs>${text(left - 12, top + 12, name, 'text-anchor="end"')}
+    <rect x="${left}" y="${top}" width="${strip}" height="14" fill="url(#map)"/>${numbers.join('')}`;
+}
+
+/** In two rows. */
+function patchesBelow(entries: PatchEntry[], width: number, top: number, text: Write): string {
+  const columns = Math.ceil(entries.length / 2);
+  return entries.map(({ name, colour }, i) => {
+    const [x, y] = [14 + ((i % columns) * (width - 28)) / columns, top + 26 * Math.floor(i / columns)];
+    return `<rect x="${x}" y="${y}" width="22" height="14" fill="${colour}"/>${text(x + 30, y + 12, name)}`;
+  }).join('');
 }
 
 /** As SVG around what is written over the picture. [CSS pixels] */
 function frameOf(host: HTMLElement, { title, sides, legend, more }: PictureFrame, overlay: string, size: { width: number; height: number }): string {
   const { stage, ink } = pageColours(host);
   const { width, height } = size;
-  const text = (x: number, y: number, content: string, more = '') => `<text x="${x}" y="${y}" fill="${ink}" font-size="14" ${more}>${escaped(content)}</text>`;
+  const text: Write = (x, y, content, more = '') => `<text x="${x}" y="${y}" fill="${ink}" font-size="14" ${more}>${escaped(content)}</text>`;
   const canvas = host.getBoundingClientRect();
   const boxes = [...host.querySelectorAll('.side')].map((side) => side.getBoundingClientRect());
   const names = sides.map((name, side) =>
     text(boxes[side]!.left - canvas.left + 2, head + boxes[side]!.top - canvas.top + 20, name, 'font-weight="600"'));
-  const [left, strip, top] = [0.36 * width, 0.56 * width, head + height + 14];
-  const numbers = ticks(legend.end).map((value) => text(left + (strip * value) / legend.end, top + 32, String(value), 'text-anchor="middle"'));
-  const colours = mapColours(legend.quantity);
-  const stops = colours.map((colour, i) => `<stop offset="${i / (colours.length - 1)}" stop-color="${colour}"/>`).join('');
+  const top = head + height + 14;
+  const below = Array.isArray(legend) ? patchesBelow(legend, width, top, text) : scaleBelow(legend, width, top, text);
   return `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${head + height + foot}" font-family="system-ui, sans-serif">
-    <defs><linearGradient id="map">${stops}</linearGradient></defs>
     <rect width="${width}" height="${head}" fill="${stage}"/><rect y="${head + height}" width="${width}" height="${foot}" fill="${stage}"/>
     ${text(14, 26, title, 'font-weight="600"')}
-    ${names.join('')}${text(left - 12, top + 12, legend.name, 'text-anchor="end"')}
-    <rect x="${left}" y="${top}" width="${strip}" height="14" fill="url(#map)"/>${numbers.join('')}
+    ${names.join('')}${below}
     <g transform="translate(0 ${head})">${overlay}${more ?? ''}</g></svg>`;
 }
 
@@ -73,14 +97,14 @@ export async function savePicture(stage: Stage, host: HTMLElement, frame: Pictur
 
 /** Of two models. */
 export function comparedFrame(result: Result, choice: Choice): PictureFrame {
-  const end = Number(document.querySelector<HTMLElement>('#legend .numbers')!.dataset['endMm']);
+  const end = Number(document.querySelector<HTMLElement>('#legend .numbers')?.dataset['endMm']);
   const load = loadName(result, choice);
   const time = choice.frame === null ? (load ? `, ${load}` : '') : `, ${result.frameTimes[choice.frame]!.toFixed(3)} s after the release`;
   return {
     file: `${result.body}_${result.loadCase}`,
     title: `${result.body}: ${result.loadCase}${time}. Displacements drawn ${byId('factor').textContent}`,
     sides: choice.models,
-    legend: { name: scales[choice.quantity].name, end, quantity: choice.quantity },
+    legend: choice.quantity === 'patches' ? patchEntries(result) : { name: scales[choice.quantity].name, end, quantity: choice.quantity },
   };
 }
 

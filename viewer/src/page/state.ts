@@ -1,14 +1,14 @@
 // What the reader has chosen, and what follows from it.
 import type { Course, Field, Frame, Largest, Result } from '../data/types.ts';
 import type { BodyParts, Skin } from '../picture/body.ts';
-import type { Quantity } from '../picture/colour_maps.ts';
+import type { Colouring, Quantity } from '../picture/colour_maps.ts';
 import { exaggerations, lengths } from '../picture/fields.ts';
 import { roundedUp } from '../picture/scale.ts';
 import type { Cut } from '../picture/section.ts';
 
 export interface Choice {
   models: [left: string, right: string];
-  quantity: Quantity;
+  quantity: Colouring;
   skin: Skin;
   exaggeration: number; // index into exaggerations
   frame: Frame;
@@ -22,7 +22,7 @@ export interface Choice {
 /** What a stage draws of a file besides the surface. */
 export function partsOf(result: Result): BodyParts {
   const labels = result.lesions.map(({ name, node, reach }) => ({ name: name.replaceAll('_', ' '), node, reach }));
-  return { conditions: result.conditions, tetrahedra: result.tetrahedra, labels, isAnatomical: result.isAnatomical };
+  return { conditions: result.conditions, patches: result.patches, tetrahedra: result.tetrahedra, labels, isAnatomical: result.isAnatomical };
 }
 
 /** Between these a body lies along an axis, at rest. [m] */
@@ -63,12 +63,14 @@ export function atLoad(result: Result, choice: Choice, chosen: number): Partial<
   return { frame: null, point, models: validModels(result, point === null ? 'load' : 'path', choice.models) };
 }
 
-/** What is coloured [m, or 1 for the strain]. The reference is off itself by nothing; a model that nobody compared has no error. */
-export function colouredValues(field: Field, quantity: Quantity, isReference: boolean): Float32Array {
-  if (quantity === 'strain') return field.strain ?? new Float32Array(field.displacement.length / 3).fill(Number.NaN);
+/** What is coloured [m, or 1 for the strain]; a patch is no number. The reference is off itself by nothing; a model that nobody compared has no error. */
+export function colouredValues(field: Field, quantity: Colouring, isReference: boolean): Float32Array {
+  const none = () => new Float32Array(field.displacement.length / 3).fill(Number.NaN);
+  if (quantity === 'patches') return none();
+  if (quantity === 'strain') return field.strain ?? none();
   if (quantity === 'displacement') return lengths(field.displacement);
   if (field.error) return lengths(field.error);
-  return new Float32Array(field.displacement.length / 3).fill(isReference ? 0 : Number.NaN);
+  return isReference ? none().fill(0) : none();
 }
 
 /** The end of the legend [m, or 1 for the strain]: the same for both sides. A model that diverged does not decide, if there is another. */

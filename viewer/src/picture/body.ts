@@ -1,9 +1,10 @@
 // One side of the picture: a body, what is inside, what is prescribed on it, a cut through it, and the marked node.
 import * as three from 'three';
 import type { Surface, Surfaces } from '../data/surface.ts';
-import type { Quantity } from './colour_maps.ts';
+import type { Colouring } from './colour_maps.ts';
 import { createConditions, restCentres, type Conditions, type ConditionsInScene, type ConditionsShown } from './conditions.ts';
 import { createCutFace } from './cut_face.ts';
+import { createFacets } from './facets.ts';
 import { displaced, textureCoordinates } from './fields.ts';
 import { createMarks, type Marks } from './marks.ts';
 import { createMaterials, mapWidth, type Skin } from './materials.ts';
@@ -16,7 +17,7 @@ export interface Look {
   displacement: Float32Array; // (N,3) m
   values: Float32Array; // (N) what is coloured
   end: number; // value at the end of the legend
-  quantity: Quantity;
+  quantity: Colouring; // of patches on the outside, and of values inside
   skin: Skin;
   exaggeration: number;
   node: number | null; // marked
@@ -32,6 +33,7 @@ export interface NodeLabel {
 /** What a body may have besides its surface. */
 export interface BodyParts {
   conditions?: Conditions; // of the facets of the surface
+  patches?: { patch: Int32Array; names: readonly string[] }; // named parts: (T) index into the names
   tetrahedra?: Int32Array; // (M,4), which close what is cut open
   labels?: NodeLabel[]; // what has a name
   isAnatomical?: boolean; // its axes are those of a patient (LPS)
@@ -85,15 +87,17 @@ function createMarker(size: number): three.Mesh {
 
 /** @param size  of the body [m] */
 export function createBody(points: Float32Array, surfaces: Surfaces, size: number, parts: BodyParts = {}): Body {
-  const materials = createMaterials();
+  const materials = createMaterials(parts.patches?.names.length ?? 0);
   const outside: three.Mesh = new three.Mesh(geometryOf(surfaces.outside), materials.skins.solid);
   const front = new three.Mesh(outside.geometry, materials.depth);
   const inside = new three.Mesh(geometryOf(surfaces.inside), materials.skins.solid);
   const face = createCutFace(materials.section, materials.outline, surfaces.inside, parts.tetrahedra ?? new Int32Array());
+  const facets = createFacets(outside.geometry, parts.patches?.patch ?? new Int32Array(surfaces.outside.triangles.length / 3),
+    Math.max(parts.patches?.names.length ?? 0, 1), materials.skins.solid);
   const marker = createMarker(size);
   inside.renderOrder = 0;
   front.renderOrder = 1;
-  outside.renderOrder = 2;
+  outside.renderOrder = facets.mesh.renderOrder = 2;
   marker.renderOrder = 3;
   const conditions: ConditionsInScene | null = parts.conditions
     ? createConditions(outside.geometry, parts.conditions, restCentres(surfaces.outside, points), size) : null;
@@ -102,7 +106,7 @@ export function createBody(points: Float32Array, surfaces: Surfaces, size: numbe
 
   const light = new three.DirectionalLight(0xffffff, 2.2);
   const scene = new three.Scene();
-  scene.add(new three.HemisphereLight(0xffffff, 0xb8b2aa, 1.7), light, light.target, inside, front, outside, face.object, marker, marks.object);
+  scene.add(new three.HemisphereLight(0xffffff, 0xb8b2aa, 1.7), light, light.target, inside, front, outside, facets.mesh, face.object, marker, marks.object);
   if (conditions) scene.add(conditions.object);
 
   const hasInside = surfaces.inside.nodes.length > 0;
@@ -118,10 +122,13 @@ export function createBody(points: Float32Array, surfaces: Surfaces, size: numbe
       look = next;
       places = displaced({ nodes: Int32Array.from({ length: points.length / 3 }, (_, i) => i) }, points, look.displacement, look.exaggeration);
       materials.use(look.quantity);
-      outside.material = materials.skins[look.skin];
+      outside.material = facets.mesh.material = materials.skins[look.skin];
+      facets.mesh.visible = look.quantity === 'patches';
+      outside.visible = !facets.mesh.visible; // a ray meets it all the same
       front.visible = look.skin === 'translucent';
       inside.visible = hasInside && look.skin === 'translucent';
       update(outside.geometry, surfaces.outside, points, look);
+      if (facets.mesh.visible) facets.follow();
       if (hasInside) update(inside.geometry, surfaces.inside, points, look);
       face.show(cut, places, look);
       conditions?.follow();
@@ -152,6 +159,7 @@ export function createBody(points: Float32Array, surfaces: Surfaces, size: numbe
       marks.free();
       conditions?.free();
       face.free();
+      facets.free();
       for (const part of [outside, inside, marker, ...marker.children] as three.Mesh[]) part.geometry.dispose();
       for (const part of [marker, ...marker.children] as three.Mesh[]) (part.material as three.Material).dispose();
       materials.free();

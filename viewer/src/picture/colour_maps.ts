@@ -20,6 +20,8 @@ const strain = `
 export type Colour = readonly [red: number, green: number, blue: number]; // 0 to 255
 export type Quantity = 'displacement' | 'error' | 'strain';
 export const quantities: readonly Quantity[] = ['displacement', 'error', 'strain'];
+/** What a surface may be coloured by: a quantity, or the part that a facet is of. */
+export type Colouring = Quantity | 'patches';
 
 /** What is no number, as in a model that diverged. */
 export const notANumber: Colour = [150, 150, 150];

@@ -1,6 +1,7 @@
 // What a body is made of in the picture.
 import * as three from 'three';
-import { colourAt, notANumber, quantities, type Quantity } from './colour_maps.ts';
+import { colourAt, notANumber, quantities, type Colour, type Colouring } from './colour_maps.ts';
+import { patchColour } from './patch_colours.ts';
 
 export type Skin = 'translucent' | 'solid' | 'flat';
 /** Every colour is the one of the legend. */
@@ -9,13 +10,12 @@ export const defaultSkin: Skin = 'flat';
 export const mapWidth = 256;
 
 /** Two rows: the map, and the colour of what is no number. */
-function mapTexture(quantity: Quantity): three.DataTexture {
-  const map = Array.from({ length: mapWidth }, (_, i) => [...colourAt(quantity, i / (mapWidth - 1)), 255]);
-  const unknown = Array.from({ length: mapWidth }, () => [...notANumber, 255]);
-  const texture = new three.DataTexture(new Uint8Array([...map, ...unknown].flat()), mapWidth, 2);
+function mapTexture(colours: Colour[], filter: three.MagnificationTextureFilter = three.LinearFilter): three.DataTexture {
+  const rows = [...colours, ...colours.map(() => notANumber)].flatMap((colour) => [...colour, 255]);
+  const texture = new three.DataTexture(new Uint8Array(rows), colours.length, 2);
   texture.colorSpace = three.SRGBColorSpace;
-  texture.magFilter = three.LinearFilter;
-  texture.minFilter = three.LinearFilter;
+  texture.magFilter = filter;
+  texture.minFilter = filter;
   texture.needsUpdate = true;
   return texture;
 }
@@ -53,13 +53,18 @@ export interface BodyMaterials {
   section: three.Material;
   outline: three.LineBasicMaterial;
   depth: three.Material; // how far away glass is
-  use(quantity: Quantity): void;
+  use(colouring: Colouring): void;
   clip(planes: three.Plane[]): void;
   free(): void;
 }
 
-export function createMaterials(): BodyMaterials {
-  const textures = Object.fromEntries(quantities.map((q) => [q, mapTexture(q)])) as Record<Quantity, three.DataTexture>;
+/** @param numPatches  named parts of the surface */
+export function createMaterials(numPatches: number): BodyMaterials {
+  const mapOf = (colour: (i: number) => Colour, count: number) => Array.from({ length: count }, (_, i) => colour(i));
+  const textures = {
+    ...Object.fromEntries(quantities.map((q) => [q, mapTexture(mapOf((i) => colourAt(q, i / (mapWidth - 1)), mapWidth))])),
+    patches: mapTexture(mapOf(patchColour, Math.max(numPatches, 1)), three.NearestFilter),
+  } as Record<Colouring, three.DataTexture>;
   const lit = new three.MeshStandardMaterial({ roughness: 0.75, side: three.DoubleSide });
   const glass = glassMaterial();
   const flat = flatMaterial();
@@ -75,10 +80,10 @@ export function createMaterials(): BodyMaterials {
     section,
     outline,
     depth,
-    use(quantity) {
-      for (const material of coloured) material.map = textures[quantity];
+    use(colouring) {
+      for (const material of coloured) material.map = textures[colouring];
       // Most of a body is at the beginning of the map, which is dark or pale.
-      outline.color.set(quantity === 'displacement' ? 0xffffff : 0x111111);
+      outline.color.set(colouring === 'displacement' ? 0xffffff : 0x111111);
     },
     clip(planes) {
       for (const material of [lit, glass, flat, depth]) material.clippingPlanes = planes;
