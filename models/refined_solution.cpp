@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/local_refinement.hpp"
 #include "core/observed_error.hpp"
 
 namespace livermark::models {
@@ -61,6 +62,21 @@ core::Solution solve_refined(const core::TetraMesh &mesh, std::span<const double
     best->setup_seconds = setup_seconds;
     best->solve_seconds = solve_seconds;
     return std::move(*best);
+}
+
+core::Solution solve_at_rims(const core::Problem &problem, const Refinement &refinement,
+                             const std::function<core::Solution(const core::Problem &)> &solve) {
+    const auto num_nodes = problem.body->mesh.points.size();
+    auto refined = problem;
+    return solve_refined(problem.body->mesh, problem.load_case.path, refinement, [&](int level) {
+        if (level > 0)
+            refined = core::refine_at_rims(refined).problem;
+        auto solution = solve(refined);
+        solution.displacement.resize(num_nodes); // the nodes of the mesh come first
+        for (auto &point : solution.path)
+            point.displacement.resize(num_nodes);
+        return solution;
+    });
 }
 
 } // namespace livermark::models

@@ -3,6 +3,7 @@
 #include <functional>
 #include <span>
 
+#include "core/problem.hpp"
 #include "core/solution.hpp"
 #include "core/tetra_mesh.hpp"
 
@@ -25,5 +26,11 @@ struct Refinement {
 /// @return with the seconds of all levels
 core::Solution solve_refined(const core::TetraMesh &mesh, std::span<const double> path, const Refinement &refinement,
                              const std::function<core::Solution(int level)> &solve);
+
+/// The same on meshes that are refined at the rims of places, where displacements are not smooth and most of the error
+/// is, see core::refine_at_rims().
+/// @param solve  the solution at the nodes of the mesh that it gets, those of the coarsest first
+core::Solution solve_at_rims(const core::Problem &problem, const Refinement &refinement,
+                             const std::function<core::Solution(const core::Problem &)> &solve);
 
 } // namespace livermark::models

@@ -8,6 +8,7 @@
 
 #include "fem_reference/distributed/distributed_multigrid.hpp"
 #include "fem_reference/distributed/distributed_stiffness.hpp"
+#include "fem_reference/solvers/clear_constrained.hpp"
 #include "fem_reference/solvers/prolongation.hpp"
 #include "fem_reference/solvers/two_level.hpp"
 
@@ -46,17 +47,13 @@ struct DistributedLevels::Impl {
         left.sadd(-1.0, 1.0, in);
         nodes.read(left, std::span(fine_values));
         from_linear.restrict_to(std::span<const double>(fine_values), coarse_values);
-        for (std::size_t dof = 0; dof < coarse_values.size(); ++dof)
-            if (!is_vertex_free[dof])
-                coarse_values[dof] = 0.0;
+        clear_constrained(std::span(coarse_values), is_vertex_free);
         vertices.write(std::span<const double>(coarse_values), residual);
         coarse->vmult(correction, residual);
         vertices.read(correction, std::span(coarse_values));
         std::ranges::fill(fine_values, 0.0);
         from_linear.add_prolonged(std::span<const double>(coarse_values), fine_values);
-        for (std::size_t dof = 0; dof < fine_values.size(); ++dof)
-            if (!is_free[dof])
-                fine_values[dof] = 0.0;
+        clear_constrained(std::span(fine_values), is_free);
         nodes.write(std::span<const double>(fine_values), left);
         out += left;
     }

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "fem_reference/distributed/distributed_mass.hpp"
+#include "fem_reference/solvers/clear_constrained.hpp"
 
 namespace livermark::fem_reference {
 
@@ -85,9 +86,7 @@ struct DistributedSaddlePoint::Impl {
     }
 
     void write(std::vector<double> &of_u, std::vector<double> &of_p, BlockVector &out) const {
-        for (std::size_t dof = 0; dof < of_u.size(); ++dof)
-            if (!is_free[dof])
-                of_u[dof] = 0.0;
+        clear_constrained(std::span(of_u), is_free);
         for (double &value : of_p)
             value *= scale;
         nodes.write(std::span<const double>(of_u), out.block(0));

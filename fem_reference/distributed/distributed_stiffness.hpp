@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "fem_reference/distributed/node_exchange.hpp"
+#include "fem_reference/solvers/clear_constrained.hpp"
 #include "fem_reference/solvers/symmetric_blocks.hpp"
 
 namespace livermark::fem_reference {
@@ -27,9 +28,7 @@ template <class T> class DistributedStiffness : public dealii::Subscriptor {
     void vmult(Vector &out, const Vector &in) const {
         nodes_.read(in, std::span(from_));
         stiffness_.multiply(from_, to_);
-        for (std::size_t dof = 0; dof < to_.size(); ++dof)
-            if (!is_free_[dof])
-                to_[dof] = T(0);
+        clear_constrained(std::span(to_), is_free_);
         nodes_.write(std::span<const T>(to_), out);
     }
 

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "fem_reference/linear/chosen_solver.hpp"
+#include "fem_reference/solvers/clear_constrained.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
 #include "fem_reference/solvers/multivector.hpp"
 #include "fem_reference/solvers/two_level.hpp"
@@ -90,9 +91,7 @@ struct TangentSolver::Impl {
     void apply_inverse(std::span<const double> force, std::span<double> out) const {
         if (levels) {
             std::vector<float> residual(force.begin(), force.end()), correction(force.size());
-            for (std::size_t dof = 0; dof < residual.size(); ++dof)
-                if (!is_free[dof])
-                    residual[dof] = 0.0F;
+            fem_reference::clear_constrained(std::span(residual), is_free);
             levels->inverse->apply(residual, correction);
             std::ranges::copy(correction, out.begin());
             return;
@@ -104,11 +103,6 @@ struct TangentSolver::Impl {
         of_free = cholesky.solve_single_precision(of_free);
         for (std::size_t dof = 0; dof < force.size(); ++dof)
             out[dof] = number[dof] >= 0 ? of_free[number[dof]] : 0.0;
-    }
-    void constrain(std::span<double> u) const {
-        for (std::size_t dof = 0; dof < u.size(); ++dof)
-            if (!is_free[dof])
-                u[dof] = 0.0;
     }
 
     const Elements &elements;
@@ -194,7 +188,7 @@ TangentSolver::Correction TangentSolver::solve(const TangentMatrices &tangent,
             for (std::size_t k = 0; k < num_pressures; ++k)
                 impl.pressures(out)[k] = impl.scale * volumes[k];
         }
-        impl.constrain(force);
+        fem_reference::clear_constrained(force, impl.is_free);
     }};
     const Operator preconditioner{[&](Vector &out, const Vector &x) {
         impl.apply_inverse(impl.displacements(x), impl.displacements(out));
@@ -210,7 +204,7 @@ TangentSolver::Correction TangentSolver::solve(const TangentMatrices &tangent,
 
     Vector load(num_displacements + num_pressures), x(num_displacements + num_pressures);
     std::ranges::copy(right.displacement, load.begin());
-    impl.constrain(impl.displacements(load));
+    fem_reference::clear_constrained(impl.displacements(load), impl.is_free);
     for (std::size_t k = 0; k < num_pressures; ++k)
         impl.pressures(load)[k] = impl.scale * right.pressure[k];
 

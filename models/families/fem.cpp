@@ -148,15 +148,9 @@ std::vector<core::Model> distributed_models() {
     };
     const auto solve_mixed = solve_with({.formulation = Formulation::mixed});
     const auto at_rims = [solve_mixed](const core::Problem &problem) {
-        auto refined = problem;
-        refined.load_case.release.reset();
-        return solve_refined(problem.body->mesh, problem.load_case.path, refinement, [&](int level) {
-            if (level > 0)
-                refined = core::refine_at_rims(refined).problem;
-            auto solution = solve_mixed(refined);
-            solution.displacement.resize(problem.body->mesh.points.size()); // the nodes of the mesh come first
-            return solution;
-        });
+        auto at_rest = problem;
+        at_rest.load_case.release.reset();
+        return solve_at_rims(at_rest, refinement, solve_mixed);
     };
     const auto model = [](std::string_view name, const char *summary, auto solve) {
         return finite_elements(name, summary, core::solves_each(solve));

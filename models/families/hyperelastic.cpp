@@ -4,7 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/local_refinement.hpp"
 #include "fem_reference/hyperelastic/distributed_hyperelasticity.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "models/model_table.hpp"
@@ -65,21 +64,9 @@ core::Solution solve(const core::Problem &problem, const std::string &law, const
 /// One percent, where four meshes give it.
 constexpr Refinement refinement{.goal = 0.01, .finest_level = 3};
 
-/// On meshes that are finer and finer at the rims of places, where displacements are not smooth and most of the error
-/// is.
-core::Solution solve_at_rims(const core::Problem &problem, const std::string &law,
-                             const Discretisation &discretisation) {
-    const auto num_nodes = problem.body->mesh.points.size();
-    auto refined = problem;
-    return solve_refined(problem.body->mesh, problem.load_case.path, refinement, [&](int level) {
-        if (level > 0)
-            refined = core::refine_at_rims(refined).problem;
-        auto solution = solve(refined, law, discretisation);
-        solution.displacement.resize(num_nodes); // the nodes of the mesh come first
-        for (auto &point : solution.path)
-            point.displacement.resize(num_nodes);
-        return solution;
-    });
+core::Solution solve_finer(const core::Problem &problem, const std::string &law, const Discretisation &discretisation) {
+    return solve_at_rims(problem, refinement,
+                         [&](const core::Problem &refined) { return solve(refined, law, discretisation); });
 }
 
 using Solve = core::Solution (*)(const core::Problem &, const std::string &, const Discretisation &);
@@ -106,7 +93,7 @@ std::vector<core::Model> models(const ModelOptions & /*options*/) {
         elements("fem_p2p1_neo_hookean_refined",
                  "neo-Hookean, Taylor and Hood on meshes refined at the rims of places (the reference of large "
                  "deformations)",
-                 "neo_hookean", {.degree = 2, .formulation = Formulation::mixed}, solve_at_rims),
+                 "neo_hookean", {.degree = 2, .formulation = Formulation::mixed}, solve_finer),
         elements("fem_p2p1_ogden",
                  "Ogden's law with a fit to porcine liver, Taylor and Hood: how far the law itself matters", "ogden",
                  {.degree = 2, .formulation = Formulation::mixed}),
