@@ -72,7 +72,8 @@ struct Times {
 };
 
 Times time_hand(live::Scene &scene, const live::Chosen &chosen, const core::Vector3 &front, const Options &options) {
-    Times times{.time_step = chosen.time_step};
+    Times times;
+    times.time_step = chosen.time_step;
     for (int step = 0; step < 100; ++step) {
         const double start = processor_time();
         scene.feel({}, 1);
