@@ -32,7 +32,7 @@ EquationOfMotion elastic_motion(const ElasticBody &body, const std::vector<core:
         for (const auto &term : body.terms)
             term->add_force(x, v, damping.beta, a);
         a = a.cwiseProduct(free_per_mass) - damping.alpha * v.cwiseProduct(free);
-        scale_deformation(scaling, -1.0, x, a);
+        scale_acceleration(scaling, x, v, a);
     };
     equation.effective_mass = [body, rest = to_unknowns(positions), mass = equation.mass, free,
                                damping](const Unknowns &u, double d, double k) {

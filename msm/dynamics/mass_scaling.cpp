@@ -46,8 +46,14 @@ NodalConditions with_these_free(NodalConditions conditions, const std::vector<bo
     return conditions;
 }
 
-/// At x, the rigid motion with the momentum and angular momentum of a field.
-Eigen::Matrix3Xd rigid_motion(const Eigen::VectorXd &mass, const Eigen::Matrix3Xd &x, const Eigen::Matrix3Xd &field) {
+struct RigidMotion {
+    Eigen::Vector3d centre, velocity, rotation; ///< velocity of the centre of mass, angular velocity
+
+    Eigen::Vector3d at(const Eigen::Vector3d &x) const { return velocity + rotation.cross(x - centre); }
+};
+
+/// At x, that with the momentum and angular momentum of a field.
+RigidMotion fitted_motion(const Eigen::VectorXd &mass, const Eigen::Matrix3Xd &x, const Eigen::Matrix3Xd &field) {
     const Eigen::Vector3d centre = x * mass / mass.sum(), mean = field * mass / mass.sum();
     Eigen::Matrix3d second = Eigen::Matrix3d::Zero(); // moments
     Eigen::Vector3d spin = Eigen::Vector3d::Zero();   // angular momentum about the centre
@@ -57,11 +63,40 @@ Eigen::Matrix3Xd rigid_motion(const Eigen::VectorXd &mass, const Eigen::Matrix3X
         spin += weighted.cross(field.col(i));
     }
     const Eigen::Matrix3d inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
-    const Eigen::Vector3d rotation = inertia.inverse() * spin;
+    return {centre, mean, inertia.inverse() * spin};
+}
+
+Eigen::Matrix3Xd rigid_motion(const Eigen::VectorXd &mass, const Eigen::Matrix3Xd &x, const Eigen::Matrix3Xd &field) {
+    const auto motion = fitted_motion(mass, x, field);
     Eigen::Matrix3Xd rigid(3, x.cols());
     for (Eigen::Index i = 0; i < x.cols(); ++i)
-        rigid.col(i) = mean + rotation.cross(x.col(i) - centre);
+        rigid.col(i) = motion.at(x.col(i));
     return rigid;
+}
+
+/// The centripetal and Coriolis accelerations of a part that turns: what its nodes are accelerated by although, seen
+/// from the part, they are not.
+Eigen::Matrix3Xd turning(const HeavyPart &part, const Eigen::Matrix3Xd &x, const Eigen::Matrix3Xd &v) {
+    const auto motion = fitted_motion(part.mass, x, v);
+    Eigen::Matrix3Xd acceleration(3, x.cols());
+    for (Eigen::Index i = 0; i < x.cols(); ++i) {
+        const Eigen::Vector3d rigid = motion.rotation.cross(x.col(i) - motion.centre);
+        const Eigen::Vector3d relative = v.col(i) - motion.at(x.col(i));
+        acceleration.col(i) = motion.rotation.cross(rigid + 2.0 * relative);
+    }
+    return acceleration;
+}
+
+Eigen::Matrix3Xd gathered(const HeavyPart &part, const Eigen::VectorXd &field) {
+    Eigen::Matrix3Xd of_part(3, static_cast<Eigen::Index>(part.nodes.size()));
+    for (Eigen::Index i = 0; i < of_part.cols(); ++i)
+        of_part.col(i) = of_node(field, part.nodes[i]);
+    return of_part;
+}
+
+void scatter(const HeavyPart &part, const Eigen::Matrix3Xd &of_part, Eigen::VectorXd &field) {
+    for (Eigen::Index i = 0; i < of_part.cols(); ++i)
+        of_node(field, part.nodes[i]) = of_part.col(i);
 }
 
 /// How a part has turned since rest: the rotation nearest to sum of m x rest^T.
@@ -220,16 +255,26 @@ void scale_deformation(const HeavyPart &part, const Eigen::Matrix3Xd &x, double 
 
 void scale_deformation(const MassScaling &scaling, double power, const Eigen::VectorXd &x, Eigen::VectorXd &field) {
     for (const auto &part : scaling.parts) {
-        const auto &nodes = part.nodes;
-        const auto size = static_cast<Eigen::Index>(nodes.size());
-        Eigen::Matrix3Xd there(3, size), of_part(3, size);
-        for (Eigen::Index i = 0; i < size; ++i) {
-            there.col(i) = of_node(x, nodes[i]);
-            of_part.col(i) = of_node(field, nodes[i]);
-        }
-        scale_deformation(part, there, std::pow(part.factor, power), of_part);
-        for (Eigen::Index i = 0; i < size; ++i)
-            of_node(field, nodes[i]) = of_part.col(i);
+        auto of_part = gathered(part, field);
+        scale_deformation(part, gathered(part, x), std::pow(part.factor, power), of_part);
+        scatter(part, of_part, field);
+    }
+}
+
+void scale_acceleration(const HeavyPart &part, const Eigen::Matrix3Xd &x, const Eigen::Matrix3Xd &v,
+                        Eigen::Matrix3Xd &acceleration) {
+    const auto of_turning = turning(part, x, v);
+    acceleration -= of_turning;
+    scale_deformation(part, x, 1.0 / part.factor, acceleration);
+    acceleration += of_turning;
+}
+
+void scale_acceleration(const MassScaling &scaling, const Eigen::VectorXd &x, const Eigen::VectorXd &v,
+                        Eigen::VectorXd &acceleration) {
+    for (const auto &part : scaling.parts) {
+        auto of_part = gathered(part, acceleration);
+        scale_acceleration(part, gathered(part, x), gathered(part, v), of_part);
+        scatter(part, of_part, acceleration);
     }
 }
 

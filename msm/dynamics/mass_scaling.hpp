@@ -11,7 +11,8 @@
 /// explicit steps may be as long as those of the tissue around it. With Q the projection onto what is left alone, rigid
 /// motions of the inclusion where it is and its slow deformations turned with it, orthogonal in its masses M, and a
 /// factor f >= 1,
-///   a = (Q + (I - Q) / f) M^-1 F,   so the mass is M (Q + f (I - Q)).
+///   a = c + (Q + (I - Q) / f) (M^-1 F - c),   so the mass is M (Q + f (I - Q)) for what is seen from the inclusion,
+/// where c are the centripetal and Coriolis accelerations of an inclusion that turns.
 /// Forces and torques on the inclusion are as before, and so linear and angular momentum of the body are kept to
 /// rounding, and every equilibrium stays. What changes is how fast the inclusion deforms, which it hardly does.
 /// (Olovsson, Simonsson, Unosson 2005, Int. J. Numer. Meth. Engng. 63, scale the mass of each element so; one
@@ -59,5 +60,16 @@ void scale_deformation(const HeavyPart &part, const Eigen::Matrix3Xd &x, double 
 /// The same of all parts, each with f^power.
 /// @param x, field   shape (3N)
 void scale_deformation(const MassScaling &scaling, double power, const Eigen::VectorXd &x, Eigen::VectorXd &field);
+
+/// From accelerations M^-1 F to those of the scaled masses.
+/// @param x, v          shape (3, n), positions [m] and velocities [m/s]
+/// @param acceleration  shape (3, n) [m/s^2]
+void scale_acceleration(const HeavyPart &part, const Eigen::Matrix3Xd &x, const Eigen::Matrix3Xd &v,
+                        Eigen::Matrix3Xd &acceleration);
+
+/// The same of all parts.
+/// @param x, v, acceleration  shape (3N)
+void scale_acceleration(const MassScaling &scaling, const Eigen::VectorXd &x, const Eigen::VectorXd &v,
+                        Eigen::VectorXd &acceleration);
 
 } // namespace livermark::msm

@@ -10,7 +10,7 @@ namespace livermark::msm {
 
 /// What selective mass scaling makes of steps of symplectic Euler on vector units. The kernels take a step with the
 /// masses as they are, v + h a and x + h (v + h a). This puts a scaled acceleration in the place of a, in double
-/// precision: the scaling is linear in it.
+/// precision.
 template <class T> class HeavySteps {
   public:
     HeavySteps() = default;
@@ -56,9 +56,9 @@ template <class T> class HeavySteps {
                 part.gain.col(column) = velocity - part.before.col(column);
                 part.start.col(column) = get(at, row, &NodeSlice<T>::position) - at.time_step * velocity;
             }
-            part.change = part.gain;
-            scale_deformation(part.scaled, part.start, 1.0 / part.scaled.factor, part.change);
-            part.change -= part.gain;
+            part.change = part.gain / at.time_step;
+            scale_acceleration(part.scaled, part.start, part.before, part.change);
+            part.change = at.time_step * part.change - part.gain;
             for (std::size_t i = 0; i < part.rows.size(); ++i) {
                 const core::Vector3 change = part.change.col(static_cast<Eigen::Index>(i));
                 add(at, part.rows[i], &NodeSlice<T>::velocity, change, at.velocity_rows[at.now]);
