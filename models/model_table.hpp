@@ -22,9 +22,11 @@ struct Reference {
     std::string_view refined;
 };
 
-/// Quadratic tetrahedra with a linear pressure do not lock when the material is nearly incompressible.
-inline constexpr std::array<Reference, 2> references{
+/// The best first: quadratic tetrahedra with a linear pressure do not lock when the material is nearly incompressible. The
+/// second one judges where the first finds no solution, and has no finer meshes of its own.
+inline constexpr std::array<Reference, 3> references{
     {{core::Regime::small, "fem_p2p1", "fem_p2p1_refined"},
+     {core::Regime::small, "fem_p2", {}},
      {core::Regime::large, "fem_p2p1_neo_hookean", "fem_p2p1_neo_hookean_refined"}}};
 
 /// The one that knows modes and motion.

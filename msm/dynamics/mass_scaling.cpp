@@ -46,6 +46,20 @@ NodalConditions with_these_free(NodalConditions conditions, const std::vector<bo
     return conditions;
 }
 
+/// Where nodes are, as far as rigid motions need it.
+struct Frame {
+    Eigen::Vector3d centre;
+    Eigen::Matrix3d inverse_inertia;
+};
+
+Frame frame_of(const Eigen::VectorXd &mass, const Eigen::Matrix3Xd &x) {
+    const Eigen::Vector3d centre = x * mass / mass.sum();
+    const Eigen::Matrix3Xd arm = x.colwise() - centre;
+    const Eigen::Matrix3d second = arm * mass.asDiagonal() * arm.transpose(); // moments
+    const Eigen::Matrix3d inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
+    return {centre, inertia.inverse()};
+}
+
 struct RigidMotion {
     Eigen::Vector3d centre, velocity, rotation; ///< velocity of the centre of mass, angular velocity
 
@@ -53,21 +67,20 @@ struct RigidMotion {
 };
 
 /// At x, that with the momentum and angular momentum of a field.
-RigidMotion fitted_motion(const Eigen::VectorXd &mass, const Eigen::Matrix3Xd &x, const Eigen::Matrix3Xd &field) {
-    const Eigen::Vector3d centre = x * mass / mass.sum(), mean = field * mass / mass.sum();
-    Eigen::Matrix3d second = Eigen::Matrix3d::Zero(); // moments
-    Eigen::Vector3d spin = Eigen::Vector3d::Zero();   // angular momentum about the centre
+RigidMotion fitted_motion(const Frame &frame, const Eigen::VectorXd &mass, const Eigen::Matrix3Xd &x,
+                          const Eigen::Matrix3Xd &field) {
+    Eigen::Vector3d momentum = Eigen::Vector3d::Zero(), spin = momentum; // about the centre
     for (Eigen::Index i = 0; i < x.cols(); ++i) {
-        const Eigen::Vector3d arm = x.col(i) - centre, weighted = mass[i] * arm;
-        second += weighted * arm.transpose();
-        spin += weighted.cross(field.col(i));
+        const Eigen::Vector3d weighted = mass[i] * field.col(i);
+        momentum += weighted;
+        spin += (x.col(i) - frame.centre).cross(weighted);
     }
-    const Eigen::Matrix3d inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
-    return {centre, mean, inertia.inverse() * spin};
+    return {frame.centre, momentum / mass.sum(), frame.inverse_inertia * spin};
 }
 
-Eigen::Matrix3Xd rigid_motion(const Eigen::VectorXd &mass, const Eigen::Matrix3Xd &x, const Eigen::Matrix3Xd &field) {
-    const auto motion = fitted_motion(mass, x, field);
+Eigen::Matrix3Xd rigid_motion(const Frame &frame, const Eigen::VectorXd &mass, const Eigen::Matrix3Xd &x,
+                              const Eigen::Matrix3Xd &field) {
+    const auto motion = fitted_motion(frame, mass, x, field);
     Eigen::Matrix3Xd rigid(3, x.cols());
     for (Eigen::Index i = 0; i < x.cols(); ++i)
         rigid.col(i) = motion.at(x.col(i));
@@ -76,12 +89,13 @@ Eigen::Matrix3Xd rigid_motion(const Eigen::VectorXd &mass, const Eigen::Matrix3X
 
 /// The centripetal and Coriolis accelerations of a part that turns: what its nodes are accelerated by although, seen
 /// from the part, they are not.
-Eigen::Matrix3Xd turning(const HeavyPart &part, const Eigen::Matrix3Xd &x, const Eigen::Matrix3Xd &v) {
-    const auto motion = fitted_motion(part.mass, x, v);
+Eigen::Matrix3Xd turning(const Frame &frame, const HeavyPart &part, const Eigen::Matrix3Xd &x,
+                         const Eigen::Matrix3Xd &v) {
+    const auto motion = fitted_motion(frame, part.mass, x, v);
     Eigen::Matrix3Xd acceleration(3, x.cols());
     for (Eigen::Index i = 0; i < x.cols(); ++i) {
         const Eigen::Vector3d rigid = motion.rotation.cross(x.col(i) - motion.centre);
-        const Eigen::Vector3d relative = v.col(i) - motion.at(x.col(i));
+        const Eigen::Vector3d relative = v.col(i) - motion.velocity - rigid;
         acceleration.col(i) = motion.rotation.cross(rigid + 2.0 * relative);
     }
     return acceleration;
@@ -112,10 +126,27 @@ auto as_vector(const Eigen::Matrix3Xd &field) {
     return Eigen::VectorXd::Map(field.data(), field.size());
 }
 
+void scale_in(const Frame &frame, const HeavyPart &part, const Eigen::Matrix3Xd &x, double factor,
+              Eigen::Matrix3Xd &field) {
+    Eigen::Matrix3Xd left_alone = rigid_motion(frame, part.mass, x, field);
+    if (part.slow.cols() > 0) {
+        const Eigen::Matrix3d turn = rotation_from_rest(part, x);
+        const Eigen::Matrix3Xf weighted =
+            (turn.transpose() * (field - left_alone) * part.mass.asDiagonal()).cast<float>();
+        const Eigen::VectorXf slow =
+            part.slow * (part.slow.transpose() * Eigen::VectorXf::Map(weighted.data(), weighted.size()));
+        const Eigen::Matrix3Xd deforming = turn * Eigen::Matrix3Xf::Map(slow.data(), 3, x.cols()).cast<double>();
+        // Where the part is not as at rest it has rigid motion too.
+        left_alone += deforming - rigid_motion(frame, part.mass, x, deforming);
+    }
+    field = left_alone + factor * (field - left_alone);
+}
+
 /// (3n, m) linear and quadratic fields of a part without their rigid motion, times the roots of the masses,
 /// orthonormal.
 Eigen::MatrixXd polynomial_fields(const HeavyPart &part, const Eigen::VectorXd &root_mass) {
     const auto &y = part.rest;
+    const auto at_rest = frame_of(part.mass, y);
     const double size = y.cwiseAbs().maxCoeff();
     std::vector<Eigen::RowVectorXd> polynomials;
     for (int a = 0; a < 3; ++a) {
@@ -127,7 +158,7 @@ Eigen::MatrixXd polynomial_fields(const HeavyPart &part, const Eigen::VectorXd &
     for (Eigen::Index p = 0; p < fields.cols(); ++p) {
         Eigen::Matrix3Xd field = Eigen::Matrix3Xd::Zero(3, y.cols());
         field.row(p % 3) = polynomials[p / 3];
-        field -= rigid_motion(part.mass, y, field);
+        field -= rigid_motion(at_rest, part.mass, y, field);
         fields.col(p) = root_mass.cwiseProduct(as_vector(field));
     }
     const Eigen::BDCSVD<Eigen::MatrixXd> svd(fields, Eigen::ComputeThinU);
@@ -234,23 +265,15 @@ MassScaling scale_masses(const core::Body &body, const ElasticBody &springs, con
             is_free[node] = true;
         const double of_part = largest_angular_frequency(springs, points, with_these_free(conditions, is_free));
         part.factor = of_part * of_part / (of_rest * of_rest);
-        part.slow = slow_fields(part, stiffness, 3 * static_cast<Eigen::Index>(points.size()), slow_part * of_rest);
+        part.slow = slow_fields(part, stiffness, 3 * static_cast<Eigen::Index>(points.size()), slow_part * of_rest)
+                        .cast<float>();
     }
     std::erase_if(scaling.parts, [](const HeavyPart &part) { return !(part.factor > 1.0); });
     return scaling;
 }
 
 void scale_deformation(const HeavyPart &part, const Eigen::Matrix3Xd &x, double factor, Eigen::Matrix3Xd &field) {
-    Eigen::Matrix3Xd left_alone = rigid_motion(part.mass, x, field);
-    if (part.slow.cols() > 0) {
-        const Eigen::Matrix3d turn = rotation_from_rest(part, x);
-        const Eigen::Matrix3Xd weighted = turn.transpose() * (field - left_alone) * part.mass.asDiagonal();
-        const Eigen::VectorXd slow = part.slow * (part.slow.transpose() * as_vector(weighted));
-        const Eigen::Matrix3Xd deforming = turn * Eigen::Matrix3Xd::Map(slow.data(), 3, x.cols());
-        left_alone +=
-            deforming - rigid_motion(part.mass, x, deforming); // which it has where the part is not as at rest
-    }
-    field = left_alone + factor * (field - left_alone);
+    scale_in(frame_of(part.mass, x), part, x, factor, field);
 }
 
 void scale_deformation(const MassScaling &scaling, double power, const Eigen::VectorXd &x, Eigen::VectorXd &field) {
@@ -263,9 +286,10 @@ void scale_deformation(const MassScaling &scaling, double power, const Eigen::Ve
 
 void scale_acceleration(const HeavyPart &part, const Eigen::Matrix3Xd &x, const Eigen::Matrix3Xd &v,
                         Eigen::Matrix3Xd &acceleration) {
-    const auto of_turning = turning(part, x, v);
+    const auto frame = frame_of(part.mass, x);
+    const auto of_turning = turning(frame, part, x, v);
     acceleration -= of_turning;
-    scale_deformation(part, x, 1.0 / part.factor, acceleration);
+    scale_in(frame, part, x, 1.0 / part.factor, acceleration);
     acceleration += of_turning;
 }
 

@@ -299,7 +299,7 @@ TEST_F(Report, PatchesOfABodyAreDrawnInTheirColours) {
     const auto outcome = tests::livermark("mesh check beam --picture " + picture.string());
     ASSERT_EQ(outcome.status, 0) << outcome.output;
     expect_parts(outcome.output,
-                 {"from the front, from behind, from above and from below", "#77aadd  x_min", "#bbcc33  z_max"});
+                 {"from the front, from behind, from above and from below", "#77aadd  x_max", "#bbcc33  z_min"});
     EXPECT_TRUE(text_of(picture).starts_with("\x89PNG"));
 }
 
