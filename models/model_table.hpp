@@ -22,8 +22,8 @@ struct Reference {
     std::string_view refined;
 };
 
-/// The best first: quadratic tetrahedra with a linear pressure do not lock when the material is nearly incompressible. The
-/// second one judges where the first finds no solution, and has no finer meshes of its own.
+/// The best first: quadratic tetrahedra with a linear pressure do not lock when the material is nearly incompressible.
+/// The second one judges where the first finds no solution, and has no finer meshes of its own.
 inline constexpr std::array<Reference, 3> references{
     {{core::Regime::small, "fem_p2p1", "fem_p2p1_refined"},
      {core::Regime::small, "fem_p2", {}},
