@@ -2,14 +2,13 @@
 #include <mpi.h>
 #include <sys/resource.h>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <string>
 
+#include "benchmarks/on_ranks.hpp"
 #include "fem_reference/distributed/distributed_solver.hpp"
 #include "load_cases/load_case_reader.hpp"
 #include "meshes/body_reader.hpp"
-#include "support/input_error.hpp"
 #include "support/mpi_session.hpp"
 #include "support/root_folder.hpp"
 
@@ -55,16 +54,7 @@ int start(int argc, char **argv) {
     app.add_option("--refine", options.num_refinements, "How often each tetrahedron is cut into eight")
         ->capture_default_str()
         ->check(CLI::Range(0, 3));
-    CLI11_PARSE(app, argc, argv);
-    const support::MpiSession session;
-    try {
-        run(options);
-        return 0;
-    } catch (const support::InputError &fault) { // every rank reads the same files
-        if (support::mpi_rank() == 0)
-            fmt::print(stderr, "ranks_benchmark: {}\n", fault.what());
-        return 2;
-    }
+    return benchmarks::on_ranks("ranks_benchmark", app, argc, argv, [&options] { run(options); });
 }
 
 } // namespace

@@ -1,12 +1,12 @@
 // Started by mpirun: whether the error bar of the reference of small deformations contains what meshes find that are
 // refined uniformly, twice.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fmt/format.h>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "benchmarks/on_ranks.hpp"
 #include "core/error_norms.hpp"
 #include "core/local_refinement.hpp"
 #include "core/observed_error.hpp"
@@ -107,16 +107,7 @@ int start(int argc, char **argv) {
     app.add_option("--rims", options.num_rims, "How often the rims of places are refined before that")
         ->capture_default_str()
         ->check(CLI::Range(0, 3));
-    CLI11_PARSE(app, argc, argv);
-    const support::MpiSession session;
-    try {
-        run(options);
-        return 0;
-    } catch (const support::InputError &fault) { // every rank reads the same files
-        if (support::mpi_rank() == 0)
-            fmt::print(stderr, "uniform_benchmark: {}\n", fault.what());
-        return 2;
-    }
+    return benchmarks::on_ranks("uniform_benchmark", app, argc, argv, [&options] { run(options); });
 }
 
 } // namespace
