@@ -82,6 +82,10 @@ msm::MassSprings springs_around_nodes(const core::Body &body, const Settings &se
 
 } // namespace
 
+bool keep_from_inverting(const std::string &springs) {
+    return std::ranges::any_of(msm::all_spring_energies(), [&](const auto &e) { return name_of(e) == springs; });
+}
+
 const std::vector<std::string> &spring_names() {
     static const auto names = [] {
         std::vector<std::string> found;

@@ -15,6 +15,9 @@ namespace livermark::live {
 /// and nodal_<energy> of each energy that the fast kernels know (msm/hyperelastic_springs.hpp).
 const std::vector<std::string> &spring_names();
 
+/// Whether their energy alone keeps tetrahedra from turning inside out.
+bool keep_from_inverting(const std::string &springs);
+
 using SpringsOfLaws = std::map<std::string, core::SpringNetwork, std::less<>>;
 
 /// Springs, and what else the settings ask for. The stiffness that a law gives is Young's modulus times a number of the

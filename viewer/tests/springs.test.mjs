@@ -119,7 +119,7 @@ async function bears(body, choices, count) {
       smallest = Math.min(smallest, smallestVolume);
     }
     const rest = await harness.play(Array(8).fill({ kind: 'move', tool: { kind: 'none' }, numSteps: 500 }));
-    assert.ok(rest.at(-1).smallestVolume > 0.9, `at rest a tetrahedron has ${rest.at(-1).smallestVolume} of its volume`);
+    assert.ok(rest.at(-1).smallestVolume > 0.9, `${JSON.stringify(choice)}: at rest a tetrahedron has ${rest.at(-1).smallestVolume} of its volume`);
   }
   return smallest;
 }
