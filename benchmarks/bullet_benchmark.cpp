@@ -1,23 +1,16 @@
 // Time of the same work by a method of interactive/ and by Bullet, as bullet/<work>/<body>; see README.md.
 #include <benchmark/benchmark.h>
-#include <ctime>
 #include <fmt/format.h>
 #include <optional>
 
 #include "benchmarks/bodies.hpp"
 #include "benchmarks/bullet_comparisons.hpp"
 #include "benchmarks/program.hpp"
+#include "core/processor_time.hpp"
 
 namespace {
 
 namespace benchmarks = livermark::benchmarks;
-
-/// Of the processor, for this thread [s].
-double processor_time() {
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 constexpr int times_in_a_row = 5;
 
@@ -25,10 +18,10 @@ constexpr int times_in_a_row = 5;
 /// @return time of all [s]
 double time_of(const benchmarks::Side &side) {
     side.reset();
-    const double start = processor_time();
+    const double start = livermark::core::processor_seconds();
     for (int i = 0; i < times_in_a_row; ++i)
         side.work();
-    return processor_time() - start;
+    return livermark::core::processor_seconds() - start;
 }
 
 struct Checked {

@@ -4,12 +4,12 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <fmt/format.h>
 #include <numbers>
 #include <string>
 #include <vector>
 
+#include "core/processor_time.hpp"
 #include "live/scene.hpp"
 #include "live/springs.hpp"
 #include "load_cases/load_case_reader.hpp"
@@ -29,13 +29,6 @@ struct Options {
 
 double real_time() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-/// Of this thread, which the work of others on the same cores does not count for [s].
-double processor_time() {
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 /// The smallest that this part of them does not exceed.
@@ -75,24 +68,24 @@ Times time_hand(live::Scene &scene, const live::Chosen &chosen, const core::Vect
     Times times;
     times.time_step = chosen.time_step;
     for (int step = 0; step < 100; ++step) {
-        const double start = processor_time();
+        const double start = core::processor_seconds();
         scene.feel({}, 1);
-        times.without_tool.push_back(processor_time() - start);
+        times.without_tool.push_back(core::processor_seconds() - start);
     }
     const auto num_steps = std::max(1, static_cast<int>(options.seconds / chosen.time_step));
     const long before = scene.num_evaluations();
     for (int step = 0; step < num_steps; ++step) {
         const auto tool = finger(front, options.depth, step * chosen.time_step);
-        const double real = real_time(), processor = processor_time();
+        const double real = real_time(), processor = core::processor_seconds();
         const auto force = scene.feel(tool, 1);
         times.real.push_back(real_time() - real);
-        times.processor.push_back(processor_time() - processor);
+        times.processor.push_back(core::processor_seconds() - processor);
         times.strongest = std::max(times.strongest, force.norm());
     }
     times.evaluations = static_cast<double>(scene.num_evaluations() - before) / num_steps;
-    const double start = processor_time();
+    const double start = core::processor_seconds();
     const auto frame = scene.move(finger(front, options.depth, options.seconds), 0);
-    times.frame = processor_time() - start;
+    times.frame = core::processor_seconds() - start;
     if (frame.restarts > 0)
         throw support::InputError("the motion has left all bounds; press less deep");
     return times;

@@ -27,6 +27,13 @@ std::string name_of(const msm::SpringEnergy &energy) {
     return "nodal_" + energy.name;
 }
 
+/// @return null if no energy makes springs of that name
+const msm::SpringEnergy *find_energy(const std::string &springs) {
+    const auto energies = msm::all_spring_energies();
+    const auto found = std::ranges::find(energies, springs, name_of);
+    return found == energies.end() ? nullptr : &*found;
+}
+
 /// Nobody presses a tumour to half its volume when it lies in something softer, and a guard as stiff as it is would ask
 /// for shorter steps. Springs alone get a guard as well: they would stay inside out. It does nothing before a
 /// tetrahedron has lost half its volume.
@@ -66,10 +73,7 @@ msm::MassSprings springs_around_nodes(const core::Body &body, const Settings &se
         if (msm::needs_volume(material))
             terms.push_back(msm::volume_beside_springs(material, msm::find_volume_term("mean_nodal_volume")));
     } else {
-        const auto energies = msm::all_spring_energies();
-        const auto energy =
-            std::ranges::find_if(energies, [&](const auto &e) { return name_of(e) == settings.springs; });
-        terms = msm::hyperelastic_springs_with_volume(material, *energy).terms;
+        terms = msm::hyperelastic_springs_with_volume(material, *find_energy(settings.springs)).terms;
     }
     terms.push_back(guard(material));
     core::SpringNetwork springs{.node_mass = msm::lumped_masses(material),
@@ -83,7 +87,7 @@ msm::MassSprings springs_around_nodes(const core::Body &body, const Settings &se
 } // namespace
 
 bool keep_from_inverting(const std::string &springs) {
-    return std::ranges::any_of(msm::all_spring_energies(), [&](const auto &e) { return name_of(e) == springs; });
+    return find_energy(springs) != nullptr;
 }
 
 const std::vector<std::string> &spring_names() {

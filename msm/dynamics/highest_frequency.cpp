@@ -29,7 +29,7 @@ class ScaledStiffness {
   public:
     using Scalar = double;
     ScaledStiffness(const ElasticBody &body, const Field &positions, const FreeComponents &free,
-                    const MassScaling &scaling = {})
+                    const MassScaling &scaling)
         : stiffness_(body, positions), free_(free), num_nodes_(positions.size()), node_mass_(body.node_mass),
           inverse_root_mass_(inverse_root_mass(body.node_mass, free)), scaling_(scaling),
           rest_(to_unknowns(positions)) {}
@@ -61,7 +61,7 @@ class ScaledStiffness {
     std::size_t num_nodes_;
     const std::vector<double> &node_mass_;
     Eigen::VectorXd inverse_root_mass_;
-    const MassScaling &scaling_;
+    MassScaling scaling_;
     Eigen::VectorXd rest_;
     mutable Field displacement_;
 };
@@ -120,7 +120,7 @@ double largest_angular_frequency(const ElasticBody &body, const Field &positions
     const Eigen::VectorXd trial = free.gather(to_field(of_less.shape));
     Eigen::VectorXd image(free.size());
     if (constrains_more && trial.squaredNorm() > 0.0) {
-        ScaledStiffness(body, positions, free).perform_op(trial.data(), image.data());
+        ScaledStiffness(body, positions, free, {}).perform_op(trial.data(), image.data());
         const double above = of_less.angular_frequency * of_less.angular_frequency;
         const double below = trial.dot(image) / trial.squaredNorm();
         if (above - below <= largest_tolerance * above)

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <fmt/format.h>
 #include <limits>
 
+#include "core/processor_time.hpp"
 #include "models/tool_motion/contenders.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
@@ -41,12 +41,6 @@ double part_of_tetrahedra(const core::TetraMesh &mesh, const std::vector<bool> &
     return static_cast<double>(count) / static_cast<double>(mesh.tetrahedra.size());
 }
 
-double thread_seconds() {
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 void measure(ScaledSteps &steps, const msm::ElasticBody &springs, const core::Problem &problem,
              const msm::NodalConditions &conditions, const msm::MassScaling &scaling) {
     const auto prepare = [&](double critical, const msm::MassScaling &of_masses) {
@@ -56,9 +50,9 @@ void measure(ScaledSteps &steps, const msm::ElasticBody &springs, const core::Pr
     };
     auto plain = prepare(steps.critical_time_step, {}), scaled = prepare(steps.scaled_critical_time_step, scaling);
     const auto shorten = [](double &shortest, msm::FastSteps &of) {
-        const double start = thread_seconds();
+        const double start = core::processor_seconds();
         of.take(1);
-        shortest = std::min(shortest, thread_seconds() - start);
+        shortest = std::min(shortest, core::processor_seconds() - start);
     };
     steps.seconds_per_step = steps.scaled_seconds_per_step = std::numeric_limits<double>::infinity();
     for (int s = 0; s < num_timed_steps; ++s) {
