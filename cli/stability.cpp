@@ -18,10 +18,9 @@ namespace livermark::cli {
 
 namespace {
 
+using core::microseconds;
 using core::milliseconds;
 using core::percent;
-
-constexpr double microseconds = 1e6;
 
 void print(const results::Stability &stability, bool markdown) {
     const char *end = markdown ? "\n\n" : "\n";

@@ -6,5 +6,6 @@ namespace livermark::core {
 inline constexpr double percent = 100.0;
 inline constexpr double millimetres = 1e3;
 inline constexpr double milliseconds = 1e3;
+inline constexpr double microseconds = 1e6;
 
 } // namespace livermark::core

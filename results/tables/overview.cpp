@@ -14,9 +14,9 @@ namespace livermark::results {
 
 namespace {
 
+using core::microseconds;
 using core::milliseconds;
 using core::percent;
-constexpr double microseconds = 1e6;
 
 /// What there is of one model on one body at one Poisson's ratio, over the load cases.
 struct Cases {

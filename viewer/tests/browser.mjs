@@ -76,19 +76,24 @@ export const frames = (page) =>
   page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(done)))));
 
 /** Colours of the screen. @return rows of [red, green, blue] of a part of the page, one behind the other */
-export async function pixels(page, clip) {
-  const png = (await page.screenshot({ clip })).toString('base64');
-  return page.evaluate(async (data) => {
+export const pixels = async (page, clip) => pixelsOf(page, await page.screenshot({ clip }));
+
+/** The same of a PNG, decoded by the page. @param lastRows how many from below; all if left out */
+export const pixelsOf = (page, png, lastRows) =>
+  page.evaluate(async ([data, lastRows]) => {
     const image = new Image();
     image.src = `data:image/png;base64,${data}`;
     await image.decode();
     const canvas = new OffscreenCanvas(image.width, image.height);
     const context = canvas.getContext('2d');
     context.drawImage(image, 0, 0);
-    const all = context.getImageData(0, 0, image.width, image.height).data;
+    const rows = lastRows ?? image.height;
+    const all = context.getImageData(0, image.height - rows, image.width, rows).data;
     return Array.from({ length: all.length / 4 }, (_, i) => [all[4 * i], all[4 * i + 1], all[4 * i + 2]]);
-  }, png);
-}
+  }, [png.toString('base64'), lastRows]);
+
+/** Each of some colours once, as 'red,green,blue'. */
+export const distinct = (colours) => new Set(colours.map(String));
 
 /** The number that a text of the page shows. */
 export const shown = (text) => Number(text.replace('−', '-'));

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { after, before, beforeEach, test } from 'node:test';
-import { andDraw, frames, pixels } from './browser.mjs';
+import { andDraw, distinct, frames, pixels, pixelsOf } from './browser.mjs';
 import { startSamples } from './samples_page.mjs';
 
 let all;
@@ -51,15 +51,7 @@ test('the picture has twice the pixels of the screen', async () => {
   const { width, height } = await all.page.locator('#stage canvas').boundingBox();
   assert.equal(png.readUInt32BE(16), 2 * Math.round(width));
   assert.ok(png.readUInt32BE(20) > 2 * height, 'title and legend are in it');
-  const colours = await all.page.evaluate(async (data) => {
-    const image = new Image();
-    image.src = `data:image/png;base64,${data}`;
-    await image.decode();
-    const canvas = new OffscreenCanvas(image.width, image.height);
-    canvas.getContext('2d').drawImage(image, 0, 0);
-    const all = canvas.getContext('2d').getImageData(0, 0, image.width, image.height).data;
-    return new Set(Array.from({ length: all.length / 4 }, (_, i) => `${all[4 * i]},${all[4 * i + 1]},${all[4 * i + 2]}`)).size;
-  }, png.toString('base64'));
+  const colours = distinct(await pixelsOf(all.page, png)).size;
   assert.ok(colours > 100, 'the body is in it');
 });
 
