@@ -2,8 +2,9 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
+#include <map>
 #include <numeric>
 #include <set>
 #include <stdexcept>
@@ -92,43 +93,6 @@ bool holds_every_part(const core::LoadCase &load_case, const core::TetraMesh &me
         const auto values = Eigen::SelfAdjointEigenSolver<Gram>(entry.second, Eigen::EigenvaluesOnly).eigenvalues();
         return values[0] > least_hold * values[5];
     });
-}
-
-NodeKey node_key(int a, int b) {
-    return {std::min(a, b), std::max(a, b)};
-}
-
-std::map<NodeKey, NodeCondition> node_conditions(const core::LoadCase &load_case, const core::TetraMesh &mesh,
-                                                 int degree) {
-    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    std::map<NodeKey, NodeCondition> conditions;
-    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
-        if (load_case.condition[f] == core::FacetCondition::free)
-            continue;
-        const bool is_traction = load_case.condition[f] == core::FacetCondition::traction;
-        const auto &corner = mesh.boundary_triangles[f];
-        const double share = core::area_vector(mesh, f).norm() / 3.0;
-        for (int k = 0; k < 3 * degree; ++k) {
-            const auto key = k < 3 ? node_key(corner[k], corner[k]) : node_key(corner[k - 3], corner[(k - 2) % 3]);
-            auto &condition =
-                conditions.try_emplace(key, NodeCondition{core::Vector3::Constant(nan), {-1, -1, -1}}).first->second;
-            const bool carries_load = degree == 1 || k >= 3;
-            const double factor = load_case.factor_between(key[0], key[1]);
-            for (int i = 0; i < 3; ++i) {
-                const double value = load_case.value[f][i];
-                if (std::isnan(value))
-                    continue;
-                int &owner = condition.constraint[i];
-                if (is_traction)
-                    condition.force[i] += carries_load ? share * value : 0.0;
-                else if (owner < 0 || load_case.constraint[f] < owner) {
-                    owner = load_case.constraint[f];
-                    condition.prescribed[i] = factor * value;
-                }
-            }
-        }
-    }
-    return conditions;
 }
 
 } // namespace livermark::fem_reference
