@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/rayleigh_damping.hpp"
+#include "core/round_load.hpp"
 #include "core/tetra_mesh.hpp"
 
 namespace livermark::core {
@@ -81,6 +82,10 @@ struct LoadCase {
     /// (T) 1 where a traction is a pressure that stays perpendicular to the surface and acts on its area as that moves;
     /// its value is the traction at rest, which linear models take. Empty where there is none.
     std::vector<std::uint8_t> follows;
+    std::vector<RoundLoad> round_loads; ///< what round tools press or pull with
+    /// (T) index into round_loads where a traction is spread like that, and its value is the mean over the facet; -1
+    /// where it is the same everywhere on the facet. Empty where all are.
+    std::vector<int> round_load;
     /// (N) what prescribed displacements are multiplied by at each node of the mesh, linear along edges: how a round
     /// tool sinks in. Empty where all are as the value says.
     std::vector<double> node_factor;
@@ -99,6 +104,11 @@ struct LoadCase {
     /// The same in the middle of an edge.
     double factor_between(int a, int b) const {
         return node_factor.empty() ? 1.0 : 0.5 * (node_factor[a] + node_factor[b]);
+    }
+
+    /// How the traction on a facet is spread; nothing where it is the same everywhere.
+    const RoundLoad *round_load_on(int facet) const {
+        return round_load.empty() || round_load[facet] < 0 ? nullptr : &round_loads[round_load[facet]];
     }
 
     /// Whether the traction on a facet is a pressure that follows the surface.

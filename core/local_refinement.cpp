@@ -61,10 +61,30 @@ bool are_alike(const LoadCase &load_case, int a, int b) {
         return false;
     if (load_case.condition[a] != FacetCondition::traction)
         return true;
+    if (const auto *load = load_case.round_load_on(a); load && load == load_case.round_load_on(b))
+        return true;
     // Pressures change their direction from facet to facet of a curved surface; that is no rim.
     const double x = load_case.value[a].norm(), y = load_case.value[b].norm();
     constexpr double rounding = 1e-6;
     return std::abs(x - y) <= rounding * std::max(x, y);
+}
+
+/// Gives the parts of each facet that a round tool presses their own mean traction. They stand in one row.
+void spread_round_loads(const LoadCase &load_case, const BisectedBody &parts, LoadCase &result) {
+    const auto &parent = parts.parent_triangle;
+    for (std::size_t first = 0, end = 0; first < parent.size(); first = end) {
+        for (end = first; end < parent.size() && parent[end] == parent[first];)
+            ++end;
+        const auto *load = load_case.round_load_on(parent[first]);
+        if (!load)
+            continue;
+        std::vector<Corners> corners;
+        for (auto part = first; part < end; ++part)
+            corners.push_back(corners_of(parts.body.mesh, static_cast<int>(part)));
+        const auto share = shares_of_parts(load, corners);
+        for (auto part = first; part < end; ++part)
+            result.value[part] *= share[part - first];
+    }
 }
 
 } // namespace
@@ -99,13 +119,18 @@ LoadCase on_parts(const LoadCase &load_case, const BisectedBody &parts) {
     result.value.clear();
     result.constraint.clear();
     result.follows.clear();
+    result.round_load.clear();
     for (const int parent : parts.parent_triangle) {
         result.condition.push_back(load_case.condition[parent]);
         result.value.push_back(load_case.value[parent]);
         result.constraint.push_back(load_case.constraint[parent]);
         if (!load_case.follows.empty())
             result.follows.push_back(load_case.follows[parent]);
+        if (!load_case.round_load.empty())
+            result.round_load.push_back(load_case.round_load[parent]);
     }
+    if (!load_case.round_load.empty())
+        spread_round_loads(load_case, parts, result);
     if (!load_case.node_factor.empty())
         for (const auto &[a, b] : parts.parent_edge)
             result.node_factor.push_back(load_case.factor_between(a, b));

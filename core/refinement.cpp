@@ -95,6 +95,16 @@ LoadCase refine(const LoadCase &load_case, const TetraMesh &coarse) {
     refined.value = repeated(load_case.value, 4);
     refined.constraint = repeated(load_case.constraint, 4);
     refined.follows = repeated(load_case.follows, 4);
+    refined.round_load = repeated(load_case.round_load, 4);
+    for (int f = 0; f < static_cast<int>(load_case.round_load.size()); ++f)
+        if (load_case.round_load_on(f)) {
+            const auto [a, b, c] = corners_of(coarse, f); // as cut_triangle() has them
+            const Vector3 ab = 0.5 * (a + b), bc = 0.5 * (b + c), ca = 0.5 * (c + a);
+            const std::array<Corners, 4> parts{{{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}}};
+            const auto share = shares_of_parts(load_case.round_load_on(f), parts);
+            for (int k = 0; k < 4; ++k)
+                refined.value[4 * f + k] *= share[k];
+        }
     if (!load_case.node_factor.empty())
         for (const auto &[a, b] : edge_table(coarse.tetrahedra).edges)
             refined.node_factor.push_back(load_case.factor_between(a, b));

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace livermark::fem_reference {
 
@@ -24,6 +25,34 @@ std::vector<double> factors(const core::LoadCase &load_case, const ElasticSystem
     return factor;
 }
 
+/// (nodes_per_facet) integrals of the shape functions over a facet, weighted with what a round tool presses [m^2].
+std::vector<double> integrals(const core::LoadCase &load_case, int facet, const ElasticSystem &system) {
+    const int size = system.nodes_per_facet;
+    const auto first = system.facet_integral.begin() + static_cast<std::ptrdiff_t>(facet) * size;
+    std::vector<double> integral(first, first + size);
+    const auto *load = load_case.round_load_on(facet);
+    if (!load)
+        return integral;
+    const double area = std::accumulate(integral.begin(), integral.end(), 0.0);
+    core::Corners corners;
+    for (int k = 0; k < 3; ++k)
+        corners[k] = system.points[system.facet_nodes[facet * size + k]];
+    const auto linear = core::linear_parts(load, corners);
+    const auto quadratic = core::quadratic_parts(load, corners);
+    for (int k = 0; k < size; ++k)
+        integral[k] = area * (size == 3 ? linear[k] : quadratic[k]);
+    return integral;
+}
+
+void add_traction(const core::LoadCase &load_case, int facet, const ElasticSystem &system, std::vector<double> &load) {
+    const auto integral = integrals(load_case, facet, system);
+    for (int k = 0; k < system.nodes_per_facet; ++k)
+        for (int i = 0; i < 3; ++i)
+            if (!std::isnan(load_case.value[facet][i]))
+                load[3 * system.facet_nodes[facet * system.nodes_per_facet + k] + i] +=
+                    load_case.value[facet][i] * integral[k];
+}
+
 } // namespace
 
 DofConditions dof_conditions(const core::LoadCase &load_case, const ElasticSystem &system) {
@@ -37,14 +66,14 @@ DofConditions dof_conditions(const core::LoadCase &load_case, const ElasticSyste
 
     const auto factor = factors(load_case, system);
     for (std::size_t f = 0; f < load_case.condition.size(); ++f) {
+        if (load_case.condition[f] == core::FacetCondition::traction)
+            add_traction(load_case, static_cast<int>(f), system, dofs.load);
         for (std::size_t k = f * system.nodes_per_facet; k < (f + 1) * system.nodes_per_facet; ++k) {
             for (int i = 0; i < 3; ++i) {
                 const double value = load_case.value[f][i];
                 const int dof = 3 * system.facet_nodes[k] + i;
                 if (std::isnan(value))
                     continue;
-                if (load_case.condition[f] == core::FacetCondition::traction)
-                    dofs.load[dof] += value * system.facet_integral[k];
                 int &owner = dofs.constraint[dof];
                 if (load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
                     (owner < 0 || load_case.constraint[f] < owner)) {

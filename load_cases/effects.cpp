@@ -161,7 +161,10 @@ Effect read_effect(const toml::table &table, const Selection &selection, const c
             "'torque'; "
             "give one of them",
             support::place_of(table)));
-    return std::ranges::find_if(effect_readers, is_given)->read(table, selection, mesh);
+    auto effect = std::ranges::find_if(effect_readers, is_given)->read(table, selection, mesh);
+    if (effect.condition == core::FacetCondition::traction)
+        effect.round_load = selection.tool;
+    return effect;
 }
 
 } // namespace livermark::load_cases

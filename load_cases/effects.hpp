@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -18,6 +19,7 @@ struct Effect {
     bool follows = false; ///< whether it stays perpendicular to the surface as that moves
     /// (N) what a prescribed displacement is multiplied by at each node. Empty where it is the same everywhere.
     std::vector<double> node_factor{};
+    std::optional<core::RoundLoad> round_load{}; ///< how a traction is spread, unless it is even
 };
 
 /// The keys that say what a condition puts on its place, see load_case_reader.hpp.

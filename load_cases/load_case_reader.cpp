@@ -56,6 +56,12 @@ void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core
             for (const int node : mesh.boundary_triangles[f])
                 load_case.node_factor[node] = effect.node_factor[node];
     }
+    if (effect.round_load) {
+        load_case.round_load.resize(mesh.boundary_triangles.size(), -1);
+        for (const int f : selection.facets)
+            load_case.round_load[f] = static_cast<int>(load_case.round_loads.size());
+        load_case.round_loads.push_back(*effect.round_load);
+    }
     if (effect.follows) {
         if (load_case.regime == core::Regime::small)
             throw support::InputError(fmt::format("{}: a pressure that follows the surface needs large deformations; "

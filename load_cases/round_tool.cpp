@@ -3,36 +3,10 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 namespace livermark::load_cases {
 
-namespace {
-
-using core::Vector3;
-
-/// A facet is cut into rows^2 alike, so that of a share at the rim a thousandth is left.
-constexpr int rows = 24;
-
-/// Calls visit(barycentric coordinates of the centroid) for each part of a triangle.
-template <class Visit> void visit_parts(Visit visit) {
-    const auto part = [&](double i, double j) { visit(Vector3(rows - i - j, i, j) / rows); };
-    for (int i = 0; i < rows; ++i)
-        for (int j = 0; i + j < rows; ++j) {
-            part(i + 1.0 / 3.0, j + 1.0 / 3.0);
-            if (i + j + 1 < rows)
-                part(i + 2.0 / 3.0, j + 2.0 / 3.0);
-        }
-}
-
-Vector3 point_at(const core::TetraMesh &mesh, int facet, const Vector3 &barycentric) {
-    const auto &[a, b, c] = mesh.boundary_triangles[facet];
-    return barycentric[0] * mesh.points[a] + barycentric[1] * mesh.points[b] + barycentric[2] * mesh.points[c];
-}
-
-} // namespace
-
-std::vector<double> sinking(const RoundTool &tool, const core::TetraMesh &mesh, const std::vector<int> &facets) {
+std::vector<double> sinking(const core::RoundLoad &tool, const core::TetraMesh &mesh, const std::vector<int> &facets) {
     std::vector<int> nodes;
     for (const int f : facets)
         nodes.insert(nodes.end(), mesh.boundary_triangles[f].begin(), mesh.boundary_triangles[f].end());
@@ -49,10 +23,13 @@ std::vector<double> sinking(const RoundTool &tool, const core::TetraMesh &mesh, 
         for (std::size_t k = 0; k < 3; ++k)
             for (std::size_t l = 0; l < 3; ++l)
                 mass(place[k], place[l]) += area / (k == l ? 6.0 : 12.0);
-        visit_parts([&](const Vector3 &at) {
-            const double depth = std::max(0.0, 1.0 - 0.5 * tool.squared_radius(point_at(mesh, f, at)));
+        const auto corners = core::corners_of(mesh, f);
+        core::visit_triangle_parts([&](const core::Vector3 &at) {
+            const core::Vector3 point = at[0] * corners[0] + at[1] * corners[1] + at[2] * corners[2];
+            const double ratio = (point - tool.middle).norm() / tool.radius;
+            const double depth = std::max(0.0, 1.0 - 0.5 * ratio * ratio);
             for (std::size_t k = 0; k < 3; ++k)
-                moment[place[k]] += area / (rows * rows) * depth * at[static_cast<Eigen::Index>(k)];
+                moment[place[k]] += area / core::num_triangle_parts * depth * at[static_cast<Eigen::Index>(k)];
         });
     }
     const Eigen::VectorXd nearest = mass.llt().solve(moment);
@@ -60,14 +37,6 @@ std::vector<double> sinking(const RoundTool &tool, const core::TetraMesh &mesh, 
     for (Eigen::Index k = 0; k < num_nodes; ++k)
         factor[nodes[k]] = std::max(0.0, nearest[k]);
     return factor;
-}
-
-double mean_pressure(const RoundTool &tool, const core::TetraMesh &mesh, int facet) {
-    double sum = 0.0;
-    visit_parts([&](const Vector3 &at) {
-        sum += 1.5 * std::sqrt(std::max(0.0, 1.0 - tool.squared_radius(point_at(mesh, facet, at))));
-    });
-    return sum / (rows * rows);
 }
 
 } // namespace livermark::load_cases

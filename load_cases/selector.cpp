@@ -15,9 +15,9 @@ void refuse_empty(const Selection &selection, const toml::table &place) {
                         "choose another place or a larger one");
 }
 
-/// Pressure of the tool on a facet over its mean in the place.
+/// Mean pressure of the tool on a facet, over its pressure in the middle.
 double pressure_on(const Selection &selection, const core::TetraMesh &mesh, int facet) {
-    return selection.tool ? mean_pressure(*selection.tool, mesh, facet) : 1.0;
+    return selection.tool ? core::mean_height(*selection.tool, core::corners_of(mesh, facet)) : 1.0;
 }
 
 } // namespace

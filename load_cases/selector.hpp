@@ -28,10 +28,10 @@ class NotOnBody : public support::InputError {
 
 /// Boundary triangles that a condition applies to.
 struct Selection {
-    std::string name;                ///< of the place, for reactions
-    std::vector<int> facets;         ///< indices into mesh.boundary_triangles, ascending
-    std::optional<double> area{};    ///< of the place that was meant [m^2], where facets only come near it
-    std::optional<RoundTool> tool{}; ///< what presses there, unless it is flat
+    std::string name;                      ///< of the place, for reactions
+    std::vector<int> facets;               ///< indices into mesh.boundary_triangles, ascending
+    std::optional<double> area{};          ///< of the place that was meant [m^2], where facets only come near it
+    std::optional<core::RoundLoad> tool{}; ///< what presses there, unless it is flat
 };
 
 /// (T) what a pressure or traction is multiplied by on each facet, 0 outside the place: a round tool presses most in

@@ -80,6 +80,7 @@ Part at_nodes_of(int rank, const Part &whole) {
     conditions.acceleration = load_case.acceleration;
     conditions.constraint_names = load_case.constraint_names;
     conditions.path = load_case.path;
+    conditions.round_loads = load_case.round_loads;
     for (std::size_t node = 0; node < mesh.points.size(); ++node) {
         if (place[node] < 0)
             continue;
@@ -119,6 +120,8 @@ Part at_nodes_of(int rank, const Part &whole) {
         conditions.constraint.push_back(load_case.constraint[f]);
         if (!load_case.follows.empty())
             conditions.follows.push_back(load_case.follows[f]);
+        if (!load_case.round_load.empty())
+            conditions.round_load.push_back(load_case.round_load[f]);
     }
     part.problem.body = std::make_shared<const core::Body>(std::move(out));
     return part;

@@ -82,19 +82,17 @@ Place find_place(const toml::table &disc, const core::TetraMesh &mesh) {
 }
 
 /// Its facets that face the way of the middle and are inside, one at least; for a load all that reach in.
-void keep_disc(Place &place, const core::TetraMesh &mesh, double radius, const RoundTool &tool, bool has_all) {
+void keep_disc(Place &place, const core::TetraMesh &mesh, double radius, const core::RoundLoad &tool, bool has_all) {
     std::erase_if(place.facets, [&](int f) {
         if (area_vector(mesh, f).dot(area_vector(mesh, place.middle->facet)) <= 0.0)
             return true;
-        return has_all ? mean_pressure(tool, mesh, f) == 0.0
+        return has_all ? core::mean_height(tool, core::corners_of(mesh, f)) == 0.0
                        : f != place.middle->facet && (facet_centroid(mesh, f) - place.middle->point).norm() > radius;
     });
 }
 
-RoundTool round_tool(const Place &place, double radius) {
-    return {[middle = place.middle->point, radius](const Vector3 &point) {
-        return (point - middle).squaredNorm() / (radius * radius);
-    }};
+core::RoundLoad round_tool(const Place &place, double radius) {
+    return {place.middle->point, radius};
 }
 
 /// The place where the mean normal of a disc, followed inwards from its middle, leaves the body.

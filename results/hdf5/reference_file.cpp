@@ -68,6 +68,11 @@ std::string fingerprint(const core::Problem &problem, const std::string &model) 
         hash.add(value);
     for (const double factor : load_case.node_factor)
         hash.add(factor);
+    hash.add_integers(load_case.round_load);
+    for (const auto &load : load_case.round_loads) {
+        hash.add(load.middle);
+        hash.add(load.radius);
+    }
     hash.add(load_case.acceleration);
     for (const double fraction : load_case.path)
         hash.add(fraction);

@@ -82,6 +82,21 @@ core::Regime read_regime(const InputFile &file) {
     file.refuse("/load_case", fmt::format("attribute regime is '{}', which is neither small nor large", word));
 }
 
+void read_round_loads(const InputFile &file, std::size_t num_triangles, core::LoadCase &load_case) {
+    const auto radius = file.dataset<double>("/load_case/round_load/radius");
+    const auto middle = file.dataset<core::Vector3>("/load_case/round_load/middle", radius.size());
+    check_finite(file, "/load_case/round_load/middle", middle);
+    for (std::size_t k = 0; k < radius.size(); ++k) {
+        if (!(radius[k] > 0.0 && std::isfinite(radius[k])))
+            file.refuse("/load_case/round_load/radius", fmt::format("row {} is no length", k));
+        load_case.round_loads.push_back({middle[k], radius[k]});
+    }
+    load_case.round_load = indices(file, "/load_case/round_load/facet", num_triangles, -1, radius.size());
+    for (std::size_t f = 0; f < num_triangles; ++f)
+        if (load_case.round_load[f] >= 0 && load_case.condition[f] != core::FacetCondition::traction)
+            file.refuse("/load_case/round_load/facet", fmt::format("row {} contradicts /load_case/condition", f));
+}
+
 core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles, std::size_t num_nodes) {
     core::LoadCase load_case;
     load_case.name = file.text("/load_case", "name");
@@ -115,6 +130,8 @@ core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles, 
                                  [](double factor) { return factor >= 0.0 && std::isfinite(factor); }))
             file.refuse("/load_case/node_factor", "holds what is not a number from 0");
     }
+    if (file.has("/load_case/round_load"))
+        read_round_loads(file, num_triangles, load_case);
     if (file.has("/load_case/path")) {
         load_case.path = file.dataset<double>("/load_case/path");
         if (load_case.path.empty() || !(load_case.path.front() > 0.0) || load_case.path.back() != 1.0 ||

@@ -92,6 +92,8 @@ void check_shapes(const Result &result) {
     if (!load_case.follows.empty())
         require_size(load_case.follows.size(), mesh.boundary_triangles.size(),
                      "the follower pressure of the load case");
+    if (!load_case.round_load.empty())
+        require_size(load_case.round_load.size(), mesh.boundary_triangles.size(), "the round tools of the load case");
     if (!load_case.node_factor.empty())
         require_size(load_case.node_factor.size(), mesh.points.size(), "the factor at the nodes of the load case");
     std::set<std::string> names;
@@ -157,6 +159,19 @@ void write_release(hdf5::OutputFile &file, const core::Release &release) {
     file.texts("/load_case/release/probe", "names", names);
 }
 
+void write_round_loads(hdf5::OutputFile &file, const core::LoadCase &load_case) {
+    std::vector<core::Vector3> middle;
+    std::vector<double> radius;
+    for (const auto &load : load_case.round_loads) {
+        middle.push_back(load.middle);
+        radius.push_back(load.radius);
+    }
+    file.group("/load_case/round_load");
+    file.dataset("/load_case/round_load/facet", load_case.round_load, "");
+    file.dataset("/load_case/round_load/middle", middle, "m");
+    file.dataset("/load_case/round_load/radius", radius, "m");
+}
+
 void write_load_case(hdf5::OutputFile &file, const core::LoadCase &load_case) {
     file.group("/load_case");
     file.text("/load_case", "name", load_case.name);
@@ -178,6 +193,8 @@ void write_load_case(hdf5::OutputFile &file, const core::LoadCase &load_case) {
         file.dataset("/load_case/follows", load_case.follows, "");
     if (!load_case.node_factor.empty())
         file.dataset("/load_case/node_factor", load_case.node_factor, "");
+    if (!load_case.round_load.empty())
+        write_round_loads(file, load_case);
     if (!load_case.path.empty())
         file.dataset("/load_case/path", load_case.path, "");
     if (!load_case.yielded.empty()) {

@@ -61,10 +61,16 @@ std::vector<Vector3> traction_forces(const core::TetraMesh &mesh, const core::Lo
     std::vector<Vector3> force(fem.points.size(), Vector3::Zero());
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
         if (load_case.condition[f] == core::FacetCondition::traction) {
-            const Vector3 third = core::area_vector(mesh, f).norm() / 3.0 * load_case.value[f];
-            for (auto node = fem.facets[f].end() - 3; node != fem.facets[f].end(); ++node)
+            const Vector3 whole = core::area_vector(mesh, f).norm() * load_case.value[f];
+            const auto *load = load_case.round_load_on(f);
+            const auto corners = core::corners_of(mesh, f);
+            const auto linear = core::linear_parts(load, corners);
+            const auto quadratic = core::quadratic_parts(load, corners);
+            const auto &nodes = fem.facets[f];
+            for (std::size_t k = 0; k < nodes.size(); ++k)
                 for (int i = 0; i < 3; ++i)
-                    force[*node][i] += std::isnan(third[i]) ? 0.0 : third[i];
+                    if (!std::isnan(whole[i]))
+                        force[nodes[k]][i] += (nodes.size() == 3 ? linear[k] : quadratic[k]) * whole[i];
         }
     return force;
 }

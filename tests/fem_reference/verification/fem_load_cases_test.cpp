@@ -4,6 +4,7 @@
 #include <limits>
 #include <numeric>
 
+#include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
@@ -76,6 +77,34 @@ TEST_P(FemLoadCases, AFactorAtTheNodesIsLinearBetweenThem) {
     ASSERT_EQ(solution.status, core::SolutionStatus::ok) << solution.message;
     for (int node = 0; node < mesh.num_nodes(); ++node)
         EXPECT_LT((solution.displacement[node] - load_case.node_factor[node] * value).norm(), 1e-10 * value.norm());
+}
+
+/// Forces at the nodes do the work of the traction on every displacement that the elements have, and so on x^degree.
+TEST_P(FemLoadCases, WhatARoundToolPressesDoesItsWork) {
+    const core::RoundLoad tool{{0.05, 0.03, box_size.z()}, 0.025};
+    tests::prescribe(load_case, mesh, "z_min", Vector3::Zero());
+    tests::pull(load_case, mesh, "z_max", {0.0, 0.0, -100.0});
+    load_case.round_loads = {tool};
+    load_case.round_load.assign(load_case.condition.size(), -1);
+    double expected = 0.0;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+        if (load_case.condition[f] != core::FacetCondition::traction)
+            continue;
+        const auto corners = core::corners_of(mesh, f);
+        load_case.round_load[f] = 0;
+        load_case.value[f] *= core::mean_height(tool, corners);
+        core::visit_triangle_parts([&](const Vector3 &at) {
+            const Vector3 point = at[0] * corners[0] + at[1] * corners[1] + at[2] * corners[2];
+            expected += core::area_vector(mesh, f).norm() / core::num_triangle_parts * -100.0 * tool.height(point) *
+                        std::pow(point.x(), GetParam());
+        });
+    }
+    const auto system = fem_reference::assemble(*body, GetParam());
+    const auto load = fem_reference::dof_conditions(load_case, system).load;
+    double work = 0.0;
+    for (int node = 0; node < system.num_nodes(); ++node)
+        work += load[3 * node + 2] * std::pow(system.points[node].x(), GetParam());
+    EXPECT_NEAR(work, expected, 1e-12 * std::abs(expected));
 }
 
 TEST_P(FemLoadCases, NumberingOfTheMeshIsKept) {

@@ -77,6 +77,8 @@ void expect_equal(const core::LoadCase &a, const core::LoadCase &b) {
     EXPECT_EQ(a.path, b.path);
     EXPECT_EQ(a.follows, b.follows);
     EXPECT_EQ(a.node_factor, b.node_factor);
+    EXPECT_EQ(a.round_load, b.round_load);
+    EXPECT_EQ(a.round_loads, b.round_loads);
     ASSERT_EQ(a.yielded.size(), b.yielded.size());
     for (std::size_t y = 0; y < a.yielded.size(); ++y) {
         EXPECT_EQ(a.yielded[y].name, b.yielded[y].name);
