@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <numeric>
 #include <vector>
@@ -16,7 +19,7 @@ using core::Vector3;
 const core::RoundLoad tool{{0.05, 0.04, 0.1}, 0.03};
 
 /// A box that the tool presses from above.
-core::Problem pressed_box() {
+core::Problem box_under_a_tool() {
     const auto body = tests::make_body(tests::shaken_box_mesh({0.1, 0.1, 0.1}, {3, 4, 3}), {1000.0, 2000.0, 0.45});
     auto load_case = tests::empty_load_case(body->mesh);
     tests::prescribe(load_case, body->mesh, "z_min", Vector3::Zero());
@@ -75,7 +78,7 @@ std::array<Vector3, 2> force_and_moment(const core::Problem &problem) {
 
 /// The same load on a finer mesh of the same body.
 TEST(RoundLoad, StaysWhereItIsWhenTheMeshIsRefined) {
-    const auto problem = pressed_box();
+    const auto problem = box_under_a_tool();
     const auto [force, moment] = force_and_moment(problem);
     ASSERT_LT(force.z(), 0.0);
     for (const auto &fine : {core::refine(problem), core::refine_at_rims(problem, 2)}) {
