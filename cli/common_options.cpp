@@ -1,7 +1,8 @@
 #include "cli/common_options.hpp"
 
 #include <algorithm>
-#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <map>
 #include <string_view>
 
 #include "cli/usage.hpp"
@@ -13,25 +14,32 @@ namespace {
 
 using Regimes = std::vector<core::Regime>;
 
-/// Of "nodal_springs.a=0.1,0.25".
-std::vector<double> swept_parts(const std::string &text) {
-    constexpr std::string_view constant = "nodal_springs.a=";
+/// Takes the values of "nodal_springs.a=0.1,0.25".
+void read_sweep(const std::string &text, std::map<std::string, std::vector<double>> &sweeps) {
     const auto refuse = [&](const std::string &fault) {
         throw support::InputError(
             fmt::format("--sweep '{}': {}; write it as nodal_springs.a=0.1,0.15,0.25", support::shown(text), fault));
     };
-    if (!text.starts_with(constant))
-        refuse("nodal_springs.a is the only constant that can be swept");
-    std::vector<double> parts;
-    for (const auto &word : CLI::detail::split(text.substr(constant.size()), ',')) {
-        double part = 0.0;
-        if (!CLI::detail::lexical_cast(word, part) || !(part > 0.0 && part <= 1.0))
-            refuse(fmt::format("'{}' is no number above 0 and up to 1", support::shown(word)));
-        parts.push_back(part);
+    const auto end = std::min(text.find('='), text.size());
+    const auto key = text.substr(0, end);
+    const auto *const constant = std::ranges::find(models::swept_constants, key, &models::SweptConstant::key);
+    if (constant == models::swept_constants.end()) {
+        std::vector<std::string_view> known;
+        for (const auto &each : models::swept_constants)
+            known.push_back(each.key);
+        refuse(fmt::format("the constants that can be swept are {}", fmt::join(known, ", ")));
     }
-    if (sorted_once(parts).size() < parts.size())
+    std::vector<double> values;
+    for (const auto &word : CLI::detail::split(text.substr(std::min(end + 1, text.size())), ',')) {
+        double value = 0.0;
+        if (!CLI::detail::lexical_cast(word, value) || !(value > 0.0 && value <= constant->largest))
+            refuse(fmt::format("'{}' is no number above 0 and up to {}", support::shown(word), constant->largest));
+        values.push_back(value);
+    }
+    if (sorted_once(values).size() < values.size())
         refuse("a value is there twice");
-    return sorted_once(std::move(parts));
+    if (!sweeps.emplace(key, sorted_once(std::move(values))).second)
+        refuse("the constant is there twice");
 }
 
 } // namespace
@@ -64,11 +72,14 @@ void add_run_choices(CLI::App &command, const std::shared_ptr<studies::RunOption
         ->default_str("small");
     command.add_option("--model", options->models,
                        "Names as in 'livermark list models'; the reference and the baseline always run beside them");
-    command.add_option_function<std::string>(
+    command.add_option_function<std::vector<std::string>>(
         "--sweep",
-        [options](const std::string &text) { options->model_options.nodal_springs_parts = swept_parts(text); },
+        [options](const std::vector<std::string> &texts) {
+            for (const auto &text : texts)
+                read_sweep(text, options->model_options.sweeps);
+        },
         "More values of a constant, such as nodal_springs.a=0.1,0.15,0.25: each is a model of its own beside the one "
-        "that ships, here nodal_springs_a_0_1 and so on");
+        "that ships, here nodal_springs_a_0_1 and so on; also of nodal_neo_hookean.a and patch_nodal_volume.w");
     command
         .add_option("--poisson", options->poisson_ratios,
                     "Poisson's ratios of every region, such as 0.25,0.45,0.49; result files are then in a folder "

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -57,13 +58,27 @@ struct ModelOptions {
     livermark::msm::TimeStepping time_stepping; ///< of mass-spring models, where something depends on time
     std::shared_ptr<const core::CalibratedSprings>
         calibration; ///< of calibrated_nodal_volume, which is not there without
-    /// More values of the constant a of nodal_springs, above 0 and up to 1: each is a model of its own, beside the one
+    /// More values of constants of models, by the key of swept_constants: each is a model of its own, beside the one
     /// that ships.
-    std::vector<double> nodal_springs_parts;
+    std::map<std::string, std::vector<double>> sweeps;
+
+    /// None where a constant is not swept.
+    std::vector<double> sweep_of(std::string_view constant) const;
 };
 
-/// The model of nodal_springs with another constant a, such as nodal_springs_a_0_25: a name holds no '.'.
-std::string swept_nodal_springs(double part);
+/// A constant of which a run may have more values.
+struct SweptConstant {
+    std::string_view key; ///< <model>.<constant>
+    double largest;       ///< values are above 0 and up to this
+};
+
+/// Parts of the stiffness that stay inside tetrahedra, and the weight of forces against that of isotropy in the fit of
+/// patch.
+inline constexpr std::array<SweptConstant, 3> swept_constants{
+    {{"nodal_neo_hookean.a", 1.0}, {"nodal_springs.a", 1.0}, {"patch_nodal_volume.w", 100.0}}};
+
+/// The name of the model with another value, such as nodal_springs_a_0_25: a name holds no '.'.
+std::string swept_name(std::string_view constant, double value);
 
 /// Models that come from one adapter. One file each in families/, named as the family.
 struct ModelFamily {

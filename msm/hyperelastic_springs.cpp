@@ -21,7 +21,6 @@ using Matrix12 = Eigen::Matrix<double, 12, 12>;
 using Six = std::vector<Vector6>;
 
 /// Of the stiffness, inside each tetrahedron.
-constexpr double part_alone = 0.2;
 
 struct SpringTetrahedron {
     std::array<int, 4> nodes;
@@ -268,8 +267,8 @@ std::shared_ptr<const ElasticTerm> hyperelastic_springs(const core::Body &body, 
     return std::make_shared<HyperelasticSprings>(body, energy, alone);
 }
 
-ElasticBody hyperelastic_springs_with_volume(const core::Body &body, const SpringEnergy &energy) {
-    std::vector<std::shared_ptr<const ElasticTerm>> terms{hyperelastic_springs(body, energy, part_alone)};
+ElasticBody hyperelastic_springs_with_volume(const core::Body &body, const SpringEnergy &energy, double alone) {
+    std::vector<std::shared_ptr<const ElasticTerm>> terms{hyperelastic_springs(body, energy, alone)};
     if (needs_volume(body)) {
         std::vector<double> modulus;
         for (const auto &material : body.materials)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,10 +18,14 @@ struct SpringLaw {
     /// @param body   positive volumes, one material per region
     /// @param edges  of the body's mesh
     /// @return shape (S) [N/m], > 0
-    std::vector<double> (*stiffness)(const core::Body &body, const core::EdgeTable &edges);
+    std::function<std::vector<double>(const core::Body &body, const core::EdgeTable &edges)> stiffness;
 };
 
 /// Every law of spring_laws/, in alphabetical order.
 std::span<const SpringLaw> all_spring_laws();
+
+/// The law patch with another weight of the forces, against 1 of isotropy.
+/// @param weight_of_forces  > 0
+SpringLaw patch_with(double weight_of_forces);
 
 } // namespace livermark::msm

@@ -11,9 +11,10 @@ namespace livermark::models::families {
 
 namespace {
 
-core::Model model(const msm::SpringLaw &law, const msm::VolumeTerm &term, const ModelOptions &options) {
+core::Model model(std::string name, const msm::SpringLaw &law, const msm::VolumeTerm &term,
+                  const ModelOptions &options) {
     return mass_spring_model(
-        fmt::format("{}_{}", law.name, term.name), fmt::format("{}, with {}", law.summary, term.summary),
+        std::move(name), fmt::format("{}, with {}", law.summary, term.summary),
         fmt::format("{}; {}", law.source, term.source),
         [law, term](const core::Body &body) {
             return livermark::msm::springs_with_volume(body, livermark::msm::springs_beside_volume(body, law), term);
@@ -31,14 +32,20 @@ constexpr std::array<std::array<std::string_view, 2>, 4> pairs{{
 
 } // namespace
 
-/// Springs and a volume term, under the name <law>_<volume term>.
+/// Springs and a volume term, under the name <law>_<volume term>, and patch with other weights where the options say
+/// so.
 ModelFamily msm_volume() {
     return {.name = {}, .models = [](const ModelOptions &options) {
                 std::vector<core::Model> models;
                 for (const auto &[law, term] : pairs)
                     models.push_back(
-                        model(support::find_named(livermark::msm::all_spring_laws(), std::string(law), "spring law"),
+                        model(fmt::format("{}_{}", law, term),
+                              support::find_named(livermark::msm::all_spring_laws(), std::string(law), "spring law"),
                               livermark::msm::find_volume_term(term), options));
+                for (const double weight : options.sweep_of("patch_nodal_volume.w"))
+                    models.push_back(model(swept_name("patch_nodal_volume.w", weight),
+                                           livermark::msm::patch_with(weight),
+                                           livermark::msm::find_volume_term("nodal_volume"), options));
                 return models;
             }};
 }

@@ -1,19 +1,10 @@
 #include "msm/nodal_springs.hpp"
 
-#include <algorithm>
 #include <fmt/format.h>
 
 #include "models/mass_spring_model.hpp"
 
-namespace livermark::models {
-
-std::string swept_nodal_springs(double part) {
-    auto name = fmt::format("nodal_springs_a_{}", part);
-    std::ranges::replace(name, '.', '_');
-    return name;
-}
-
-namespace families {
+namespace livermark::models::families {
 
 namespace {
 
@@ -39,13 +30,11 @@ ModelFamily nodal_springs() {
     return {.name = {}, .models = [](const ModelOptions &options) {
                 std::vector<core::Model> models{
                     nodal_springs_model("nodal_springs", "a fifth", livermark::msm::nodal_springs_alone, options)};
-                for (const double part : options.nodal_springs_parts)
-                    models.push_back(
-                        nodal_springs_model(swept_nodal_springs(part), fmt::format("{}", part), part, options));
+                for (const double part : options.sweep_of("nodal_springs.a"))
+                    models.push_back(nodal_springs_model(swept_name("nodal_springs.a", part), fmt::format("{}", part),
+                                                         part, options));
                 return models;
             }};
 }
 
-} // namespace families
-
-} // namespace livermark::models
+} // namespace livermark::models::families

@@ -4,7 +4,9 @@
 #include "msm/bounded_least_squares.hpp"
 #include "msm/spring_law.hpp"
 
-namespace livermark::msm::spring_laws {
+namespace livermark::msm {
+
+namespace spring_laws {
 
 namespace {
 
@@ -32,7 +34,7 @@ using Components = Eigen::Matrix<double, 15, 1>; // of a symmetric fourth-order 
 // (a) makes the springs too soft, more makes them too stiff, as linear elements are on so coarse a mesh. Boxes that had
 // no say in it agree: pulled at an end, 4.3 instead of Van Gelder's 5.8 %, and 3.0 instead of 5.6 % with edges of two
 // thirds.
-constexpr double weight_of_forces = 0.2;
+constexpr double weight_that_ships = 0.2;
 constexpr double weight_of_tensors = 1.0;
 /// Draws every spring a little to Van Gelder's, so that one solution is best on any mesh.
 constexpr double weight_of_van_gelder = 0.1;
@@ -138,7 +140,7 @@ Part part_of(const core::TetraMesh &mesh, const core::EdgeTable &table, int regi
 }
 
 /// What the rows of each node are to add up to: forces, then tensor.
-void set_targets(Eigen::VectorXd &target, const Part &part) {
+void set_targets(Eigen::VectorXd &target, const Part &part, double weight_of_forces) {
     const Components tensor = weight_of_tensors * isotropic_tensor();
     for (std::size_t i = 0; i < part.volume.size(); ++i) {
         if (part.volume[i] == 0.0)
@@ -153,7 +155,8 @@ void set_targets(Eigen::VectorXd &target, const Part &part) {
 
 /// What one spring of Van Gelder's stiffness adds to the rows of its ends.
 void add_spring(std::vector<Eigen::Triplet<double>> &entries, int column, const Part &part, std::size_t s,
-                const std::array<int, 2> &ends, const Vector3 &span, const std::array<Tensor, 6> &strains) {
+                const std::array<int, 2> &ends, const Vector3 &span, const std::array<Tensor, 6> &strains,
+                double weight_of_forces) {
     const double length = span.norm();
     const Vector3 direction = span / length;
     const Components tensor = 0.5 * part.van_gelder[s] * length * length * fourth_power(direction);
@@ -173,7 +176,7 @@ void add_spring(std::vector<Eigen::Triplet<double>> &entries, int column, const 
 
 /// Stiffness of each spring of a part, zero for the others. The unknowns are the ratios to Van Gelder's.
 std::vector<double> fit(const Part &part, const core::TetraMesh &mesh, const core::EdgeTable &table,
-                        const std::array<Tensor, 6> &strains) {
+                        const std::array<Tensor, 6> &strains, double weight_of_forces) {
     std::vector<std::size_t> springs;
     for (std::size_t s = 0; s < table.edges.size(); ++s)
         if (part.van_gelder[s] > 0.0)
@@ -182,11 +185,12 @@ std::vector<double> fit(const Part &part, const core::TetraMesh &mesh, const cor
     const int node_rows = rows_per_node * mesh.num_nodes();
     std::vector<Eigen::Triplet<double>> entries;
     Eigen::VectorXd target = Eigen::VectorXd::Zero(node_rows + columns);
-    set_targets(target, part);
+    set_targets(target, part, weight_of_forces);
     target.tail(columns).setConstant(weight_of_van_gelder);
     for (int column = 0; column < columns; ++column) {
         const auto &ends = table.edges[springs[column]];
-        add_spring(entries, column, part, springs[column], ends, mesh.points[ends[1]] - mesh.points[ends[0]], strains);
+        add_spring(entries, column, part, springs[column], ends, mesh.points[ends[1]] - mesh.points[ends[0]], strains,
+                   weight_of_forces);
         entries.emplace_back(node_rows + column, column, weight_of_van_gelder);
     }
     Eigen::SparseMatrix<double> matrix(node_rows + columns, columns);
@@ -210,14 +214,14 @@ std::vector<double> fit(const Part &part, const core::TetraMesh &mesh, const cor
 /// The k_ij >= 0.05 of Van Gelder's that best fit (a) and (b) above, then all times 15 sum(mu V) / sum(k l^2), which
 /// gives them the trace of the solid: a least squares fit that cannot be met is on average too soft. Mesh and Young's
 /// moduli are all that goes in, no finite element solution.
-std::vector<double> stiffness(const core::Body &body, const core::EdgeTable &table) {
+std::vector<double> stiffness(const core::Body &body, const core::EdgeTable &table, double weight_of_forces) {
     const auto strains = unit_strains();
     std::vector<double> stiffness(table.edges.size(), 0.0);
     for (std::size_t region = 0; region < body.materials.size(); ++region) {
         const auto part = part_of(body.mesh, table, static_cast<int>(region), strains);
         if (part.total_volume == 0.0)
             continue;
-        const auto unit = fit(part, body.mesh, table, strains);
+        const auto unit = fit(part, body.mesh, table, strains, weight_of_forces);
         for (std::size_t s = 0; s < stiffness.size(); ++s)
             stiffness[s] += body.materials[region].young_modulus * unit[s];
     }
@@ -227,10 +231,18 @@ std::vector<double> stiffness(const core::Body &body, const core::EdgeTable &tab
 } // namespace
 
 SpringLaw patch() {
+    return patch_with(weight_that_ships);
+}
+
+} // namespace spring_laws
+
+SpringLaw patch_with(double weight_of_forces) {
     return {.name = {},
             .summary = "Bounded least squares: forces of affine strains as in linear elements, isotropic at each node",
             .source = "Livermark; the patch test of finite elements (Irons 1966) asked of springs",
-            .stiffness = stiffness};
+            .stiffness = [=](const core::Body &body, const core::EdgeTable &edges) {
+                return spring_laws::stiffness(body, edges, weight_of_forces);
+            }};
 }
 
-} // namespace livermark::msm::spring_laws
+} // namespace livermark::msm

@@ -51,8 +51,8 @@ std::string command_of_body(const RunOptions &options, const std::string &body_f
             fmt::format(" --regime {}", options.regimes.size() > 1 ? "all" : core::to_string(options.regimes.front()));
     if (!options.models.empty())
         command += fmt::format(" --model {}", fmt::join(options.models, " "));
-    if (const auto &parts = options.model_options.nodal_springs_parts; !parts.empty())
-        command += fmt::format(" --sweep nodal_springs.a={}", fmt::join(parts, ","));
+    for (const auto &[constant, values] : options.model_options.sweeps)
+        command += fmt::format(" --sweep {}={}", constant, fmt::join(values, ","));
     if (!options.poisson_ratios.empty())
         command += fmt::format(" --poisson {}", fmt::join(options.poisson_ratios, ","));
     return command + (options.no_uncertainty ? " --no-uncertainty" : "") + " --output .";

@@ -59,8 +59,9 @@ ProblemSet read_all_problems(const RunOptions &options) {
 std::vector<std::string> wanted_models(const RunOptions &options) {
     auto wanted = options.models;
     if (!wanted.empty())
-        for (const double part : options.model_options.nodal_springs_parts)
-            wanted.push_back(models::swept_nodal_springs(part));
+        for (const auto &[constant, values] : options.model_options.sweeps)
+            for (const double value : values)
+                wanted.push_back(models::swept_name(constant, value));
     return wanted;
 }
 
