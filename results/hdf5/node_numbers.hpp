@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/tetra_mesh.hpp"
 #include "results/hdf5/hdf5_io.hpp"
 
 namespace livermark::results::hdf5 {
@@ -20,6 +21,20 @@ inline void check_indices(const InputFile &file, const std::string &path, std::s
     if (bad != indices.end())
         file.refuse(path, fmt::format("row {} holds {}, which is not in [{}, {})", (bad - indices.begin()) / columns,
                                       *bad, first, end));
+}
+
+/// One index of each row, checked.
+inline std::vector<int> indices(const InputFile &file, const std::string &path, std::size_t num_rows, int first,
+                                std::size_t end) {
+    auto values = file.dataset<int>(path, num_rows);
+    check_indices(file, path, values, 1, first, end);
+    return values;
+}
+
+inline void check_finite(const InputFile &file, const std::string &path, std::span<const core::Vector3> vectors) {
+    const auto bad = std::ranges::find_if(vectors, [](const core::Vector3 &vector) { return !vector.allFinite(); });
+    if (bad != vectors.end())
+        file.refuse(path, fmt::format("row {} is not finite", bad - vectors.begin()));
 }
 
 /// Rows of node numbers, each checked.

@@ -7,6 +7,7 @@
 #include "core/deformation.hpp"
 #include "results/hdf5/file_parts.hpp"
 #include "results/hdf5/hdf5_io.hpp"
+#include "results/hdf5/load_case_group.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/schema.hpp"
 #include "results/hdf5/solution_group.hpp"
@@ -142,75 +143,6 @@ void write_body(hdf5::OutputFile &file, const core::Body &body) {
     hdf5::write_materials(file, body.materials);
 }
 
-void write_release(hdf5::OutputFile &file, const core::Release &release) {
-    std::vector<std::array<int, 1>> probe;
-    std::vector<std::string> names;
-    for (const core::Probe &entry : release.probes) {
-        probe.push_back({entry.node});
-        names.push_back(entry.name);
-    }
-    file.group("/load_case/release");
-    file.integer("/load_case/release", "num_steps", release.num_steps);
-    file.number("/load_case/release", "output_interval", release.output_interval);
-    file.integer("/load_case/release", "records_per_frame", release.records_per_frame());
-    file.number("/load_case/release", "alpha", release.damping.alpha);
-    file.number("/load_case/release", "beta", release.damping.beta);
-    file.dataset("/load_case/release/probe", probe, "");
-    file.texts("/load_case/release/probe", "names", names);
-}
-
-void write_round_loads(hdf5::OutputFile &file, const core::LoadCase &load_case) {
-    std::vector<core::Vector3> middle;
-    std::vector<double> radius;
-    for (const auto &load : load_case.round_loads) {
-        middle.push_back(load.middle);
-        radius.push_back(load.radius);
-    }
-    file.group("/load_case/round_load");
-    file.dataset("/load_case/round_load/facet", load_case.round_load, "");
-    file.dataset("/load_case/round_load/middle", middle, "m");
-    file.dataset("/load_case/round_load/radius", radius, "m");
-}
-
-void write_load_case(hdf5::OutputFile &file, const core::LoadCase &load_case) {
-    file.group("/load_case");
-    file.text("/load_case", "name", load_case.name);
-    file.text("/load_case", "title", load_case.title);
-    file.text("/load_case", "definition", load_case.definition);
-    file.text("/load_case", "regime", core::to_string(load_case.regime));
-    file.number("/load_case", "target_peak_displacement", load_case.target_peak_displacement);
-    file.number("/load_case", "load_scale", load_case.load_scale);
-    std::vector<std::uint8_t> condition;
-    for (const core::FacetCondition facet : load_case.condition)
-        condition.push_back(static_cast<std::uint8_t>(facet));
-    file.dataset("/load_case/condition", condition, "");
-    file.dataset("/load_case/value", load_case.value, "m or Pa");
-    const core::Vector3 &a = load_case.acceleration;
-    file.dataset("/load_case/acceleration", std::vector{a.x(), a.y(), a.z()}, "m/s^2");
-    file.dataset("/load_case/constraint", load_case.constraint, "");
-    file.texts("/load_case/constraint", "names", load_case.constraint_names);
-    if (!load_case.follows.empty())
-        file.dataset("/load_case/follows", load_case.follows, "");
-    if (!load_case.node_factor.empty())
-        file.dataset("/load_case/node_factor", load_case.node_factor, "");
-    if (!load_case.round_load.empty())
-        write_round_loads(file, load_case);
-    if (!load_case.path.empty())
-        file.dataset("/load_case/path", load_case.path, "");
-    if (!load_case.yielded.empty()) {
-        std::vector<double> lost_areas;
-        std::vector<std::string> names;
-        for (const auto &place : load_case.yielded) {
-            lost_areas.push_back(place.lost_area);
-            names.push_back(place.name);
-        }
-        file.dataset("/load_case/yielded", lost_areas, "");
-        file.texts("/load_case/yielded", "names", names);
-    }
-    if (load_case.release)
-        write_release(file, *load_case.release);
-}
-
 void write_deformation(hdf5::OutputFile &file, const std::string &group, const core::Deformation &deformation) {
     file.number(group, "volume_change", deformation.volume_change);
     file.number(group, "smallest_jacobian", deformation.smallest_jacobian);
@@ -291,7 +223,7 @@ std::vector<char> file_image(const Result &result) {
     hdf5::OutputFile file;
     hdf5::write_provenance(file, result.provenance);
     write_body(file, *result.problem.body);
-    write_load_case(file, result.problem.load_case);
+    hdf5::write_load_case(file, result.problem.load_case);
     file.group("/solutions", true);
     file.group("/comparisons");
     std::vector<NamedSprings> written;

@@ -74,6 +74,33 @@ std::optional<core::Vector3> way_of(const core::LoadCase &load_case, int constra
     return way.norm() > 0.0 ? std::optional(way) : std::nullopt;
 }
 
+/// The resultant of a pressure on a whole organ is rounding and the constrained part: a load has at least this part of
+/// the sum of its sizes.
+constexpr double least_resultant = 0.1;
+
+/// Tractions that keep their direction, at the whole load.
+struct DeadLoad {
+    core::Vector3 resultant = core::Vector3::Zero(); ///< [N]
+    double sum_of_sizes = 0.0;                       ///< sum of |force| over facets [N]
+    std::vector<double> weight;                      ///< (N) of that, what each node of a facet takes [N]
+};
+
+DeadLoad dead_load(const core::LoadCase &load_case, const core::TetraMesh &mesh) {
+    DeadLoad load;
+    load.weight.assign(mesh.points.size(), 0.0);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+        if (load_case.condition[f] != core::FacetCondition::traction || load_case.follows_surface(f))
+            continue;
+        const core::Vector3 force = core::area_vector(mesh, f).norm() * load_case.value[f];
+        const auto part = core::linear_parts(load_case.round_load_on(f), core::corners_of(mesh, f));
+        for (std::size_t k = 0; k < 3; ++k)
+            load.weight[mesh.boundary_triangles[f][k]] += part[k] * force.norm();
+        load.resultant += force;
+        load.sum_of_sizes += force.norm();
+    }
+    return load;
+}
+
 } // namespace
 
 std::vector<Result> of_regime(std::span<const Result> results, core::Regime regime) {
@@ -107,30 +134,43 @@ std::string large_legend() {
 std::vector<ForceCurve> force_curves(const Result &result) {
     const auto &load_case = result.problem.load_case;
     std::vector<ForceCurve> curves;
-    for (int p = 0; p < static_cast<int>(load_case.constraint_names.size()); ++p) {
-        const auto way = way_of(load_case, p);
-        if (!way)
-            continue;
+    for (int p = 0; p < static_cast<int>(load_case.constraint_names.size()); ++p)
+        if (const auto way = way_of(load_case, p))
+            for (const auto &model : result.models) {
+                auto &curve = curves.emplace_back(ForceCurve{load_case.constraint_names[p], model.name, {}, {}});
+                for (std::size_t k = 0; k < model.solution.path.size(); ++k) {
+                    curve.way.push_back(load_case.path[k] * way->norm());
+                    curve.force.push_back(model.solution.path[k].reaction[p].dot(way->normalized()));
+                }
+            }
+    const auto load = dead_load(load_case, result.problem.body->mesh);
+    if (const double force = load.resultant.norm(); force > least_resultant * load.sum_of_sizes)
         for (const auto &model : result.models) {
-            auto &curve = curves.emplace_back(ForceCurve{load_case.constraint_names[p], way->norm(), model.name, {}});
-            for (const auto &point : model.solution.path)
-                curve.force.push_back(point.reaction[p].dot(way->normalized()));
+            auto &curve = curves.emplace_back(ForceCurve{"load", model.name, {}, {}});
+            for (std::size_t k = 0; k < model.solution.path.size(); ++k) {
+                core::Vector3 mean = core::Vector3::Zero();
+                for (std::size_t node = 0; node < load.weight.size(); ++node)
+                    mean += load.weight[node] / load.sum_of_sizes *
+                            model.solution.path[k].displacement[node].cast<double>();
+                curve.way.push_back(mean.dot(load.resultant) / force);
+                curve.force.push_back(load_case.path[k] * force);
+            }
         }
-    }
     return curves;
 }
 
 Layout force_table(std::span<const Result> results) {
-    Layout layout{{{"body"}, {"load case"}, {"place"}, {"way [mm]", true}, {"model"}, {"force along it [N]"}}, {}};
+    const auto listed = [](const std::vector<double> &values, double unit) {
+        std::vector<std::string> words;
+        for (const double value : values)
+            words.push_back(fmt::format("{:.3g}", unit * value));
+        return fmt::format("{}", fmt::join(words, " "));
+    };
+    Layout layout{{{"body"}, {"load case"}, {"place"}, {"model"}, {"way [mm]"}, {"force along it [N]"}}, {}};
     for (const auto &result : results)
-        for (const auto &curve : force_curves(result)) {
-            std::vector<std::string> forces;
-            for (const double force : curve.force)
-                forces.push_back(fmt::format("{:.3g}", force));
-            layout.rows.push_back({body_label(result, results), result.problem.load_case.name, curve.place,
-                                   fixed(millimetres * curve.way, 1), curve.model,
-                                   fmt::format("{}", fmt::join(forces, " "))});
-        }
+        for (const auto &curve : force_curves(result))
+            layout.rows.push_back({body_label(result, results), result.problem.load_case.name, curve.place, curve.model,
+                                   listed(curve.way, millimetres), listed(curve.force, 1.0)});
     return layout;
 }
 

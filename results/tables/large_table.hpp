@@ -19,15 +19,17 @@ Layout large_table(std::span<const Result> results);
 /// What its columns mean.
 std::string large_legend();
 
-/// What a model feels where a constraint moves, along its way.
+/// Force against way of a place, at each point of the path that a model came to.
 struct ForceCurve {
-    std::string place; ///< name of the constraint
-    double way = 0.0;  ///< the whole of it [m]
+    std::string place; ///< name of the constraint that moves, or "load"
     std::string model;
-    std::vector<double> force; ///< at each point of the path that the model came to [N]
+    std::vector<double> way;   ///< of the place [m]
+    std::vector<double> force; ///< along it [N]
 };
 
-/// Of each constraint that moves and each model; constraints that only hold have none.
+/// Of each constraint that moves and each model, the prescribed way with the force of the model; constraints that only
+/// hold have none. Of tractions that keep their direction, where they have a resultant, the given force with the way of
+/// the model: the mean displacement of the places, weighted with the traction, along the resultant.
 std::vector<ForceCurve> force_curves(const Result &result);
 
 /// A row for each of these curves.

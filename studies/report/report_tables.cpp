@@ -66,7 +66,7 @@ toml::table large_body(const std::string &label, const std::vector<results::Resu
             for (const auto &curve : results::force_curves(result))
                 forces.push_back(toml::table{{"load_case", result.problem.load_case.name},
                                              {"place", curve.place},
-                                             {"way", curve.way},
+                                             {"way", array_of(curve.way)},
                                              {"model", curve.model},
                                              {"force", array_of(curve.force)}});
         }

@@ -162,7 +162,7 @@ def test_a_figure_of_forces_names_every_model(sample):
     section = next(section for section in sample.iter(f"{XHTML}section") if section.get("id") == "large")
     names = {"".join(text.itertext()) for text in section.iter(f"{SVG}text")}
     assert models <= names
-    assert {"depth [mm]", "force [N]"} <= names
+    assert {"way [mm]", "force [N]"} <= names
     assert any("var(--band)" in element.get("style", "") for element in section.iter()), "the reference has no band"
 
 

@@ -22,16 +22,14 @@ def _reference_band(axes, result: Result, name: str, depth: list[float], force: 
 
 
 def _plot(result: Result, place: str, curves: list[dict], models: list[str]) -> Markup:
-    with result.open() as file:
-        path = file.path_of_loads
-    axes = figures.new_plot(f"{result.load_case}: {place}", "depth [mm]", "force [N]")
+    axes = figures.new_plot(f"{result.load_case}: {place}", "way [mm]", "force [N]")
     # The key has the order of the right ends of the lines.
     for curve in sorted(curves, key=lambda curve: curve["force"][-1:], reverse=True):
-        reached = path[:len(curve["force"])]
-        depth = [0.0, *(MILLIMETRES * curve["way"] * reached)]
+        depth = [0.0, *(MILLIMETRES * way for way in curve["way"])]
         force = [0.0, *curve["force"]]
         figures.draw_line(axes, depth, force, curve["model"], colours.style_of(curve["model"], models))
-        _reference_band(axes, result, curve["model"], depth, force)
+        if place != "load":  # where the force is given, what is uncertain is the way
+            _reference_band(axes, result, curve["model"], depth, force)
     axes.set_xlim(left=0.0)
     return figures.finish(axes)
 
@@ -43,8 +41,9 @@ def _forces(results: list[Result], told: dict, models: list[str]) -> Markup:
     if not drawn:
         return Markup("")
     return figure("figure", plots(drawn),
-                  f"{told['label']}: force of each model on what moves, against its depth. The grey band around the line of "
-                  "the reference is its uncertainty, where that is known; it may be narrower than the line.",
+                  f"{told['label']}: force of each model on what moves, against its way; under a load, the way of what is loaded in "
+                  "each model. The grey band around the line of the reference is its uncertainty, where that is known; it may be "
+                  "narrower than the line.",
                   commands_of(results))
 
 
