@@ -19,7 +19,7 @@ struct Found {
 };
 
 const std::map<std::string, std::map<std::string, Found>> found_elsewhere{
-    {"large_retraction",
+    {"held_retraction",
      {{"fem_p1", {0.134, 1.43}},
       {"fem_p2p1", {0.100, 1.12}},
       {"fem_p1_neo_hookean", {0.077, 1.32}},
@@ -71,7 +71,7 @@ TEST_P(LargeDeformations, AreWhatACodeOfSomebodyElseFound) {
 TEST_P(LargeDeformations, ShowThatTheLinearJudgeIsWrongAndTheBestSpringsLessSo) {
     const auto &reference = find("fem_p2p1_neo_hookean");
     EXPECT_FALSE(reference.comparison);
-    const bool ships = GetParam() != "flat_palpation";
+    const bool ships = GetParam() == "large_palpation";
     EXPECT_EQ(reference.solution.solver.starts_with("stored since"), ships) << reference.solution.solver;
     EXPECT_LT(find("nodal_neo_hookean").comparison->relative_l2, find("fem_p2p1").comparison->relative_l2);
     EXPECT_LT(find("fem_p2_neo_hookean").comparison->relative_l2, 0.04);
@@ -96,7 +96,7 @@ TEST_P(LargeDeformations, KeepThePathOfEveryModel) {
 }
 
 INSTANTIATE_TEST_SUITE_P(OnTheHealthyLiver, LargeDeformations,
-                         testing::Values("large_retraction", "large_palpation", "flat_palpation"),
+                         testing::Values("large_palpation", "flat_palpation", "held_retraction"),
                          [](const auto &tested) { return tested.param; });
 
 } // namespace
