@@ -156,7 +156,8 @@ template <class T> class HeavySteps {
         part.is_weighed = true;
     }
 
-    /// Where the step started and what it made.
+    /// Where the step started, and what it made of velocities but for damping by mass, which is in proportion to the
+    /// mass that is scaled.
     static void gather(const StepWorkspace<T> &at, Part &part) {
         auto &arrays = part.arrays;
         const auto place = [&](std::size_t i, std::size_t c) -> double {
@@ -174,7 +175,7 @@ template <class T> class HeavySteps {
                 const double velocity = slice.velocity.get(c, part.row[i] % slice_size);
                 x[i] = static_cast<T>(place(i, c) - origin);
                 v[i] = static_cast<T>(part.before[c][i]);
-                a[i] = static_cast<T>((velocity - part.before[c][i]) * per_step);
+                a[i] = static_cast<T>((velocity - part.before[c][i]) * per_step + at.alpha * part.before[c][i]);
             }
         }
     }

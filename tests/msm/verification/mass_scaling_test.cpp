@@ -297,8 +297,10 @@ TEST(MassScaling, MovesHeavierNodesOnVectorUnitsAsTheOracleDoes) {
     const double time_step = 0.8 * 2.0 / bar.highest(scaling);
     const auto equation = msm::elastic_motion(heavier, bar.body.mesh.points, bar.conditions, {}, loaded);
     const auto step = msm::find_integrator("symplectic_euler").prepare(equation, time_step);
-    const auto size = static_cast<Eigen::Index>(3 * bar.body.mesh.points.size());
-    const msm::State start{Eigen::VectorXd::Zero(size), bar.thrown().velocity};
+    auto start = bar.thrown();
+    for (std::size_t i = 0; i < bar.body.mesh.points.size(); ++i)
+        if (!std::isnan(bar.conditions.displacement[i].x()))
+            msm::of_node(start.displacement, static_cast<int>(i)).setZero();
     for (const auto precision : tests::both_precisions) {
         auto steps = msm::FastSteps::prepare(bar.springs, bar.body.mesh.points, bar.conditions, {}, "symplectic_euler",
                                              time_step, {.precision = precision, .scaling = scaling});
