@@ -33,6 +33,8 @@ constexpr double guarded_part = 0.5;
 constexpr double watched_part = 0.7;
 /// How much longer steps have to get by scaled masses: a step with them takes up to a fifth more time.
 constexpr double least_gain = 1.25;
+/// Of squared frequencies: steps are far from the critical ones, and nobody likes to wait for settings.
+constexpr double of_steps = 1e-5;
 /// The last digits of a longest step are not those that another machine found.
 constexpr double rounding = 1.0 + 1e-6;
 /// However soft a body is, the mass between it and the hand has to be moved in steps that it bears [s].
@@ -54,7 +56,7 @@ const msm::Integrator &symplectic_euler() {
 Chosen longest_steps(const core::Body &body, const msm::MassSprings &parts, const msm::NodalConditions &conditions,
                      const msm::MassScaling &scaling, const Settings &settings) {
     const auto &points = body.mesh.points;
-    const double highest = msm::largest_angular_frequency(parts.body, points, conditions, scaling);
+    const double highest = msm::largest_angular_frequency(parts.body, points, conditions, scaling, of_steps);
     if (!(highest > 0.0))
         throw support::InputError("no part of the body can move; constrain less of it");
     Chosen chosen{.num_springs = static_cast<int>(parts.springs.edges.size())};
@@ -64,7 +66,7 @@ Chosen longest_steps(const core::Body &body, const msm::MassSprings &parts, cons
     chosen.critical_time_step = critical(highest);
     auto pressed = parts.body;
     pressed.terms.push_back(msm::pressed_guard(with_material_of_guard(body)));
-    const double highest_pressed = msm::largest_angular_frequency(pressed, points, conditions, scaling);
+    const double highest_pressed = msm::largest_angular_frequency(pressed, points, conditions, scaling, of_steps);
     const bool has_energy = keep_from_inverting(settings.springs);
     chosen.pressed_time_step = (has_energy ? pressed_part_of_energies : pressed_part) * critical(highest_pressed);
     const double part = has_energy ? msm::default_safety_factor : guarded_part;

@@ -18,6 +18,8 @@ constexpr double least_contrast = 2.0;
 constexpr std::size_t least_nodes = 4;
 /// Of omega_rest: deformations above it would take a part of the step away when they are left alone.
 constexpr double slow_part = 0.9;
+/// Of squared frequencies, where a factor is found from them: what a step comes to is looked at afterwards.
+constexpr double of_factors = 1e-4;
 /// Of the length of a field: with no more besides what is in others it is a sum of them.
 constexpr double smallest_field = 1e-6;
 
@@ -266,7 +268,9 @@ MassScaling scale_masses(const core::Body &body, const ElasticBody &springs, con
         for (const int node : part.nodes)
             is_rest[node] = false;
     const double of_rest =
-        scaling.parts.empty() ? 0.0 : largest_angular_frequency(springs, points, with_these_free(conditions, is_rest));
+        scaling.parts.empty()
+            ? 0.0
+            : largest_angular_frequency(springs, points, with_these_free(conditions, is_rest), {}, of_factors);
     if (!(of_rest > 0.0))
         return {}; // no tissue to be as slow as
     const StiffnessProduct stiffness(springs, points);
@@ -274,7 +278,8 @@ MassScaling scale_masses(const core::Body &body, const ElasticBody &springs, con
         std::vector<bool> is_free(points.size(), false);
         for (const int node : part.nodes)
             is_free[node] = true;
-        const double of_part = largest_angular_frequency(springs, points, with_these_free(conditions, is_free));
+        const double of_part =
+            largest_angular_frequency(springs, points, with_these_free(conditions, is_free), {}, of_factors);
         // The last digits of frequencies are those of a C library; those of a float are the same everywhere.
         part.factor = double{static_cast<float>(of_part * of_part / (of_rest * of_rest))};
         part.slow = slow_fields(part, stiffness, 3 * static_cast<Eigen::Index>(points.size()), slow_part * of_rest);
