@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "live/scene.hpp"
+#include "msm/dynamics/mass_scaling.hpp"
 #include "msm/nodal_conditions.hpp"
 #include "msm/springs_with_volume.hpp"
 
@@ -20,18 +21,26 @@ std::vector<bool> constrained_nodes(const core::TetraMesh &mesh, const std::vect
 /// No loads, and these nodes do not move.
 msm::NodalConditions constrained_conditions(const std::vector<bool> &is_constrained);
 
+/// The steps that a body takes, and with which masses.
+struct Stepping {
+    Chosen chosen;
+    msm::MassScaling scaling; ///< without parts where masses are as they are
+};
+
 /// The steps that a body may take, and does. One bears a pressed body, whose tetrahedra have lost so much volume that
 /// their guards make them stiffer, and while one is pressed every step is divided into parts that are no longer than
-/// that. The longest step is what the body bears otherwise.
-Chosen chosen_steps(const core::Body &body, const msm::MassSprings &parts, const msm::NodalConditions &conditions,
-                    const Settings &settings);
+/// that. The longest step is what the body bears otherwise. The masses of stiff parts are scaled where that makes the
+/// longest step so much longer that it pays, and where a step is asked for that the body does not bear as it is.
+Stepping chosen_steps(const core::Body &body, const msm::MassSprings &parts, const msm::NodalConditions &conditions,
+                      const Settings &settings);
 
 /// Volumes of tetrahedra below which steps have to be divided: 7/10 of those at rest, where the guard could make them
 /// too stiff for whole ones, and 0 for the others. How stiff is told by Gershgorin's bounds around nodes of the pressed
-/// body, of which the largest is set to what the frequency of that body is.
+/// body, of which the largest is set to what the frequency of that body is. A node of a part whose masses are scaled
+/// counts with its part's.
 /// @return shape (M) [m^3]; empty if none has to be watched
 std::vector<double> watched_volumes(const core::Body &body, const msm::MassSprings &parts,
-                                    const msm::NodalConditions &conditions, const Chosen &chosen);
+                                    const msm::NodalConditions &conditions, const Stepping &stepping);
 
 /// Of all tetrahedra the smallest volume, as a part of what it is at rest.
 double smallest_volume_ratio(const core::TetraMesh &mesh, const std::vector<core::Vector3> &displacement);

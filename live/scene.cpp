@@ -62,14 +62,16 @@ Chosen Scene::choose(const Settings &settings) {
     const auto body = with_material(body_, settings.young_modulus, settings.poisson_ratio);
     const auto parts = mass_springs(body, settings, springs_);
     const auto conditions = constrained_conditions(is_constrained_);
-    const auto chosen = chosen_steps(body, parts, conditions, settings);
+    const auto stepping = chosen_steps(body, parts, conditions, settings);
+    const auto &chosen = stepping.chosen;
 
     auto next = msm::FastSteps::prepare(parts.body, body_.mesh.points, conditions, settings.damping, "symplectic_euler",
                                         chosen.time_step,
                                         {.precision = msm::ForcePrecision::single_precision,
                                          .num_threads = num_threads_,
+                                         .scaling = stepping.scaling,
                                          .least_stretch = least_stretch,
-                                         .watched_volume = watched_volumes(body, parts, conditions, chosen)});
+                                         .watched_volume = watched_volumes(body, parts, conditions, stepping)});
     if (steps_)
         next->set_state(steps_->state());
     steps_ = std::move(next);

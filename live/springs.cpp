@@ -21,6 +21,7 @@ namespace {
 using Terms = std::vector<std::shared_ptr<const msm::ElasticTerm>>;
 
 constexpr double reference_young_modulus = 1000.0; // [Pa]
+constexpr double largest_poisson_ratio_of_guard = 0.45;
 const std::string coupled_springs = "nodal_springs";
 
 std::string name_of(const msm::SpringEnergy &energy) {
@@ -38,7 +39,7 @@ const msm::SpringEnergy *find_energy(const std::string &springs) {
 /// for shorter steps. Springs alone get a guard as well: they would stay inside out. It does nothing before a
 /// tetrahedron has lost half its volume.
 std::shared_ptr<const msm::ElasticTerm> guard(const core::Body &body) {
-    return msm::inversion_guard(of_one_material(body));
+    return msm::inversion_guard(with_material_of_guard(body));
 }
 
 msm::MassSprings springs_of_law(const core::Body &body, const Settings &settings, SpringsOfLaws &kept) {
@@ -104,8 +105,10 @@ const std::vector<std::string> &spring_names() {
     return names;
 }
 
-core::Body of_one_material(core::Body body) {
-    body.materials.assign(body.materials.size(), body.materials[largest_region(body.mesh)]);
+core::Body with_material_of_guard(core::Body body) {
+    auto material = body.materials[largest_region(body.mesh)];
+    material.poisson_ratio = std::min(material.poisson_ratio, largest_poisson_ratio_of_guard);
+    body.materials.assign(body.materials.size(), material);
     return body;
 }
 

@@ -27,7 +27,9 @@ using SpringsOfLaws = std::map<std::string, core::SpringNetwork, std::less<>>;
 /// @throws support::InputError if there are no such springs
 msm::MassSprings mass_springs(const core::Body &body, const Settings &settings, SpringsOfLaws &kept);
 
-/// The same with the largest region's material everywhere.
-core::Body of_one_material(core::Body body);
+/// The same with the material that the guard against inversion has everywhere: that of the largest region, with a
+/// Poisson's ratio of at most 0.45. What is nearly incompressible keeps its volume without a guard that is as stiff,
+/// and what is pressed would ask for half the step at 0.49.
+core::Body with_material_of_guard(core::Body body);
 
 } // namespace livermark::live

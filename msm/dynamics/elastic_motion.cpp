@@ -31,8 +31,9 @@ EquationOfMotion elastic_motion(const ElasticBody &body, const std::vector<core:
         a = load;
         for (const auto &term : body.terms)
             term->add_force(x, v, damping.beta, a);
-        a = a.cwiseProduct(free_per_mass) - damping.alpha * v.cwiseProduct(free);
+        a = a.cwiseProduct(free_per_mass);
         scale_acceleration(scaling, x, v, a);
+        a -= damping.alpha * v.cwiseProduct(free); // in proportion to the mass that is scaled
     };
     equation.effective_mass = [body, rest = to_unknowns(positions), mass = equation.mass, free,
                                damping](const Unknowns &u, double d, double k) {

@@ -78,7 +78,7 @@ Pair highest_of_few(const ScaledStiffness &stiffness) {
 }
 
 Pair highest_pair(const ElasticBody &body, const Field &positions, const FreeComponents &free,
-                  const MassScaling &scaling = {}) {
+                  const MassScaling &scaling = {}, double tolerance = largest_tolerance) {
     if (free.size() == 0)
         return {};
     ScaledStiffness stiffness(body, positions, free, scaling);
@@ -87,7 +87,7 @@ Pair highest_pair(const ElasticBody &body, const Field &positions, const FreeCom
     // Three are asked for, so that a near copy of the largest is told from it and does not slow it down.
     Spectra::SymEigsSolver<ScaledStiffness> lanczos(stiffness, 3, num_vectors_for_largest);
     lanczos.init(); // from a random vector of fixed seed
-    lanczos.compute(Spectra::SortRule::LargestAlge, most_restarts, largest_tolerance, Spectra::SortRule::LargestAlge);
+    lanczos.compute(Spectra::SortRule::LargestAlge, most_restarts, tolerance, Spectra::SortRule::LargestAlge);
     if (lanczos.info() != Spectra::CompInfo::Successful)
         throw std::runtime_error(
             fmt::format("the largest frequency did not converge in {} restarts of Lanczos's method", most_restarts));
@@ -108,8 +108,8 @@ HighestMode highest_mode(const ElasticBody &body, const Field &positions, const 
 }
 
 double largest_angular_frequency(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
-                                 const MassScaling &scaling) {
-    return highest_pair(body, positions, FreeComponents(conditions.displacement), scaling).first;
+                                 const MassScaling &scaling, double tolerance) {
+    return highest_pair(body, positions, FreeComponents(conditions.displacement), scaling, tolerance).first;
 }
 
 double largest_angular_frequency(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,

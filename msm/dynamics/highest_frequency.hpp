@@ -13,17 +13,20 @@
 /// count.
 namespace livermark::msm {
 
-/// The largest omega, which sets the critical time step of every explicit integrator, to a relative accuracy of 1e-9:
+/// The largest omega, which sets the critical time step of every explicit integrator, to a relative accuracy of 1e-9 if
+/// no other is asked for:
 /// Lanczos's method on M^-1/2 K M^-1/2 applied term by term, without a matrix. The body may be free to move, and the
 /// same body gives the same bits.
 /// @param body        masses > 0, at rest at the positions
 /// @param positions   shape (N) [m]
 /// @param conditions  of the nodes
 /// @param scaling     of the masses
+/// @param tolerance   of omega^2, as a part of it
 /// @return [rad/s]; zero if nothing can move
 /// @throws std::runtime_error if the iteration does not converge
 double largest_angular_frequency(const ElasticBody &body, const std::vector<core::Vector3> &positions,
-                                 const NodalConditions &conditions, const MassScaling &scaling = {});
+                                 const NodalConditions &conditions, const MassScaling &scaling = {},
+                                 double tolerance = 1e-9);
 
 /// The mode of the largest omega.
 struct HighestMode {

@@ -18,7 +18,9 @@ constexpr double least_contrast = 2.0;
 constexpr std::size_t least_nodes = 4;
 /// Of omega_rest: deformations above it would take a part of the step away when they are left alone.
 constexpr double slow_part = 0.9;
-/// Of the singular values of fields: below it one is a sum of others.
+/// Of squared frequencies, where a factor is found from them: what a step comes to is looked at afterwards.
+constexpr double of_factors = 1e-4;
+/// Of the length of a field: with no more besides what is in others it is a sum of them.
 constexpr double smallest_field = 1e-6;
 
 double squared_speed(const core::Material &material) {
@@ -113,15 +115,6 @@ void scatter(const HeavyPart &part, const Eigen::Matrix3Xd &of_part, Eigen::Vect
         of_node(field, part.nodes[i]) = of_part.col(i);
 }
 
-/// How a part has turned since rest: the rotation nearest to sum of m x rest^T.
-Eigen::Matrix3d rotation_from_rest(const HeavyPart &part, const Eigen::Matrix3Xd &x) {
-    const Eigen::Matrix3d moment = x * part.mass.asDiagonal() * part.rest.transpose(); // rest has its mean at 0
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(moment, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Eigen::Matrix3d left = svd.matrixU();
-    left.col(2) *= (left * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
-    return left * svd.matrixV().transpose();
-}
-
 auto as_vector(const Eigen::Matrix3Xd &field) {
     return Eigen::VectorXd::Map(field.data(), field.size());
 }
@@ -130,16 +123,31 @@ void scale_in(const Frame &frame, const HeavyPart &part, const Eigen::Matrix3Xd 
               Eigen::Matrix3Xd &field) {
     Eigen::Matrix3Xd left_alone = rigid_motion(frame, part.mass, x, field);
     if (part.slow.cols() > 0) {
-        const Eigen::Matrix3d turn = rotation_from_rest(part, x);
-        const Eigen::Matrix3Xf weighted =
-            (turn.transpose() * (field - left_alone) * part.mass.asDiagonal()).cast<float>();
-        const Eigen::VectorXf slow =
-            part.slow * (part.slow.transpose() * Eigen::VectorXf::Map(weighted.data(), weighted.size()));
-        const Eigen::Matrix3Xd deforming = turn * Eigen::Matrix3Xf::Map(slow.data(), 3, x.cols()).cast<double>();
+        const Eigen::Matrix3d turn = nearest_rotation(x * part.mass.asDiagonal() * part.rest.transpose());
+        const Eigen::Matrix3Xd weighted = turn.transpose() * (field - left_alone) * part.mass.asDiagonal();
+        const Eigen::VectorXd slow = part.slow * (part.slow.transpose() * as_vector(weighted));
+        const Eigen::Matrix3Xd deforming = turn * Eigen::Matrix3Xd::Map(slow.data(), 3, x.cols());
         // Where the part is not as at rest it has rigid motion too.
         left_alone += deforming - rigid_motion(frame, part.mass, x, deforming);
     }
     field = left_alone + factor * (field - left_alone);
+}
+
+/// By Gram and Schmidt's method, twice, column by column: the same bits on every machine, which products of matrices in
+/// blocks that fit the caches do not have. Columns that are sums of others are left out.
+Eigen::MatrixXd orthonormal(const Eigen::MatrixXd &columns) {
+    Eigen::MatrixXd found(columns.rows(), columns.cols());
+    Eigen::Index count = 0;
+    for (Eigen::Index p = 0; p < columns.cols(); ++p) {
+        Eigen::VectorXd column = columns.col(p);
+        const double length = column.norm();
+        for (int pass = 0; pass < 2; ++pass)
+            for (Eigen::Index q = 0; q < count; ++q)
+                column -= found.col(q).dot(column) * found.col(q);
+        if (column.norm() > smallest_field * length)
+            found.col(count++) = column.normalized();
+    }
+    return found.leftCols(count);
 }
 
 /// (3n, m) linear and quadratic fields of a part without their rigid motion, times the roots of the masses,
@@ -161,10 +169,7 @@ Eigen::MatrixXd polynomial_fields(const HeavyPart &part, const Eigen::VectorXd &
         field -= rigid_motion(at_rest, part.mass, y, field);
         fields.col(p) = root_mass.cwiseProduct(as_vector(field));
     }
-    const Eigen::BDCSVD<Eigen::MatrixXd> svd(fields, Eigen::ComputeThinU);
-    const auto &values = svd.singularValues();
-    const auto rank = (values.array() > smallest_field * values[0]).count();
-    return svd.matrixU().leftCols(rank);
+    return orthonormal(fields);
 }
 
 /// Those of them that are slow, by Ritz's method with the rest of the body at rest.
@@ -181,12 +186,20 @@ Eigen::MatrixXd slow_fields(const HeavyPart &part, const StiffnessProduct &stiff
         for (std::size_t i = 0; i < part.nodes.size(); ++i)
             forces.col(p).segment<3>(3 * static_cast<Eigen::Index>(i)) = of_node(force, part.nodes[i]);
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ritz(fields.transpose() * forces); // ascending
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ritz(
+        fields.transpose().lazyProduct(forces).eval()); // ascending; summed in one order, see orthonormal()
     const auto count = (ritz.eigenvalues().array() < highest * highest).count();
-    return fields * ritz.eigenvectors().leftCols(count);
+    return fields.lazyProduct(ritz.eigenvectors().leftCols(count));
 }
 
 } // namespace
+
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d &moment) {
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(moment, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Eigen::Matrix3d left = svd.matrixU();
+    left.col(2) *= (left * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
+    return left * svd.matrixV().transpose();
+}
 
 std::vector<std::vector<int>> stiff_parts(const core::Body &body) {
     const auto are_stiff = stiff_regions(body);
@@ -255,7 +268,9 @@ MassScaling scale_masses(const core::Body &body, const ElasticBody &springs, con
         for (const int node : part.nodes)
             is_rest[node] = false;
     const double of_rest =
-        scaling.parts.empty() ? 0.0 : largest_angular_frequency(springs, points, with_these_free(conditions, is_rest));
+        scaling.parts.empty()
+            ? 0.0
+            : largest_angular_frequency(springs, points, with_these_free(conditions, is_rest), {}, of_factors);
     if (!(of_rest > 0.0))
         return {}; // no tissue to be as slow as
     const StiffnessProduct stiffness(springs, points);
@@ -263,10 +278,11 @@ MassScaling scale_masses(const core::Body &body, const ElasticBody &springs, con
         std::vector<bool> is_free(points.size(), false);
         for (const int node : part.nodes)
             is_free[node] = true;
-        const double of_part = largest_angular_frequency(springs, points, with_these_free(conditions, is_free));
-        part.factor = of_part * of_part / (of_rest * of_rest);
-        part.slow = slow_fields(part, stiffness, 3 * static_cast<Eigen::Index>(points.size()), slow_part * of_rest)
-                        .cast<float>();
+        const double of_part =
+            largest_angular_frequency(springs, points, with_these_free(conditions, is_free), {}, of_factors);
+        // The last digits of frequencies are those of a C library; those of a float are the same everywhere.
+        part.factor = double{static_cast<float>(of_part * of_part / (of_rest * of_rest))};
+        part.slow = slow_fields(part, stiffness, 3 * static_cast<Eigen::Index>(points.size()), slow_part * of_rest);
     }
     std::erase_if(scaling.parts, [](const HeavyPart &part) { return !(part.factor > 1.0); });
     return scaling;

@@ -25,9 +25,8 @@ struct HeavyPart {
     double factor = 1.0;    ///< f, >= 1
     Eigen::VectorXd mass;   ///< (n) [kg]
     Eigen::Matrix3Xd rest;  ///< (3, n) at rest, from the centre of mass [m]
-    /// (3n, m) slow deformations about rest: orthonormal in the masses and orthogonal to rigid motions [kg^-1/2]. Six
-    /// digits are enough for what is left alone, and take half the time.
-    Eigen::MatrixXf slow;
+    /// (3n, m) slow deformations about rest: orthonormal in the masses and orthogonal to rigid motions [kg^-1/2]
+    Eigen::MatrixXd slow;
 };
 
 /// No node is in two parts.
@@ -50,6 +49,9 @@ MassScaling scale_masses(const core::Body &body, const ElasticBody &springs, con
 
 /// The same factors where more is constrained. A part that loses nodes has no slow deformations any more.
 MassScaling constrained(const MassScaling &scaling, const NodalConditions &conditions);
+
+/// Of a moment sum of m x rest^T, x and rest from their centres of mass: how a part has turned since rest.
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d &moment);
 
 /// Takes what a field does besides moving a part as a rigid body, or slowly deforming it, times a factor. Its momentum
 /// and angular momentum about any point stay as they are.

@@ -190,6 +190,7 @@ template <class T> class Steps : public FastSteps::Implementation {
         for (auto &component : at_.nodes[slice].free_per_mass)
             if (component[lane] != 0.0)
                 component[lane] = static_cast<T>(1.0 / mass);
+        heavy_.set_mass(static_cast<std::size_t>(at_.body.row_of_node[node]), mass);
     }
 
     bool is_pressed() const override {

@@ -70,7 +70,7 @@ export async function bodyOf(path) {
   return body;
 }
 
-const bodyNumbers = (b) => [
+export const bodyNumbers = (b) => [
   b.points.length / 3, b.tetrahedra.length / 4, b.density.length, b.triangles.length / 3,
   ...[b.points, b.tetrahedra, b.region, b.density, b.youngModulus, b.poissonRatio, b.triangles, b.constrained].flat(),
 ];

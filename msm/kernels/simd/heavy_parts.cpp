@@ -1,0 +1,245 @@
+// Highway compiles this file once for each vector unit, and the machine's best one is taken when the program runs.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "msm/kernels/simd/heavy_parts.cpp"
+#include <hwy/foreach_target.h> // has to come before highway.h
+#include <stdexcept>
+
+#include "msm/kernels/heavy_arrays.hpp"
+#include "msm/kernels/simd/vectors-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace livermark::msm::HWY_NAMESPACE {
+
+template <class D, class T> HWY_INLINE Vec3<D> load(D d, const T *field, std::size_t size, std::size_t i) {
+    return {hn::Load(d, field + i), hn::Load(d, field + size + i), hn::Load(d, field + 2 * size + i)};
+}
+
+template <class D, class T> HWY_INLINE void store(D d, const Vec3<D> &v, T *field, std::size_t size, std::size_t i) {
+    hn::Store(v.x, d, field + i);
+    hn::Store(v.y, d, field + size + i);
+    hn::Store(v.z, d, field + 2 * size + i);
+}
+
+template <class D> HWY_INLINE Vec3<D> everywhere(D d, const core::Vector3 &v) {
+    using T = hn::TFromD<D>;
+    return {hn::Set(d, static_cast<T>(v.x())), hn::Set(d, static_cast<T>(v.y())), hn::Set(d, static_cast<T>(v.z()))};
+}
+
+/// sum + factor v
+template <class D> HWY_INLINE Vec3<D> plus_scaled(const Vec3<D> &sum, hn::Vec<D> factor, const Vec3<D> &v) {
+    return {hn::MulAdd(factor, v.x, sum.x), hn::MulAdd(factor, v.y, sum.y), hn::MulAdd(factor, v.z, sum.z)};
+}
+
+/// Of the lanes, in one order on every machine with as many of them.
+template <class D> HWY_INLINE double lane_sum(D d, hn::Vec<D> v) {
+    HWY_ALIGN hn::TFromD<D> lanes[64 / sizeof(hn::TFromD<D>)];
+    hn::Store(v, d, lanes);
+    double sum = 0.0;
+    for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane)
+        sum += double{lanes[lane]};
+    return sum;
+}
+
+template <class D> HWY_INLINE core::Vector3 lane_sums(D d, const Vec3<D> &v) {
+    return {lane_sum(d, v.x), lane_sum(d, v.y), lane_sum(d, v.z)};
+}
+
+/// Rows of a sum of p q^T.
+template <class D> struct Moment { Vec3<D> x, y, z; };
+
+template <class D> HWY_INLINE void add_product(Moment<D> &moment, const Vec3<D> &p, const Vec3<D> &q) {
+    moment.x = plus_scaled<D>(moment.x, p.x, q);
+    moment.y = plus_scaled<D>(moment.y, p.y, q);
+    moment.z = plus_scaled<D>(moment.z, p.z, q);
+}
+
+template <class D> HWY_INLINE Eigen::Matrix3d lane_sums(D d, const Moment<D> &moment) {
+    Eigen::Matrix3d sums;
+    sums.row(0) = lane_sums(d, moment.x);
+    sums.row(1) = lane_sums(d, moment.y);
+    sums.row(2) = lane_sums(d, moment.z);
+    return sums;
+}
+
+/// A matrix times vectors.
+template <class D> struct Turn {
+    Vec3<D> x, y, z; ///< columns
+
+    Turn(D d, const Eigen::Matrix3d &matrix)
+        : x(everywhere(d, matrix.col(0))), y(everywhere(d, matrix.col(1))), z(everywhere(d, matrix.col(2))) {}
+    HWY_INLINE Vec3<D> times(const Vec3<D> &v) const {
+        return plus_scaled<D>(plus_scaled<D>(scaled<D>(v.x, x), v.y, y), v.z, z);
+    }
+};
+
+template <class T> HeavySums sums_of(const HeavyArrays<T> &part) {
+    using D = Lanes<T>;
+    constexpr D d;
+    const auto none = everywhere(d, core::Vector3::Zero());
+    auto of_x = none, of_v = none, of_a = none, x_cross_a = none;
+    Moment<D> x_and_x{none, none, none}, x_and_rest = x_and_x, x_and_v = x_and_x;
+    for (std::size_t i = 0; i < part.size; i += hn::Lanes(d)) {
+        const auto m = hn::Load(d, part.mass.data() + i);
+        const auto x = load(d, part.x.data(), part.size, i), v = load(d, part.v.data(), part.size, i),
+                   a = load(d, part.a.data(), part.size, i);
+        const auto weighted = scaled<D>(m, x);
+        of_x = plus<D>(of_x, weighted);
+        of_v = plus_scaled<D>(of_v, m, v);
+        of_a = plus_scaled<D>(of_a, m, a);
+        x_cross_a = plus<D>(x_cross_a, cross<D>(weighted, a));
+        add_product<D>(x_and_x, weighted, x);
+        add_product<D>(x_and_rest, weighted, load(d, part.rest.data(), part.size, i));
+        add_product<D>(x_and_v, weighted, v);
+    }
+    return {.of_x = lane_sums(d, of_x),
+            .of_v = lane_sums(d, of_v),
+            .of_a = lane_sums(d, of_a),
+            .x_and_x = lane_sums(d, x_and_x),
+            .x_and_rest = lane_sums(d, x_and_rest),
+            .x_and_v = lane_sums(d, x_and_v),
+            .x_cross_a = lane_sums(d, x_cross_a)};
+}
+
+/// sum of m slow_k . field of each; four at a time, so that the field is read less often.
+template <class T> void weigh(const HeavyArrays<T> &part, const T *field, std::vector<double> &weights) {
+    using D = Lanes<T>;
+    constexpr D d;
+    const std::size_t length = 3 * part.size;
+    std::size_t k = 0;
+    for (; k + 4 <= part.num_slow; k += 4) {
+        const T *slow = part.slow.data() + k * length;
+        auto first = hn::Zero(d), second = first, third = first, fourth = first;
+        for (std::size_t i = 0; i < length; i += hn::Lanes(d)) {
+            const auto value = hn::Load(d, field + i);
+            first = hn::MulAdd(hn::Load(d, slow + i), value, first);
+            second = hn::MulAdd(hn::Load(d, slow + length + i), value, second);
+            third = hn::MulAdd(hn::Load(d, slow + 2 * length + i), value, third);
+            fourth = hn::MulAdd(hn::Load(d, slow + 3 * length + i), value, fourth);
+        }
+        weights[k] = lane_sum(d, first);
+        weights[k + 1] = lane_sum(d, second);
+        weights[k + 2] = lane_sum(d, third);
+        weights[k + 3] = lane_sum(d, fourth);
+    }
+    for (; k < part.num_slow; ++k) {
+        auto sum = hn::Zero(d);
+        for (std::size_t i = 0; i < length; i += hn::Lanes(d))
+            sum = hn::MulAdd(hn::Load(d, part.slow.data() + k * length + i), hn::Load(d, field + i), sum);
+        weights[k] = lane_sum(d, sum);
+    }
+}
+
+template <class T> void strays_of(HeavyArrays<T> &part, const HeavyMotion &motion, std::vector<double> &weights) {
+    using D = Lanes<T>;
+    constexpr D d;
+    const auto centre = everywhere(d, motion.centre), velocity = everywhere(d, motion.velocity),
+               rotation = everywhere(d, motion.rotation), acceleration = everywhere(d, motion.acceleration),
+               spin_up = everywhere(d, motion.spin_up);
+    const auto two = hn::Set(d, T(2));
+    const Turn<D> back(d, motion.turn.transpose());
+    for (std::size_t i = 0; i < part.size; i += hn::Lanes(d)) {
+        const auto x = minus<D>(load(d, part.x.data(), part.size, i), centre);
+        const auto relative = scaled<D>(two, minus<D>(load(d, part.v.data(), part.size, i), velocity));
+        const auto turning = cross<D>(rotation, minus<D>(relative, cross<D>(rotation, x)));
+        const auto rigid = plus<D>(acceleration, cross<D>(spin_up, x));
+        const auto stray = minus<D>(load(d, part.a.data(), part.size, i), plus<D>(turning, rigid));
+        store(d, x, part.x.data(), part.size, i);
+        store(d, stray, part.stray.data(), part.size, i);
+        // a is not looked at any more: its place is that of m turn^T stray.
+        const auto m = hn::Load(d, part.mass.data() + i);
+        if (part.num_slow > 0)
+            store(d, scaled<D>(m, back.times(stray)), part.a.data(), part.size, i);
+    }
+    weigh(part, part.a.data(), weights);
+}
+
+template <class T>
+SlowMomenta less_slow(HeavyArrays<T> &part, const Eigen::Matrix3d &turned_by, const std::vector<double> &weights) {
+    using D = Lanes<T>;
+    constexpr D d;
+    const Turn<D> turn(d, turned_by);
+    auto linear = everywhere(d, core::Vector3::Zero()), angular = linear;
+    for (std::size_t i = 0; i < part.size; i += hn::Lanes(d)) {
+        auto sum = everywhere(d, core::Vector3::Zero());
+        const T *slow = part.slow.data();
+        for (std::size_t k = 0; k < part.num_slow; ++k, slow += 3 * part.size)
+            sum = plus_scaled<D>(sum, hn::Set(d, static_cast<T>(weights[k])), load(d, slow, part.size, i));
+        const auto deforming = turn.times(sum);
+        const auto weighted = scaled<D>(hn::Load(d, part.mass.data() + i), deforming);
+        linear = plus<D>(linear, weighted);
+        angular = plus<D>(angular, cross<D>(load(d, part.x.data(), part.size, i), weighted));
+        store(d, minus<D>(load(d, part.stray.data(), part.size, i), deforming), part.stray.data(), part.size, i);
+    }
+    return {lane_sums(d, linear), lane_sums(d, angular)};
+}
+
+HeavySums sums_of_float(const HeavyArrays<float> &part) {
+    return sums_of(part);
+}
+void strays_of_float(HeavyArrays<float> &part, const HeavyMotion &motion, std::vector<double> &weights) {
+    strays_of(part, motion, weights);
+}
+SlowMomenta less_slow_float(HeavyArrays<float> &part, const Eigen::Matrix3d &turn, const std::vector<double> &weights) {
+    return less_slow(part, turn, weights);
+}
+// Where there are no vectors of float64 the first of these refuses, and the others are not reached.
+HeavySums sums_of_double([[maybe_unused]] const HeavyArrays<double> &part) {
+#if HWY_HAVE_FLOAT64
+    return sums_of(part);
+#else
+    throw std::logic_error("masses in double precision need vectors of float64, which are not there");
+#endif
+}
+void strays_of_double([[maybe_unused]] HeavyArrays<double> &part, [[maybe_unused]] const HeavyMotion &motion,
+                      [[maybe_unused]] std::vector<double> &weights) {
+#if HWY_HAVE_FLOAT64
+    strays_of(part, motion, weights);
+#endif
+}
+SlowMomenta less_slow_double([[maybe_unused]] HeavyArrays<double> &part, [[maybe_unused]] const Eigen::Matrix3d &turn,
+                             [[maybe_unused]] const std::vector<double> &weights) {
+#if HWY_HAVE_FLOAT64
+    return less_slow(part, turn, weights);
+#else
+    return {};
+#endif
+}
+
+} // namespace livermark::msm::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace livermark::msm {
+
+namespace {
+HWY_EXPORT(sums_of_float);
+HWY_EXPORT(sums_of_double);
+HWY_EXPORT(strays_of_float);
+HWY_EXPORT(strays_of_double);
+HWY_EXPORT(less_slow_float);
+HWY_EXPORT(less_slow_double);
+} // namespace
+
+template <> HeavySums heavy_sums(const HeavyArrays<float> &part) {
+    return HWY_DYNAMIC_DISPATCH(sums_of_float)(part);
+}
+template <> HeavySums heavy_sums(const HeavyArrays<double> &part) {
+    return HWY_DYNAMIC_DISPATCH(sums_of_double)(part);
+}
+template <> void find_strays(HeavyArrays<float> &part, const HeavyMotion &motion, std::vector<double> &weights) {
+    HWY_DYNAMIC_DISPATCH(strays_of_float)(part, motion, weights);
+}
+template <> void find_strays(HeavyArrays<double> &part, const HeavyMotion &motion, std::vector<double> &weights) {
+    HWY_DYNAMIC_DISPATCH(strays_of_double)(part, motion, weights);
+}
+template <>
+SlowMomenta subtract_slow(HeavyArrays<float> &part, const Eigen::Matrix3d &turn, const std::vector<double> &weights) {
+    return HWY_DYNAMIC_DISPATCH(less_slow_float)(part, turn, weights);
+}
+template <>
+SlowMomenta subtract_slow(HeavyArrays<double> &part, const Eigen::Matrix3d &turn, const std::vector<double> &weights) {
+    return HWY_DYNAMIC_DISPATCH(less_slow_double)(part, turn, weights);
+}
+
+} // namespace livermark::msm
+#endif
