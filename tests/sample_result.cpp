@@ -37,11 +37,12 @@ core::Problem sample_problem(int num_bricks) {
     load_case.follows.assign(load_case.condition.size(), 0);
     for (std::size_t f = 0; f < load_case.condition.size(); ++f)
         load_case.follows[f] = load_case.condition[f] == core::FacetCondition::traction ? 1 : 0;
-    load_case.round_loads = {{{1.0 / 3.0, 0.1, 0.2}, 0.07}, {{0.0, 0.0, -0.1}, 2.0}};
+    for (int d = 1; d <= 8; ++d)
+        load_case.round_loads.push_back({{1.0 / 3.0, 0.1 * d, -0.2}, 0.07 * d});
     load_case.round_load.assign(load_case.condition.size(), -1);
     for (std::size_t f = 0; f < load_case.condition.size(); ++f)
         if (load_case.condition[f] == core::FacetCondition::traction)
-            load_case.round_load[f] = static_cast<int>(f % 2);
+            load_case.round_load[f] = static_cast<int>(f % 8);
     load_case.node_factor.assign(body->mesh.points.size(), 1.0);
     load_case.node_factor.back() = 0.5;
     for (int y = 1; y <= 7; ++y)
