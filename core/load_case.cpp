@@ -33,8 +33,8 @@ bool are_statically_equal(const LoadCase &a, const LoadCase &b) {
         return std::equal(x.begin(), x.end(), y.begin(), same_component);
     };
     return a.regime == b.regime && a.path == b.path && a.follows == b.follows && a.node_factor == b.node_factor &&
-           a.round_loads == b.round_loads && a.round_load == b.round_load &&
-           a.condition == b.condition && a.constraint == b.constraint && a.acceleration == b.acceleration &&
+           a.round_loads == b.round_loads && a.round_load == b.round_load && a.condition == b.condition &&
+           a.constraint == b.constraint && a.acceleration == b.acceleration &&
            std::ranges::equal(a.value, b.value, same_value);
 }
 
