@@ -59,7 +59,7 @@ export function createLiveLegend(changed: () => void): LiveLegend {
       ...(added ? [element('p', { class: 'note' }, added)] : []));
     followsBox().checked = range.follows();
     byId('live-legend-unit').textContent = unit;
-    if (document.activeElement !== endField() || range.follows()) endField().value = String(end);
+    if (document.activeElement !== endField()) endField().value = String(end); // not while somebody types in it
   }
 
   form().addEventListener('submit', (event) => event.preventDefault());
