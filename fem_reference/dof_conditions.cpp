@@ -1,5 +1,6 @@
 #include "fem_reference/dof_conditions.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -37,10 +38,10 @@ std::vector<double> integrals(const core::LoadCase &load_case, int facet, const 
     core::Corners corners;
     for (int k = 0; k < 3; ++k)
         corners[k] = system.points[system.facet_nodes[facet * size + k]];
-    const auto linear = core::linear_parts(load, corners);
-    const auto quadratic = core::quadratic_parts(load, corners);
-    for (int k = 0; k < size; ++k)
-        integral[k] = area * (size == 3 ? linear[k] : quadratic[k]);
+    const auto share = [&](const auto &parts) {
+        std::ranges::transform(parts, integral.begin(), [&](double part) { return area * part; });
+    };
+    size == 3 ? share(core::linear_parts(load, corners)) : share(core::quadratic_parts(load, corners));
     return integral;
 }
 

@@ -64,13 +64,14 @@ std::vector<Vector3> traction_forces(const core::TetraMesh &mesh, const core::Lo
             const Vector3 whole = core::area_vector(mesh, f).norm() * load_case.value[f];
             const auto *load = load_case.round_load_on(f);
             const auto corners = core::corners_of(mesh, f);
-            const auto linear = core::linear_parts(load, corners);
-            const auto quadratic = core::quadratic_parts(load, corners);
             const auto &nodes = fem.facets[f];
-            for (std::size_t k = 0; k < nodes.size(); ++k)
-                for (int i = 0; i < 3; ++i)
-                    if (!std::isnan(whole[i]))
-                        force[nodes[k]][i] += (nodes.size() == 3 ? linear[k] : quadratic[k]) * whole[i];
+            const auto share = [&](const auto &parts) {
+                for (std::size_t k = 0; k < parts.size(); ++k)
+                    for (int i = 0; i < 3; ++i)
+                        if (!std::isnan(whole[i]))
+                            force[nodes[k]][i] += parts[k] * whole[i];
+            };
+            nodes.size() == 3 ? share(core::linear_parts(load, corners)) : share(core::quadratic_parts(load, corners));
         }
     return force;
 }
