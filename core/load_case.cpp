@@ -10,10 +10,21 @@ const char *to_string(Regime regime) {
 }
 
 LoadCase without_tractions(LoadCase load_case) {
-    for (auto &condition : load_case.condition)
-        if (condition == FacetCondition::traction)
-            condition = FacetCondition::free;
+    for (std::size_t facet = 0; facet < load_case.condition.size(); ++facet)
+        if (load_case.condition[facet] == FacetCondition::traction) {
+            load_case.condition[facet] = FacetCondition::free;
+            load_case.constraint[facet] = -1;
+        }
+    load_case.press_depth = 0.0;
     return load_case;
+}
+
+std::vector<Vector3> press_resultants(const LoadCase &load_case, const TetraMesh &mesh) {
+    std::vector<Vector3> resultant(load_case.constraint_names.size(), Vector3::Zero());
+    for (int facet = 0; facet < mesh.num_boundary_triangles(); ++facet)
+        if (load_case.presses(facet))
+            resultant[load_case.constraint[facet]] += area_vector(mesh, facet).norm() * load_case.value[facet];
+    return resultant;
 }
 
 double follower_pressure(const LoadCase &load_case, const TetraMesh &mesh, int facet) {
@@ -34,7 +45,7 @@ bool are_statically_equal(const LoadCase &a, const LoadCase &b) {
     };
     return a.regime == b.regime && a.path == b.path && a.follows == b.follows && a.node_factor == b.node_factor &&
            a.round_loads == b.round_loads && a.round_load == b.round_load && a.condition == b.condition &&
-           a.constraint == b.constraint && a.acceleration == b.acceleration &&
+           a.constraint == b.constraint && a.press_depth == b.press_depth && a.acceleration == b.acceleration &&
            std::ranges::equal(a.value, b.value, same_value);
 }
 
@@ -57,8 +68,10 @@ bool constrains_all_of(const LoadCase &more, const LoadCase &less) {
 }
 
 LoadCase scaled(LoadCase load_case, double factor) {
-    for (auto &value : load_case.value)
-        value *= factor; // NaN, a free component, stays NaN
+    for (int facet = 0; facet < static_cast<int>(load_case.value.size()); ++facet)
+        if (!load_case.presses(facet))
+            load_case.value[facet] *= factor; // NaN, a free component, stays NaN
+    load_case.press_depth *= factor;
     load_case.acceleration *= factor;
     load_case.load_scale *= factor;
     return load_case;
@@ -67,7 +80,8 @@ LoadCase scaled(LoadCase load_case, double factor) {
 bool is_driven(const LoadCase &load_case) {
     const auto is_load = [](double component) { return component < 0.0 || component > 0.0; }; // not NaN
     const auto drives = [&](const Vector3 &value) { return std::ranges::any_of(value, is_load); };
-    return drives(load_case.acceleration) || std::ranges::any_of(load_case.value, drives);
+    return is_load(load_case.press_depth) || drives(load_case.acceleration) ||
+           std::ranges::any_of(load_case.value, drives);
 }
 
 } // namespace livermark::core

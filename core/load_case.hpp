@@ -90,11 +90,15 @@ struct LoadCase {
     /// tool sinks in. Empty where all are as the value says.
     std::vector<double> node_factor;
     Vector3 acceleration = Vector3::Zero();    ///< body force per mass [m/s^2]
-    std::vector<std::string> constraint_names; ///< (P) the places where displacement is prescribed
-    std::vector<int> constraint;               ///< (T) index into constraint_names, -1 where nothing is prescribed
-    std::vector<YieldedPlace> yielded;         ///< (Y) none where all places are apart by themselves
-    std::optional<Release> release;            ///< only in a time-dependent load case
-    std::optional<ToolMotion> tool;            ///< only in a load case with a moving tool
+    std::vector<std::string> constraint_names; ///< (P) the places whose force is a result: they hold, or press
+    std::vector<int> constraint;               ///< (T) index into constraint_names, -1 where the force is known
+    /// How far the places that press move the body: the displacement along their tractions, in the mean weighted with
+    /// these, which all are multiplied by one number for it [m]. 0 where none presses. Nothing else drives the body
+    /// then, and the tractions are written as together they make one newton [Pa/N].
+    double press_depth = 0.0;
+    std::vector<YieldedPlace> yielded; ///< (Y) none where all places are apart by themselves
+    std::optional<Release> release;    ///< only in a time-dependent load case
+    std::optional<ToolMotion> tool;    ///< only in a load case with a moving tool
     /// (L) parts of the loads at which solutions are kept, ascending to 1; all that drives the body grows with them.
     /// Empty in the small regime.
     std::vector<double> path;
@@ -111,6 +115,9 @@ struct LoadCase {
         return round_load.empty() || round_load[facet] < 0 ? nullptr : &round_loads[round_load[facet]];
     }
 
+    /// Whether the traction on a facet is multiplied until the body has moved by press_depth.
+    bool presses(int facet) const { return condition[facet] == FacetCondition::traction && constraint[facet] >= 0; }
+
     /// Whether the traction on a facet is a pressure that follows the surface.
     bool follows_surface(int facet) const {
         return !follows.empty() && follows[facet] != 0 && condition[facet] == FacetCondition::traction;
@@ -119,6 +126,10 @@ struct LoadCase {
 
 /// The same with its tractions let go: what holds after a release.
 LoadCase without_tractions(LoadCase load_case);
+
+/// What each place exerts for one newton of all that press together: the resultant of its tractions.
+/// @return shape (P) [1], zero where a place holds
+std::vector<Vector3> press_resultants(const LoadCase &load_case, const TetraMesh &mesh);
 
 /// What follows the surface on a facet, positive inwards [Pa]; 0 where nothing does.
 double follower_pressure(const LoadCase &load_case, const TetraMesh &mesh, int facet);
@@ -138,7 +149,7 @@ bool constrain_the_same(const LoadCase &a, const LoadCase &b);
 bool constrains_all_of(const LoadCase &more, const LoadCase &less);
 
 /// The same with everything that drives it multiplied: tractions, accelerations and the prescribed displacements that
-/// are not zero. A linear body then moves by the factor.
+/// are not zero, or the depth to which it is pressed. A linear body then moves by the factor.
 LoadCase scaled(LoadCase load_case, double factor);
 
 /// Whether anything drives it: if not, every solution is zero and no factor changes that.

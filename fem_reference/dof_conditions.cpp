@@ -58,6 +58,7 @@ void add_traction(const core::LoadCase &load_case, int facet, const ElasticSyste
 
 DofConditions dof_conditions(const core::LoadCase &load_case, const ElasticSystem &system) {
     DofConditions dofs;
+    dofs.press_depth = load_case.press_depth;
     dofs.prescribed.assign(3 * system.points.size(), is_free);
     dofs.constraint.assign(3 * system.points.size(), -1);
     dofs.load.reserve(3 * system.points.size());

@@ -10,7 +10,8 @@ namespace livermark::fem_reference {
 struct DofConditions {
     std::vector<double> prescribed; ///< (3 n) [m], NaN where free
     std::vector<int> constraint;    ///< (3 n) index into LoadCase::constraint_names, -1 where free
-    std::vector<double> load;       ///< (3 n) [N]
+    std::vector<double> load;       ///< (3 n) [N]; where a place presses, for one newton of it [1]
+    double press_depth = 0.0;       ///< LoadCase::press_depth [m]
 };
 
 /// Integrates the loads of a load case and spreads its prescribed displacements over the nodes of the facets. Where

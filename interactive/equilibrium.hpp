@@ -14,6 +14,7 @@ struct Equilibrium {
     bool converged = false;
     double fraction = 0.0; ///< of the load that was reached, that which was wanted if converged
     int iterations = 0;    ///< of Newton's method, from the start of the path
+    double load = 0.0;     ///< what the external forces were multiplied by: the fraction, or newtons where they press
 };
 
 /// What a method comes to when nothing moves and nothing limits its iterations: the least of its energy less the work
@@ -22,9 +23,11 @@ struct Equilibrium {
 /// length.
 /// @param simulation  with the forces and targets of the whole load; it stays as it is
 /// @param fractions   of the load, ascending, > 0
+/// @param press_depth  if not 0, the external forces are those of one newton, and are multiplied by what it takes until
+///   the sum of their products with the displacements is this depth [m]; targets are where nodes are at rest then
 /// @return one for each fraction; the last is not converged, and there are none behind it, where the path ended early
 std::vector<Equilibrium> equilibria(const Simulation &simulation, const std::vector<double> &fractions,
-                                    double tolerance = 1e-9);
+                                    double tolerance = 1e-9, double press_depth = 0.0);
 
 /// That of the whole load.
 Equilibrium equilibrium(const Simulation &simulation, double tolerance = 1e-9);

@@ -13,12 +13,15 @@ using Sparse = Eigen::SparseMatrix<double>;
 
 class Newton {
   public:
-    Newton(const Energy &energy, const std::vector<bool> &is_free, const Field &forces, const Inertia *inertia)
-        : energy_(energy), forces_(forces), inertia_(inertia), unknown_(3 * is_free.size(), -1) {
+    Newton(const Energy &energy, const std::vector<bool> &is_free, const Field &forces, const Inertia *inertia,
+           Loads loads = Loads::known)
+        : energy_(energy), forces_(forces), inertia_(inertia), presses_(loads == Loads::press),
+          unknown_(3 * is_free.size(), -1) {
         for (std::size_t i = 0; i < is_free.size(); ++i)
             for (std::size_t c = 0; c < 3; ++c)
                 if (is_free[i])
                     unknown_[3 * i + c] = num_unknowns_++;
+        unit_load_ = of_unknowns(forces);
     }
 
     Minimum minimise(Field x, const NewtonSettings &settings) {
@@ -26,6 +29,7 @@ class Newton {
         while (true) {
             double size = 0.0;
             const Eigen::VectorXd gradient = gradient_at(minimum.positions, size);
+            minimum.press = amount_;
             const auto is_balanced = [&] {
                 minimum.residual = gradient.norm() == 0.0 ? 0.0 : gradient.norm() / std::max(size, smallest_size_);
                 return minimum.converged = minimum.residual <= settings.tolerance;
@@ -46,10 +50,7 @@ class Newton {
         Energy::Triplets all;
         energy_.add_hessian(x, true, all);
         const Field by = moved_to - x; // zero at free nodes
-        Eigen::VectorXd right(num_unknowns_);
-        for (std::size_t k = 0; k < unknown_.size(); ++k)
-            if (unknown_[k] >= 0)
-                right[unknown_[k]] = more_forces.data()[k];
+        Eigen::VectorXd right = of_unknowns(more_forces);
         for (const auto &entry : all)
             if (unknown_[entry.row()] >= 0 && unknown_[entry.col()] < 0)
                 right[unknown_[entry.row()]] -= entry.value() * by.data()[entry.col()];
@@ -60,8 +61,19 @@ class Newton {
     }
 
   private:
+    Eigen::VectorXd of_unknowns(const Field &field) const {
+        Eigen::VectorXd result(num_unknowns_);
+        for (std::size_t k = 0; k < unknown_.size(); ++k)
+            if (unknown_[k] >= 0)
+                result[unknown_[k]] = field.data()[k];
+        return result;
+    }
+
+    /// What known forces do at positions [J].
+    double work(const Field &x) const { return presses_ ? 0.0 : forces_.cwiseProduct(x).sum(); }
+
     double value(const Field &x) const {
-        double value = energy_.value(x) - forces_.cwiseProduct(x).sum();
+        double value = energy_.value(x) - work(x);
         if (inertia_)
             for (Eigen::Index i = 0; i < x.cols(); ++i)
                 value += 0.5 * inertia_->stiffness[i] * (x.col(i) - inertia_->predicted.col(i)).squaredNorm();
@@ -69,22 +81,20 @@ class Newton {
     }
 
     /// Of the unknowns. The size is that of the forces which are in balance: the elastic ones of all nodes.
-    Eigen::VectorXd gradient_at(const Field &x, double &size) const {
+    Eigen::VectorXd gradient_at(const Field &x, double &size) {
         Field f = Field::Zero(3, x.cols());
         energy_.add_forces(x, f);
-        size = std::max(f.norm(), forces_.norm());
-        f += forces_;
+        if (presses_) // as much as leaves least
+            amount_ = -of_unknowns(f).dot(unit_load_) / unit_load_.squaredNorm();
+        size = std::max(f.norm(), std::abs(amount_) * forces_.norm());
+        f += amount_ * forces_;
         if (inertia_)
             for (Eigen::Index i = 0; i < x.cols(); ++i) {
                 const core::Vector3 pull = inertia_->stiffness[i] * (inertia_->predicted.col(i) - x.col(i));
                 f.col(i) += pull;
                 size = std::max(size, pull.norm());
             }
-        Eigen::VectorXd gradient(num_unknowns_);
-        for (std::size_t k = 0; k < unknown_.size(); ++k)
-            if (unknown_[k] >= 0)
-                gradient[unknown_[k]] = -f.data()[k];
-        return gradient;
+        return -of_unknowns(f);
     }
 
     Sparse hessian(const Field &x, bool is_projected) const {
@@ -125,6 +135,10 @@ class Newton {
             if (!factor_.factorise(matrix))
                 continue;
             Eigen::VectorXd direction = -factor_.solve(gradient);
+            if (presses_) { // without what changes f . x
+                const Eigen::VectorXd along = factor_.solve(unit_load_);
+                direction -= unit_load_.dot(direction) / unit_load_.dot(along) * along;
+            }
             if (direction.dot(gradient) < 0.0)
                 return direction;
         }
@@ -132,10 +146,10 @@ class Newton {
     }
 
     /// Armijo's rule, or a smaller gradient where rounding hides what the value loses.
-    bool advance(Field &x, const Eigen::VectorXd &direction, const Eigen::VectorXd &gradient) const {
+    bool advance(Field &x, const Eigen::VectorXd &direction, const Eigen::VectorXd &gradient) {
         constexpr double decrease = 1e-4, rounding = 1e-13, shortest = 1e-12;
         const double start = value(x);
-        const double noise = rounding * (std::abs(start) + forces_.cwiseProduct(x).cwiseAbs().sum());
+        const double noise = rounding * (std::abs(start) + (presses_ ? 0.0 : forces_.cwiseProduct(x).cwiseAbs().sum()));
         const double slope = direction.dot(gradient);
         for (double length = 1.0; length > shortest; length *= 0.5) {
             const Field tried = moved(x, length * direction);
@@ -161,7 +175,10 @@ class Newton {
     const Energy &energy_;
     const Field &forces_;
     const Inertia *inertia_;
-    std::vector<int> unknown_; ///< (3 N), -1 where constrained
+    bool presses_;
+    double amount_ = 1.0;       ///< what forces are multiplied by
+    std::vector<int> unknown_;  ///< (3 N), -1 where constrained
+    Eigen::VectorXd unit_load_; ///< the forces on them
     int num_unknowns_ = 0;
     bool is_ordered_ = false;
     /// Forces that move nodes by a millionth of the body are not balanced better than rounding allows.
@@ -174,7 +191,7 @@ class Newton {
 
 Minimum minimise(const Energy &energy, const std::vector<bool> &is_free, const Field &forces, const Inertia *inertia,
                  const Field &start, const NewtonSettings &settings) {
-    return Newton(energy, is_free, forces, inertia).minimise(start, settings);
+    return Newton(energy, is_free, forces, inertia, settings.loads).minimise(start, settings);
 }
 
 Field predict(const Energy &energy, const std::vector<bool> &is_free, const Field &x, const Field &moved_to,

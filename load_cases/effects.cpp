@@ -59,14 +59,39 @@ Effect read_tangential_traction(const toml::table &table, const Selection &selec
             [value, along = along_surface(selection, mesh)](int facet) { return along(facet, value); }};
 }
 
-Effect read_force(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
-    const core::Vector3 force = support::required_vector(table, "force");
+/// The same traction on the whole place, by the shares of its load.
+Effect with_resultant(const core::Vector3 &force, const Selection &selection, const core::TetraMesh &mesh) {
     auto share = load_shares(selection, mesh);
     double area = 0.0;
     for (const int f : selection.facets)
         area += share[f] * area_vector(mesh, f).norm();
     return {core::FacetCondition::traction,
             [=, share = std::move(share)](int facet) { return core::Vector3(share[facet] / area * force); }};
+}
+
+Effect read_force(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
+    return with_resultant(support::required_vector(table, "force"), selection, mesh);
+}
+
+/// @param direction  of length 1
+Effect pressing_to(double depth, const core::Vector3 &direction, const toml::node &place, const Selection &selection,
+                   const core::TetraMesh &mesh) {
+    if (depth == 0.0)
+        throw support::InputError(
+            fmt::format("{}: a place that presses by 0 m presses nothing; give a depth", support::place_of(place)));
+    auto effect = with_resultant(direction, selection, mesh);
+    effect.press_depth = depth;
+    return effect;
+}
+
+Effect read_press(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
+    return pressing_to(support::required_number(table, "press"), -pressed_normal(selection, mesh), *table.get("press"),
+                       selection, mesh);
+}
+
+Effect read_press_along(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
+    const auto way = support::required_vector(table, "press_along");
+    return pressing_to(way.norm(), way.normalized(), *table.get("press_along"), selection, mesh);
 }
 
 Effect read_tangential_force(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
@@ -130,15 +155,17 @@ struct EffectReader {
     Effect (*read)(const toml::table &, const Selection &, const core::TetraMesh &);
 };
 
-constexpr std::array<EffectReader, 9> effect_readers{{{"displacement", read_displacement},
-                                                      {"push", read_push},
-                                                      {"traction", read_traction},
-                                                      {"tangential_traction", read_tangential_traction},
-                                                      {"force", read_force},
-                                                      {"tangential_force", read_tangential_force},
-                                                      {"pressure", read_pressure},
-                                                      {"follower_pressure", read_follower_pressure},
-                                                      {"torque", read_torque}}};
+constexpr std::array<EffectReader, 11> effect_readers{{{"displacement", read_displacement},
+                                                       {"push", read_push},
+                                                       {"press", read_press},
+                                                       {"press_along", read_press_along},
+                                                       {"traction", read_traction},
+                                                       {"tangential_traction", read_tangential_traction},
+                                                       {"force", read_force},
+                                                       {"tangential_force", read_tangential_force},
+                                                       {"pressure", read_pressure},
+                                                       {"follower_pressure", read_follower_pressure},
+                                                       {"torque", read_torque}}};
 
 } // namespace
 
@@ -156,10 +183,9 @@ Effect read_effect(const toml::table &table, const Selection &selection, const c
     const auto is_given = [&](const EffectReader &reader) { return table.contains(reader.key); };
     if (std::ranges::count_if(effect_readers, is_given) != 1)
         throw support::InputError(fmt::format(
-            "{}: a condition is either a 'displacement', a 'push', a 'traction', a "
+            "{}: a condition is either a 'displacement', a 'push', a 'press', a 'press_along', a 'traction', a "
             "'tangential_traction', a 'force', a 'tangential_force', a 'pressure', a 'follower_pressure' or a "
-            "'torque'; "
-            "give one of them",
+            "'torque'; give one of them",
             support::place_of(table)));
     auto effect = std::ranges::find_if(effect_readers, is_given)->read(table, selection, mesh);
     if (effect.condition == core::FacetCondition::traction)

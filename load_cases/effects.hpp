@@ -20,6 +20,7 @@ struct Effect {
     /// (N) what a prescribed displacement is multiplied by at each node. Empty where it is the same everywhere.
     std::vector<double> node_factor{};
     std::optional<core::RoundLoad> round_load{}; ///< how a traction is spread, unless it is even
+    double press_depth = 0.0;                    ///< of a traction that is one newton, see LoadCase; or 0
 };
 
 /// The keys that say what a condition puts on its place, see load_case_reader.hpp.

@@ -32,6 +32,37 @@ void refuse_unknown_condition_keys(const toml::table &table) {
     support::refuse_unknown_keys(table, known);
 }
 
+void take_depth(double depth, const toml::table &condition, core::LoadCase &load_case) {
+    if (load_case.press_depth != 0.0 && load_case.press_depth != depth)
+        throw support::InputError(fmt::format("{}: the places that press are one instrument, which presses by {:g} m, "
+                                              "and here by {:g} m; give all the same depth",
+                                              support::place_of(condition), load_case.press_depth, depth));
+    load_case.press_depth = depth;
+}
+
+/// Together the places that press make one newton.
+void share_newton(core::LoadCase &load_case, const std::string &file) {
+    if (load_case.press_depth == 0.0)
+        return;
+    auto others = load_case;
+    others.press_depth = 0.0;
+    std::vector<bool> is_pressing(load_case.constraint_names.size(), false);
+    for (int f = 0; f < static_cast<int>(load_case.value.size()); ++f)
+        if (load_case.presses(f)) {
+            is_pressing[load_case.constraint[f]] = true;
+            others.value[f].setZero();
+        }
+    if (core::is_driven(others))
+        throw support::InputError(fmt::format("{}: a place that presses drives the body alone; leave out loads, "
+                                              "accelerations and displacements other than 0, or let it 'push', which "
+                                              "holds the place",
+                                              file));
+    const auto num_pressing = static_cast<double>(std::ranges::count(is_pressing, true));
+    for (int f = 0; f < static_cast<int>(load_case.value.size()); ++f)
+        if (load_case.presses(f))
+            load_case.value[f] /= num_pressing;
+}
+
 void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core::LoadCase &load_case) {
     refuse_unknown_condition_keys(table);
     auto place = select_facets(table, mesh, load_case.condition);
@@ -41,7 +72,9 @@ void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core
     if (lost_area > 0.0)
         load_case.yielded.push_back({selection.name, lost_area});
     int constraint = -1;
-    if (effect.condition == core::FacetCondition::prescribed_displacement) {
+    if (effect.press_depth != 0.0)
+        take_depth(effect.press_depth, table, load_case);
+    if (effect.condition == core::FacetCondition::prescribed_displacement || effect.press_depth != 0.0) {
         constraint = static_cast<int>(load_case.constraint_names.size());
         load_case.constraint_names.push_back(selection.name);
     }
@@ -125,7 +158,9 @@ core::LoadCase parse_load_case(const std::string &text, const std::filesystem::p
     load_case.constraint.assign(mesh.boundary_triangles.size(), -1);
     for (const auto &condition : required_conditions(table))
         apply_condition(*condition.as_table(), mesh, load_case);
-    if (load_case.constraint_names.empty())
+    share_newton(load_case, file.string());
+    if (std::ranges::find(load_case.condition, core::FacetCondition::prescribed_displacement) ==
+        load_case.condition.end())
         throw support::InputError(
             fmt::format("{}: nothing constrains the body; add a [[condition]] with a displacement", file.string()));
     if (load_case.scale_to_target && !core::is_driven(load_case))

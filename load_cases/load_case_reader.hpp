@@ -39,6 +39,10 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 ///
 ///     displacement = [x, y, z]                # [m], with "free" components
 ///     push = d                                # the whole place moves by d [m] against its mean outward normal
+///     press = d                               # a traction against the mean outward normal, as large as it takes to
+///                                             # move the body there by d [m], in the mean weighted with the traction;
+///                                             # nothing is held
+///     press_along = [x, y, z]                 # [m], the same along this way
 ///     traction = [x, y, z]                    # [Pa]
 ///     tangential_traction = [x, y, z]         # [Pa], its part along the surface
 ///     force = [x, y, z]                       # [N], the same traction on the whole place, with this resultant
@@ -75,9 +79,10 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 ///     mass_damping = 7.0                      # alpha [1/s] of D = alpha M
 ///
 /// The area of the facets of a disc is not that of the disc, so its tractions are multiplied by the ratio of the two:
-/// the resultant is the same on every mesh. With profile = "round" in a disc the tool has a round end
-/// (round_tool.hpp): displacements are largest in its middle and half of that at its rim, pressures and tractions
-/// vanish at its rim, and what is given is their mean.
+/// the resultant is the same on every mesh. All places that press are one instrument, such as the jaws of a forceps:
+/// their depth is one, and so is the size of their forces. They drive the body alone. With profile = "round" in a disc
+/// the tool has a round end (round_tool.hpp): displacements are largest in its middle and half of that at its rim,
+/// pressures and tractions vanish at its rim, and what is given is their mean.
 ///
 /// Where a body is narrow, a place yields to those above it: see place_apart(). What it lost is LoadCase::yielded.
 /// @throws support::InputError with file, line and remedy: not TOML, unknown keys, a body that is not constrained,

@@ -149,7 +149,7 @@ class PreparedMassSprings : public core::PreparedModel {
         solution.solve_seconds = seconds(Clock::now() - start);
         solution.status = found.status;
         solution.message = found.message;
-        solution.reaction = msm::constraint_forces(problem, conditions, found.constraint_force);
+        solution.reaction = msm::constraint_forces(problem, conditions, found.constraint_force, found.press);
         solution.nonlinearity = nonlinearity(found);
         solution.displacement = std::move(found.displacement);
     }
@@ -215,6 +215,10 @@ core::Modes modes(const core::Problem &problem, const MakeMassSprings &make, int
 void check(const core::Problem &problem, const MakeMassSprings &make, const ModelOptions &options) {
     const auto &integrator = relaxing_integrator(options); // refuses unknown names even where nothing moves
     if (options.equilibrium == EquilibriumMethod::relaxation) {
+        if (problem.load_case.press_depth != 0.0)
+            throw support::InputError(fmt::format("--equilibrium relaxation knows the loads before it begins, and the "
+                                                  "force of load case {} is a result; leave --equilibrium out",
+                                                  problem.load_case.name));
         if (!integrator.is_explicit)
             throw support::InputError(
                 fmt::format("--equilibrium relaxation takes an explicit integrator, not {}; choose "

@@ -24,6 +24,7 @@ NodalConditions nodal_conditions(const core::Problem &problem, const std::vector
     const auto &mesh = problem.body->mesh;
     const auto &load_case = problem.load_case;
     NodalConditions nodes;
+    nodes.press_depth = load_case.press_depth;
     nodes.displacement.assign(mesh.points.size(), core::Vector3::Constant(std::numeric_limits<double>::quiet_NaN()));
     nodes.constraint.assign(mesh.points.size(), {-1, -1, -1});
     nodes.force.reserve(mesh.points.size());
@@ -45,8 +46,10 @@ NodalConditions nodal_conditions(const core::Problem &problem, const std::vector
 }
 
 std::vector<core::Vector3> constraint_forces(const core::Problem &problem, const NodalConditions &conditions,
-                                             const std::vector<core::Vector3> &force) {
-    std::vector<core::Vector3> total(problem.load_case.constraint_names.size(), core::Vector3::Zero());
+                                             const std::vector<core::Vector3> &force, double press) {
+    auto total = core::press_resultants(problem.load_case, problem.body->mesh);
+    for (auto &of_place : total)
+        of_place *= press;
     for (std::size_t i = 0; i < force.size(); ++i)
         for (std::size_t c = 0; c < 3; ++c)
             if (const int owner = conditions.constraint[i][c]; owner >= 0)

@@ -11,7 +11,8 @@ namespace livermark::msm {
 struct NodalConditions {
     std::vector<core::Vector3> displacement;    ///< (N) prescribed displacement [m], NaN where a component is free
     std::vector<std::array<int, 3>> constraint; ///< (N,3) index into LoadCase::constraint_names, -1 where free
-    std::vector<core::Vector3> force;           ///< (N) load [N]
+    std::vector<core::Vector3> force;           ///< (N) load [N]; where a place presses, for one newton of it [1]
+    double press_depth = 0.0;                   ///< LoadCase::press_depth [m]
 };
 
 /// Takes the conditions of a load case from its facets to the nodes: a third of each facet's traction to its corners,
@@ -23,8 +24,9 @@ NodalConditions nodal_conditions(const core::Problem &problem, const std::vector
 /// Sums nodal forces over each constraint.
 /// @param conditions  of the problem
 /// @param force       shape (N) [N], what the constraints exert on each node
+/// @param press       what the places that press exert together [N]
 /// @return shape (P) [N]
 std::vector<core::Vector3> constraint_forces(const core::Problem &problem, const NodalConditions &conditions,
-                                             const std::vector<core::Vector3> &force);
+                                             const std::vector<core::Vector3> &force, double press = 0.0);
 
 } // namespace livermark::msm

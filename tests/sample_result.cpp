@@ -33,6 +33,7 @@ core::Problem sample_problem(int num_bricks) {
     prescribe(load_case, body->mesh, "z_max", {nan, nan, 1e-3});
     pull(load_case, body->mesh, "x_max", {120.0, 0.0, -3.0});
     load_case.acceleration = {0.0, 0.0, -9.81};
+    load_case.press_depth = 2e-3; // and nowhere does anything press
     load_case.path = {0.2, 0.4, 0.6, 0.8, 1.0};
     load_case.follows.assign(load_case.condition.size(), 0);
     for (std::size_t f = 0; f < load_case.condition.size(); ++f)

@@ -112,4 +112,15 @@ void pull(core::LoadCase &load_case, const core::TetraMesh &mesh, const std::str
         }
 }
 
+void press(core::LoadCase &load_case, const core::TetraMesh &mesh, const std::string &patch,
+           const core::Vector3 &direction, double depth) {
+    double area = 0.0;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (mesh.boundary_patch[f] == patch_index(mesh, patch))
+            area += area_vector(mesh, f).norm();
+    prescribe(load_case, mesh, patch, core::Vector3::Zero()); // names the place
+    pull(load_case, mesh, patch, direction.normalized() / area);
+    load_case.press_depth = depth;
+}
+
 } // namespace livermark::tests

@@ -27,4 +27,9 @@ void prescribe(core::LoadCase &load_case, const core::TetraMesh &mesh, const std
 void pull(core::LoadCase &load_case, const core::TetraMesh &mesh, const std::string &patch,
           const core::Vector3 &traction);
 
+/// Presses evenly on a patch until it has moved by a depth [m] along the direction, in the mean. The only place that
+/// does.
+void press(core::LoadCase &load_case, const core::TetraMesh &mesh, const std::string &patch,
+           const core::Vector3 &direction, double depth);
+
 } // namespace livermark::tests

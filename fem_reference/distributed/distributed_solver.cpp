@@ -48,6 +48,7 @@ class RankProblem {
   public:
     RankProblem(const core::Problem &problem, const DistributedOptions &options)
         : rigid_(problem.body->mesh.points), scale_(pressure_scale(*problem.body)),
+          press_resultants_(core::press_resultants(problem.load_case, problem.body->mesh)),
           part_(refined_part(problem, options)), matrices_(*part_.problem.body, options.degree, options.formulation),
           conditions_(dof_conditions(part_.problem.load_case, matrices_.system)),
           nodes_(nodes_of(part_, matrices_.system), 3) {
@@ -156,16 +157,35 @@ class RankProblem {
                                        method, iterations, residual);
     }
 
-    void finish(core::Solution &solution, const MixedField &state, Clock::time_point start) const {
-        const auto left = residual(state);
-        double work = 0.0; // u . (K u + D^T p), which is u . K u + p . C p as D u = C p
+    /// Over what all ranks own.
+    double dot(const std::vector<double> &a, const std::vector<double> &b) const {
+        double sum = 0.0;
         for (const int node : nodes_.owned())
             for (auto dof = 3 * static_cast<std::size_t>(node); dof < 3 * static_cast<std::size_t>(node) + 3; ++dof)
-                work += state.u[dof] * (left.u[dof] + conditions_.load[dof]);
+                sum += a[dof] * b[dof];
+        return dealii::Utilities::MPI::sum(sum, MPI_COMM_WORLD);
+    }
+
+    void finish(core::Solution &solution, MixedField state, Clock::time_point start) const {
+        auto left = residual(state);
+        solution.reaction = press_resultants_;
+        if (conditions_.press_depth != 0.0) { // what one newton does, multiplied by as many as it takes
+            const double newtons = conditions_.press_depth / dot(state.u, conditions_.load);
+            for (auto *const values : {&state.u, &left.u})
+                for (double &value : *values)
+                    value *= newtons;
+            for (auto &reaction : solution.reaction)
+                reaction *= newtons;
+            solution.strain_energy = 0.5 * newtons * conditions_.press_depth;
+        } else {
+            // u . (K u + D^T p), which is u . K u + p . C p as D u = C p
+            solution.strain_energy = 0.5 * (dot(state.u, left.u) + dot(state.u, conditions_.load));
+        }
         solution.degrees_of_freedom += 3 * nodes_.num_entries_of_all_ranks();
-        solution.strain_energy = 0.5 * dealii::Utilities::MPI::sum(work, MPI_COMM_WORLD);
-        solution.reaction =
+        const auto held =
             sum_of_reactions(nodes_, conditions_.constraint, left.u, part_.problem.load_case.constraint_names.size());
+        for (std::size_t place = 0; place < held.size(); ++place)
+            solution.reaction[place] += held[place];
         solution.displacement = on_mesh(part_, matrices_.system, nodes_, state.u);
         solution.solve_seconds = seconds_since(start);
     }
@@ -173,6 +193,7 @@ class RankProblem {
     Clock::time_point start_ = Clock::now();
     RigidModes rigid_;
     double scale_; ///< of pressures [Pa/m]
+    std::vector<core::Vector3> press_resultants_;
     Part part_;
     Discretisation matrices_;
     DofConditions conditions_;

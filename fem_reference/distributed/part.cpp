@@ -80,6 +80,7 @@ Part at_nodes_of(int rank, const Part &whole) {
     conditions.acceleration = load_case.acceleration;
     conditions.constraint_names = load_case.constraint_names;
     conditions.path = load_case.path;
+    conditions.press_depth = load_case.press_depth;
     conditions.round_loads = load_case.round_loads;
     for (std::size_t node = 0; node < mesh.points.size(); ++node) {
         if (place[node] < 0)

@@ -114,7 +114,7 @@ PathSolution solve_on_part(const core::Problem &problem, const MaterialLaw &law,
     const double assembly_seconds = core::seconds_since(start);
     const auto num_constraints = static_cast<int>(problem.load_case.constraint_names.size());
     const auto followed = follow(system, num_constraints, path);
-    auto result = path_solution(followed, problem.body->mesh, num_constraints, [&](const std::vector<double> &u) {
+    auto result = path_solution(followed, problem.body->mesh, problem.load_case, [&](const std::vector<double> &u) {
         return fem_reference::on_mesh(part, elements.system(), nodes, u);
     });
     result.solution.degrees_of_freedom = 3 * nodes.num_entries_of_all_ranks() + system.num_pressures_of_all_ranks();
@@ -135,7 +135,7 @@ PathSolution solve_distributed(const core::Problem &problem, const MaterialLaw &
     if (!follower_pressure.empty() && follower_pressure.size() != mesh.boundary_triangles.size())
         throw std::invalid_argument("a follower pressure is needed for each boundary triangle");
     if (!fem_reference::holds_every_part(problem.load_case, mesh))
-        return path_solution(free_to_move(), mesh, static_cast<int>(problem.load_case.constraint_names.size()), {});
+        return path_solution(free_to_move(), mesh, problem.load_case, {});
     return fem_reference::on_all_ranks([&] { return solve_on_part(problem, law, path, follower_pressure); });
 }
 

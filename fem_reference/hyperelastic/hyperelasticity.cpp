@@ -50,7 +50,7 @@ PathSolution solve(const core::Problem &problem, const MaterialLaw &law, const D
             result.emplace_back(Vector3::Map(&displacement[3 * node]));
         return result;
     };
-    auto result = path_solution(followed, mesh, num_constraints, at_mesh_nodes);
+    auto result = path_solution(followed, mesh, problem.load_case, at_mesh_nodes);
     auto &solution = result.solution;
     solution.degrees_of_freedom = elements.num_displacements() + elements.num_pressures();
     solution.setup_seconds += assembly.count();

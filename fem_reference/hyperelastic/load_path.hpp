@@ -31,6 +31,7 @@ struct LoadStep {
 /// Equilibrium at a fraction of the load.
 struct PathPoint {
     double fraction = 0.0;
+    double press = 0.0; ///< what the places that press exert together [N]; not in the reactions
     State state;
     std::vector<core::Vector3> reaction; ///< (P) force of each constraint on the body [N]
     double strain_energy = 0.0;          ///< [J]
@@ -51,7 +52,10 @@ struct FollowedPath {
 /// Follows equilibrium as the loads grow, by Newton's method with the consistent tangent. A step begins with a
 /// predictor, the tangent's solution for the increments of load and prescribed displacement. Iterations then go as far
 /// along their correction as the residual, or its component along it, becomes less and no point of integration turns
-/// inside out. A step that does not converge is taken again at half its length.
+/// inside out. A step that does not converge is taken again at half its length. Where places press, it is their depth
+/// that grows, and what they exert is one more unknown: each correction is that of the residual plus as much of that of
+/// one newton as keeps the depth (displacement control; Batoz, Dhatt 1979, Incremental displacement algorithms for
+/// nonlinear problems, Int. J. Numer. Methods Eng. 14).
 /// @param conditions         at the whole load; of dof_conditions(), or any of the same sizes
 /// @param num_constraints    P, more than any in conditions.constraint
 /// @param follower_pressure  shape (T) [Pa], see FollowerPressure; or empty

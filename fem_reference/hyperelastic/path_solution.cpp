@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace livermark::hyperelastic {
 
@@ -50,16 +51,21 @@ FollowedPath free_to_move() {
                        "constrain it in all six ways"};
 }
 
-PathSolution path_solution(const FollowedPath &followed, const core::TetraMesh &mesh, int num_constraints,
+PathSolution path_solution(const FollowedPath &followed, const core::TetraMesh &mesh, const core::LoadCase &load_case,
                            const std::function<std::vector<Vector3>(const std::vector<double> &)> &at_mesh_nodes) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    const auto resultants = core::press_resultants(load_case, mesh);
     PathSolution result;
-    for (const auto &point : followed.points)
+    for (const auto &point : followed.points) {
+        auto reaction = point.reaction;
+        for (std::size_t place = 0; place < reaction.size(); ++place)
+            reaction[place] += point.press * resultants[place];
         result.points.push_back({.fraction = point.fraction,
                                  .displacement = at_mesh_nodes(point.state.displacement),
-                                 .reaction = point.reaction,
+                                 .reaction = std::move(reaction),
                                  .strain_energy = point.strain_energy,
                                  .smallest_jacobian = point.smallest_jacobian});
+    }
     result.steps = followed.steps;
     auto &solution = result.solution;
     solution.status = followed.status;
@@ -68,7 +74,7 @@ PathSolution path_solution(const FollowedPath &followed, const core::TetraMesh &
     solution.solve_seconds = followed.solve_seconds;
     if (result.points.empty()) {
         solution.displacement.assign(mesh.points.size(), Vector3::Constant(nan));
-        solution.reaction.assign(num_constraints, Vector3::Constant(nan));
+        solution.reaction.assign(resultants.size(), Vector3::Constant(nan));
         solution.strain_energy = nan;
         return result;
     }

@@ -13,7 +13,7 @@ void check(const LoadPath &path);
 
 /// What a path says of the mesh, all but degrees of freedom and solver.
 /// @param at_mesh_nodes  (N) of displacements of the elements
-PathSolution path_solution(const FollowedPath &followed, const core::TetraMesh &mesh, int num_constraints,
+PathSolution path_solution(const FollowedPath &followed, const core::TetraMesh &mesh, const core::LoadCase &load_case,
                            const std::function<std::vector<core::Vector3>(const std::vector<double> &)> &at_mesh_nodes);
 
 /// A path that cannot begin, because the load case leaves the body free to move.

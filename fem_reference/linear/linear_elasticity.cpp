@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <iterator>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -25,6 +26,22 @@ namespace {
 using core::Clock;
 using core::seconds_since;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// What one newton does, multiplied by as many as it takes to the depth, where a place presses. The load becomes all
+/// of it.
+/// @return how many [N], 0 where none presses
+double press_to_depth(DofConditions &conditions, ConstrainedSolution &found) {
+    if (conditions.press_depth == 0.0 || !found.unique)
+        return 0.0;
+    const double depth =
+        std::inner_product(found.displacement.begin(), found.displacement.end(), conditions.load.begin(), 0.0);
+    const double newtons = conditions.press_depth / depth;
+    for (auto *const values : {&conditions.load, &found.displacement, &found.residual})
+        for (double &value : *values)
+            value *= newtons;
+    found.energy *= newtons * newtons;
+    return newtons;
+}
 
 } // namespace
 
@@ -56,12 +73,13 @@ struct StaticSolver::Impl {
                      : solver.solve(conditions.prescribed, conditions.load);
     }
 
-    core::Solution solution(const core::LoadCase &load_case, const DofConditions &conditions,
-                            const ConstrainedSolution &found) const;
+    core::Solution solution(const core::LoadCase &load_case, DofConditions &conditions,
+                            ConstrainedSolution &found) const;
     std::vector<core::Solution> solve_together(std::span<const core::LoadCase> load_cases);
     core::Solution solve(const core::LoadCase &load_case, bool moves_mixed);
     core::History motion(const core::LoadCase &load_case, const std::vector<double> &displacement);
-    std::optional<core::History> motion_of_mixed(const core::LoadCase &load_case, const ConstrainedSolution &start);
+    std::optional<core::History> motion_of_mixed(const core::LoadCase &load_case, std::vector<double> force,
+                                                 const ConstrainedSolution &start);
 
     std::shared_ptr<const core::Body> body;
     Formulation formulation;
@@ -83,9 +101,11 @@ StaticSolver::~StaticSolver() = default;
 StaticSolver::StaticSolver(StaticSolver &&) noexcept = default;
 StaticSolver &StaticSolver::operator=(StaticSolver &&) noexcept = default;
 
+/// @param conditions, found  at the depth on return, where a place presses
 /// @return without the seconds of the solve
-core::Solution StaticSolver::Impl::solution(const core::LoadCase &load_case, const DofConditions &conditions,
-                                            const ConstrainedSolution &found) const {
+core::Solution StaticSolver::Impl::solution(const core::LoadCase &load_case, DofConditions &conditions,
+                                            ConstrainedSolution &found) const {
+    const double press = press_to_depth(conditions, found);
     const auto &mesh = body->mesh;
     core::Solution solution;
     solution.degrees_of_freedom = static_cast<std::int64_t>(conditions.load.size()) + matrices.pressure.num_pressures();
@@ -94,7 +114,9 @@ core::Solution StaticSolver::Impl::solution(const core::LoadCase &load_case, con
         for (int node = 0; node < mesh.num_nodes(); ++node)
             for (int i = 0; i < 3; ++i)
                 solution.displacement[node][i] = found.displacement[3 * matrices.system.mesh_node[node] + i];
-        solution.reaction.assign(load_case.constraint_names.size(), core::Vector3::Zero());
+        solution.reaction = core::press_resultants(load_case, mesh);
+        for (auto &reaction : solution.reaction)
+            reaction *= press;
         for (std::size_t dof = 0; dof < conditions.constraint.size(); ++dof)
             if (const int owner = conditions.constraint[dof]; owner >= 0)
                 solution.reaction[owner][dof % 3] += found.residual[dof];
@@ -125,10 +147,11 @@ core::History StaticSolver::Impl::motion(const core::LoadCase &load_case, const 
     return release(*body, matrices.system, load_case, displacement, own);
 }
 
-/// @param start  the static solution
+/// @param force  the loads of the static solution
+/// @param start  that solution
 std::optional<core::History> StaticSolver::Impl::motion_of_mixed(const core::LoadCase &load_case,
+                                                                 std::vector<double> force,
                                                                  const ConstrainedSolution &start) {
-    auto force = dof_conditions(load_case, matrices.system).load;
     for (std::size_t i = 0; i < force.size(); ++i)
         force[i] += start.residual[i];
     auto at_zero = dof_conditions(core::without_tractions(load_case), matrices.system).prescribed;
@@ -151,11 +174,11 @@ void StaticSolver::prepare(const core::LoadCase &load_case) {
 core::Solution StaticSolver::Impl::solve(const core::LoadCase &load_case, bool moves_mixed) {
     check_facets(load_case, body->mesh);
     const auto conditions_start = Clock::now();
-    const auto conditions = dof_conditions(load_case, matrices.system);
+    auto conditions = dof_conditions(load_case, matrices.system);
     const double conditions_seconds = seconds_since(conditions_start);
     solver.set_up(conditions.prescribed);
     const auto solve_start = Clock::now();
-    const auto found = solve(conditions);
+    auto found = solve(conditions);
     auto solution = this->solution(load_case, conditions, found);
     solution.solve_seconds = conditions_seconds + seconds_since(solve_start);
     if (!load_case.release || !found.unique)
@@ -163,7 +186,7 @@ core::Solution StaticSolver::Impl::solve(const core::LoadCase &load_case, bool m
     if (formulation == Formulation::displacement || (moves_mixed && !mixed))
         solution.history = motion(load_case, found.displacement);
     else if (moves_mixed)
-        solution.history = motion_of_mixed(load_case, found);
+        solution.history = motion_of_mixed(load_case, std::move(conditions.load), found);
     return solution;
 }
 
@@ -186,7 +209,7 @@ std::vector<core::Solution> StaticSolver::Impl::solve_together(std::span<const c
     std::vector<Conditions> conditions;
     for (const auto &of_one : all)
         conditions.push_back({of_one.prescribed, of_one.load});
-    const auto found = mixed->solve(conditions);
+    auto found = mixed->solve(conditions);
     std::vector<core::Solution> solutions;
     for (std::size_t c = 0; c < found.size(); ++c) {
         auto &solution = solutions.emplace_back(this->solution(load_cases[c], all[c], found[c]));

@@ -71,11 +71,11 @@ std::vector<core::Vector3> displacements(const core::Problem &problem, const Fie
 std::vector<core::Vector3> reactions(const core::Problem &problem, const NodalProblem &nodal,
                                      const Simulation &simulation, const Equilibrium &state) {
     const Field pushed = livermark::interactive::reactions_to(
-        simulation.scene(), state.elastic_forces + state.fraction * simulation.external_forces());
+        simulation.scene(), state.elastic_forces + state.load * simulation.external_forces());
     std::vector<core::Vector3> force(problem.body->mesh.points.size(), core::Vector3::Zero());
     for (Eigen::Index c = 0; c < pushed.cols(); ++c)
         force[nodal.scene.constrained_nodes[c]] = pushed.col(c);
-    return msm::constraint_forces(problem, nodal.conditions, force);
+    return msm::constraint_forces(problem, nodal.conditions, force, state.load);
 }
 
 core::Solution solve(const core::Problem &problem, const Method &method) {
@@ -89,7 +89,9 @@ core::Solution solve(const core::Problem &problem, const Method &method) {
     auto fractions = problem.load_case.path;
     if (fractions.empty())
         fractions = {1.0};
-    const auto states = livermark::interactive::equilibria(*simulation, fractions);
+    constexpr double tolerance = 1e-9;
+    const auto states =
+        livermark::interactive::equilibria(*simulation, fractions, tolerance, problem.load_case.press_depth);
     const auto &last = states.back();
     if (!last.converged) {
         solution.status = core::SolutionStatus::not_converged;

@@ -7,6 +7,7 @@
 
 #include "msm/statics/conjugate_gradients.hpp"
 #include "msm/statics/limited_memory.hpp"
+#include "msm/statics/pressed_load.hpp"
 
 namespace livermark::msm {
 
@@ -33,14 +34,16 @@ Field sum(const Field &a, const Field &b) {
     return result;
 }
 
-/// The way down in the potential U(x) - f . u of one body, loads and constraints.
+/// The way down in the potential U(x) - f . u of one body, loads and constraints. Where a place presses, f . u stays as
+/// it is, and the load is a multiple of f.
 class Descent {
   public:
     Descent(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
             const RestStiffness &rest, const EquilibriumOptions &options, Equilibrium &state)
         : body_(body), positions_(positions), conditions_(conditions), rest_(rest), free_(rest.free()),
-          options_(options), state_(state), unbalanced_(unbalanced_force()), potential_(potential(state.displacement)) {
-    }
+          options_(options), state_(state),
+          pressed_(conditions.press_depth != 0.0 ? free_.gather(conditions.force) : Eigen::VectorXd()),
+          unbalanced_(unbalanced_force()), potential_(potential(state.displacement)) {}
 
     /// Whether there is an energy where it is.
     bool is_possible() const { return std::isfinite(potential_); }
@@ -52,7 +55,7 @@ class Descent {
     double relative_residual() const {
         double all = 0.0;
         for (std::size_t i = 0; i < unbalanced_.size(); ++i)
-            all += unbalanced_[i].squaredNorm() + conditions_.force[i].squaredNorm();
+            all += unbalanced_[i].squaredNorm() + (amount_ * conditions_.force[i]).squaredNorm();
         return all > 0.0 ? free_.gather(unbalanced_).norm() / std::sqrt(all) : 0.0;
     }
 
@@ -68,17 +71,20 @@ class Descent {
     int follow(const LinearMap &by_factor, LimitedMemory &memory, bool is_approximate) {
         const int between_looks = is_approximate ? steps_between_looks_of_many : steps_between_looks;
         const double reduction = is_approximate ? least_reduction_of_many : least_reduction;
+        const LinearMap inverse = [&](const auto &vector) { return memory.times(by_factor, vector); };
         double last_look = relative_residual();
-        Eigen::VectorXd gradient = free_.gather(unbalanced_);
+        Eigen::VectorXd gradient = free_gradient();
         int steps = 0;
         while (!is_balanced() && state_.num_iterations < options_.max_iterations) {
-            const Eigen::VectorXd direction = -memory.times(by_factor, gradient);
-            const double scale = search_line(direction, gradient.dot(direction));
+            // Not of the whole gradient: single precision would lose in the load what is left to balance.
+            const Eigen::VectorXd left = free_.gather(unbalanced_);
+            const Eigen::VectorXd direction = -pressed_.step(inverse, left);
+            const double scale = search_line(direction, left.dot(direction));
             if (scale == 0.0)
                 break;
             ++steps, ++state_.num_iterations;
             unbalanced_ = unbalanced_force();
-            const Eigen::VectorXd there = free_.gather(unbalanced_);
+            const Eigen::VectorXd there = free_gradient();
             memory.learn(scale * direction, there - gradient);
             gradient = there;
             if (steps % between_looks == 0) {
@@ -125,9 +131,10 @@ class Descent {
         const Eigen::VectorXd positions = to_unknowns(x);
         const Eigen::VectorXd gradient = free_.gather(unbalanced_);
         const double tolerance = std::min(0.1, std::sqrt(relative_residual()));
+        const LinearMap inverse = [&](const auto &vector) { return rest_.inverse_times(vector); };
         const Eigen::VectorXd step = conjugate_gradients(
-            [&](const auto &direction) { return tangent_times(positions, direction); },
-            [&](const auto &vector) { return rest_.inverse_times(vector); }, -gradient, tolerance, most_products);
+            [&](const auto &direction) { return pressed_.without(tangent_times(positions, direction)); },
+            [&](const auto &vector) { return pressed_.step(inverse, vector); }, -gradient, tolerance, most_products);
         if (search_line(step, gradient.dot(step)) == 0.0)
             return false;
         ++state_.num_iterations;
@@ -135,7 +142,18 @@ class Descent {
         return true;
     }
 
+    /// What the places that press exert together [N].
+    double press() const { return pressed_.is_there() ? amount_ : 0.0; }
+
   private:
+    /// Derivative of U, with the load where none presses.
+    Eigen::VectorXd free_gradient() const {
+        Eigen::VectorXd gradient = free_.gather(unbalanced_);
+        if (pressed_.is_there())
+            gradient += amount_ * pressed_.unit();
+        return gradient;
+    }
+
     /// H_ff d
     Eigen::VectorXd tangent_times(const Eigen::VectorXd &positions, const Eigen::VectorXd &direction) const {
         Field field(positions_.size(), core::Vector3::Zero());
@@ -154,13 +172,16 @@ class Descent {
         return factor_.factorise(tangent);
     }
 
-    Field unbalanced_force() const {
+    /// Where a place presses, its amount is that which leaves least.
+    Field unbalanced_force() {
         const Field x = sum(positions_, state_.displacement);
         Field force = elastic_gradient(body_, x);
         if (options_.pressure)
             options_.pressure->add_gradient(x, force);
+        if (pressed_.is_there())
+            amount_ = pressed_.amount_in(free_.gather(force));
         for (std::size_t i = 0; i < force.size(); ++i)
-            force[i] -= conditions_.force[i];
+            force[i] -= amount_ * conditions_.force[i];
         return force;
     }
 
@@ -169,8 +190,9 @@ class Descent {
         double energy = elastic_energy(body_, x);
         if (options_.pressure)
             energy += options_.pressure->energy(x);
-        for (std::size_t i = 0; i < displacement.size(); ++i)
-            energy -= conditions_.force[i].dot(displacement[i]);
+        if (!pressed_.is_there())
+            for (std::size_t i = 0; i < displacement.size(); ++i)
+                energy -= conditions_.force[i].dot(displacement[i]);
         return energy;
     }
 
@@ -199,6 +221,8 @@ class Descent {
     const FreeComponents &free_;
     const EquilibriumOptions &options_;
     Equilibrium &state_; // displacement and numbers of steps
+    PressedLoad pressed_;
+    double amount_ = 1.0; // what the loads are multiplied by
     Field unbalanced_;
     double potential_;
     support::SparseCholesky factor_;
@@ -217,6 +241,19 @@ Field constraint_part(Field unbalanced, const NodalConditions &conditions) {
 
 } // namespace
 
+Field linear_solution(const RestStiffness &rest, const NodalConditions &conditions, LimitedMemory *memory) {
+    auto displacement = rest.solve(conditions.displacement, conditions.force, memory);
+    if (conditions.press_depth == 0.0)
+        return displacement;
+    double depth = 0.0; // of one newton
+    for (std::size_t i = 0; i < displacement.size(); ++i)
+        depth += conditions.force[i].dot(displacement[i]);
+    if (depth > 0.0)
+        for (auto &node : displacement)
+            node *= conditions.press_depth / depth;
+    return displacement;
+}
+
 Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, const NodalConditions &conditions,
                              const EquilibriumOptions &options) {
     return find_equilibrium(body, positions, conditions, RestStiffness(body, positions, conditions.displacement),
@@ -233,7 +270,7 @@ Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, co
     LimitedMemory own(most_remembered);
     auto &memory = options.memory && rest.is_approximate() ? *options.memory : own;
     if (start.empty())
-        start = result.linear_displacement = rest.solve(conditions.displacement, conditions.force, &memory);
+        start = result.linear_displacement = linear_solution(rest, conditions, &memory);
     result.displacement = std::move(start);
     if (!rest.is_definite()) {
         give_up("the body at rest is not stiff in every direction; constrain more facets");
@@ -260,6 +297,7 @@ Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, co
         }
     }
     result.constraint_force = constraint_part(descent.unbalanced(), conditions);
+    result.press = descent.press();
     return result;
 }
 

@@ -31,9 +31,16 @@ struct Equilibrium {
     std::vector<core::Vector3> displacement;        ///< (N) [m]
     std::vector<core::Vector3> linear_displacement; ///< (N) solution linearised at rest [m]; empty if a start was given
     std::vector<core::Vector3> constraint_force;    ///< (N) [N], of the constraints on the nodes; zero on free ones
+    double press = 0.0;                             ///< what the places that press exert together [N]
     int num_iterations = 0;                         ///< steps downhill
     int num_factors = 0;                            ///< factorisations beside that of the body at rest
 };
+
+/// The solution linearised at rest; where places press, of the force that moves the body by their depth.
+/// @param memory  see RestStiffness::solve()
+/// @return shape (N) [m]
+std::vector<core::Vector3> linear_solution(const RestStiffness &rest, const NodalConditions &conditions,
+                                           LimitedMemory *memory = nullptr);
 
 /// Where an elastic body comes to rest under dead loads: a minimum of U(x) - f . u over the free components, from the
 /// solution linearised at rest downhill. The steps are those of Newton's method with one sparse Cholesky factor for
@@ -41,7 +48,10 @@ struct Equilibrium {
 /// factor is that of the body at rest; where it does not lead on quickly, one of the second derivative where the body
 /// is now follows. The body is geometrically non-linear. Where the exact second derivative is not positive definite, a
 /// part of what compression makes negative is left out of the step (not out of the solution). Of a body that gives way
-/// under its load (buckles) this finds where it comes to rest after that.
+/// under its load (buckles) this finds where it comes to rest after that. Where places press, it is the minimum of U
+/// among the displacements u with f . u the depth, and what they exert is the multiplier of that condition: steps are
+/// projected onto those that keep it (Gould, Hribar, Nocedal 2001, On the solution of equality constrained quadratic
+/// programming problems, SIAM J. Sci. Comput. 23, section 3).
 /// @param body        at rest at the positions
 /// @param positions   shape (N) [m]
 /// @param conditions  loads and prescribed displacements of the nodes
@@ -51,8 +61,8 @@ Equilibrium find_equilibrium(const ElasticBody &body, const std::vector<core::Ve
 
 /// The same with a stiffness at rest that is there already.
 /// @param rest   of the body and positions; constrains the components that the conditions prescribe
-/// @param start  shape (N) displacement from which it goes downhill [m], with what is prescribed; if empty, the
-///   solution linearised at rest
+/// @param start  shape (N) displacement from which it goes downhill [m], with what is prescribed and at the depth; if
+///   empty, the solution linearised at rest
 Equilibrium find_equilibrium(const ElasticBody &body, const std::vector<core::Vector3> &positions,
                              const NodalConditions &conditions, const RestStiffness &rest,
                              const EquilibriumOptions &options = {}, std::vector<core::Vector3> start = {});

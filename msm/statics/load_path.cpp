@@ -37,8 +37,7 @@ class Follower {
              const RestStiffness &rest)
         : body_(body), problem_(problem), node_mass_(node_mass), rest_(rest),
           has_followers_(!SurfacePressure(problem).is_empty()) {
-        const auto whole = nodal_conditions(problem, node_mass);
-        linear_ = rest.solve(whole.displacement, whole.force, &memory_);
+        linear_ = linear_solution(rest, nodal_conditions(problem, node_mass), &memory_);
         last_.displacement.assign(linear_.size(), core::Vector3::Zero());
     }
 
@@ -60,7 +59,8 @@ class Follower {
         core::PathPoint point;
         for (const auto &displacement : last_.displacement)
             point.displacement.push_back(displacement.cast<float>());
-        point.reaction = constraint_forces(problem, nodal_conditions(problem, node_mass_), last_.constraint_force);
+        point.reaction =
+            constraint_forces(problem, nodal_conditions(problem, node_mass_), last_.constraint_force, last_.press);
         point.strain_energy = elastic_energy(body_, positions(last_.displacement));
         return point;
     }

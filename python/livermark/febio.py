@@ -58,6 +58,9 @@ def _shaped(name: str, values: Any, shape: tuple, default: float = 0.0) -> NDArr
 
 
 def _arrays(problem: Union[Problem, Solid]) -> _Arrays:
+    if getattr(problem, "press_depth", 0.0):
+        raise InputError(f"load case {problem.load_case} presses to a depth, and FEBio wants the force beforehand; write a load "
+                         "case that gives the 'force', or a Solid with the forces times the newtons that livermark run found")
     points = numpy.asarray(problem.points, dtype=float)
     tetrahedra = numpy.asarray(problem.tetrahedra, dtype=numpy.int64)
     if points.ndim != 2 or points.shape[1] != 3 or tetrahedra.ndim != 2 or tetrahedra.shape[1] != 4:

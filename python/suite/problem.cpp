@@ -115,13 +115,17 @@ void add_problem(py::module_ &module) {
         .def_property_readonly(
             "forces", [](const LoadedBody &p) { return to_array(at_nodes(p.problem).force); },
             "(N, 3) [N], a third of each facet's traction at its corners, and the acceleration of the body")
+        .def_property_readonly(
+            "press_depth", [](const LoadedBody &p) { return p.problem.load_case.press_depth; },
+            "[m], not 0 where a place presses: forces are those of one newton of it, and are to be multiplied by the "
+            "number\nwith sum(forces * displacement) = press_depth")
         .def_property_readonly("follower_pressure", &follower_pressure,
                                "(T) [Pa], pressures that stay perpendicular to the moving surface, 0 elsewhere")
         .def_property_readonly("dead_forces", &dead_forces,
                                "(N, 3) [N], the part of forces that keeps its direction: without follower pressures")
         .def_property_readonly(
             "constraint_names", [](const LoadedBody &p) { return p.problem.load_case.constraint_names; },
-            "(P) the places where displacement is prescribed")
+            "(P) the places whose force is a result: where displacement is prescribed, and what presses")
         .def("__repr__", [](const LoadedBody &p) {
             return fmt::format("<livermark.Problem {} on {}>", p.problem.load_case.name, p.problem.body->name);
         });

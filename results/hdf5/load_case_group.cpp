@@ -105,6 +105,8 @@ void write_load_case(OutputFile &file, const core::LoadCase &load_case) {
     file.dataset("/load_case/acceleration", std::vector{a.x(), a.y(), a.z()}, "m/s^2");
     file.dataset("/load_case/constraint", load_case.constraint, "");
     file.texts("/load_case/constraint", "names", load_case.constraint_names);
+    if (load_case.press_depth != 0.0)
+        file.number("/load_case", "press_depth", load_case.press_depth);
     if (!load_case.follows.empty())
         file.dataset("/load_case/follows", load_case.follows, "");
     if (!load_case.node_factor.empty())
@@ -149,9 +151,16 @@ core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles, 
     check_finite(file, "/load_case/acceleration", {&load_case.acceleration, 1});
     load_case.constraint_names = file.texts("/load_case/constraint", "names");
     load_case.constraint = indices(file, "/load_case/constraint", num_triangles, -1, load_case.constraint_names.size());
-    for (std::size_t f = 0; f < num_triangles; ++f)
-        if ((load_case.condition[f] == core::FacetCondition::prescribed_displacement) != (load_case.constraint[f] >= 0))
+    if (file.has_attribute("/load_case", "press_depth"))
+        load_case.press_depth = file.number("/load_case", "press_depth");
+    if (!std::isfinite(load_case.press_depth))
+        file.refuse("/load_case", "attribute press_depth is not a number");
+    for (std::size_t f = 0; f < num_triangles; ++f) {
+        const bool is_named = load_case.constraint[f] >= 0;
+        const bool may_press = load_case.press_depth != 0.0 && load_case.condition[f] == core::FacetCondition::traction;
+        if ((load_case.condition[f] == core::FacetCondition::prescribed_displacement) != is_named && !may_press)
             file.refuse("/load_case/constraint", fmt::format("row {} contradicts /load_case/condition", f));
+    }
     if (file.has("/load_case/follows"))
         load_case.follows = file.dataset<std::uint8_t>("/load_case/follows", num_triangles);
     if (file.has("/load_case/node_factor")) {

@@ -73,6 +73,8 @@ std::string fingerprint(const core::Problem &problem, const std::string &model) 
         hash.add(load.middle);
         hash.add(load.radius);
     }
+    if (load_case.press_depth != 0.0) // others keep the name that they had before there was one
+        hash.add(load_case.press_depth);
     hash.add(load_case.acceleration);
     for (const double fraction : load_case.path)
         hash.add(fraction);

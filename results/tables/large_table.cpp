@@ -60,8 +60,11 @@ std::vector<std::string> row_of(const ModelResult &model, const Result &result, 
     return row;
 }
 
-/// The displacement that a constraint prescribes, mean over its facets; nothing if it does not move.
-std::optional<core::Vector3> way_of(const core::LoadCase &load_case, int constraint) {
+/// The displacement that a constraint prescribes, mean over its facets, or to which a place presses; nothing if it does
+/// not move.
+std::optional<core::Vector3> way_of(const core::LoadCase &load_case, const core::TetraMesh &mesh, int constraint) {
+    if (const core::Vector3 pressed = core::press_resultants(load_case, mesh)[constraint]; !pressed.isZero(0.0))
+        return load_case.press_depth * pressed.normalized();
     core::Vector3 way = core::Vector3::Zero();
     int facets = 0;
     for (std::size_t f = 0; f < load_case.constraint.size(); ++f)
@@ -89,7 +92,8 @@ DeadLoad dead_load(const core::LoadCase &load_case, const core::TetraMesh &mesh)
     DeadLoad load;
     load.weight.assign(mesh.points.size(), 0.0);
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
-        if (load_case.condition[f] != core::FacetCondition::traction || load_case.follows_surface(f))
+        if (load_case.condition[f] != core::FacetCondition::traction || load_case.follows_surface(f) ||
+            load_case.presses(f))
             continue;
         const core::Vector3 force = core::area_vector(mesh, f).norm() * load_case.value[f];
         const auto part = core::linear_parts(load_case.round_load_on(f), core::corners_of(mesh, f));
@@ -135,7 +139,7 @@ std::vector<ForceCurve> force_curves(const Result &result) {
     const auto &load_case = result.problem.load_case;
     std::vector<ForceCurve> curves;
     for (int p = 0; p < static_cast<int>(load_case.constraint_names.size()); ++p)
-        if (const auto way = way_of(load_case, p))
+        if (const auto way = way_of(load_case, result.problem.body->mesh, p))
             for (const auto &model : result.models) {
                 auto &curve = curves.emplace_back(ForceCurve{load_case.constraint_names[p], model.name, {}, {}});
                 for (std::size_t k = 0; k < model.solution.path.size(); ++k) {

@@ -31,7 +31,9 @@ TEST_P(Calculix, FindsTheSameDisplacements) {
         GTEST_SKIP() << tests::not_its_turn;
     const auto body = std::make_shared<const core::Body>(meshes::read_body(root / "meshes" / (name + ".toml")));
     fem_reference::StaticSolver solver(body, degree);
-    for (const std::string load_case : {"gravity_tilt", "palpation", "traction"}) {
+    for (const std::string load_case : {"gravity_tilt", "palpation", "traction", "indentation"}) {
+        if (load_case == "indentation" && degree == 2)
+            continue; // its equation of many terms makes CalculiX slow
         SCOPED_TRACE(load_case);
         const core::Problem problem{
             body, load_cases::read_load_case(root / "load_cases" / (load_case + ".toml"), body->mesh)};

@@ -2,7 +2,7 @@
 usage: python3 change_h5py.py FROM.h5 TO.h5, and on stdin a JSON object of any of
   "body": name, "scale": factor of all static displacements, "nan": [dataset, row, and column if there are any], "narrow": dataset that loses its columns,
   "delete": dataset, "set": [dataset, row or null for all, value], "shorten": [dataset, how many of its last rows it loses],
-  "unname": [dataset, attribute that it loses]
+  "unname": [dataset, attribute that it loses], "attribute": [group or dataset, name, value]
 """
 import json
 import shutil
@@ -35,6 +35,9 @@ with h5py.File(target, "r+") as file:
     if "unname" in changes:
         path, name = changes["unname"]
         del file[path].attrs[name]
+    if "attribute" in changes:
+        path, name, value = changes["attribute"]
+        file[path].attrs[name] = value
     if "shorten" in changes:
         path, count = changes["shorten"]
         values = file[path][:-count]

@@ -57,6 +57,16 @@ test('a node says what is prescribed around it, in the numbers of the file', asy
   assert.match(await all.page.locator('#node .prescribed').textContent(), /constrained \(x min\)/);
 });
 
+test('what presses to a depth is named with it, and its force is not', async () => {
+  const kinds = dataset('load_case/condition');
+  all.variant('still_result.h5', 'pressed.h5', { attribute: ['load_case', 'press_depth', 0.0015], set: ['load_case/constraint', kinds.indexOf(2), 1] });
+  await all.open({}, '#pressed.h5');
+  const lines = await all.page.locator('#conditions li').allTextContents();
+  assert.ok(lines.some((line) => /^Pressed: .*; by 1\.5\d* mm in the mean$/.test(line)), lines.join('; '));
+  await choose(dataset('mesh/boundary_triangles')[kinds.indexOf(2)][0]);
+  assert.match(await all.page.locator('#node .prescribed').textContent(), /pressed by 1\.5\d* mm in the mean/);
+});
+
 test('strain is that of the displacement gradient', async () => {
   await andDraw(all.page, () => all.page.check('#controls [value=strain]'));
   assert.equal(await all.page.locator('#legend .what').textContent(), 'Largest principal Green strain [%]');

@@ -50,6 +50,31 @@ void write_follower_pressures(std::ostream &out, const core::TetraMesh &mesh, co
         }
 }
 
+/// Where a place presses: the depth is the displacement of a node that is in no element, and what it is in terms of the
+/// others an equation, of which the first term must not be constrained.
+void write_press_equation(std::ostream &out, const std::vector<Vector3> &unit_force,
+                          const std::vector<Vector3> &prescribed) {
+    struct Term {
+        std::size_t node;
+        int component;
+        double factor;
+    };
+    std::vector<Term> terms;
+    for (std::size_t node = 0; node < unit_force.size(); ++node)
+        for (int i = 0; i < 3; ++i)
+            if (unit_force[node][i] != 0.0 && std::isnan(prescribed[node][i]))
+                terms.push_back({node + 1, i + 1, unit_force[node][i]});
+    std::iter_swap(terms.begin(),
+                   std::ranges::max_element(terms, {}, [](const Term &t) { return std::abs(t.factor); }));
+    terms.push_back({unit_force.size() + 1, 1, -1.0});
+    fmt::print(out, "*EQUATION\n{}", terms.size());
+    constexpr std::size_t terms_per_line = 4;
+    for (std::size_t k = 0; k < terms.size(); ++k)
+        fmt::print(out, "{}{}, {}, {:.12e}", k % terms_per_line == 0 ? "\n" : ", ", terms[k].node, terms[k].component,
+                   terms[k].factor);
+    fmt::print(out, "\n");
+}
+
 } // namespace
 
 // CalculiX reads the first twenty characters of a number, so thirteen digits have to do.
@@ -78,20 +103,28 @@ void write_inp(std::ostream &out, const core::Problem &problem, int degree) {
         fmt::print(out, "*DENSITY\n{1:.12e}\n*SOLID SECTION, ELSET=REGION_{0}, MATERIAL=MATERIAL_{0}\n", region,
                    material.density);
     }
+    const auto prescribed = prescribed_displacement(load_case, fem);
+    const auto force = traction_forces(mesh, is_large ? core::without_follower_pressures(load_case) : load_case, fem);
+    const bool presses = load_case.press_depth != 0.0;
+    if (presses) {
+        fmt::print(out, "*NODE, NSET=DEPTH\n{}, 0, 0, 0\n", fem.points.size() + 1);
+        write_press_equation(out, force, prescribed);
+    }
     // Increments grow to the whole load, and Newton's method goes on until its corrections are a ten thousandth of one.
     fmt::print(out, "{}",
                is_large ? "*STEP, NLGEOM, INC=1000\n*STATIC\n0.35, 1.0\n"
                           "*CONTROLS, PARAMETERS=FIELD\n1e-5, 1e-4\n"
                         : "*STEP\n*STATIC\n");
     fmt::print(out, "*BOUNDARY\n");
-    const auto prescribed = prescribed_displacement(load_case, fem);
     for (std::size_t node = 0; node < prescribed.size(); ++node)
         for (int i = 0; i < 3; ++i)
             if (!std::isnan(prescribed[node][i]))
                 fmt::print(out, "{}, {}, {}, {:.12e}\n", node + 1, i + 1, i + 1, prescribed[node][i]);
-    fmt::print(out, "*CLOAD\n");
-    const auto force = traction_forces(mesh, is_large ? core::without_follower_pressures(load_case) : load_case, fem);
-    for (std::size_t node = 0; node < force.size(); ++node)
+    if (presses)
+        fmt::print(out, "{}, 1, 1, {:.12e}\n", fem.points.size() + 1, load_case.press_depth);
+    else
+        fmt::print(out, "*CLOAD\n");
+    for (std::size_t node = 0; node < force.size() && !presses; ++node)
         for (int i = 0; i < 3; ++i)
             if (force[node][i] != 0.0)
                 fmt::print(out, "{}, {}, {:.12e}\n", node + 1, i + 1, force[node][i]);

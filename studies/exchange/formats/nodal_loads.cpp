@@ -45,7 +45,7 @@ std::vector<Vector3> prescribed_displacement(const core::LoadCase &load_case, co
     std::vector<Vector3> value(fem.points.size(), Vector3::Constant(std::numeric_limits<double>::quiet_NaN()));
     for (int constraint = 0; constraint < static_cast<int>(load_case.constraint_names.size()); ++constraint)
         for (std::size_t f = 0; f < fem.facets.size(); ++f)
-            if (load_case.constraint[f] == constraint)
+            if (load_case.constraint[f] == constraint && !load_case.presses(static_cast<int>(f)))
                 for (std::size_t k = 0; k < fem.facets[f].size(); ++k) {
                     const auto &nodes = fem.facets[f];
                     const int a = nodes[k % 3], b = k < 3 ? a : nodes[(k + 1) % 3];

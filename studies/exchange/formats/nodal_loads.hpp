@@ -23,7 +23,8 @@ Discretisation discretise(const core::TetraMesh &mesh, int degree);
 std::vector<core::Vector3> prescribed_displacement(const core::LoadCase &load_case, const Discretisation &fem);
 
 /// A constant traction on a straight triangle acts in thirds on the corners of linear elements; of quadratic ones the
-/// corners' shape functions have no mean over a face, and the midpoints get a third each.
+/// corners' shape functions have no mean over a face, and the midpoints get a third each. Where a place presses, these
+/// are the forces of one newton of it.
 /// @return shape (n) [N]
 std::vector<core::Vector3> traction_forces(const core::TetraMesh &mesh, const core::LoadCase &load_case,
                                            const Discretisation &fem);

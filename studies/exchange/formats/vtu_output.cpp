@@ -41,6 +41,15 @@ std::vector<Vector3> nodal_forces(const core::Problem &problem, const Discretisa
     return force;
 }
 
+/// Where a place presses, nodal forces are those of one newton, and this says how far it goes.
+std::string press_depth(const core::LoadCase &load_case) {
+    return load_case.press_depth == 0.0
+               ? ""
+               : fmt::format("<FieldData>\n<DataArray type=\"Float64\" Name=\"press_depth\" NumberOfTuples=\"1\" "
+                             "format=\"ascii\">{}</DataArray>\n</FieldData>\n",
+                             load_case.press_depth);
+}
+
 } // namespace
 
 void write_vtu(std::ostream &out, const core::Problem &problem) {
@@ -52,8 +61,8 @@ void write_vtu(std::ostream &out, const core::Problem &problem) {
     fmt::print(out,
                "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" "
                "byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n"
-               "<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n<Points>\n",
-               num_nodes, num_cells);
+               "{}<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n<Points>\n",
+               press_depth(problem.load_case), num_nodes, num_cells);
     array(out, "Float64", "Points", 3, num_nodes, [&](std::size_t i) { return text(mesh.points[i]); });
     fmt::print(out, "</Points>\n<Cells>\n");
     array(out, "Int64", "connectivity", 1, num_cells,

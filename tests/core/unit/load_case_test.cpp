@@ -45,6 +45,26 @@ TEST(LoadScaling, MultipliesAllThatDrivesAndLeavesTheRest) {
         }
 }
 
+TEST(LoadScaling, DeepensWhatPressesAndLeavesItsNewton) {
+    const auto mesh = tests::box_mesh({0.1, 0.2, 0.1}, {2, 2, 2});
+    auto load_case = tests::empty_load_case(mesh);
+    tests::prescribe(load_case, mesh, "x_min", core::Vector3::Zero());
+    tests::press(load_case, mesh, "x_max", {0.0, 3.0, -4.0}, 0.002);
+    const auto twice = core::scaled(load_case, 2.0);
+    EXPECT_EQ(twice.press_depth, 0.004);
+    EXPECT_FALSE(core::are_statically_equal(load_case, twice));
+    for (const auto &pressed : {load_case, twice}) {
+        const auto resultants = core::press_resultants(pressed, mesh);
+        ASSERT_EQ(resultants.size(), 2U);
+        EXPECT_EQ(resultants[0], core::Vector3::Zero());
+        EXPECT_LT((resultants[1] - core::Vector3(0.0, 0.6, -0.8)).norm(), 1e-14);
+        EXPECT_TRUE(core::is_driven(pressed));
+    }
+    const auto held = core::without_tractions(load_case);
+    EXPECT_EQ(held.press_depth, 0.0);
+    EXPECT_EQ(core::press_resultants(held, mesh), (std::vector<core::Vector3>(2, core::Vector3::Zero())));
+}
+
 TEST(LoadScaling, NothingDrivesWhatIsOnlyConstrained) {
     const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {1, 1, 1});
     auto load_case = tests::empty_load_case(mesh);

@@ -35,6 +35,15 @@ core::Problem rod(double poisson_ratio, const std::array<int, 3> &bricks = {5, 4
     return problem;
 }
 
+/// The same rod, held at one end and pressed from the side.
+core::Problem pressed_rod(double poisson_ratio, double depth) {
+    auto problem = tests::shaken_rod(poisson_ratio, {4, 3, 2});
+    problem.load_case = tests::empty_load_case(problem.body->mesh);
+    tests::prescribe(problem.load_case, problem.body->mesh, "x_min", Vector3::Zero());
+    tests::press(problem.load_case, problem.body->mesh, "z_max", {0.5, 0.0, -1.0}, depth);
+    return problem;
+}
+
 /// Counts and reports what does not hold.
 struct Report {
     int num_faults = 0;
@@ -153,6 +162,20 @@ core::Solution compressed(double poisson_ratio, Report &report) {
     return found.solution;
 }
 
+void check_presses(Report &report) {
+    const auto linear = pressed_rod(0.45, 0.001);
+    for (const auto formulation : {fem_reference::Formulation::displacement, fem_reference::Formulation::mixed})
+        report.agree(fem_reference::solve_distributed(linear, {.formulation = formulation}),
+                     fem_reference::solve_static(linear, 2, fem_reference::SolverChoice::direct, formulation),
+                     "pressed");
+    const auto large = pressed_rod(0.45, 0.01);
+    const auto &law = hyperelastic::material_law("neo_hookean");
+    const hyperelastic::LoadPath path{.fractions = {0.5, 1.0}, .tolerance = 1e-11};
+    const auto expected =
+        hyperelastic::solve(large, law, {.degree = 2, .formulation = fem_reference::Formulation::mixed}, path);
+    report.agree(hyperelastic::solve_distributed(large, law, path).solution, expected.solution, "neo-Hookean, pressed");
+}
+
 int check(const std::filesystem::path &file) {
     Report report;
     std::vector<core::Solution> solutions;
@@ -180,6 +203,7 @@ int check(const std::filesystem::path &file) {
     for (const double poisson_ratio : {0.25, 0.49}) {
         solutions.push_back(compressed(poisson_ratio, report));
     }
+    check_presses(report);
     if (support::mpi_rank() == 0)
         compare_with_one_rank(solutions, file, report);
     expect_refusals(report);

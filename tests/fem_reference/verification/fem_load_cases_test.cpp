@@ -107,6 +107,33 @@ TEST_P(FemLoadCases, WhatARoundToolPressesDoesItsWork) {
     EXPECT_NEAR(work, expected, 1e-12 * std::abs(expected));
 }
 
+/// What presses to a depth is a load: the one that it reports.
+TEST_P(FemLoadCases, PressesWithTheForceThatMovesAsFar) {
+    using fem_reference::Formulation, fem_reference::SolverChoice;
+    const double depth = 0.002;
+    const Vector3 direction = Vector3(1.0, 2.0, -5.0).normalized();
+    tests::prescribe(load_case, mesh, "z_min", Vector3::Zero());
+    auto pulled = load_case;
+    tests::press(load_case, mesh, "z_max", direction, depth);
+    for (const auto formulation : {Formulation::displacement, Formulation::mixed}) {
+        if (formulation == Formulation::mixed && GetParam() == 1)
+            continue;
+        const auto pressed =
+            fem_reference::solve_static({body, load_case}, GetParam(), SolverChoice::automatic, formulation);
+        ASSERT_EQ(pressed.status, core::SolutionStatus::ok) << pressed.message;
+        const double force = pressed.reaction[1].norm();
+        EXPECT_LT((pressed.reaction[1] - force * direction).norm(), 1e-12 * force);
+        EXPECT_LT(sum(pressed.reaction).norm(), 1e-6 * force);
+        EXPECT_NEAR(pressed.strain_energy, 0.5 * force * depth, 1e-9 * force * depth); // Clapeyron
+        tests::pull(pulled, mesh, "z_max", force / (box_size.x() * box_size.y()) * direction);
+        const auto found = fem_reference::solve_static({body, pulled}, GetParam(), SolverChoice::direct, formulation);
+        EXPECT_LT(tests::relative_difference(pressed.displacement, found.displacement), 1e-7);
+        const auto twice = fem_reference::solve_static({body, core::scaled(load_case, -2.0)}, GetParam(),
+                                                       SolverChoice::automatic, formulation);
+        EXPECT_LT((twice.reaction[1] + 2.0 * pressed.reaction[1]).norm(), 1e-9 * force);
+    }
+}
+
 TEST_P(FemLoadCases, NumberingOfTheMeshIsKept) {
     tests::prescribe(load_case, mesh, "x_min", Vector3::Zero());
     tests::pull(load_case, mesh, "x_max", {1.0, -2.0, 3.0});

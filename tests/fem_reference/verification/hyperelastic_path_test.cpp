@@ -68,6 +68,34 @@ TEST(HyperelasticPath, BendsSlenderBarsInFewSteps) {
         }
 }
 
+/// What presses to a depth is a load: the one that it reports, at each part of the way.
+TEST(HyperelasticPath, PressesWithTheForceThatMovesAsFar) {
+    const Bar bar;
+    const Vector3 direction = Vector3(1.0, -1.0, 4.0).normalized();
+    auto pressed = bar.clamped;
+    tests::press(pressed, bar.body->mesh, "x_max", direction, 0.03);
+    for (const auto &kind : tests::hyperelastic_kinds) {
+        const auto found = hyperelastic::solve({bar.body, pressed}, neo_hookean(), kind,
+                                               {.fractions = {0.5, 1.0}, .tolerance = 1e-10});
+        ASSERT_EQ(found.solution.status, core::SolutionStatus::ok) << found.solution.message;
+        ASSERT_EQ(found.points.size(), 2U);
+        EXPECT_EQ(found.steps.size(), 2U);
+        for (const auto &point : found.points) {
+            const double force = point.reaction[1].norm();
+            EXPECT_LT((point.reaction[1] - force * direction).norm(), 1e-12 * force);
+            EXPECT_LT((point.reaction[0] + point.reaction[1]).norm(), 1e-8 * force);
+            const auto expected =
+                hyperelastic::solve({bar.body, bar.pulled(force / (0.03 * 0.03) * direction)}, neo_hookean(), kind,
+                                    {.fractions = {0.5, 1.0}, .tolerance = 1e-10});
+            ASSERT_EQ(expected.solution.status, core::SolutionStatus::ok) << expected.solution.message;
+            EXPECT_LT(tests::relative_difference(point.displacement, expected.solution.displacement), 1e-6);
+        }
+        EXPECT_GT(found.solution.nonlinearity, 0.05);
+        for (const auto &step : found.steps)
+            EXPECT_LE(step.residuals.size(), 9U) << fmt::format("{:.1e}", fmt::join(step.residuals, " "));
+    }
+}
+
 /// Neighbouring solutions of one energy: where nothing locks, displacements alone and the mixed formulation agree.
 TEST(HyperelasticPath, MixedElementsAgreeWithDisplacementsAlone) {
     const auto body = tests::make_body(tests::shaken_box_mesh({0.1, 0.03, 0.03}, {6, 3, 3}), {1000.0, 5000.0, 0.35});

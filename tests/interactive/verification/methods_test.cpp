@@ -150,6 +150,30 @@ TEST_P(InteractiveMethod, RestsWhereReactionsCarryTheExternalForces) {
     EXPECT_LT(rest.positions.row(2).minCoeff(), -1e-4); // it did sag
 }
 
+/// What presses to a depth is a load: the one that it reports.
+TEST_P(InteractiveMethod, RestsAtADepthUnderTheForceThatMovesAsFar) {
+    const auto simulation = method.prepare(bar_scene(true));
+    const Field rest = interactive::rest_positions(simulation->scene());
+    Field one_newton = Field::Zero(3, rest.cols());
+    for (Eigen::Index i = 0; i < rest.cols(); ++i)
+        if (rest(0, i) == rest.row(0).maxCoeff())
+            one_newton.col(i) = Vector3(0.3, 0.0, -1.0);
+    one_newton /= one_newton.rowwise().sum().norm();
+    simulation->set_external_forces(one_newton);
+    constexpr double depth = 0.01;
+    const auto pressed = interactive::equilibria(*simulation, {0.5, 1.0}, 1e-9, depth);
+    ASSERT_EQ(pressed.size(), 2U);
+    for (const auto &state : pressed) {
+        ASSERT_TRUE(state.converged);
+        EXPECT_NEAR(one_newton.cwiseProduct(state.positions - rest).sum(), state.fraction * depth, 1e-9 * depth);
+        simulation->set_external_forces(state.load * one_newton);
+        const auto loaded = interactive::equilibrium(*simulation);
+        ASSERT_TRUE(loaded.converged);
+        EXPECT_LT((state.positions - loaded.positions).norm(), 1e-6 * (loaded.positions - rest).norm());
+    }
+    EXPECT_GT(pressed[1].load, 1.5 * pressed[0].load);
+}
+
 std::string name_of(const testing::TestParamInfo<std::string> &info) {
     return info.param;
 }

@@ -70,6 +70,28 @@ TEST(RoundTool, PressesWithTheSameForceInTheSameMiddleOnEveryMesh) {
     }
 }
 
+/// Two jaws are one instrument, and so one newton.
+TEST(RoundTool, PressesToADepthWithOneNewtonOnEveryMesh) {
+    for (const auto &mesh : two_meshes()) {
+        const auto one = with_tool("round", "press = 0.004", mesh);
+        EXPECT_EQ(one.press_depth, 0.004);
+        EXPECT_EQ(one.constraint_names, (std::vector<std::string>{"z_min", "tool"}));
+        const auto pressed = resultant(one, mesh);
+        EXPECT_LT((pressed.force + Vector3::UnitZ()).norm(), 1e-12);
+        EXPECT_NEAR(pressed.second_moment, 0.4 * radius * radius, 1e-3 * radius * radius);
+        EXPECT_LT((core::press_resultants(one, mesh)[1] + Vector3::UnitZ()).norm(), 1e-12);
+
+        const auto two = with_tool("round",
+                                   "press_along = [0.0, 0.003, -0.004]\n[[condition]]\npatch = \"x_max\"\n"
+                                   "press_along = [-0.005, 0.0, 0.0]",
+                                   mesh);
+        EXPECT_DOUBLE_EQ(two.press_depth, 0.005);
+        const auto resultants = core::press_resultants(two, mesh);
+        EXPECT_LT((resultants[1] - Vector3(0.0, 0.3, -0.4)).norm(), 1e-12);
+        EXPECT_LT((resultants[2] - Vector3(-0.5, 0.0, 0.0)).norm(), 1e-12);
+    }
+}
+
 /// The function on the facets that is nearest to the paraboloid has its mean.
 TEST(RoundTool, SinksInAsDeepOnTheMeanOnEveryMesh) {
     for (const auto &mesh : two_meshes()) {
@@ -127,6 +149,21 @@ TEST(RoundTool, RefusesWhatItCannotDo) {
                               {"tool.toml:8:", "no profile 'pointed'", "\"round\" or \"flat\""});
     tests::expect_input_error([&] { with_tool("round", "torque = [0.0, 0.0, 0.1]", mesh); },
                               {"tool.toml:9:", "takes no torque", "\"flat\""});
+    tests::expect_input_error([&] { with_tool("round", "press = 0.0", mesh); },
+                              {"tool.toml:9:", "presses nothing", "give a depth"});
+    const std::string beside = "\n[[condition]]\npatch = \"x_max\"\n";
+    tests::expect_input_error([&] { with_tool("round", "press = 0.001" + beside + "press = 0.002", mesh); },
+                              {"tool.toml:10:", "one instrument", "0.001 m", "give all the same depth"});
+    for (const std::string other : {"traction = [1.0, 0.0, 0.0]", "displacement = [0.001, 0.0, 0.0]"})
+        tests::expect_input_error([&] { with_tool("round", "press = 0.001" + beside + other, mesh); },
+                                  {"tool.toml:", "drives the body alone", "'push'"});
+    tests::expect_input_error(
+        [&] {
+            load_cases::parse_load_case("title = \"t\"\ntarget_peak_displacement = 0.001\n[[condition]]\n"
+                                        "patch = \"z_max\"\npress = 0.001\n",
+                                        "tool.toml", mesh);
+        },
+        {"tool.toml", "nothing constrains the body"});
 }
 
 TEST(Forces, HaveTheResultantThatIsGivenOnEveryMesh) {

@@ -48,6 +48,39 @@ TEST(Equilibrium, ReactionsBalanceTheLoads) {
     EXPECT_LT((total(reactions) + load).norm(), 1e-9 * load.norm());
 }
 
+/// What presses to a depth is a load: the one that it reports. Far from small, whatever stands in for the inverse.
+TEST(Equilibrium, OfWhatPressesIsThatUnderItsForce) {
+    const double depth = 0.02;
+    const Vector3 direction = Vector3(2.0, 1.0, -3.0).normalized();
+    auto block = pulled_block(Vector3::Zero(), Vector3::Zero());
+    const auto &[body, held] = block.problem;
+    auto pressed = core::without_tractions(held), pulled = pressed;
+    tests::press(pressed, body->mesh, "x_max", direction, depth);
+    const auto coupled = msm::hyperelastic_springs_with_volume(*body, msm::all_spring_energies().front());
+    const auto check = [&](const msm::ElasticBody &springs, const char *name) {
+        SCOPED_TRACE(name);
+        const auto at_depth = msm::nodal_conditions({body, pressed}, springs.node_mass);
+        const auto result = msm::find_equilibrium(springs, body->mesh.points, at_depth);
+        ASSERT_EQ(result.status, core::SolutionStatus::ok) << result.message;
+        EXPECT_GT(result.press, 0.0);
+        double reached = 0.0;
+        for (std::size_t i = 0; i < at_depth.force.size(); ++i)
+            reached += at_depth.force[i].dot(result.displacement[i]);
+        EXPECT_NEAR(reached, depth, 1e-9 * depth);
+        const auto reactions = msm::constraint_forces({body, pressed}, at_depth, result.constraint_force, result.press);
+        EXPECT_LT((reactions[1] - result.press * direction).norm(), 1e-12 * result.press);
+        EXPECT_LT(total(reactions).norm(), 1e-8 * result.press);
+        tests::pull(pulled, body->mesh, "x_max", result.press / (0.04 * 0.05) * direction);
+        const auto loaded = msm::nodal_conditions({body, pulled}, springs.node_mass);
+        const auto expected = msm::find_equilibrium(springs, body->mesh.points, loaded);
+        ASSERT_EQ(expected.status, core::SolutionStatus::ok) << expected.message;
+        EXPECT_LT(tests::relative_difference(result.displacement, expected.displacement), 1e-7);
+        EXPECT_GT(tests::relative_difference(result.displacement, result.linear_displacement), 0.02);
+    };
+    check(block.springs, "central springs");
+    check(coupled, "springs with an approximate factor");
+}
+
 /// Under loads so small that rounding of the positions is all that is left long before the tolerance is met.
 TEST(Equilibrium, IsFoundUnderLoadsNearRounding) {
     for (const double load : {1e-3, 1e-5, 1e-7}) {

@@ -75,6 +75,27 @@ TEST(LoadPath, ComesToTheSameEquilibriaAsTheLoadsAlone) {
     }
 }
 
+TEST(LoadPath, PressesAsDeepAsTheWholeAtEachPartOfIt) {
+    ConstrainedBlock block;
+    const Vector3 direction = Vector3(1.0, 0.5, -2.0).normalized();
+    tests::press(block.load_case, block.body->mesh, "x_max", direction, 0.03);
+    const auto path = block.follow();
+    ASSERT_EQ(path.end.status, core::SolutionStatus::ok) << path.end.message;
+    ASSERT_EQ(path.points.size(), 3U);
+    double last = 0.0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const core::Problem problem{block.body, core::scaled(block.load_case, block.load_case.path[k])};
+        const auto alone = msm::find_equilibrium(block.springs, block.body->mesh.points,
+                                                 msm::nodal_conditions(problem, block.springs.node_mass));
+        const auto &reaction = path.points[k].reaction[1];
+        EXPECT_NEAR(reaction.dot(direction), alone.press, 1e-7 * alone.press);
+        EXPECT_GT(alone.press, last);
+        last = alone.press;
+        for (std::size_t i = 0; i < alone.displacement.size(); ++i)
+            EXPECT_LT((path.points[k].displacement[i].cast<double>() - alone.displacement[i]).norm(), 2e-8);
+    }
+}
+
 TEST(LoadPath, FollowerPressureBalancesTheSpringsWhereTheyAreAlsoAtItsRim) {
     ConstrainedBlock block;
     block.blow("y_max", 60.0);

@@ -89,6 +89,7 @@ void expect_equal(const core::LoadCase &a, const core::LoadCase &b) {
     EXPECT_EQ(a.acceleration, b.acceleration);
     EXPECT_EQ(a.constraint_names, b.constraint_names);
     EXPECT_EQ(a.constraint, b.constraint);
+    EXPECT_EQ(a.press_depth, b.press_depth);
     ASSERT_EQ(a.release.has_value(), b.release.has_value());
     if (a.release)
         expect_equal(*a.release, *b.release);
@@ -244,6 +245,17 @@ TEST_F(ResultFile, HoldsAProblemWithoutConstraintsAndModels) {
 
 TEST_F(ResultFile, HoldsAStaticLoadCase) {
     const Result written = tests::without_motion(tests::sample_result());
+    write_result(path_, written);
+    expect_equal(read_result(path_), written);
+}
+
+TEST_F(ResultFile, HoldsWhatPressesToADepth) {
+    auto written = tests::without_motion(tests::sample_result());
+    auto &load_case = written.problem.load_case;
+    load_case.press_depth = -0.003;
+    for (std::size_t f = 0; f < load_case.condition.size(); ++f)
+        if (load_case.condition[f] == core::FacetCondition::traction)
+            load_case.constraint[f] = 0;
     write_result(path_, written);
     expect_equal(read_result(path_), written);
 }

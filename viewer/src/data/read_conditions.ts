@@ -1,6 +1,6 @@
 // What the load case prescribes on each facet of the surface.
 import type { File } from 'h5wasm';
-import { exactly, has, rows, texts } from './hdf5.ts';
+import { exactly, has, number, rows, texts } from './hdf5.ts';
 import { Fault, type NamedConditions, type Patches } from './types.ts';
 
 const mostKinds = 2; // of /load_case/condition: 0 free, 1 prescribed displacement, 2 traction
@@ -28,11 +28,13 @@ export function readConditions(file: File, triangles: ArrayLike<number>, { patch
   const constraint = read('/load_case/constraint', 1);
   const constraints = texts(file, '/load_case/constraint', 'names');
   const nodeFactor = readNodeFactor(file, numNodes);
+  const pressDepth = number(file, '/load_case', 'press_depth');
   const meanOf = (factor: Float64Array, t: number) => [0, 1, 2].reduce((sum, i) => sum + factor[triangles[3 * t + i]!]! / 3, 0);
   return {
     kind,
     ...(nodeFactor ? { factor: Float64Array.from(kind, (_, t) => meanOf(nodeFactor, t)) } : {}), // linear along edges
     nodeFactor,
+    pressDepth: kind.some((k, t) => k === 2 && constraint[t]! >= 0) ? pressDepth : 0,
     value: Float64Array.from(read('/load_case/value', 3)),
     name: Int32Array.from(kind, (_, t) => (constraint[t]! >= 0 ? constraint[t]! : constraints.length + patch[t]!)),
     names: [...constraints, ...patches],

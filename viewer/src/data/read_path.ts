@@ -35,11 +35,13 @@ export function readPointError(file: File, model: string, reference: string, poi
   return u && r ? u.map((x, i) => x - r[i]!) : null;
 }
 
-/** The places where displacement is prescribed that is not 0. @param names  of the constraints, which are the first names of the conditions */
+/** The places where displacement is prescribed that is not 0, and those that press to a depth. @param names  of the constraints, which are the first names of the conditions */
 export function movingPlaces(conditions: Conditions & { name: Int32Array }, names: string[]): MovingPlace[] {
   return names.flatMap((name, constraint) => {
     const facets = Array.from(conditions.name.keys()).filter((facet) => conditions.name[facet] === constraint);
-    const way = [0, 1, 2].map((i) => facets.reduce((sum, facet) => sum + valueOf(conditions, facet)[i]!, 0) / facets.length);
+    const mean = [0, 1, 2].map((i) => facets.reduce((sum, facet) => sum + valueOf(conditions, facet)[i]!, 0) / facets.length);
+    const presses = facets.some((facet) => conditions.kind[facet] === 2);
+    const way = presses ? mean.map((x) => ((conditions.pressDepth ?? 0) * x) / Math.hypot(...mean)) : mean; // tractions of a place all go one way
     return Math.hypot(...way) > 0 ? [{ name, constraint, way }] : [];
   });
 }

@@ -51,7 +51,7 @@ export interface Patches {
   confidence: number; // 0 to 1, of the orientation in which they were found; NaN where the file says none
 }
 
-/** Where displacement is prescribed that is not 0. */
+/** Where displacement is prescribed that is not 0, or what presses to a depth. */
 export interface MovingPlace {
   name: string;
   constraint: number; // index of its reaction

@@ -29,6 +29,9 @@ function bodyForce({ conditions, isAnatomical }: Result, load: number): string {
   return `Weight: ${parts.join(', ')}`;
 }
 
+/** Whose force is not known before. @param depth  m */
+const pressed = (places: string[], depth: number) => `Pressed: ${places.join(', ')}; by ${sizeOf('moved', depth)} in the mean`;
+
 /**
  * The key to patterns and arrows.
  * @param isReleased  tractions are let go
@@ -39,8 +42,9 @@ export function conditionsKey(result: Result, isReleased: boolean, load: number)
     const places = placesOf(result, state);
     if (places.length === 0 || (state === 'loaded' && isReleased)) return [];
     const arrow = state === 'moved' || state === 'loaded' ? `; longest arrow ${sizeOf(state, load * largestOf(result.conditions, state))}` : '';
-    return [element('li', { class: state }, element('span', { class: `swatch ${state}`, 'aria-hidden': 'true' }),
-      `${words[state]}: ${places.join(', ')}${arrow}`)];
+    const depth = result.conditions.pressDepth ?? 0;
+    const sentence = state === 'loaded' && depth !== 0 ? pressed(places, load * depth) : `${words[state]}: ${places.join(', ')}${arrow}`;
+    return [element('li', { class: state }, element('span', { class: `swatch ${state}`, 'aria-hidden': 'true' }), sentence)];
   });
   const weight = bodyForce(result, load);
   return weight ? [...entries, element('li', {}, weight)] : entries;
@@ -57,6 +61,7 @@ export function conditionsAt({ conditions, surfaces }: Result, node: number, loa
     const place = spoken(conditions.names[conditions.name[facet]!] ?? '');
     if (state === 'free') return `free (${place})`;
     if (state === 'fixed') return `constrained (${place})`;
+    if (state === 'loaded' && conditions.pressDepth) return `pressed by ${sizeOf('moved', load * conditions.pressDepth)} in the mean (${place})`;
     const isFree = (i: number) => Number.isNaN(conditions.value[3 * facet + i]);
     const factor = load * (state === 'loaded' ? 1 : 1000 * (conditions.nodeFactor?.[node] ?? 1));
     const components = valueOf(conditions, facet).map((x, i) => (isFree(i) && state !== 'loaded' ? 'free' : short(factor * x))).join(', ');

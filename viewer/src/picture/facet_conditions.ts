@@ -4,6 +4,7 @@ export interface Conditions {
   kind: Uint8Array; // (T) of each facet: 0 free, 1 prescribed displacement, 2 traction
   value: Float64Array; // (T,3) [m] or [Pa], as the kind says; NaN where a component of the displacement is free
   factor?: Float64Array; // (T) what a prescribed displacement is multiplied by at the centre of a facet; 1 where there is none
+  pressDepth?: number; // m, to which tractions press, which then are for one newton; 0 where they are known
 }
 
 /** fixed: no component moves; sliding: some do, freely; moved: by a prescribed displacement; loaded: by a traction. */
