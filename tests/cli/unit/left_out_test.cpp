@@ -20,7 +20,7 @@ class LeftOut : public tests::ResultFolder {
     /// @param bricks  of 30 mm / bricks on each side
     void write_box(const std::string &name, int bricks) const {
         auto mesh = tests::box_mesh({0.03, 0.03, 0.03}, {bricks, bricks, bricks});
-        mesh.patch_names = {"posterior", "left_lobe_tip", "y_min", "y_max", "z_min", "right_lobe_dome"};
+        mesh.patch_names = {"posterior", "left_lobe_tip", "y_min", "anterior", "inferior", "right_lobe_dome"};
         meshes::write_msh(directory_ / (name + ".msh"), mesh);
         std::ofstream(directory_ / (name + ".toml"))
             << fmt::format("title = \"box\"\nmesh = \"{}.msh\"\n[regions.solid]\ndensity = 1000.0\n"
@@ -48,9 +48,9 @@ TEST_F(LeftOut, LoadCasesAreNamedWithTheReasonAndTheOthersRun) {
     const auto end = run({"--body", "narrow.toml"});
     EXPECT_EQ(end.status, 0) << end.errors;
     EXPECT_TRUE(fs::exists(result("narrow", "traction")));
-    EXPECT_FALSE(fs::exists(result("narrow", "breathing")));
-    const std::string no_room = "'diaphragm' moves nodes that 'posterior' moves otherwise";
-    const std::string no_patch = "the body has no patch 'anterior'";
+    EXPECT_FALSE(fs::exists(result("narrow", "retraction")));
+    const std::string no_room = "'retractor' moves nodes that 'posterior' moves otherwise";
+    const std::string no_patch = "the body has no patch 'superior'";
     for (const auto *text : {&end.output, &end.errors})
         for (const auto &reason : {no_room, no_patch, std::string("it keeps 67 % of its area, of 75 %")})
             EXPECT_TRUE(has(*text, reason)) << reason << " is missing in: " << *text;
@@ -61,20 +61,20 @@ TEST_F(LeftOut, LoadCasesAreNamedWithTheReasonAndTheOthersRun) {
 
 TEST_F(LeftOut, LoadCasesAreNoneWhereThePlaceYieldsAndTheFileSaysHowMuch) {
     write_box("finer", 6);
-    const auto end = run({"--body", "finer.toml", "--load-case", "breathing"});
+    const auto end = run({"--body", "finer.toml", "--load-case", "retraction"});
     EXPECT_EQ(end.status, 0) << end.errors;
-    const auto yielded = results::read_result(result("finer", "breathing")).problem.load_case.yielded;
+    const auto yielded = results::read_result(result("finer", "retraction")).problem.load_case.yielded;
     ASSERT_EQ(yielded.size(), 1U);
-    EXPECT_EQ(yielded[0].name, "diaphragm");
+    EXPECT_EQ(yielded[0].name, "retractor");
     EXPECT_NEAR(yielded[0].lost_area, 1.0 / 6.0, 1e-9);
-    EXPECT_TRUE(has(end.output, "area given up to other places: finer breathing 'diaphragm' 17 %")) << end.output;
+    EXPECT_TRUE(has(end.output, "area given up to other places: finer retraction 'retractor' 17 %")) << end.output;
 }
 
 TEST_F(LeftOut, OneThatIsAskedForAloneIsRefused) {
     write_box("narrow", 3);
-    const auto end = run({"--body", "narrow.toml", "--load-case", "breathing"});
+    const auto end = run({"--body", "narrow.toml", "--load-case", "retraction"});
     EXPECT_EQ(end.status, 2);
-    EXPECT_TRUE(has(end.errors, "breathing.toml:")) << end.errors;
+    EXPECT_TRUE(has(end.errors, "retraction.toml:")) << end.errors;
     EXPECT_FALSE(fs::exists(directory_ / "runs"));
 }
 
@@ -82,7 +82,7 @@ TEST_F(LeftOut, OneOfAFileOfTheUsersOwnIsRefusedBesideOthers) {
     write_box("narrow", 3);
     std::ofstream(directory_ / "own.toml")
         << "title = \"pull\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"posterior\"\n"
-           "displacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"anterior\"\ntraction = [10.0, 0.0, 0.0]\n";
+           "displacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"superior\"\ntraction = [10.0, 0.0, 0.0]\n";
     const auto end = run({"--body", "narrow.toml", "--load-case", "traction", "own.toml"});
     EXPECT_EQ(end.status, 2);
     EXPECT_TRUE(has(end.errors, "own.toml:")) << end.errors;
@@ -91,12 +91,12 @@ TEST_F(LeftOut, OneOfAFileOfTheUsersOwnIsRefusedBesideOthers) {
 TEST_F(LeftOut, NamedOnesOfSeveralBodiesRunWhereTheyFit) {
     write_box("narrow", 3);
     write_box("finer", 6);
-    const auto end = run({"--body", "narrow.toml", "finer.toml", "--load-case", "breathing", "traction"});
+    const auto end = run({"--body", "narrow.toml", "finer.toml", "--load-case", "retraction", "traction"});
     EXPECT_EQ(end.status, 0) << end.errors;
     EXPECT_TRUE(fs::exists(result("narrow", "traction")));
     EXPECT_TRUE(fs::exists(result("finer", "traction")));
-    EXPECT_TRUE(fs::exists(result("finer", "breathing")));
-    EXPECT_FALSE(fs::exists(result("narrow", "breathing")));
+    EXPECT_TRUE(fs::exists(result("finer", "retraction")));
+    EXPECT_FALSE(fs::exists(result("narrow", "retraction")));
 }
 
 } // namespace
