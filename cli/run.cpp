@@ -134,7 +134,8 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
         ->default_str("auto");
     command
         ->add_option("--equilibrium", options->model_options.equilibrium,
-                     "How mass-spring models find their equilibrium: newton, or relaxation by time stepping")
+                     "How mass-spring models find their equilibrium: newton, or relaxation by time stepping, which "
+                     "leaves out load cases that press to a depth")
         ->transform(one_of(std::map<std::string, models::EquilibriumMethod>{
             {"newton", models::EquilibriumMethod::newton}, {"relaxation", models::EquilibriumMethod::relaxation}}))
         ->default_str("newton");

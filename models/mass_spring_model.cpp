@@ -215,10 +215,6 @@ core::Modes modes(const core::Problem &problem, const MakeMassSprings &make, int
 void check(const core::Problem &problem, const MakeMassSprings &make, const ModelOptions &options) {
     const auto &integrator = relaxing_integrator(options); // refuses unknown names even where nothing moves
     if (options.equilibrium == EquilibriumMethod::relaxation) {
-        if (problem.load_case.press_depth != 0.0)
-            throw support::InputError(fmt::format("--equilibrium relaxation knows the loads before it begins, and the "
-                                                  "force of load case {} is a result; leave --equilibrium out",
-                                                  problem.load_case.name));
         if (!integrator.is_explicit)
             throw support::InputError(
                 fmt::format("--equilibrium relaxation takes an explicit integrator, not {}; choose "
@@ -252,6 +248,9 @@ core::Model mass_spring_model(std::string name, std::string summary, std::string
             },
         .modes = [=](const core::Problem &problem, int count) { return modes(problem, make, count); },
         .check = [=](const core::Problem &problem) { check(problem, make, options); },
+        // Time stepping knows the loads before it begins, and the force of what presses to a depth is a result.
+        .is_wanted = [relaxes = options.equilibrium == EquilibriumMethod::relaxation](
+                         const core::Problem &problem) { return !relaxes || problem.load_case.press_depth == 0.0; },
     };
 }
 

@@ -127,7 +127,7 @@ def test_follower_pressures_and_dead_forces_make_the_forces_at_rest(large):
 
 
 def test_material_is_the_one_of_each_region(tmp_path):
-    problem = livermark.problem("liver_tumours", "breathing")
+    problem = livermark.problem("liver_tumours", "retraction")
     job = job_of(problem, tmp_path)
     assert names(job, "Mesh/Elements") == problem.region_names == names(job, "Material/material")
     assert set(names(job, "Material/material", "type")) == {"neo-Hookean"}
@@ -140,6 +140,15 @@ def test_material_is_the_one_of_each_region(tmp_path):
             assert set(values[of_region]) == {float(material.find(word).text)}
     assert job.find("Control/time_steps").text == "1"
     assert numpy.array_equal(constraints_of(job, len(problem.points)), problem.prescribed_displacement, equal_nan=True)
+
+
+def test_what_presses_to_a_depth_is_refused(tmp_path):
+    problem = livermark.problem("liver_healthy", "indentation")
+    assert 0.0 < problem.press_depth < 0.001 and problem.constraint_names == ["posterior", "indenter"]
+    assert numpy.linalg.norm(problem.forces.sum(axis=0)) == pytest.approx(1.0)
+    with pytest.raises(livermark.InputError, match="presses to a depth"):
+        livermark.to_febio(problem, tmp_path / "job.feb")
+    assert not (tmp_path / "job.feb").exists()
 
 
 def test_solid_of_own_arrays_makes_a_material_for_each_stiffness(bar, tmp_path):
