@@ -45,12 +45,12 @@ class Newton {
         }
     }
 
-    /// Where the free nodes go by the tangent at x when forces change and constrained nodes move.
-    Field predict(const Field &x, const Field &moved_to, const Field &more_forces) {
+    /// Where the free nodes go by the tangent at x when the forces are added and constrained nodes move.
+    Field predict(const Field &x, const Field &moved_to) {
         Energy::Triplets all;
         energy_.add_hessian(x, true, all);
         const Field by = moved_to - x; // zero at free nodes
-        Eigen::VectorXd right = of_unknowns(more_forces);
+        Eigen::VectorXd right = unit_load_;
         for (const auto &entry : all)
             if (unknown_[entry.row()] >= 0 && unknown_[entry.col()] < 0)
                 right[unknown_[entry.row()]] -= entry.value() * by.data()[entry.col()];
@@ -196,7 +196,7 @@ Minimum minimise(const Energy &energy, const std::vector<bool> &is_free, const F
 
 Field predict(const Energy &energy, const std::vector<bool> &is_free, const Field &x, const Field &moved_to,
               const Field &more_forces) {
-    return Newton(energy, is_free, more_forces, nullptr).predict(x, moved_to, more_forces);
+    return Newton(energy, is_free, more_forces, nullptr).predict(x, moved_to);
 }
 
 Minimum backward_euler(const Simulation &simulation, double time_step, const NewtonSettings &settings) {

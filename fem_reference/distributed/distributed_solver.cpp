@@ -168,24 +168,20 @@ class RankProblem {
 
     void finish(core::Solution &solution, MixedField state, Clock::time_point start) const {
         auto left = residual(state);
-        solution.reaction = press_resultants_;
+        double newtons = 1.0;
         if (conditions_.press_depth != 0.0) { // what one newton does, multiplied by as many as it takes
-            const double newtons = conditions_.press_depth / dot(state.u, conditions_.load);
+            newtons = conditions_.press_depth / dot(state.u, conditions_.load);
             for (auto *const values : {&state.u, &left.u})
                 for (double &value : *values)
                     value *= newtons;
-            for (auto &reaction : solution.reaction)
-                reaction *= newtons;
-            solution.strain_energy = 0.5 * newtons * conditions_.press_depth;
-        } else {
-            // u . (K u + D^T p), which is u . K u + p . C p as D u = C p
-            solution.strain_energy = 0.5 * (dot(state.u, left.u) + dot(state.u, conditions_.load));
         }
+        // u . (K u + D^T p), which is u . K u + p . C p as D u = C p
+        solution.strain_energy = 0.5 * (dot(state.u, left.u) + newtons * dot(state.u, conditions_.load));
         solution.degrees_of_freedom += 3 * nodes_.num_entries_of_all_ranks();
-        const auto held =
+        solution.reaction =
             sum_of_reactions(nodes_, conditions_.constraint, left.u, part_.problem.load_case.constraint_names.size());
-        for (std::size_t place = 0; place < held.size(); ++place)
-            solution.reaction[place] += held[place];
+        for (std::size_t place = 0; place < press_resultants_.size(); ++place)
+            solution.reaction[place] += newtons * press_resultants_[place];
         solution.displacement = on_mesh(part_, matrices_.system, nodes_, state.u);
         solution.solve_seconds = seconds_since(start);
     }

@@ -75,6 +75,14 @@ void write_press_equation(std::ostream &out, const std::vector<Vector3> &unit_fo
     fmt::print(out, "\n");
 }
 
+void write_loads(std::ostream &out, const std::vector<Vector3> &force) {
+    fmt::print(out, "*CLOAD\n");
+    for (std::size_t node = 0; node < force.size(); ++node)
+        for (int i = 0; i < 3; ++i)
+            if (force[node][i] != 0.0)
+                fmt::print(out, "{}, {}, {:.12e}\n", node + 1, i + 1, force[node][i]);
+}
+
 } // namespace
 
 // CalculiX reads the first twenty characters of a number, so thirteen digits have to do.
@@ -123,11 +131,7 @@ void write_inp(std::ostream &out, const core::Problem &problem, int degree) {
     if (presses)
         fmt::print(out, "{}, 1, 1, {:.12e}\n", fem.points.size() + 1, load_case.press_depth);
     else
-        fmt::print(out, "*CLOAD\n");
-    for (std::size_t node = 0; node < force.size() && !presses; ++node)
-        for (int i = 0; i < 3; ++i)
-            if (force[node][i] != 0.0)
-                fmt::print(out, "{}, {}, {:.12e}\n", node + 1, i + 1, force[node][i]);
+        write_loads(out, force);
     if (is_large)
         write_follower_pressures(out, mesh, load_case);
     if (const double size = load_case.acceleration.norm(); size > 0.0) {
