@@ -7,10 +7,6 @@ namespace livermark::core {
 
 namespace {
 
-Vector3 point_at(const Corners &corners, const Vector3 &barycentric) {
-    return barycentric[0] * corners[0] + barycentric[1] * corners[1] + barycentric[2] * corners[2];
-}
-
 std::array<double, 3> linear_shapes(const Vector3 &at) {
     return {at[0], at[1], at[2]};
 }
@@ -53,6 +49,10 @@ double RoundLoad::height(const Vector3 &point) const {
 Corners corners_of(const TetraMesh &mesh, int facet) {
     const auto &[a, b, c] = mesh.boundary_triangles[facet];
     return {mesh.points[a], mesh.points[b], mesh.points[c]};
+}
+
+Vector3 point_at(const Corners &corners, const Vector3 &barycentric) {
+    return barycentric[0] * corners[0] + barycentric[1] * corners[1] + barycentric[2] * corners[2];
 }
 
 double mean_height(const RoundLoad &load, const Corners &corners) {

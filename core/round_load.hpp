@@ -23,13 +23,17 @@ using Corners = std::array<Vector3, 3>; ///< of a triangle [m]
 
 Corners corners_of(const TetraMesh &mesh, int facet);
 
+/// The point of a triangle with these barycentric coordinates [m].
+Vector3 point_at(const Corners &corners, const Vector3 &barycentric);
+
 /// Mean of h over a triangle.
 double mean_height(const RoundLoad &load, const Corners &corners);
 
+constexpr int triangle_rows = 24; ///< of parts of a triangle, so that of a share at the rim a thousandth is left
+constexpr int num_triangle_parts = triangle_rows * triangle_rows;
+
 /// Calls visit(barycentric coordinates of the centroid) for each of the num_triangle_parts parts of a triangle, which
 /// are all alike.
-constexpr int triangle_rows = 24; // so that of a share at the rim a thousandth is left
-constexpr int num_triangle_parts = triangle_rows * triangle_rows;
 template <class Visit> void visit_triangle_parts(Visit visit) {
     const auto part = [&](double i, double j) { visit(Vector3(triangle_rows - i - j, i, j) / triangle_rows); };
     for (int i = 0; i < triangle_rows; ++i)

@@ -25,7 +25,7 @@ std::vector<double> sinking(const core::RoundLoad &tool, const core::TetraMesh &
                 mass(place[k], place[l]) += area / (k == l ? 6.0 : 12.0);
         const auto corners = core::corners_of(mesh, f);
         core::visit_triangle_parts([&](const core::Vector3 &at) {
-            const core::Vector3 point = at[0] * corners[0] + at[1] * corners[1] + at[2] * corners[2];
+            const core::Vector3 point = core::point_at(corners, at);
             const double ratio = (point - tool.middle).norm() / tool.radius;
             const double depth = std::max(0.0, 1.0 - 0.5 * ratio * ratio);
             for (std::size_t k = 0; k < 3; ++k)

@@ -94,7 +94,7 @@ TEST_P(FemLoadCases, WhatARoundToolPressesDoesItsWork) {
         load_case.round_load[f] = 0;
         load_case.value[f] *= core::mean_height(tool, corners);
         core::visit_triangle_parts([&](const Vector3 &at) {
-            const Vector3 point = at[0] * corners[0] + at[1] * corners[1] + at[2] * corners[2];
+            const Vector3 point = core::point_at(corners, at);
             expected += core::area_vector(mesh, f).norm() / core::num_triangle_parts * -100.0 * tool.height(point) *
                         std::pow(point.x(), GetParam());
         });
