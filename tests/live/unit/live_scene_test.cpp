@@ -1,14 +1,10 @@
 #include "live/scene.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstring>
 #include <gtest/gtest.h>
-#include <limits>
 #include <string>
 
-#include "live/messages.hpp"
 #include "live/parameters.hpp"
 #include "live/springs.hpp"
 #include "msm/hyperelastic_springs.hpp"
@@ -19,47 +15,10 @@
 #include "msm/springs_with_volume.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "support/input_error.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/live/box_scene.hpp"
 
 namespace livermark::live {
 namespace {
-
-using core::Vector3;
-
-/// A box of 60 x 30 x 30 mm that is constrained at x = 0.
-struct BoxScene {
-    core::Body body = *tests::make_body(tests::box_mesh({0.06, 0.03, 0.03}, {6, 3, 3}), {1060.0, 5e3, 0.45});
-    std::vector<bool> is_constrained = [this] {
-        std::vector<bool> constrained;
-        for (const int patch : body.mesh.boundary_patch)
-            constrained.push_back(body.mesh.patch_names[patch] == "x_min");
-        return constrained;
-    }();
-    /// In the middle of the top, 1 cm from the free end.
-    int node = node_at({0.05, 0.02, 0.03});
-
-    int node_at(const Vector3 &place) const {
-        for (int i = 0; i < body.mesh.num_nodes(); ++i)
-            if ((body.mesh.points[i] - place).norm() < 1e-9)
-                return i;
-        return -1;
-    }
-    /// Of no triangle that can be touched.
-    int constrained_node() const { return node_at({0.0, 0.01, 0.01}); }
-
-    Tool pull(const Vector3 &by) const {
-        return {.kind = ToolKind::pull, .target = body.mesh.points[node] + by, .radius = 0.012, .node = node};
-    }
-    Tool poke(double depth) const {
-        return {.kind = ToolKind::probe,
-                .target = body.mesh.points[node] + Vector3(0.0, 0.0, 0.008 - depth),
-                .radius = 0.008};
-    }
-};
-
-Settings settings(const std::string &law = "patch") {
-    return {.springs = law, .young_modulus = 5e3, .poisson_ratio = 0.45, .damping = {40.0, 0.0}};
-}
 
 Frame moved(Scene &scene, const Tool &tool, double seconds, double time_step) {
     auto frame = scene.move(tool, 0);
@@ -331,147 +290,6 @@ TEST(LiveScene, OffersNoLongerStepThanIsSafe) {
     auto longer = settings();
     longer.time_step = 1.01 * longest.longest_time_step;
     EXPECT_THROW(scene.choose(longer), support::InputError);
-}
-
-TEST(LiveScene, RefusesWhatItCannotDo) {
-    const BoxScene box;
-    Scene scene(box.body, box.is_constrained);
-    EXPECT_THROW(scene.move({}, 1), support::InputError) << "nothing is chosen";
-    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    const auto refuses = [&](auto change) {
-        auto changed = settings();
-        change(changed);
-        EXPECT_THROW(scene.choose(changed), support::InputError);
-    };
-    refuses([](Settings &s) { s.springs = "rubber"; });
-    for (const double value : {nan, -1.0, 0.0, 1e12})
-        refuses([&](Settings &s) { s.young_modulus = value; });
-    for (const double value : {nan, -0.1, 0.5})
-        refuses([&](Settings &s) { s.poisson_ratio = value; });
-    for (const double value : {nan, -1.0, 1e9})
-        refuses([&](Settings &s) { s.damping.alpha = value; });
-    for (const double value : {nan, -1.0, 1.0})
-        refuses([&](Settings &s) { s.damping.beta = value; });
-    for (const double value : {nan, -1.0, 2.0})
-        refuses([&](Settings &s) { s.time_step = value; });
-    scene.choose(settings());
-    auto tool = box.poke(0.001);
-    EXPECT_THROW(scene.move(tool, -1), support::InputError);
-    EXPECT_THROW(scene.move(tool, 10001), support::InputError);
-    tool.radius = nan;
-    EXPECT_THROW(scene.move(tool, 1), support::InputError);
-    tool = box.poke(nan);
-    EXPECT_THROW(scene.move(tool, 1), support::InputError);
-    tool = box.pull(Vector3::Zero());
-    for (const int node : {-1, box.constrained_node(), box.body.mesh.num_nodes(), 1 << 30}) {
-        tool.node = node;
-        EXPECT_THROW(scene.move(tool, 1), support::InputError) << node;
-    }
-    EXPECT_EQ(scene.move({}, 0).time, 0.0) << "what was refused did nothing";
-}
-
-TEST(LiveScene, RefusesBodiesThatCannotMove) {
-    const BoxScene box;
-    const std::size_t num_facets = box.is_constrained.size();
-    EXPECT_THROW(Scene(box.body, std::vector<bool>(num_facets, false)), support::InputError);
-    EXPECT_THROW(Scene(box.body, std::vector<bool>(num_facets, true)), support::InputError);
-    EXPECT_THROW(Scene(box.body, std::vector<bool>(num_facets - 1, true)), support::InputError);
-    const auto refuses = [&](auto damage) {
-        auto body = box.body;
-        damage(body);
-        EXPECT_THROW(Scene(body, box.is_constrained), support::InputError);
-    };
-    refuses([](core::Body &b) { b.mesh.points[5].x() = std::numeric_limits<double>::infinity(); });
-    refuses([](core::Body &b) { b.mesh.tetrahedra[5][2] = 1 << 20; });
-    refuses([](core::Body &b) { b.mesh.boundary_triangles[5][2] = -1; });
-    refuses([](core::Body &b) { std::swap(b.mesh.tetrahedra[5][0], b.mesh.tetrahedra[5][1]); });
-    refuses([](core::Body &b) { b.mesh.region[5] = 1; });
-    refuses([](core::Body &b) { b.mesh.points.emplace_back(0.0, 0.0, 0.0); });
-    refuses([](core::Body &b) { b.materials.front().density = 0.0; });
-    refuses([](core::Body &b) { b.materials.front().young_modulus = -1.0; });
-}
-
-std::vector<double> message_of(const BoxScene &box) {
-    const auto &mesh = box.body.mesh;
-    std::vector<double> message{static_cast<double>(mesh.num_nodes()), static_cast<double>(mesh.tetrahedra.size()), 1.0,
-                                static_cast<double>(mesh.boundary_triangles.size())};
-    for (const auto &x : mesh.points)
-        message.insert(message.end(), x.begin(), x.end());
-    for (const auto &t : mesh.tetrahedra)
-        message.insert(message.end(), t.begin(), t.end());
-    message.insert(message.end(), mesh.region.begin(), mesh.region.end());
-    const auto &material = box.body.materials.front();
-    message.insert(message.end(), {material.density, material.young_modulus, material.poisson_ratio});
-    for (const auto &t : mesh.boundary_triangles)
-        message.insert(message.end(), t.begin(), t.end());
-    message.insert(message.end(), box.is_constrained.begin(), box.is_constrained.end());
-    return message;
-}
-
-TEST(LiveMessages, SayWhatTheCallsSay) {
-    const BoxScene box;
-    const auto told = scene_of(message_of(box));
-    Scene called(box.body, box.is_constrained);
-    const auto laws = msm::all_spring_laws();
-    const auto chosen = called.choose(settings(laws[0].name));
-    const auto answer = reply(*told, std::vector<double>{1, 0, 1, 5e3, 0.45, 40.0, 0.0, 0.0});
-    ASSERT_EQ(answer.size(), 4 * sizeof(double));
-    double number = 0.0;
-    std::memcpy(&number, answer.data(), sizeof number);
-    EXPECT_EQ(number, chosen.time_step);
-
-    const auto tool = box.poke(0.004);
-    const auto frame = called.move(tool, 100);
-    const auto bytes =
-        reply(*told, std::vector<double>{2, 1, tool.target.x(), tool.target.y(), tool.target.z(), tool.radius, 0, 100});
-    std::array<double, 15> head{};
-    ASSERT_GT(bytes.size(), sizeof head);
-    std::memcpy(head.data(), bytes.data(), sizeof head);
-    EXPECT_EQ(head[0], frame.time);
-    EXPECT_EQ(Vector3(head[4], head[5], head[6]), frame.force);
-    EXPECT_EQ(head[7], frame.indentation);
-    EXPECT_EQ(head[9], frame.largest_speed);
-    EXPECT_GT(frame.largest_speed, 0.0);
-    EXPECT_EQ(head[12], box.body.mesh.num_nodes());
-    EXPECT_EQ(bytes.size(), sizeof head + sizeof(double) * 4 * (frame.load.nodes.size() + frame.load.triangles.size()) +
-                                sizeof(float) * 3 * box.body.mesh.num_nodes());
-    EXPECT_TRUE(reply(*told, std::vector<double>{3}).empty());
-    for (const auto &name : spring_names())
-        EXPECT_NE(joined_spring_names().find(name), std::string::npos);
-}
-
-TEST(LiveMessages, AreRefusedWhenTheyAreCutOffOrLongerOrOfAnotherKind) {
-    const BoxScene box;
-    const auto whole = message_of(box);
-    for (std::size_t length = 0; length < whole.size(); length += 1 + length / 20)
-        EXPECT_THROW(scene_of(std::span(whole).first(length)), support::InputError) << length;
-    auto longer = whole;
-    longer.push_back(0.0);
-    EXPECT_THROW(scene_of(longer), support::InputError);
-    const auto scene = scene_of(whole);
-    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    for (const std::vector<double> &message : {std::vector<double>{},
-                                               {0},
-                                               {4}, // nothing has been chosen
-                                               {5},
-                                               {6},
-                                               {nan},
-                                               {1.5},
-                                               {1e300},
-                                               {3, 0},
-                                               {4, 0},
-                                               {5, 0},
-                                               {1, 0},
-                                               {1, -1, 1, 5e3, 0.45, 10, 0, 0},
-                                               {1, 99, 1, 5e3, 0.45, 10, 0, 0},
-                                               {1, 0, 1, 5e3, 0.45, 10, 0, 0, 0},
-                                               {2, 0, 0, 0, 0, 0, 0}})
-        EXPECT_THROW(reply(*scene, message), support::InputError);
-    for (const double count : {-1.0, 0.5, nan, 1e18}) {
-        auto changed = whole;
-        changed[1] = count;
-        EXPECT_THROW(scene_of(changed), support::InputError) << count;
-    }
 }
 
 } // namespace
