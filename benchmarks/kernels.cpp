@@ -9,14 +9,13 @@
 #include "benchmarks/oracle.hpp"
 #include "core/bounding_box.hpp"
 #include "msm/biquadratic_springs.hpp"
+#include "msm/coupled_springs.hpp"
 #include "msm/dynamics/elastic_motion.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/hyperelastic_springs.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/mass_lumping.hpp"
-#include "msm/nodal_springs.hpp"
 #include "msm/springs_with_volume.hpp"
 
 namespace livermark::benchmarks {
@@ -59,13 +58,11 @@ msm::ElasticBody springs_with_nodal_volume(const Scene &scene) {
 }
 
 msm::ElasticBody coupled_springs(const Scene &scene) {
-    return msm::nodal_springs_with_volume(*scene.problem.body);
+    return msm::coupled_springs_with_volume(*scene.problem.body, msm::find_coupled_springs("nodal_springs"));
 }
 
 msm::ElasticBody neo_hookean_springs(const Scene &scene) {
-    const auto energies = msm::all_spring_energies();
-    const auto energy = std::ranges::find(energies, "neo_hookean", &msm::SpringEnergy::name);
-    return msm::hyperelastic_springs_with_volume(*scene.problem.body, *energy);
+    return msm::coupled_springs_with_volume(*scene.problem.body, msm::find_coupled_springs("nodal_neo_hookean"));
 }
 
 msm::ElasticBody springs_inside_tetrahedra(const Scene &scene) {
@@ -91,12 +88,12 @@ std::vector<Matter> all_matter() {
          .largest_angular_frequency =
              [](const Scene &scene) { return frequency_of(springs_with_nodal_volume(scene), scene); }},
         {.suffix = "_nodal_springs",
-         .summary = "springs coupled around nodes, means of the volume there, and the inversion guard",
+         .summary = "springs coupled around nodes, the volume there, and the inversion guard",
          .max_refinements = max_refinements_with_volume,
          .make = coupled_springs,
          .largest_angular_frequency = [](const Scene &scene) { return frequency_of(coupled_springs(scene), scene); }},
         {.suffix = "_nodal_neo_hookean",
-         .summary = "springs coupled around nodes with a neo-Hookean energy, and means of the volume there",
+         .summary = "springs coupled around nodes with a neo-Hookean energy, and the volume there",
          .max_refinements = max_refinements_with_volume,
          .make = neo_hookean_springs,
          .largest_angular_frequency =

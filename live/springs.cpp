@@ -4,11 +4,9 @@
 #include <utility>
 
 #include "live/material.hpp"
-#include "msm/hyperelastic_springs.hpp"
+#include "msm/coupled_springs.hpp"
 #include "msm/inversion_guard.hpp"
 #include "msm/mass_lumping.hpp"
-#include "msm/nodal_springs.hpp"
-#include "msm/spring_energy.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/spring_network.hpp"
 #include "msm/volume_term.hpp"
@@ -22,18 +20,6 @@ using Terms = std::vector<std::shared_ptr<const msm::ElasticTerm>>;
 
 constexpr double reference_young_modulus = 1000.0; // [Pa]
 constexpr double largest_poisson_ratio_of_guard = 0.45;
-const std::string coupled_springs = "nodal_springs";
-
-std::string name_of(const msm::SpringEnergy &energy) {
-    return "nodal_" + energy.name;
-}
-
-/// @return null if no energy makes springs of that name
-const msm::SpringEnergy *find_energy(const std::string &springs) {
-    const auto energies = msm::all_spring_energies();
-    const auto found = std::ranges::find(energies, springs, name_of);
-    return found == energies.end() ? nullptr : &*found;
-}
 
 /// Nobody presses a tumour to half its volume when it lies in something softer, and a guard as stiff as it is would ask
 /// for shorter steps. Springs alone get a guard as well: they would stay inside out. It does nothing before a
@@ -68,14 +54,10 @@ msm::MassSprings springs_around_nodes(const core::Body &body, const Settings &se
     const auto material = settings.keeps_volume
                               ? body
                               : with_material(body, body.materials[largest_region(body.mesh)].young_modulus, 0.25);
-    Terms terms;
-    if (settings.springs == coupled_springs) {
-        terms.push_back(msm::nodal_springs(material, msm::nodal_springs_alone));
-        if (msm::needs_volume(material))
-            terms.push_back(msm::volume_beside_springs(material, msm::find_volume_term("mean_nodal_volume")));
-    } else {
-        terms = msm::hyperelastic_springs_with_volume(material, *find_energy(settings.springs)).terms;
-    }
+    const auto &coupled = msm::find_coupled_springs(settings.springs);
+    Terms terms{msm::coupled_springs(material, coupled)};
+    if (auto volume = msm::volume_beside_coupled_springs(material, coupled))
+        terms.push_back(std::move(volume));
     terms.push_back(guard(material));
     core::SpringNetwork springs{.node_mass = msm::lumped_masses(material),
                                 .edges = core::edge_table(body.mesh.tetrahedra).edges,
@@ -88,7 +70,9 @@ msm::MassSprings springs_around_nodes(const core::Body &body, const Settings &se
 } // namespace
 
 bool keep_from_inverting(const std::string &springs) {
-    return find_energy(springs) != nullptr;
+    const auto coupled = msm::all_coupled_springs();
+    const auto found = std::ranges::find(coupled, springs, &msm::CoupledSprings::name);
+    return found != coupled.end() && !found->energy.is_finite;
 }
 
 const std::vector<std::string> &spring_names() {
@@ -96,10 +80,9 @@ const std::vector<std::string> &spring_names() {
         std::vector<std::string> found;
         for (const auto &law : msm::all_spring_laws())
             found.push_back(law.name);
-        found.push_back(coupled_springs);
-        for (const auto &energy : msm::all_spring_energies())
-            if (energy.in_kernels)
-                found.push_back(name_of(energy));
+        for (const auto &springs : msm::all_coupled_springs())
+            if (msm::are_in_kernels(springs))
+                found.push_back(springs.name);
         return found;
     }();
     return names;

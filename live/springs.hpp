@@ -11,8 +11,8 @@
 /// The springs that may move.
 namespace livermark::live {
 
-/// Names that Settings::springs may have: those of msm::all_spring_laws(), then nodal_springs (msm/nodal_springs.hpp)
-/// and nodal_<energy> of each energy that the fast kernels know (msm/hyperelastic_springs.hpp).
+/// Names that Settings::springs may have: those of msm::all_spring_laws(), then those of msm::all_coupled_springs()
+/// that the fast kernels know.
 const std::vector<std::string> &spring_names();
 
 /// Whether their energy alone keeps tetrahedra from turning inside out.

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <vector>
 
 #include "core/problem.hpp"
@@ -20,27 +19,5 @@ struct NodalParts {
 
 /// @param body  at rest, positive volumes
 NodalParts nodal_parts(const core::Body &body);
-
-/// Part of what is in a tetrahedron that the part around one of its corners has, V_t / (4 V_c).
-/// @param tetrahedron  with its volume [m^3]
-template <class Tetrahedron>
-double share_of_part(const Tetrahedron &tetrahedron, int part, const std::vector<double> &part_volume) {
-    return 0.25 * tetrahedron.volume / part_volume[part];
-}
-
-/// Means over the parts around nodes of what is constant in tetrahedra.
-/// @param tetrahedra   (M) each with its volume [m^3], and the parts around its corners
-/// @param part_volume  (C) [m^3]
-/// @param values       (M) matrices or vectors of Eigen of a fixed size
-/// @return (C)
-template <class Tetrahedron, class Value>
-std::vector<Value> nodal_means(const std::vector<Tetrahedron> &tetrahedra, const std::vector<double> &part_volume,
-                               const std::vector<Value> &values) {
-    std::vector<Value> mean(part_volume.size(), Value::Zero());
-    for (std::size_t t = 0; t < tetrahedra.size(); ++t)
-        for (const int part : tetrahedra[t].parts)
-            mean[part] += share_of_part(tetrahedra[t], part, part_volume) * values[t];
-    return mean;
-}
 
 } // namespace livermark::msm

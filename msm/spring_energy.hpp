@@ -16,7 +16,7 @@ namespace livermark::msm {
 /// them (edge_stretches.hpp). So any energy of C is one of squared lengths of edges. The energy per volume at rest is
 ///     W(C) = W_s(C) + (lambda - mu) / 2 g(J)^2,   J^2 = det C,
 /// where W_s carries lambda = mu, as springs do, and small strains give linear elasticity. The two parts stand apart
-/// because volumes are averaged in another way than strains. One file each in spring_energies/, named as the energy.
+/// because volumes have other domains than strains. One file each in spring_energies/, named as the energy.
 struct SpringEnergy {
     std::string name;    ///< the file stem; set by the table
     std::string summary; ///< half a line
@@ -29,7 +29,8 @@ struct SpringEnergy {
     Eigen::Matrix3d (*stress)(double shear_modulus, const Eigen::Matrix3d &strain);
     /// d2 W_s / dE2 = 4 d2 W_s / dC2 in the components of edge_stretches.hpp [Pa]
     Matrix6 (*stiffness)(double shear_modulus, const Eigen::Matrix3d &strain);
-    MeasureVolume volume; ///< g
+    MeasureVolume volume;   ///< g
+    bool is_finite = false; ///< whether it has a value where a tetrahedron is inside out, too
     /// What fast kernels know it as; nothing if they do not.
     std::optional<CoupledEnergy> in_kernels{};
 };

@@ -113,16 +113,13 @@ class VolumePenalty : public ElasticTerm {
 
     bool describe(StepParts &parts) const override {
         parts.has_logarithmic_volume = measure_ == logarithm_of_volume;
-        if (measure_ != change_of_volume && (!parts.has_logarithmic_volume || mean_.size() == 0))
+        if (mean_.size() > 0 || (measure_ != change_of_volume && !parts.has_logarithmic_volume))
             return false;
         const Eigen::VectorXd stiffness = modulus_.cwiseQuotient(rest_volume_);
         parts.tetrahedra = tetrahedra_;
         if (centre_.empty())
-            return describe_tetrahedra(stiffness, parts);
+            return !parts.has_logarithmic_volume && describe_tetrahedra(stiffness, parts);
         parts.volume_stiffness.assign(stiffness.begin(), stiffness.end());
-        for (int c = 0; c < mean_.outerSize(); ++c)
-            for (SparseRows::InnerIterator entry(mean_, c); entry; ++entry)
-                parts.mean.push_back({c, static_cast<int>(entry.col()), entry.value()});
         std::vector<std::array<int, 4>> corner_volume(tetrahedra_.size());
         for (int c = 0; c < share_.rows(); ++c)
             for (SparseRows::InnerIterator entry(share_, c); entry; ++entry) {
@@ -135,7 +132,7 @@ class VolumePenalty : public ElasticTerm {
   private:
     /// @return false unless each tetrahedron is a control volume of its own
     bool describe_tetrahedra(const Eigen::VectorXd &stiffness, StepParts &parts) const {
-        if (mean_.size() > 0 || share_.rows() != share_.cols() || share_.nonZeros() != share_.rows())
+        if (share_.rows() != share_.cols() || share_.nonZeros() != share_.rows())
             return false;
         for (int c = 0; c < share_.rows(); ++c)
             if (share_.coeff(c, c) != 1.0)

@@ -40,6 +40,7 @@ ControlVolumes volumes_around_nodes(const NodalParts &parts, const std::vector<d
 
 /// The same, with each relative change averaged over the corners of each tetrahedron, and that over the tetrahedra
 /// around each node.
+/// (Onishi, Iida, Amaya 2017, Int. J. Numer. Meth. Engng. 109, average strains of volume again and again)
 ControlVolumes mean_volumes_around_nodes(const NodalParts &parts, const std::vector<double> &modulus);
 
 /// U = sum over control volumes c of kappa_c / 2 V0_c g(e_c)^2 with the relative change e_c = V_c / V0_c - 1,

@@ -5,12 +5,11 @@
 
 #include "models/tool_motion/contenders.hpp"
 #include "models/tool_motion/tool_place.hpp"
+#include "msm/coupled_springs.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/hyperelastic_springs.hpp"
 #include "msm/kernels/fast_steps.hpp"
-#include "msm/nodal_springs.hpp"
 #include "msm/spring_energy.hpp"
 #include "msm/spring_network.hpp"
 #include "msm/springs_with_volume.hpp"
@@ -147,13 +146,16 @@ ElasticBody patch_with_volume(const core::Body &body) {
         .body;
 }
 
+ElasticBody coupled_springs(const core::Body &body, const char *name) {
+    return livermark::msm::coupled_springs_with_volume(body, livermark::msm::find_coupled_springs(name));
+}
+
 ElasticBody nodal_springs(const core::Body &body) {
-    return livermark::msm::nodal_springs_with_volume(body);
+    return coupled_springs(body, "nodal_springs");
 }
 
 ElasticBody nodal_neo_hookean(const core::Body &body) {
-    return livermark::msm::hyperelastic_springs_with_volume(
-        body, support::find_named(livermark::msm::all_spring_energies(), "neo_hookean", "spring energy"));
+    return coupled_springs(body, "nodal_neo_hookean");
 }
 
 } // namespace

@@ -8,14 +8,8 @@
 
 namespace livermark::msm {
 
-/// The weight that the relative change of one volume has in the mean that another resists.
-struct MeanEntry {
-    int volume, other;
-    double weight;
-};
-
-/// What springs that are coupled around nodes resist with: forces in proportion to elongations (nodal_springs.hpp), or
-/// the neo-Hookean energy of squared lengths (hyperelastic_springs.hpp).
+/// What springs that are coupled around nodes resist with: forces in proportion to elongations, or the neo-Hookean
+/// energy of squared lengths (coupled_springs.hpp).
 enum class CoupledEnergy { elongations, neo_hookean };
 
 /// What fast kernels know how to move: springs, springs coupled around nodes or inside tetrahedra, the volume around
@@ -33,9 +27,7 @@ struct StepParts {
     std::vector<int> centre;
     std::vector<double> volume_stiffness;          ///< (C) pressure for each m^3 that it has gained [Pa/m^3]
     std::vector<std::array<int, 4>> corner_volume; ///< (M) control volume around each corner
-    /// Makes of relative changes of volumes the means that are resisted in place of these; empty if these are.
-    std::vector<MeanEntry> mean;
-    /// Whether the means are resisted by their logarithms, see logarithm_of_volume(); only beside neo-Hookean springs.
+    /// Whether volumes are resisted by their logarithms, see logarithm_of_volume(); only beside neo-Hookean springs.
     bool has_logarithmic_volume = false;
     CoupledEnergy coupled_energy = CoupledEnergy::elongations; ///< of what follows
     /// (C) shear modulus of the springs that are coupled in each control volume [Pa]
@@ -52,27 +44,6 @@ struct StepParts {
 /// @return false if another term has already put down others
 bool describe_volumes(const std::vector<int> &centre, const std::vector<std::array<int, 4>> &corner_volume,
                       StepParts &parts);
-
-/// Puts down springs that are coupled around nodes.
-/// @param tetrahedra    (M) each with its nodes, the parts around its corners, and its shear modulus [Pa]
-/// @param part_node     (C) in the middle of each part
-/// @param part_modulus  (C) shear modulus [Pa]
-/// @param alone         part of the stiffness that stays inside tetrahedra
-/// @return as describe_volumes()
-template <class Tetrahedron>
-bool describe_coupled_springs(const std::vector<Tetrahedron> &tetrahedra, const std::vector<int> &part_node,
-                              const std::vector<double> &part_modulus, double alone, StepParts &parts) {
-    std::vector<std::array<int, 4>> part_at_corner;
-    parts.tetrahedra.clear();
-    for (const auto &tetrahedron : tetrahedra) {
-        part_at_corner.push_back(tetrahedron.parts);
-        parts.tetrahedra.push_back(tetrahedron.nodes);
-        parts.inner_modulus.push_back(alone * tetrahedron.shear_modulus);
-    }
-    for (const double modulus : part_modulus)
-        parts.coupled_modulus.push_back((1.0 - alone) * modulus);
-    return describe_volumes(part_node, part_at_corner, parts);
-}
 
 /// @return nothing if the body has a part that fast kernels do not know
 std::optional<StepParts> step_parts(const ElasticBody &body);

@@ -57,10 +57,6 @@ template <class V> std::size_t bytes(const V &values) {
     return values.size() * sizeof(typename V::value_type);
 }
 
-template <class T> std::size_t bytes(const SlicedMatrix<T> &matrix) {
-    return bytes(matrix.column) + bytes(matrix.value);
-}
-
 /// Where springs end that only fill up a slice: so far from any body that they have a length [m].
 constexpr float far = 1e4F;
 
@@ -102,12 +98,6 @@ template <class T> class Steps : public FastSteps::Implementation {
                 at_.corner_rate = at_.corner_strain;
             for (auto &rows : at_.stress)
                 rows.assign(4 * static_cast<std::size_t>(at_.body.num_rows + 1), T(0));
-        }
-        if (!at_.body.mean_change.offset.empty()) {
-            at_.change.assign(at_.body.volume_row.size(), T(0));
-            at_.mean_change = at_.change;
-            if (at_.body.has_logarithmic_volume && damping.beta != 0.0)
-                at_.change_rate = at_.change;
         }
         at_.corner_force.assign(4 * static_cast<std::size_t>(at_.body.chunk_start.back() + 1), T(0));
         partition_work(at_, team_.size());
@@ -216,10 +206,8 @@ template <class T> class Steps : public FastSteps::Implementation {
                bytes(at_.stages) + bytes(at_.chebyshev_stages) + 2 * bytes(at_.rows[0]) +
                2 * bytes(at_.velocity_rows[0]) + bytes(at_.gain) + bytes(at_.corner_force) + bytes(body.rest_gradient) +
                bytes(body.rest_length) + bytes(body.half_lambda) + bytes(body.shear_modulus) +
-               bytes(body.inner_modulus) + bytes(body.coupled_modulus) + bytes(body.mean_change) +
-               bytes(body.mean_pressure) + bytes(at_.strain) + 2 * bytes(at_.stress[0]) + bytes(at_.change) +
-               bytes(at_.mean_change) + bytes(at_.change_rate) + bytes(body.inverse_volume) +
-               2 * bytes(at_.corner_strain[0]) + 2 * bytes(at_.corner_rate[0]);
+               bytes(body.inner_modulus) + bytes(body.coupled_modulus) + bytes(at_.strain) + 2 * bytes(at_.stress[0]) +
+               bytes(body.inverse_volume) + 2 * bytes(at_.corner_strain[0]) + 2 * bytes(at_.corner_rate[0]);
     }
 
   private:

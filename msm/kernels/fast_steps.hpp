@@ -32,7 +32,7 @@ struct FastStepOptions {
 };
 
 /// Explicit steps at the machine's speed: those of elastic_motion() and an integrator, with forces from vector units.
-/// Springs, springs coupled around nodes (also with a neo-Hookean energy, hyperelastic_springs.hpp) or inside
+/// Springs, springs coupled around nodes (also with a neo-Hookean energy, coupled_springs.hpp) or inside
 /// tetrahedra (biquadratic_springs.hpp), their dashpots, volume terms and the inversion guard are known; springs of
 /// both kinds together are not, nor volumes around nodes other than those that springs are coupled in.
 ///

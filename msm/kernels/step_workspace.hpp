@@ -123,10 +123,6 @@ template <class T> struct StepWorkspace {
     std::array<Aligned<T>, 2> corner_strain, corner_rate;
     /// (rows + 1, 4) each: a quarter of the stress around each node, xx yy zz xy and yz zx 0 0 [Pa]
     std::array<Aligned<T>, 2> stress;
-    /// (volumes) where means are resisted: what the tetrahedra around each node have gained [m^3], and the means of
-    /// relative changes
-    Aligned<T> change, mean_change;
-    Aligned<T> change_rate;  ///< (volumes) beta times the rate of change where logarithms of means are resisted [m^3]
     Aligned<T> corner_force; ///< (places of all chunks and one that stays zero, 4) [N]
     /// (fan slices, and slices of control volumes) the most that a tetrahedron lacked of the volume that is watched
     /// [m^3], and that det C around a node lacked, see neo_hookean_stress(); 0 where nothing did, empty if nothing is

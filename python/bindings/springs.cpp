@@ -7,9 +7,7 @@
 #include <span>
 #include <utility>
 
-#include "msm/hyperelastic_springs.hpp"
-#include "msm/nodal_springs.hpp"
-#include "msm/spring_energy.hpp"
+#include "msm/coupled_springs.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/spring_network.hpp"
 #include "msm/springs_with_volume.hpp"
@@ -37,12 +35,9 @@ Springs make_springs(const py::object &points, const py::object &tetrahedra, con
 }
 
 Springs make_coupled_springs(const py::object &points, const py::object &tetrahedra, const py::object &young_modulus,
-                             const py::object &poisson_ratio, const std::optional<std::string> &energy,
-                             const py::object &density) {
+                             const py::object &poisson_ratio, const std::string &model, const py::object &density) {
     auto body = to_body(points, tetrahedra, young_modulus, poisson_ratio, density);
-    auto springs = energy ? msm::hyperelastic_springs_with_volume(
-                                body, support::find_named(msm::all_spring_energies(), *energy, "spring energy"))
-                          : msm::nodal_springs_with_volume(body);
+    auto springs = msm::coupled_springs_with_volume(body, msm::find_coupled_springs(model));
     return {std::move(body.mesh.points), {springs.node_mass, {}, {}, {}}, springs};
 }
 
@@ -158,11 +153,11 @@ void add_springs(py::module_ &module) {
                "of spring_laws(). volume_term:\none of volume_terms(); then springs carry lambda = mu of the material, "
                "and the term the rest of lambda.\nReturns Springs. Raises InputError.");
     module.def("coupled_springs", &make_coupled_springs, py::arg("points"), py::arg("tetrahedra"),
-               py::arg("young_modulus"), py::arg("poisson_ratio"), py::arg("energy") = py::none(),
+               py::arg("young_modulus"), py::arg("poisson_ratio"), py::arg("model") = "nodal_neo_hookean",
                py::arg("density") = 1060.0,
-               "Springs that are coupled around each node, the most accurate ones here: the model nodal_springs, or "
-               "with an energy\nof spring_energies() the model nodal_<energy>. Arguments as of springs(). Returns "
-               "Springs without edges of their own.");
+               "Springs that are coupled to each other, the most accurate ones here. model: one of "
+               "coupled_spring_models().\nOther arguments as of springs(). Returns Springs without edges of their own. "
+               "Raises InputError.");
     module.def(
         "spring_laws", [] { return support::names_of(msm::all_spring_laws()); },
         "Names of the spring laws, for springs().");
@@ -170,8 +165,8 @@ void add_springs(py::module_ &module) {
         "volume_terms", [] { return support::names_of(msm::all_volume_terms()); },
         "Names of the volume terms, for springs().");
     module.def(
-        "spring_energies", [] { return support::names_of(msm::all_spring_energies()); },
-        "Names of the energies, for coupled_springs().");
+        "coupled_spring_models", [] { return support::names_of(msm::all_coupled_springs()); },
+        "Names of the models, for coupled_springs().");
 }
 
 } // namespace livermark::python

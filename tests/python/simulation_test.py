@@ -20,8 +20,8 @@ def fixed_in(file):
 @pytest.mark.parametrize("model, make", [
     ("lloyd", lambda body: livermark.springs(**body)),
     ("van_gelder_nodal_volume", lambda body: livermark.springs(**body, law="van_gelder", volume_term="nodal_volume")),
-    ("nodal_springs", lambda body: livermark.coupled_springs(**body)),
-    ("nodal_neo_hookean", lambda body: livermark.coupled_springs(**body, energy="neo_hookean"))])
+    ("nodal_springs", lambda body: livermark.coupled_springs(**body, model="nodal_springs")),
+    ("nodal_neo_hookean", lambda body: livermark.coupled_springs(**body))])
 @pytest.mark.parametrize("num_threads", [1, 2])
 def test_motion_is_that_of_the_program_to_the_last_bit(release, model, make, num_threads):
     springs = make(arguments_of(release))

@@ -24,8 +24,8 @@ def test_springs_beside_a_volume_term_are_those_of_the_program(bending, term):
 @pytest.mark.parametrize("model, make", [
     ("lloyd", lambda body: livermark.springs(**body)),
     ("van_gelder_nodal_volume", lambda body: livermark.springs(**body, law="van_gelder", volume_term="nodal_volume")),
-    ("nodal_springs", lambda body: livermark.coupled_springs(**body)),
-    ("nodal_neo_hookean", lambda body: livermark.coupled_springs(**body, energy="neo_hookean"))])
+    ("nodal_springs", lambda body: livermark.coupled_springs(**body, model="nodal_springs")),
+    ("nodal_neo_hookean", lambda body: livermark.coupled_springs(**body))])
 def test_elastic_energy_is_that_of_the_program_to_the_last_bit(bending, model, make):
     theirs = bending["solutions"][model]
     springs = make(arguments_of(bending))
@@ -92,7 +92,7 @@ def test_springs_of_ones_own_have_the_energy_of_the_formula():
     ({"poisson_ratio": 0.5}, "poisson_ratio: 0.5; it has to lie between -1 and 0.5, both excluded"),
     ({"density": -1.0}, "density: -1 kg/m.3; it has to be positive"),
     ({"law": "loyd"}, "there is no spring law 'loyd'; did you mean 'lloyd'?"),
-    ({"volume_term": "volume"}, "there is no volume term 'volume'; known are: mean_nodal_volume, ")])
+    ({"volume_term": "volume"}, "there is no volume term 'volume'; known are: nodal_volume, ")])
 def test_wrong_input_is_refused_with_a_sentence(bar, change, sentence):
     arguments = {"points": bar[0], "tetrahedra": bar[1], "young_modulus": 5000.0, "poisson_ratio": 0.45, **change}
     with pytest.raises(livermark.InputError, match="^" + sentence):

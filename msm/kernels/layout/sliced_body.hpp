@@ -32,13 +32,6 @@ struct SpringLines {
     LineCounts count;
 };
 
-/// A sparse matrix whose rows and columns are control volumes of a SlicedBody, 16 of which are a slice.
-template <class T> struct SlicedMatrix {
-    std::vector<int> offset; ///< (slices + 1) entries of the longest row of each, in units of 16
-    Aligned<std::int32_t> column;
-    Aligned<T> value; ///< 0 where a row is filled up
-};
-
 /// The parts of a body for vector units: sliced ELLPACK (SELL-C-sigma of Kreutzer et al. 2014, SIAM J. Sci. Comput.
 /// 36(5)). A slice is 16 nodes of about the same degree; the d-th neighbours of all of them are next to each other, and
 /// slices with fewer are filled up with springs of no stiffness. Every spring is kept at both of its ends, so that each
@@ -100,7 +93,6 @@ template <class T> struct SlicedBody {
     Aligned<T> coupled_modulus;
     /// (volumes) of neo-Hookean springs alone, which have no rest_length: 1 over four times the volume at rest [1/m^3]
     Aligned<T> inverse_volume;
-    bool has_logarithmic_volume = false; ///< means are resisted by their logarithms
 
     /// (volumes) the row of each control volume, near each other in order, and of about as many tetrahedra; filled up
     /// with the far row
@@ -109,11 +101,9 @@ template <class T> struct SlicedBody {
     Aligned<std::int32_t> member;  ///< the corner; one behind the last where there is none. Where springs are coupled,
                                    ///< eight times a tetrahedron around the node; four times a corner for neo-Hookean
                                    ///< ones
-    Aligned<T> volume_stiffness;   ///< (volumes) a quarter of the pressure for each m^3 gained [Pa/m^3]
-    /// From the sums of what the tetrahedra around nodes have gained to means of relative changes [1/m^3]; empty if no
-    /// means are resisted.
-    SlicedMatrix<T> mean_change;
-    SlicedMatrix<T> mean_pressure; ///< from these means to a quarter of the pressure around each node [Pa]
+    /// (volumes) a quarter of the pressure for each m^3 gained [Pa/m^3], beside neo-Hookean springs a quarter of the
+    /// modulus [Pa]
+    Aligned<T> volume_stiffness;
 };
 
 /// @param positions  shape (N) [m], at rest

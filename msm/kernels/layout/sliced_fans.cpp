@@ -215,7 +215,6 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
         return;
     const auto number_of_volume = slice_volumes(parts, row_of_volume, lines, body);
     slice_nodal_springs(parts, positions, number_of_volume, lines, body);
-    slice_means(parts, positions, number_of_volume, body);
 }
 
 template void slice_tetrahedra(const StepParts &, const std::vector<core::Vector3> &, SlicedBody<float> &);

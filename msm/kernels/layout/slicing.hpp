@@ -15,16 +15,6 @@ constexpr int padded(int count, int size = slice_size) {
     return (count + size - 1) / size * size;
 }
 
-/// Slice offsets: where the longest list of each slice ends, counted in lines of 16.
-inline std::vector<int> slice_offsets(const std::vector<int> &length_of_row) {
-    std::vector<int> offset{0};
-    for (std::size_t first = 0; first < length_of_row.size(); first += slice_size) {
-        const auto begin = length_of_row.begin() + static_cast<std::ptrdiff_t>(first);
-        offset.push_back(offset.back() + *std::max_element(begin, begin + slice_size));
-    }
-    return offset;
-}
-
 /// Puts lists side by side, 16 to a slice, behind those that are there.
 /// @param filler   what stands behind the end of a short list
 /// @param offset   (slices + 1) where the entries of each begin, in units of 16; at first {0}
@@ -42,13 +32,6 @@ inline void append_lists(std::vector<std::vector<int>> lists, int filler, std::v
             for (std::size_t k = 0; k < lists[first + lane].size(); ++k)
                 entries[at + k * slice_size + lane] = lists[first + lane][k];
     }
-}
-
-/// Index of the next entry of a row, of which it has `used` already.
-/// @param offset  slice offsets
-inline std::size_t next_index(const std::vector<int> &offset, int row, int &used) {
-    const auto line = static_cast<std::size_t>(offset[row / slice_size]) + static_cast<std::size_t>(used++);
-    return line * slice_size + row % slice_size;
 }
 
 /// Which tetrahedron stands where on the lines, and which node stands where among the corners.
@@ -83,14 +66,11 @@ template <class T>
 void slice_shapes(const StepParts &parts, const std::vector<core::Vector3> &positions, const Lines &lines,
                   SlicedBody<T> &body);
 
-/// The parts that springs coupled around nodes have, and means of changes of volume.
+/// The parts that springs coupled around nodes have.
 /// @param positions         shape (N) [m], at rest
 /// @param number_of_volume  shape (C) which control volume of the sliced body it is
 template <class T>
 void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3> &positions,
                          const std::vector<int> &number_of_volume, const Lines &lines, SlicedBody<T> &body);
-template <class T>
-void slice_means(const StepParts &parts, const std::vector<core::Vector3> &positions,
-                 const std::vector<int> &number_of_volume, SlicedBody<T> &body);
 
 } // namespace livermark::msm

@@ -7,7 +7,6 @@
 #define LIVERMARK_FAN_FORCES_INL_HPP
 #endif
 
-#include "msm/kernels/simd/mean_pressures-inl.hpp"
 #include "msm/kernels/simd/vectors-inl.hpp"
 #include "msm/kernels/step_workspace.hpp"
 
@@ -117,7 +116,35 @@ template <bool is_damped, class T> HWY_INLINE void volume_gains(StepWorkspace<T>
     }
 }
 
-/// A quarter of the pressure in 16 control volumes, into their rows, or what it is made of.
+/// Numbers at scattered indices.
+template <class D, class T> HWY_INLINE hn::Vec<D> gather(D d, const T *values, const std::int32_t *index) {
+    const auto indices = hn::Load(hn::Rebind<std::int32_t, D>(), index);
+    if constexpr (sizeof(T) == 4)
+        return hn::GatherIndex(d, values, indices);
+    else
+        return hn::GatherIndex(d, values, hn::PromoteTo(hn::RebindToSigned<D>(), indices));
+}
+
+/// Puts the pressures of 16 control volumes into their rows.
+template <class T> HWY_INLINE void set_pressures(StepWorkspace<T> &at, int now, int slice, const T *pressure) {
+    const int *row = at.body.volume_row.data() + static_cast<std::ptrdiff_t>(slice) * slice_size;
+    for (int i = 0; i < slice_size; ++i)
+        at.rows[now][4 * static_cast<std::size_t>(row[i]) + 3] = pressure[i];
+}
+
+/// Makes a quarter of the pressures in 16 control volumes of what the tetrahedra there have gained.
+template <class T> HWY_INLINE void set_gains(StepWorkspace<T> &at, int now, int slice, const T *gain) {
+    constexpr Lanes<T> d;
+    const std::size_t first = static_cast<std::size_t>(slice) * slice_size;
+    HWY_ALIGN T pressure[slice_size];
+    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d))
+        hn::Store(hn::Mul(hn::Mul(hn::Load(d, gain + lane), hn::Set(d, T(0.25))),
+                          hn::Load(d, at.body.volume_stiffness.data() + first + lane)),
+                  d, pressure + lane);
+    set_pressures(at, now, slice, pressure);
+}
+
+/// A quarter of the pressure in 16 control volumes, into their rows.
 template <class T> HWY_INLINE void pressures(StepWorkspace<T> &at, int now, int volume_slice) {
     using D = Lanes<T>;
     constexpr D d;

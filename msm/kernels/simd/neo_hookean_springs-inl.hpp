@@ -179,12 +179,21 @@ template <class D, class T> HWY_INLINE SymmetricAndMore<D> load_both(D d, const 
     return {{xx, yy, zz, xy, yz, zx}, more};
 }
 
-/// A quarter of the stress in 16 control volumes, and what they have gained.
-template <bool is_damped, class T> HWY_NOINLINE void neo_hookean_stresses(StepWorkspace<T> &at, int volume_slice) {
+/// g g' of relative changes e of volumes, for g = ln (1 + e).
+template <class D> HWY_INLINE hn::Vec<D> logarithmic_push(D d, hn::Vec<D> change, double least_stretch) {
+    using T = hn::TFromD<D>;
+    const auto e = hn::Max(change, hn::Set(d, static_cast<T>(-1.0 + std::max(1e-6, std::sqrt(least_stretch)))));
+    return hn::Div(hn::Log1p(d, e), hn::Add(hn::Set(d, T(1)), e));
+}
+
+/// A quarter of the stress in 16 control volumes, and of the pressure.
+template <bool is_damped, class T>
+HWY_NOINLINE void neo_hookean_stresses(StepWorkspace<T> &at, int now, int volume_slice) {
     using D = Lanes<T>;
     constexpr D d;
     const auto &body = at.body;
     HWY_ALIGN std::array<T, 4 * slice_size> first_four, other_four, first_rates, other_rates;
+    HWY_ALIGN std::array<T, slice_size> pressure;
     sum_of_corners(at, at.corner_strain, volume_slice, first_four.data(), other_four.data());
     if constexpr (is_damped)
         sum_of_corners(at, at.corner_rate, volume_slice, first_rates.data(), other_rates.data());
@@ -196,38 +205,20 @@ template <bool is_damped, class T> HWY_NOINLINE void neo_hookean_stresses(StepWo
         const auto inverse_volume = hn::Load(d, body.inverse_volume.data() + volume);
         auto total =
             neo_hookean_stress(D(), modulus, scaled<D>(inverse_volume, mean.tensor), at.least_stretch, largest);
-        if (!at.change.empty())
-            hn::Store(mean.more, d, at.change.data() + volume);
+        auto push = logarithmic_push(D(), hn::Mul(inverse_volume, mean.more), at.least_stretch);
         if constexpr (is_damped) {
             const auto rate = load_both(D(), first_rates.data() + 4 * lane, other_rates.data() + 4 * lane);
             const auto factor = hn::Mul(modulus, inverse_volume);
             total = plus<D>(total, stress<D>(hn::Mul(hn::Set(d, T(0.5)), factor), factor, rate.tensor));
-            if (!at.change.empty())
-                hn::Store(rate.more, d, at.change_rate.data() + volume);
+            push = hn::MulAdd(inverse_volume, rate.more, push);
         }
         store_stress(D(), total, volume, at);
+        if (!body.volume_stiffness.empty())
+            hn::Store(hn::Mul(hn::Load(d, body.volume_stiffness.data() + volume), push), d, pressure.data() + lane);
     }
+    if (!body.volume_stiffness.empty())
+        set_pressures(at, now, volume_slice, pressure.data());
     largest.keep(D(), at, static_cast<int>(body.fan_start.size()) - 1 + volume_slice);
-}
-
-/// g g' of the means of relative changes in 16 control volumes, for g = ln (1 + e), and beta times how fast the means
-/// grow.
-template <bool is_damped, class T> HWY_NOINLINE void logarithmic_mean_changes(StepWorkspace<T> &at, int slice) {
-    using D = Lanes<T>;
-    constexpr D d;
-    T *change = at.mean_change.data() + static_cast<std::size_t>(slice) * slice_size;
-    multiply(at.body.mean_change, at.change, slice, change);
-    HWY_ALIGN T rate[slice_size];
-    if constexpr (is_damped)
-        multiply(at.body.mean_change, at.change_rate, slice, rate);
-    const auto least = hn::Set(d, static_cast<T>(-1.0 + std::max(1e-6, std::sqrt(at.least_stretch))));
-    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
-        const auto e = hn::Max(hn::Load(d, change + lane), least);
-        auto push = hn::Div(hn::Log1p(d, e), hn::Add(hn::Set(d, T(1)), e));
-        if constexpr (is_damped)
-            push = hn::Add(push, hn::Load(d, rate + lane));
-        hn::Store(push, d, change + lane);
-    }
 }
 
 /// The forces of stresses around nodes, of springs inside tetrahedra, and of pressures on the nodes of the fans of a

@@ -168,7 +168,7 @@ HWY_INLINE void store_stress(D d, const Symmetric<D> &stress, std::size_t first_
 }
 
 /// A quarter of the stress in 16 control volumes, from the strains of the tetrahedra there, and the pressures
-/// there or what these are made of.
+/// there.
 template <class T> HWY_NOINLINE void nodal_stresses(StepWorkspace<T> &at, int now, int volume_slice) {
     using D = Lanes<T>;
     constexpr D d;

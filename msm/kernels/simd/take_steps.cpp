@@ -57,22 +57,11 @@ HWY_NOINLINE void nodal_states(StepWorkspace<T> &at, int now, int thread, Barrie
     barrier.wait();
     for (int slice = first; slice < last; ++slice)
         if (is_neo_hookean)
-            neo_hookean_stresses<is_damped>(at, slice);
+            neo_hookean_stresses<is_damped>(at, now, slice);
         else if (is_coupled)
             nodal_stresses(at, now, slice);
         else
             pressures(at, now, slice);
-    barrier.wait();
-    if (at.change.empty())
-        return;
-    for (int slice = first; slice < last; ++slice)
-        if (at.body.has_logarithmic_volume)
-            logarithmic_mean_changes<is_damped>(at, slice);
-        else
-            mean_changes(at, slice);
-    barrier.wait();
-    for (int slice = first; slice < last; ++slice)
-        mean_pressures(at, now, slice);
     barrier.wait();
 }
 

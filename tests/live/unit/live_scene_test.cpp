@@ -7,8 +7,7 @@
 
 #include "live/parameters.hpp"
 #include "live/springs.hpp"
-#include "msm/hyperelastic_springs.hpp"
-#include "msm/nodal_springs.hpp"
+#include "msm/coupled_springs.hpp"
 #include "msm/spring_energy.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/spring_network.hpp"
@@ -69,11 +68,11 @@ TEST(LiveScene, ComesToRestWhereTheComparedModelDoes) {
 
 TEST(LiveScene, ComesToRestWhereTheComparedSpringsAroundNodesDo) {
     const BoxScene box;
-    const auto energy = msm::all_spring_energies().front();
-    const std::pair<std::string, msm::ElasticBody> models[] = {
-        {"nodal_springs", msm::nodal_springs_with_volume(box.body)},
-        {"nodal_" + energy.name, msm::hyperelastic_springs_with_volume(box.body, energy)}};
-    for (const auto &[name, model] : models) {
+    for (const auto &springs : msm::all_coupled_springs()) {
+        if (!msm::are_in_kernels(springs))
+            continue;
+        const auto &name = springs.name;
+        const auto model = msm::coupled_springs_with_volume(box.body, springs);
         Scene scene(box.body, box.is_constrained);
         const auto chosen = scene.choose(settings(name));
         for (const auto &tool : {box.pull({0.0, 0.001, 0.002}), box.poke(0.003)}) {

@@ -7,8 +7,7 @@
 #include "fem_reference/hyperelastic/material_law.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "msm/biquadratic_springs.hpp"
-#include "msm/hyperelastic_springs.hpp"
-#include "msm/nodal_springs.hpp"
+#include "msm/coupled_springs.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "msm/statics/load_path.hpp"
 #include "tests/fem_reference/verification/fem_test_bodies.hpp"
@@ -57,12 +56,6 @@ Matrix3d stress_of(const hyperelastic::MaterialLaw &law, const core::Material &m
 }
 
 struct HyperelasticSprings : testing::TestWithParam<std::string> {
-    HyperelasticSprings() {
-        for (const auto &candidate : msm::all_spring_energies())
-            if (candidate.name == GetParam())
-                energy = candidate;
-    }
-
     std::shared_ptr<const core::Body> box(double poisson_ratio) const {
         return tests::make_body(tests::shaken_box_mesh(tests::rod_size, {5, 4, 3}), {1060.0, 5000.0, poisson_ratio});
     }
@@ -70,8 +63,8 @@ struct HyperelasticSprings : testing::TestWithParam<std::string> {
         return tests::shaken_rod(poisson_ratio, {5, 4, 3}).body;
     }
 
-    msm::SpringEnergy energy;
-    const hyperelastic::MaterialLaw &law = hyperelastic::material_law(GetParam());
+    const msm::CoupledSprings &springs = msm::find_coupled_springs(GetParam());
+    const hyperelastic::MaterialLaw &law = hyperelastic::material_law(springs.energy.name);
 };
 
 TEST_P(HyperelasticSprings, HaveTheEnergyOfTheMaterialWhereTheDeformationIsTheSameEverywhere) {
@@ -82,8 +75,8 @@ TEST_P(HyperelasticSprings, HaveTheEnergyOfTheMaterialWhereTheDeformationIsTheSa
         const auto volumes = core::tetrahedron_volumes(body->mesh);
         for (std::size_t t = 0; t < volumes.size(); ++t)
             expected += volumes[t] * energy_of(law, body->materials[body->mesh.region[t]], f);
-        const auto springs = msm::hyperelastic_springs_with_volume(*body, energy);
-        EXPECT_NEAR(msm::elastic_energy(springs, deformed(*body, f)), expected, 1e-12 * expected) << nu;
+        const auto model = msm::coupled_springs_with_volume(*body, springs);
+        EXPECT_NEAR(msm::elastic_energy(model, deformed(*body, f)), expected, 1e-12 * expected) << nu;
     }
 }
 
@@ -100,8 +93,7 @@ TEST_P(HyperelasticSprings, HaveTheStressOfTheMaterialWhereTheDeformationIsTheSa
                 expected[node] += stress * core::area_vector(body->mesh, facet) / 3.0;
         for (const auto &force : expected)
             scale = std::max(scale, force.norm());
-        const auto found =
-            msm::elastic_gradient(msm::hyperelastic_springs_with_volume(*body, energy), deformed(*body, f));
+        const auto found = msm::elastic_gradient(msm::coupled_springs_with_volume(*body, springs), deformed(*body, f));
         for (std::size_t i = 0; i < expected.size(); ++i)
             EXPECT_LT((found[i] - expected[i]).norm(), 1e-11 * scale) << nu << " " << i;
     }
@@ -109,41 +101,43 @@ TEST_P(HyperelasticSprings, HaveTheStressOfTheMaterialWhereTheDeformationIsTheSa
 
 TEST_P(HyperelasticSprings, TurnTheirForcesWithTheBody) {
     const auto body = two_materials(0.45);
-    const auto springs = msm::hyperelastic_springs_with_volume(*body, energy);
+    const auto model = msm::coupled_springs_with_volume(*body, springs);
     const Eigen::AngleAxisd turn(2.0, Vector3(0.3, 1.0, -0.7).normalized());
     const auto points = shaken(*body, 0.002);
     auto turned = points;
     for (auto &x : turned)
         x = turn * x;
-    const double expected = msm::elastic_energy(springs, points);
+    const double expected = msm::elastic_energy(model, points);
     EXPECT_GT(expected, 0.0);
-    EXPECT_NEAR(msm::elastic_energy(springs, turned), expected, 1e-12 * expected);
-    const auto forces = msm::elastic_gradient(springs, points), found = msm::elastic_gradient(springs, turned);
+    EXPECT_NEAR(msm::elastic_energy(model, turned), expected, 1e-12 * expected);
+    const auto forces = msm::elastic_gradient(model, points), found = msm::elastic_gradient(model, turned);
     for (std::size_t i = 0; i < forces.size(); ++i)
         EXPECT_LT((found[i] - turn * forces[i]).norm(), 1e-11 * (1.0 + forces[i].norm())) << i;
 }
 
-/// Any energy has the same second derivative at rest, that of linear elasticity.
-TEST_P(HyperelasticSprings, AreNodalSpringsForSmallStrains) {
+/// Any energy and measure has the same second derivative at rest, that of linear elasticity.
+TEST_P(HyperelasticSprings, AreSpringsOfHookesLawForSmallStrains) {
     const auto body = two_materials(0.25);
     const auto rest = msm::to_unknowns(body->mesh.points);
-    for (const double alone : {0.0, 0.3, 1.0}) {
+    auto of_hooke = msm::find_coupled_springs("nodal_springs");
+    of_hooke.domains = springs.domains;
+    for (const double part : {0.0, 0.3, 1.0}) {
         const Eigen::SparseMatrix<double> found =
-            msm::hyperelastic_springs(*body, energy, alone)->hessian(rest, msm::Tangent::exact);
+            msm::coupled_springs(*body, msm::with_part_inside(springs, part))->hessian(rest, msm::Tangent::exact);
         const Eigen::SparseMatrix<double> expected =
-            msm::nodal_springs(*body, alone)->hessian(rest, msm::Tangent::exact);
-        EXPECT_LT((found - expected).norm(), 1e-12 * expected.norm()) << alone;
+            msm::coupled_springs(*body, msm::with_part_inside(of_hooke, part))->hessian(rest, msm::Tangent::exact);
+        EXPECT_LT((found - expected).norm(), 1e-12 * expected.norm()) << part;
     }
 }
 
 TEST_P(HyperelasticSprings, HaveNoEnergyWhereATetrahedronIsInsideOut) {
     const auto body = box(0.45);
-    const auto springs = msm::hyperelastic_springs_with_volume(*body, energy);
+    const auto model = msm::coupled_springs_with_volume(*body, springs);
     auto points = body->mesh.points;
     const auto &corners = body->mesh.tetrahedra[body->mesh.tetrahedra.size() / 2];
     points[corners[0]] +=
         1.2 * ((points[corners[1]] + points[corners[2]] + points[corners[3]]) / 3.0 - points[corners[0]]);
-    EXPECT_TRUE(std::isinf(msm::elastic_energy(springs, points)));
+    EXPECT_TRUE(std::isinf(msm::elastic_energy(model, points)));
 }
 
 /// A box held at one end and loaded at the other.
@@ -156,11 +150,11 @@ core::Problem loaded(const std::shared_ptr<const core::Body> &body, const Vector
 
 TEST_P(HyperelasticSprings, ApproachLinearElasticityInProportionToTheLoad) {
     const auto body = two_materials(0.45);
-    const auto springs = msm::hyperelastic_springs_with_volume(*body, energy);
+    const auto model = msm::coupled_springs_with_volume(*body, springs);
     const auto nonlinearity = [&](double load) {
         const auto problem = loaded(body, {load, 2.0 * load, -load});
         const auto found =
-            msm::find_equilibrium(springs, body->mesh.points, msm::nodal_conditions(problem, springs.node_mass));
+            msm::find_equilibrium(model, body->mesh.points, msm::nodal_conditions(problem, model.node_mass));
         EXPECT_EQ(found.status, core::SolutionStatus::ok) << found.message;
         return tests::relative_difference(found.displacement, found.linear_displacement);
     };
@@ -172,9 +166,9 @@ TEST_P(HyperelasticSprings, AreTwiceAsGoodAsLinearFiniteElementsUnderSmallLoads)
     for (const double nu : {0.25, 0.45, 0.49}) {
         const auto body = box(nu);
         const auto problem = loaded(body, {3.0, 5.0, -2.0});
-        const auto springs = msm::hyperelastic_springs_with_volume(*body, energy);
+        const auto model = msm::coupled_springs_with_volume(*body, springs);
         const auto found =
-            msm::find_equilibrium(springs, body->mesh.points, msm::nodal_conditions(problem, springs.node_mass))
+            msm::find_equilibrium(model, body->mesh.points, msm::nodal_conditions(problem, model.node_mass))
                 .linear_displacement;
         const auto expected = fem_reference::StaticSolver(body, 2).solve(problem.load_case).displacement;
         const auto linear = fem_reference::StaticSolver(body, 1).solve(problem.load_case).displacement;
@@ -188,12 +182,12 @@ TEST_P(HyperelasticSprings, ComeToTheSameRestWithThePreconditionerAsWithout) {
     for (const double nu : {0.25, 0.45, 0.49}) {
         const auto body = two_materials(nu);
         const auto problem = loaded(body, {100.0, 150.0, -200.0});
-        auto springs = msm::hyperelastic_springs_with_volume(*body, energy);
-        const auto conditions = msm::nodal_conditions(problem, springs.node_mass);
-        ASSERT_TRUE(springs.preconditioner);
-        const auto found = msm::find_equilibrium(springs, body->mesh.points, conditions);
-        springs.preconditioner = nullptr;
-        const auto expected = msm::find_equilibrium(springs, body->mesh.points, conditions);
+        auto model = msm::coupled_springs_with_volume(*body, springs);
+        const auto conditions = msm::nodal_conditions(problem, model.node_mass);
+        ASSERT_TRUE(model.preconditioner);
+        const auto found = msm::find_equilibrium(model, body->mesh.points, conditions);
+        model.preconditioner = nullptr;
+        const auto expected = msm::find_equilibrium(model, body->mesh.points, conditions);
         ASSERT_EQ(found.status, core::SolutionStatus::ok) << found.message;
         ASSERT_EQ(expected.status, core::SolutionStatus::ok) << expected.message;
         EXPECT_LT(tests::relative_difference(found.linear_displacement, expected.linear_displacement), 1e-8) << nu;
@@ -205,7 +199,7 @@ TEST_P(HyperelasticSprings, ComeToTheSameRestWithThePreconditionerAsWithout) {
 
 TEST_P(HyperelasticSprings, FollowAPathWithPressureThatFollowsTheSurface) {
     const auto body = box(0.45);
-    const auto springs = msm::hyperelastic_springs_with_volume(*body, energy);
+    const auto model = msm::coupled_springs_with_volume(*body, springs);
     auto load_case = tests::empty_load_case(body->mesh);
     load_case.regime = core::Regime::large;
     load_case.path = {0.5, 1.0};
@@ -218,16 +212,15 @@ TEST_P(HyperelasticSprings, FollowAPathWithPressureThatFollowsTheSurface) {
             load_case.follows[f] = 1;
         }
     const core::Problem problem{body, load_case};
-    const auto conditions = msm::nodal_conditions(problem, springs.node_mass);
-    const msm::RestStiffness rest(springs, body->mesh.points, conditions.displacement);
-    const auto path = msm::follow_path(springs, problem, springs.node_mass, rest);
+    const auto conditions = msm::nodal_conditions(problem, model.node_mass);
+    const msm::RestStiffness rest(model, body->mesh.points, conditions.displacement);
+    const auto path = msm::follow_path(model, problem, model.node_mass, rest);
     ASSERT_EQ(path.end.status, core::SolutionStatus::ok) << path.end.message;
     ASSERT_EQ(path.points.size(), 2U);
     auto positions = body->mesh.points;
     for (std::size_t i = 0; i < positions.size(); ++i)
         positions[i] += path.end.displacement[i];
-    const auto push = msm::SurfacePressure(problem).force(positions),
-               elastic = msm::elastic_gradient(springs, positions);
+    const auto push = msm::SurfacePressure(problem).force(positions), elastic = msm::elastic_gradient(model, positions);
     double largest = 0.0;
     for (const auto &force : push)
         largest = std::max(largest, force.norm());
@@ -239,8 +232,9 @@ TEST_P(HyperelasticSprings, FollowAPathWithPressureThatFollowsTheSurface) {
 
 INSTANTIATE_TEST_SUITE_P(Models, HyperelasticSprings, testing::ValuesIn([] {
                              std::vector<std::string> names;
-                             for (const auto &energy : msm::all_spring_energies())
-                                 names.push_back(energy.name);
+                             for (const auto &springs : msm::all_coupled_springs())
+                                 if (!springs.energy.is_finite)
+                                     names.push_back(springs.name);
                              return names;
                          }()),
                          [](const auto &info) { return info.param; });

@@ -3,11 +3,10 @@
 #include <random>
 
 #include "msm/biquadratic_springs.hpp"
+#include "msm/coupled_springs.hpp"
 #include "msm/dynamics/elastic_motion.hpp"
-#include "msm/hyperelastic_springs.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
-#include "msm/nodal_springs.hpp"
 #include "msm/springs_with_volume.hpp"
 #include "tests/moving_samples.hpp"
 
@@ -18,25 +17,24 @@ using tests::Sample;
 
 constexpr auto all_counts = {1, 2, 15, 16, 17, 33, 108};
 
-/// Tetrahedra with springs that are coupled around nodes and the guard, and with means of the volume around nodes where
-/// they have another Poisson's ratio than springs.
+/// Tetrahedra with springs that are coupled around nodes and the guard, and with the volume around nodes where they
+/// have another Poisson's ratio than springs.
 Sample around_nodes(int num_tetrahedra, double soft_ratio, double hard_ratio) {
     const auto body = tests::two_materials(num_tetrahedra, soft_ratio, hard_ratio);
     auto sample = tests::loose(body);
-    sample.body.terms = msm::nodal_springs_with_volume(body).terms;
+    sample.body.terms = msm::coupled_springs_with_volume(body, msm::find_coupled_springs("nodal_springs")).terms;
     return sample;
 }
 
-msm::SpringEnergy neo_hookean() {
-    const auto energies = msm::all_spring_energies();
-    return *std::ranges::find(energies, "neo_hookean", &msm::SpringEnergy::name);
+const msm::CoupledSprings &neo_hookean() {
+    return msm::find_coupled_springs("nodal_neo_hookean");
 }
 
 /// Tetrahedra with neo-Hookean springs that are coupled around nodes.
 Sample with_energy(int num_tetrahedra, double soft_ratio, double hard_ratio) {
     const auto body = tests::two_materials(num_tetrahedra, soft_ratio, hard_ratio);
     auto sample = tests::loose(body);
-    sample.body.terms = msm::hyperelastic_springs_with_volume(body, neo_hookean()).terms;
+    sample.body.terms = msm::coupled_springs_with_volume(body, neo_hookean()).terms;
     return sample;
 }
 
@@ -123,7 +121,7 @@ TEST_P(CoupledSprings, InsideTetrahedraMoveAsTheOracleDoes) {
 
 TEST_P(CoupledSprings, InsideTetrahedraMoveAsTheOracleDoesBesideOtherTerms) {
     for (const int count : all_counts)
-        for (const auto *term : {"", "mean_nodal_volume", "nodal_volume", "tetrahedral_volume"}) {
+        for (const auto *term : {"", "nodal_volume", "tetrahedral_volume"}) {
             SCOPED_TRACE(testing::Message() << count << " " << term);
             tests::expect_what_the_oracle_does(beside_others(count, term));
         }
@@ -141,7 +139,8 @@ INSTANTIATE_TEST_SUITE_P(FastSteps, CoupledSprings, testing::ValuesIn(hwy::Suppo
 TEST(FastSteps, AreNotThereForSpringsOfBothKinds) {
     const auto body = tests::two_materials(108, 0.25, 0.25);
     auto sample = tests::loose(body);
-    const auto inside = msm::biquadratic_springs(body), around = msm::nodal_springs(body, 0.2);
+    const auto inside = msm::biquadratic_springs(body),
+               around = msm::coupled_springs(body, msm::find_coupled_springs("nodal_springs"));
     for (const auto &terms : {std::vector{inside, around}, std::vector{around, inside}}) {
         sample.body.terms = terms;
         EXPECT_FALSE(msm::FastSteps::prepare(sample.body, sample.positions, sample.conditions, {}, "symplectic_euler",
@@ -153,13 +152,26 @@ TEST(FastSteps, AreNotThereForSpringsOfBothKinds) {
 TEST(FastSteps, AreNotThereForAnEnergyBesideVolumesOfTheOtherKind) {
     const auto body = tests::two_materials(108, 0.25, 0.45);
     auto sample = tests::loose(body);
-    for (const auto *name : {"mean_nodal_volume", "nodal_volume", "tetrahedral_volume"}) {
-        sample.body.terms = {msm::hyperelastic_springs(body, neo_hookean(), 0.2),
+    for (const auto *name : {"nodal_volume", "tetrahedral_volume"}) {
+        sample.body.terms = {msm::coupled_springs(body, neo_hookean()),
                              msm::volume_beside_springs(body, msm::find_volume_term(name))};
         EXPECT_FALSE(msm::FastSteps::prepare(sample.body, sample.positions, sample.conditions, {}, "symplectic_euler",
                                              tests::sample_step)
                          .has_value())
             << name;
+    }
+}
+
+TEST(FastSteps, AreThereForTheCoupledSpringsThatSayThatTheyKnow) {
+    const auto body = tests::two_materials(108, 0.25, 0.45);
+    auto sample = tests::loose(body);
+    for (const auto &springs : msm::all_coupled_springs()) {
+        sample.body.terms = msm::coupled_springs_with_volume(body, springs).terms;
+        EXPECT_EQ(msm::FastSteps::prepare(sample.body, sample.positions, sample.conditions, {}, "symplectic_euler",
+                                          tests::sample_step)
+                      .has_value(),
+                  msm::are_in_kernels(springs))
+            << springs.name;
     }
 }
 

@@ -7,9 +7,8 @@
 #include <string>
 
 #include "msm/biquadratic_springs.hpp"
-#include "msm/hyperelastic_springs.hpp"
+#include "msm/coupled_springs.hpp"
 #include "msm/inversion_guard.hpp"
-#include "msm/nodal_springs.hpp"
 #include "msm/spring_network.hpp"
 #include "msm/volume_term.hpp"
 #include "tests/test_meshes.hpp"
@@ -38,7 +37,6 @@ std::vector<NamedTerm> all_terms() {
              return msm::spring_term(msm::spring_network(body, msm::all_spring_laws().front()));
          }},
         {"biquadratic_springs", msm::biquadratic_springs},
-        {"nodal_springs", [](const core::Body &body) { return msm::nodal_springs(body, 0.2); }},
         {"inversion_guard", msm::inversion_guard},
     };
     for (const auto &volume : msm::all_volume_terms())
@@ -50,11 +48,11 @@ std::vector<NamedTerm> all_terms() {
                                                      curve.curve);
                          },
                          0.006});
-    // Their energy is infinite where a tetrahedron is inside out.
-    for (const auto &energy : msm::all_spring_energies())
-        terms.push_back({"springs_" + energy.name,
-                         [energy](const core::Body &body) { return msm::hyperelastic_springs(body, energy, 0.3); },
-                         0.006});
+    // Most energies are infinite where a tetrahedron is inside out.
+    for (const auto &springs : msm::all_coupled_springs())
+        terms.push_back({springs.name,
+                         [springs](const core::Body &body) { return msm::coupled_springs(body, springs); },
+                         springs.energy.is_finite ? inverting : 0.006});
     for (const auto *const kind : {"nodal", "mean_nodal"})
         terms.push_back({std::string(kind) + "_logarithmic_volume",
                          [kind](const core::Body &body) {

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "msm/coupled_springs.hpp"
 #include "msm/dynamics/elastic_motion.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/observed_time_step.hpp"
 #include "msm/dynamics/spectrum.hpp"
-#include "msm/hyperelastic_springs.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/spring_energy.hpp"
 #include "msm/spring_network.hpp"
@@ -40,8 +40,7 @@ struct Bar {
             mesh.region[t] = centre.x() > 0.04 && centre.x() < 0.08 ? 1 : 0;
         }
         body = {.name = "bar", .mesh = mesh, .materials = {{1060.0, 5e3, 0.45}, {1060.0, hardness * 5e3, 0.45}}};
-        springs = msm::hyperelastic_springs_with_volume(
-            body, support::find_named(msm::all_spring_energies(), "neo_hookean", "spring energy"));
+        springs = msm::coupled_springs_with_volume(body, msm::find_coupled_springs("nodal_neo_hookean"));
         const auto size = mesh.points.size();
         conditions.displacement.assign(size, Vector3::Constant(std::nan("")));
         conditions.constraint.assign(size, {-1, -1, -1});
