@@ -51,9 +51,9 @@ std::string off(double error) {
     return fmt::format("{:.2f}", percent * std::abs(error));
 }
 
-void print_row(const core::TetraMesh &mesh, const core::Solution &reference, const core::Solution &other,
+void print_row(const core::Problem &problem, const core::Solution &reference, const core::Solution &other,
                const std::string &name) {
-    const auto difference = core::compare(mesh, reference, other, name);
+    const auto difference = core::compare(problem.body->mesh, problem.load_case, reference, other, name);
     const auto bar = other.observed_error ? fmt::format("{} of order {:.2f}", off(other.observed_error->relative_l2),
                                                         other.observed_error->order)
                                           : "-";
@@ -83,13 +83,13 @@ void run(const Options &options) {
         levels.push_back(solve_uniform(at_rims, level, mesh.points.size()));
         if (levels.back().status != core::SolutionStatus::ok)
             return print(levels.back().message);
-        print_row(mesh, reference, levels.back(), fmt::format("refined {} times", level));
+        print_row(problem, reference, levels.back(), fmt::format("refined {} times", level));
     }
     if (levels.size() < 3)
         return;
-    const auto limit = core::extrapolated(mesh, levels);
-    print_row(mesh, reference, limit, "limit of these");
-    const double difference = core::compare(mesh, reference, limit, "limit").relative_l2;
+    const auto limit = core::extrapolated(mesh, problem.load_case, levels);
+    print_row(problem, reference, limit, "limit of these");
+    const double difference = core::compare(mesh, problem.load_case, reference, limit, "limit").relative_l2;
     const double allowed = bar.relative_l2 + limit.observed_error->relative_l2;
     print(fmt::format("{} % from the limit, the two bars are {} % together: {}", off(difference), off(allowed),
                       difference <= allowed ? "contained" : "not contained"));

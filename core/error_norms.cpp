@@ -14,8 +14,8 @@ namespace livermark::core {
 
 namespace {
 
-void check_comparable(const TetraMesh &mesh, const Solution &solution, const Solution &reference,
-                      const std::string &reference_name) {
+void check_comparable(const TetraMesh &mesh, const LoadCase &load_case, const Solution &solution,
+                      const Solution &reference, const std::string &reference_name) {
     if (reference.status != SolutionStatus::ok)
         throw std::invalid_argument(fmt::format("the reference {} is {}; there is nothing to compare with",
                                                 reference_name, to_string(reference.status)));
@@ -23,7 +23,8 @@ void check_comparable(const TetraMesh &mesh, const Solution &solution, const Sol
         throw std::invalid_argument(fmt::format("cannot compare {} and {} node displacements on a mesh of {} nodes",
                                                 solution.displacement.size(), reference.displacement.size(),
                                                 mesh.points.size()));
-    if (solution.reaction.size() != reference.reaction.size())
+    if (solution.reaction.size() != reference.reaction.size() ||
+        solution.reaction.size() < load_case.constraint_names.size())
         throw std::invalid_argument(
             fmt::format("cannot compare {} reactions with {}", solution.reaction.size(), reference.reaction.size()));
 }
@@ -124,9 +125,9 @@ const char *to_string(SolutionStatus status) {
     return "unknown";
 }
 
-Comparison compare(const TetraMesh &mesh, const Solution &solution, const Solution &reference,
-                   const std::string &reference_name) {
-    check_comparable(mesh, solution, reference, reference_name);
+Comparison compare(const TetraMesh &mesh, const LoadCase &load_case, const Solution &solution,
+                   const Solution &reference, const std::string &reference_name) {
+    check_comparable(mesh, load_case, solution, reference, reference_name);
     const auto volumes = nodal_volumes(mesh);
     Comparison result;
     result.reference = reference_name;
@@ -152,6 +153,8 @@ Comparison compare(const TetraMesh &mesh, const Solution &solution, const Soluti
         relative_reaction_error(solution.reaction, reference.reaction, reference.strain_energy / peak);
     if (!reference.path.empty())
         result.path = compare_paths(mesh, solution, reference, result, volumes);
+    result.tool = compare_at_tool(mesh, load_case, solution, reference,
+                                  smallest_reaction * std::abs(reference.strain_energy) / peak);
     return result;
 }
 

@@ -6,6 +6,7 @@
 
 #include "core/problem.hpp"
 #include "core/solution.hpp"
+#include "core/tool_stiffness.hpp"
 
 namespace livermark::core {
 
@@ -51,18 +52,20 @@ struct Comparison {
     double reaction_error = 0.0;
     std::optional<HistoryComparison> history; ///< of the motion; not set by compare()
     std::optional<PathComparison> path;       ///< in the large regime
+    std::optional<ToolComparison> tool;       ///< where the load case has one
     std::vector<Vector3> error;               ///< (N) u - r [m]
 };
 
 /// Compares a solution with the reference.
 /// @param mesh            nodes and volumes of both
+/// @param load_case       on the mesh, whose solutions they are; its tools are compared
 /// @param solution        any status; what is not finite gives a comparison that is not finite. Along the path it is
 ///   compared as far as it came
 /// @param reference       status ok, not zero everywhere
 /// @param reference_name  kept in the comparison
 /// @throws std::invalid_argument if the shapes differ, or if the reference is not a solution to compare with
-Comparison compare(const TetraMesh &mesh, const Solution &solution, const Solution &reference,
-                   const std::string &reference_name);
+Comparison compare(const TetraMesh &mesh, const LoadCase &load_case, const Solution &solution,
+                   const Solution &reference, const std::string &reference_name);
 
 /// Compares the motion of the probes. What is not finite gives a comparison that is not finite.
 /// @param reference_name  kept in the comparison

@@ -15,6 +15,8 @@ LoadCase without_tractions(LoadCase load_case) {
             load_case.condition[facet] = FacetCondition::free;
             load_case.constraint[facet] = -1;
         }
+    load_case.load_names.clear();
+    load_case.load.clear();
     load_case.press_depth = 0.0;
     return load_case;
 }

@@ -92,6 +92,9 @@ struct LoadCase {
     Vector3 acceleration = Vector3::Zero();    ///< body force per mass [m/s^2]
     std::vector<std::string> constraint_names; ///< (P) the places whose force is a result: they hold, or press
     std::vector<int> constraint;               ///< (T) index into constraint_names, -1 where the force is known
+    std::vector<std::string> load_names;       ///< (G) the places with a given traction
+    /// (T) index into load_names, -1 where no traction is given. Empty where places have no names.
+    std::vector<int> load;
     /// How far the places that press move the body: the displacement along their tractions, in the mean weighted with
     /// these, which all are multiplied by one number for it [m]. 0 where none presses. Nothing else drives the body
     /// then, and the tractions are written as together they make one newton [Pa/N].

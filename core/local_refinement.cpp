@@ -118,12 +118,15 @@ LoadCase on_parts(const LoadCase &load_case, const BisectedBody &parts) {
     result.condition.clear();
     result.value.clear();
     result.constraint.clear();
+    result.load.clear();
     result.follows.clear();
     result.round_load.clear();
     for (const int parent : parts.parent_triangle) {
         result.condition.push_back(load_case.condition[parent]);
         result.value.push_back(load_case.value[parent]);
         result.constraint.push_back(load_case.constraint[parent]);
+        if (!load_case.load.empty())
+            result.load.push_back(load_case.load[parent]);
         if (!load_case.follows.empty())
             result.follows.push_back(load_case.follows[parent]);
         if (!load_case.round_load.empty())

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <vector>
 
@@ -50,27 +51,35 @@ double believed_share(double factor) {
     return share_of(std::clamp(factor, smallest_believed_factor, largest_believed_factor));
 }
 
+/// The size of a stiffness at the tool, multiplied; nothing where there is none.
+std::optional<double> scaled_size(const std::optional<ToolComparison> &tool, double factor) {
+    if (!tool || std::isnan(tool->stiffness()))
+        return std::nullopt;
+    return factor * std::abs(tool->stiffness());
+}
+
 } // namespace
 
-ObservedError observed_error(const TetraMesh &mesh, std::span<const Solution> levels) {
+ObservedError observed_error(const TetraMesh &mesh, const LoadCase &load_case, std::span<const Solution> levels) {
     require_three(levels.size());
     const auto last = levels.last(3);
-    const auto first_step = compare(mesh, last[0], last[1], "the middle mesh");
-    const auto second_step = compare(mesh, last[1], last[2], "the finest mesh");
+    const auto first_step = compare(mesh, load_case, last[0], last[1], "the middle mesh");
+    const auto second_step = compare(mesh, load_case, last[1], last[2], "the finest mesh");
     const double factor = second_step.relative_l2 / first_step.relative_l2;
     const double share = believed_share(factor);
     return {.order = -std::log2(factor),
             .difference = second_step.relative_l2,
             .relative_l2 = share * second_step.relative_l2,
             .energy = share * std::abs(second_step.energy_error),
-            .reaction = std::isnan(second_step.reaction_error) ? 0.0 : share * second_step.reaction_error};
+            .reaction = std::isnan(second_step.reaction_error) ? 0.0 : share * second_step.reaction_error,
+            .stiffness = scaled_size(second_step.tool, share)};
 }
 
-ObservedError observed_error_on_path(const TetraMesh &mesh, std::span<const Solution> levels, std::size_t chosen,
-                                     std::span<const double> path) {
+ObservedError observed_error_on_path(const TetraMesh &mesh, const LoadCase &load_case, std::span<const Solution> levels,
+                                     std::size_t chosen) {
     require_three(levels.size());
     const std::size_t first = levels.size() - 3;
-    std::size_t num_points = path.size();
+    std::size_t num_points = load_case.path.size();
     for (const auto &level : levels.subspan(first))
         num_points = std::min(num_points, level.path.size());
     if (num_points == 0 || chosen < first || chosen >= levels.size())
@@ -83,23 +92,27 @@ ObservedError observed_error_on_path(const TetraMesh &mesh, std::span<const Solu
         there[l].reaction = point.reaction;
         there[l].strain_energy = point.strain_energy;
     }
-    auto error = observed_error(mesh, there);
+    auto error = observed_error(mesh, load_case, there);
     for (std::size_t l = chosen - first; l < 2; ++l) {
-        const auto step = compare(mesh, there[l], there[l + 1], "the next mesh");
+        const auto step = compare(mesh, load_case, there[l], there[l + 1], "the next mesh");
         error.relative_l2 += step.relative_l2;
         error.energy += std::abs(step.energy_error);
         error.reaction += std::isnan(step.reaction_error) ? 0.0 : step.reaction_error;
+        if (const auto size = scaled_size(step.tool, 1.0); size && error.stiffness)
+            *error.stiffness += *size;
     }
-    error.load_fraction = path[num_points - 1];
+    error.load_fraction = load_case.path[num_points - 1];
     return error;
 }
 
-Solution extrapolated(const TetraMesh &mesh, std::span<const Solution> levels) {
-    auto error = observed_error(mesh, levels);
+Solution extrapolated(const TetraMesh &mesh, const LoadCase &load_case, std::span<const Solution> levels) {
+    auto error = observed_error(mesh, load_case, levels);
     const auto last = levels.last(3);
     auto result = last[2];
     const double factor = std::exp2(-error.order);
-    if (is_believed(factor)) {
+    const bool adds_displacement = is_believed(factor);
+    bool adds_reaction = false;
+    if (adds_displacement) {
         const double share = share_of(factor);
         add_share(share, last[1].displacement, result.displacement);
         for (std::size_t k = 0; k < result.path.size(); ++k)
@@ -109,6 +122,7 @@ Solution extrapolated(const TetraMesh &mesh, std::span<const Solution> levels) {
     if (const double share =
             share_to_add(distance(last[0].reaction, last[1].reaction), distance(last[1].reaction, last[2].reaction));
         share > 0.0) {
+        adds_reaction = true;
         add_share(share, last[1].reaction, result.reaction);
         for (std::size_t k = 0; k < result.path.size(); ++k)
             add_share(share, last[1].path[k].reaction, result.path[k].reaction);
@@ -122,6 +136,11 @@ Solution extrapolated(const TetraMesh &mesh, std::span<const Solution> levels) {
             result.path[k].strain_energy += share * (last[2].path[k].strain_energy - last[1].path[k].strain_energy);
         error.energy *= doubt;
     }
+    const auto is_better = [&](const ToolPlace &place) {
+        return place.drive == ToolDrive::traction ? adds_displacement : adds_reaction;
+    };
+    if (error.stiffness && std::ranges::all_of(tool_places(mesh, load_case), is_better))
+        *error.stiffness *= doubt;
     result.observed_error = error;
     return result;
 }

@@ -94,6 +94,7 @@ LoadCase refine(const LoadCase &load_case, const TetraMesh &coarse) {
     refined.condition = repeated(load_case.condition, 4);
     refined.value = repeated(load_case.value, 4);
     refined.constraint = repeated(load_case.constraint, 4);
+    refined.load = repeated(load_case.load, 4);
     refined.follows = repeated(load_case.follows, 4);
     refined.round_load = repeated(load_case.round_load, 4);
     for (int f = 0; f < static_cast<int>(load_case.round_load.size()); ++f)

@@ -65,6 +65,8 @@ struct ObservedError {
     double reaction = 0.0;    ///< estimated, of the reactions, as in core::Comparison
     /// Where it was observed, in parts of the load: below 1 where finer meshes have no solution to the whole of it.
     double load_fraction = 1.0;
+    /// Estimated, of the stiffness at the tool, as in core::ToolComparison, not signed; nothing without a tool.
+    std::optional<double> stiffness{};
 
     bool operator==(const ObservedError &) const = default;
 };

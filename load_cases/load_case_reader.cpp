@@ -78,6 +78,12 @@ void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core
         constraint = static_cast<int>(load_case.constraint_names.size());
         load_case.constraint_names.push_back(selection.name);
     }
+    if (constraint < 0) {
+        load_case.load.resize(mesh.boundary_triangles.size(), -1);
+        for (const int f : selection.facets)
+            load_case.load[f] = static_cast<int>(load_case.load_names.size());
+        load_case.load_names.push_back(selection.name);
+    }
     for (const int f : selection.facets) {
         load_case.condition[f] = effect.condition;
         load_case.value[f] = effect.value(f);

@@ -17,12 +17,12 @@ constexpr std::size_t enough_levels = 3; ///< to observe an order
 
 /// The finest of the levels that have a solution, and its error where three levels have come to.
 /// @param levels     the first num_solved have a solution, the others a part of the path
-core::Solution finest_solved(const core::TetraMesh &mesh, std::span<const double> path,
-                             std::vector<core::Solution> levels, std::size_t num_solved) {
+core::Solution finest_solved(const core::Problem &problem, std::vector<core::Solution> levels, std::size_t num_solved) {
     auto best = levels[num_solved - 1];
     best.solver += fmt::format(", finest of {} meshes that have a solution", num_solved);
     if (levels.size() >= enough_levels) {
-        best.observed_error = core::observed_error_on_path(mesh, levels, num_solved - 1, path);
+        best.observed_error =
+            core::observed_error_on_path(problem.body->mesh, problem.load_case, levels, num_solved - 1);
         best.solver +=
             fmt::format(", error observed at {:.0f} % of the load", 100.0 * best.observed_error->load_fraction);
     }
@@ -31,7 +31,7 @@ core::Solution finest_solved(const core::TetraMesh &mesh, std::span<const double
 
 } // namespace
 
-core::Solution solve_refined(const core::TetraMesh &mesh, std::span<const double> path, const Refinement &refinement,
+core::Solution solve_refined(const core::Problem &problem, const Refinement &refinement,
                              const std::function<core::Solution(int level)> &solve) {
     std::vector<core::Solution> levels;
     std::size_t num_solved = 0;
@@ -52,13 +52,13 @@ core::Solution solve_refined(const core::TetraMesh &mesh, std::span<const double
             break;
         if (num_solved < enough_levels)
             continue;
-        best = core::extrapolated(mesh, levels);
+        best = core::extrapolated(problem.body->mesh, problem.load_case, levels);
         best->solver += fmt::format(", finest of {} meshes, extrapolated", levels.size());
         if (best->observed_error->relative_l2 <= refinement.goal)
             break;
     }
     if (!best)
-        best = num_solved == 0 ? std::move(levels.front()) : finest_solved(mesh, path, std::move(levels), num_solved);
+        best = num_solved == 0 ? std::move(levels.front()) : finest_solved(problem, std::move(levels), num_solved);
     best->setup_seconds = setup_seconds;
     best->solve_seconds = solve_seconds;
     return std::move(*best);
@@ -68,7 +68,7 @@ core::Solution solve_at_rims(const core::Problem &problem, const Refinement &ref
                              const std::function<core::Solution(const core::Problem &)> &solve) {
     const auto num_nodes = problem.body->mesh.points.size();
     auto refined = problem;
-    return solve_refined(problem.body->mesh, problem.load_case.path, refinement, [&](int level) {
+    return solve_refined(problem, refinement, [&](int level) {
         if (level > 0)
             refined = core::refine_at_rims(refined).problem;
         auto solution = solve(refined);

@@ -1,11 +1,9 @@
 #pragma once
 
 #include <functional>
-#include <span>
 
 #include "core/problem.hpp"
 #include "core/solution.hpp"
-#include "core/tetra_mesh.hpp"
 
 namespace livermark::models {
 
@@ -19,12 +17,11 @@ struct Refinement {
 /// goal; see core::extrapolated(). A level without a solution ends it: what comes before is the solution then. If those
 /// are fewer than three, their error is observed where three levels have come to on the way to the whole load, see
 /// core::observed_error_on_path(), and unknown if they have come nowhere.
-/// @param mesh   whose nodes solutions are given at
-/// @param path   LoadCase::path
+/// @param problem  at the nodes of whose mesh solutions are given
 /// @param solve  the solution on the mesh that is refined so often, at the nodes of the mesh; asked for in ascending
 ///   order
 /// @return with the seconds of all levels
-core::Solution solve_refined(const core::TetraMesh &mesh, std::span<const double> path, const Refinement &refinement,
+core::Solution solve_refined(const core::Problem &problem, const Refinement &refinement,
                              const std::function<core::Solution(int level)> &solve);
 
 /// The same on meshes that are refined at the rims of places, where displacements are not smooth and most of the error

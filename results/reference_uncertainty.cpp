@@ -6,22 +6,26 @@
 
 namespace livermark::results {
 
-ReferenceUncertainty estimate_uncertainty(const core::TetraMesh &mesh, const core::Solution &coarse,
-                                          const std::string &coarse_name, const core::Solution &refined,
-                                          const std::string &refined_name) {
-    const auto difference = core::compare(mesh, coarse, refined, refined_name);
+ReferenceUncertainty estimate_uncertainty(const core::TetraMesh &mesh, const core::LoadCase &load_case,
+                                          const core::Solution &coarse, const std::string &coarse_name,
+                                          const core::Solution &refined, const std::string &refined_name) {
+    const auto difference = core::compare(mesh, load_case, coarse, refined, refined_name);
     const double ratio = std::exp2(order_at_patch_edges);
     const double coarse_share = ratio / (ratio - 1.0);
     const double refined_share = 1.0 / (ratio - 1.0);
     const bool coarse_will_do = coarse_share * difference.relative_l2 <= largest_coarse_error;
     const double share = coarse_will_do ? coarse_share : refined_share;
+    std::optional<double> stiffness;
+    if (difference.tool && !std::isnan(difference.tool->stiffness()))
+        stiffness = share * std::abs(difference.tool->stiffness());
     return {.reference = coarse_will_do ? coarse_name : refined_name,
             .refined = refined_name,
             .refinement_difference = difference.relative_l2,
             .order = order_at_patch_edges,
             .relative_l2 = share * difference.relative_l2,
             .energy_error = share * std::abs(difference.energy_error),
-            .reaction_error = share * difference.reaction_error};
+            .reaction_error = share * difference.reaction_error,
+            .stiffness = stiffness};
 }
 
 MotionUncertainty estimate_motion_uncertainty(const core::History &coarse, const std::string &coarse_name,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "core/problem.hpp"
@@ -17,6 +18,9 @@ struct ReferenceUncertainty {
     double relative_l2 = 0.0;    ///< estimated error of the reference in the norm of core::Comparison
     double energy_error = 0.0;   ///< estimated, of its strain energy, relative, not signed
     double reaction_error = 0.0; ///< estimated, of its reactions, as in core::Comparison
+    /// Estimated, of its stiffness at the tool, as in core::ToolComparison, not signed; nothing without a tool, and of
+    /// references that were stored without it.
+    std::optional<double> stiffness{};
     bool operator==(const ReferenceUncertainty &) const = default;
 };
 
@@ -46,13 +50,13 @@ inline constexpr double order_at_patch_edges = 1.0;
 /// Estimates the errors of the elements on the mesh and on the refined mesh from their difference d (Richardson): of
 /// errors C h^p, the coarse one is d / (1 - 2^-p) and the fine one d / (2^p - 1). The finer solution is the reference
 /// if the coarser one's relative_l2 is estimated to be above largest_coarse_error.
-/// @param mesh     nodes of both
+/// @param mesh, load_case  of both
 /// @param coarse   status ok
 /// @param refined  at the nodes of the mesh, status ok, not zero everywhere
 /// @throws std::invalid_argument if the shapes differ, or if refined is no solution
-ReferenceUncertainty estimate_uncertainty(const core::TetraMesh &mesh, const core::Solution &coarse,
-                                          const std::string &coarse_name, const core::Solution &refined,
-                                          const std::string &refined_name);
+ReferenceUncertainty estimate_uncertainty(const core::TetraMesh &mesh, const core::LoadCase &load_case,
+                                          const core::Solution &coarse, const std::string &coarse_name,
+                                          const core::Solution &refined, const std::string &refined_name);
 inline constexpr double largest_coarse_error = 0.01;
 
 } // namespace livermark::results

@@ -105,11 +105,14 @@ void prescribe(core::LoadCase &load_case, const core::TetraMesh &mesh, const std
 void pull(core::LoadCase &load_case, const core::TetraMesh &mesh, const std::string &patch,
           const core::Vector3 &traction) {
     const int wanted = patch_index(mesh, patch);
+    load_case.load.resize(mesh.boundary_triangles.size(), -1);
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
         if (mesh.boundary_patch[f] == wanted) {
             load_case.condition[f] = core::FacetCondition::traction;
             load_case.value[f] = traction;
+            load_case.load[f] = static_cast<int>(load_case.load_names.size());
         }
+    load_case.load_names.push_back(patch);
 }
 
 void press(core::LoadCase &load_case, const core::TetraMesh &mesh, const std::string &patch,
@@ -119,7 +122,11 @@ void press(core::LoadCase &load_case, const core::TetraMesh &mesh, const std::st
         if (mesh.boundary_patch[f] == patch_index(mesh, patch))
             area += area_vector(mesh, f).norm();
     prescribe(load_case, mesh, patch, core::Vector3::Zero()); // names the place
-    pull(load_case, mesh, patch, direction.normalized() / area);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (mesh.boundary_patch[f] == patch_index(mesh, patch)) {
+            load_case.condition[f] = core::FacetCondition::traction;
+            load_case.value[f] = direction.normalized() / area;
+        }
     load_case.press_depth = depth;
 }
 

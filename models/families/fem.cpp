@@ -108,7 +108,7 @@ class PreparedRefinedElements : public core::PreparedModel {
     core::Solution solve_one(const core::LoadCase &load_case, const core::Solution &on_mesh) {
         core::Problem problem{body_, load_case};
         std::vector<std::unique_ptr<StaticSolver>> finer; // each is used by the next
-        return solve_refined(body_->mesh, load_case.path, refinement, [&](int level) {
+        return solve_refined({body_, load_case}, refinement, [&](int level) {
             if (level == 0)
                 return on_mesh;
             auto refined = core::refine_at_rims(problem);

@@ -58,7 +58,8 @@ constexpr double same_solution = 1e-6;
 
 void compare_with_reference(results::Result &result) {
     const auto &mesh = result.problem.body->mesh;
-    const auto regime = result.problem.load_case.regime;
+    const auto &load_case = result.problem.load_case;
+    const auto regime = load_case.regime;
     const auto found = std::ranges::find_if(models::references, [&](const auto &candidate) {
         return candidate.regime == regime && find_solved(result, candidate.on_mesh);
     });
@@ -74,11 +75,12 @@ void compare_with_reference(results::Result &result) {
                                         .order = error.order,
                                         .relative_l2 = error.relative_l2,
                                         .energy_error = error.energy,
-                                        .reaction_error = error.reaction};
+                                        .reaction_error = error.reaction,
+                                        .stiffness = error.stiffness};
         reference = refined;
     } else if (refined) {
-        result.reference_uncertainty =
-            results::estimate_uncertainty(mesh, reference->solution, reference->name, refined->solution, refined->name);
+        result.reference_uncertainty = results::estimate_uncertainty(mesh, load_case, reference->solution,
+                                                                     reference->name, refined->solution, refined->name);
         if (result.reference_uncertainty->reference == refined->name)
             reference = refined;
         // Where no finer mesh has a solution, both are that of the mesh, and nothing is known of its error.
@@ -87,7 +89,7 @@ void compare_with_reference(results::Result &result) {
     }
     for (auto &model : result.models)
         if (&model != reference)
-            model.comparison = core::compare(mesh, model.solution, reference->solution, reference->name);
+            model.comparison = core::compare(mesh, load_case, model.solution, reference->solution, reference->name);
     compare_motion(result);
 }
 

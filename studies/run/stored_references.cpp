@@ -123,7 +123,7 @@ StoredSolution solve_and_store(const core::Model &model, const core::Problem &pr
     const auto solution = model.solve(problem);
     StoredSolution stored{file, solution.status, solution.message, nan, nan, nan};
     if (before && solution.status == core::SolutionStatus::ok) {
-        const auto comparison = core::compare(problem.body->mesh, solution, *before, "stored");
+        const auto comparison = core::compare(problem.body->mesh, problem.load_case, solution, *before, "stored");
         stored.difference = comparison.relative_l2;
         stored.reaction_difference = comparison.reaction_error;
         if (solution.history && before->history)

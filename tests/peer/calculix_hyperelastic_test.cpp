@@ -50,7 +50,7 @@ TEST_P(CalculixHyperelastic, FindsTheSameLargeDisplacements) {
     theirs.displacement =
         tests::solve_with_calculix(ccx, problem, 2, fmt::format("{}/{}_{}", LIVERMARK_PEER_RUNS, name, stem));
     theirs.reaction = ours.reaction; // not compared
-    const auto comparison = core::compare(body->mesh, ours, theirs, "calculix");
+    const auto comparison = core::compare(body->mesh, problem.load_case, ours, theirs, "calculix");
     const auto found = fmt::format("relative L2 {:.2e}, largest error {:.2e}, linear elasticity is off by {:.2e}",
                                    comparison.relative_l2, comparison.max_error_relative, ours.nonlinearity);
     RecordProperty("found", found);

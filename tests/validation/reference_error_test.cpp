@@ -38,7 +38,7 @@ core::Solution limit_of_uniform_meshes(const core::Problem &problem) {
         levels.push_back(solvers.back()->solve(refined.load_case));
         levels.back().displacement.resize(problem.body->mesh.points.size());
     }
-    return core::extrapolated(problem.body->mesh, levels);
+    return core::extrapolated(problem.body->mesh, problem.load_case, levels);
 }
 
 /// Parameter: load case.
@@ -57,7 +57,7 @@ TEST_P(ReferenceError, ContainsWhatUniformRefinementFinds) {
     const auto models = models::all_models();
     const auto reference = std::ranges::find(models, models::references[0].refined, &core::Model::name)->solve(problem);
     const auto limit = limit_of_uniform_meshes(problem);
-    const auto difference = core::compare(body->mesh, reference, limit, "uniform").relative_l2;
+    const auto difference = core::compare(body->mesh, problem.load_case, reference, limit, "uniform").relative_l2;
     const double bar = reference.observed_error.value().relative_l2;
     const double bar_of_limit = limit.observed_error.value().relative_l2;
     constexpr double percent = 100.0;

@@ -60,7 +60,7 @@ TEST_P(Relaxation, ComesToTheEquilibriumThatNewtonFinds) {
         const auto expected = solve(law, {}, problem);
         const auto found = solve(law, by_time_stepping, problem);
         ASSERT_EQ(found.status, core::SolutionStatus::ok) << name << ": " << found.message;
-        const auto comparison = core::compare(body->mesh, found, expected, "Newton");
+        const auto comparison = core::compare(body->mesh, problem.load_case, found, expected, "Newton");
         EXPECT_LT(comparison.relative_l2, 1e-6) << name;
         EXPECT_LT(comparison.max_error_relative, 1e-6) << name;
         EXPECT_TRUE(found.solver.starts_with("dynamic relaxation")) << found.solver;

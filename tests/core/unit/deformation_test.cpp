@@ -76,7 +76,7 @@ TEST(PathComparison, MeasuresUniformFactorsExactly) {
     const auto reference = along_a_path(mesh, 1.0);
     auto solution = along_a_path(mesh, 1.2);
     solution.path.front().reaction[1] *= 3.0;
-    const auto path = core::compare(mesh, solution, reference, "reference").path.value();
+    const auto path = core::compare(mesh, {}, solution, reference, "reference").path.value();
     EXPECT_NEAR(path.reaction_bias, 0.2, 1e-14);
     EXPECT_NEAR(path.worst_relative_l2, 0.2, 1e-6); // single precision
     EXPECT_NEAR(path.worst_reaction_error, std::sqrt((0.4 * 0.4 + 2.6 * 2.6) / 5.0), 1e-12);
@@ -85,7 +85,7 @@ TEST(PathComparison, MeasuresUniformFactorsExactly) {
     for (std::size_t r = 0; r < 2; ++r)
         EXPECT_NEAR(path.centroid_error[r], 0.02 * centroid[r].norm(), 1e-14);
     // Of errors that grow from one corner to the other 95 % are below what the corner has, and above the mean.
-    const auto comparison = core::compare(mesh, solution, reference, "reference");
+    const auto comparison = core::compare(mesh, {}, solution, reference, "reference");
     EXPECT_LT(path.percentile_95, comparison.max_error);
     EXPECT_GT(path.percentile_95, 0.5 * comparison.max_error);
 }
@@ -95,9 +95,9 @@ TEST(PathComparison, IsNotThereWithoutAPathAndGoesAsFarAsTheSolution) {
     auto reference = along_a_path(mesh, 1.0);
     auto solution = along_a_path(mesh, 1.5);
     solution.path.pop_back();
-    EXPECT_NEAR(core::compare(mesh, solution, reference, "reference").path->worst_reaction_error, 0.5, 1e-12);
+    EXPECT_NEAR(core::compare(mesh, {}, solution, reference, "reference").path->worst_reaction_error, 0.5, 1e-12);
     reference.path.clear();
-    EXPECT_FALSE(core::compare(mesh, solution, reference, "reference").path);
+    EXPECT_FALSE(core::compare(mesh, {}, solution, reference, "reference").path);
 }
 
 } // namespace

@@ -118,12 +118,12 @@ TEST(ObservedError, IsExactForErrorsThatShrinkByOneFactor) {
         solution.reaction = {{0.0, 1.0 + 2.0 * error, 0.0}};
         solution.strain_energy = 1.0 - error;
     }
-    const auto observed = core::observed_error(mesh, levels);
+    const auto observed = core::observed_error(mesh, {}, levels);
     EXPECT_NEAR(observed.order, 1.0, 0.01); // differences are relative to the finer one
     EXPECT_NEAR(observed.relative_l2, 0.002, 2e-5);
     EXPECT_NEAR(observed.energy, 0.002, 2e-5);
     EXPECT_NEAR(observed.reaction, 0.004, 4e-5);
-    EXPECT_THROW(core::observed_error(mesh, std::span(levels).first(2)), std::invalid_argument);
+    EXPECT_THROW(core::observed_error(mesh, {}, std::span(levels).first(2)), std::invalid_argument);
 }
 
 core::ObservedMotionError observed_of_motions_off_by(const std::vector<double> &errors) {
@@ -161,7 +161,7 @@ TEST(ObservedError, BelievesNoFactorThatIsTooGoodOrNone) {
             solution.reaction = {{0.0, 1.0, 0.0}};
             solution.strain_energy = 1.0;
         }
-        return core::observed_error(mesh, levels);
+        return core::observed_error(mesh, {}, levels);
     };
     const auto lucky = with_errors(0.1, 0.0101, 0.0001);
     EXPECT_NEAR(lucky.relative_l2, lucky.difference / 3.0, 1e-12);
@@ -189,7 +189,7 @@ std::vector<core::Solution> with_errors(const core::TetraMesh &mesh, std::span<c
 TEST(Extrapolation, IsExactForErrorsThatShrinkByOneFactor) {
     const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
     const auto levels = with_errors(mesh, std::array{0.016, 0.008, 0.004, 0.002});
-    const auto limit = core::extrapolated(mesh, levels);
+    const auto limit = core::extrapolated(mesh, {}, levels);
     constexpr double tolerance = 3e-5; // the factor is that of relative differences
     for (const auto &displacement : limit.displacement)
         EXPECT_NEAR(displacement.x(), 1.0, tolerance);
@@ -205,11 +205,11 @@ TEST(Extrapolation, LeavesAloneWhatHasNoCleanOrder) {
     const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
     for (const auto &errors : {std::array{0.1, 0.0101, 0.0001}, std::array{0.03, 0.02, 0.01}}) {
         const auto levels = with_errors(mesh, errors);
-        const auto limit = core::extrapolated(mesh, levels);
+        const auto limit = core::extrapolated(mesh, {}, levels);
         EXPECT_EQ(limit.displacement, levels.back().displacement);
         EXPECT_EQ(limit.reaction, levels.back().reaction);
         EXPECT_EQ(limit.strain_energy, levels.back().strain_energy);
-        EXPECT_EQ(limit.observed_error->relative_l2, core::observed_error(mesh, levels).relative_l2);
+        EXPECT_EQ(limit.observed_error->relative_l2, core::observed_error(mesh, {}, levels).relative_l2);
     }
 }
 
@@ -219,7 +219,7 @@ TEST(Extrapolation, LeavesReactionsThatDoNotChange) {
     auto levels = with_errors(mesh, std::array{0.008, 0.004, 0.002});
     for (auto &solution : levels)
         solution.reaction = {{0.0, 1.0, 0.0}};
-    EXPECT_EQ(core::extrapolated(mesh, levels).reaction, levels.back().reaction);
+    EXPECT_EQ(core::extrapolated(mesh, {}, levels).reaction, levels.back().reaction);
 }
 
 TEST(LocalRefinement, NamesTheTetrahedronThatEachIsAPartOf) {

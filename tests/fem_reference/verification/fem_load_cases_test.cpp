@@ -4,6 +4,7 @@
 #include <limits>
 #include <numeric>
 
+#include "core/error_norms.hpp"
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
@@ -105,6 +106,36 @@ TEST_P(FemLoadCases, WhatARoundToolPressesDoesItsWork) {
     for (int node = 0; node < system.num_nodes(); ++node)
         work += load[3 * node + 2] * std::pow(system.points[node].x(), GetParam());
     EXPECT_NEAR(work, expected, 1e-12 * std::abs(expected));
+}
+
+/// Of linear elements under a given load alone, the work at the tool is twice the strain energy (Clapeyron); under a
+/// depth energies are as forces.
+TEST_P(FemLoadCases, StiffnessAtTheToolIsTheRatioOfEnergies) {
+    if (GetParam() != 1)
+        return; // whose midpoints of edges the nodes of the mesh do not know
+    const auto other = tests::make_body(mesh, {1060.0, 7000.0, 0.3});
+    tests::prescribe(load_case, mesh, "z_min", Vector3::Zero());
+    auto pressed = load_case;
+    tests::press(pressed, mesh, "x_max", {-1.0, 0.0, -0.5}, 0.001);
+    const core::RoundLoad tool{{0.05, 0.03, box_size.z()}, 0.025};
+    tests::pull(load_case, mesh, "z_max", {0.0, 0.0, -100.0});
+    load_case.round_loads = {tool};
+    load_case.round_load.assign(load_case.condition.size(), -1);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (load_case.load[f] == 0) {
+            load_case.round_load[f] = 0;
+            load_case.value[f] *= core::mean_height(tool, core::corners_of(mesh, f));
+        }
+    const auto compared = [&](const core::LoadCase &of) {
+        const auto solution = fem_reference::solve_static({other, of}, 1);
+        const auto reference = fem_reference::solve_static({body, of}, 1);
+        return core::compare(mesh, of, solution, reference, "soft");
+    };
+    const auto given = compared(load_case), to_depth = compared(pressed);
+    EXPECT_GT(given.tool.value().stiffness(), 0.1);
+    EXPECT_NEAR(given.tool->stiffness(), 1.0 / (1.0 + given.energy_error) - 1.0, 1e-9);
+    EXPECT_GT(to_depth.tool.value().stiffness(), 0.1);
+    EXPECT_NEAR(to_depth.tool->stiffness(), to_depth.energy_error, 1e-8);
 }
 
 /// What presses to a depth is a load: the one that it reports.

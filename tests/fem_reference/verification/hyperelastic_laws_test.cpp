@@ -109,7 +109,7 @@ TEST_P(HyperelasticPathOfLaw, IsLinearElasticityUnderSmallLoads) {
             const auto large = hyperelastic::solve({bar.body, load_case}, GetParam(), kind);
             const auto small = linear.solve(load_case);
             EXPECT_EQ(large.solution.status, core::SolutionStatus::ok) << large.solution.message;
-            const auto comparison = core::compare(bar.body->mesh, small, large.solution, "hyperelastic");
+            const auto comparison = core::compare(bar.body->mesh, load_case, small, large.solution, "hyperelastic");
             EXPECT_NEAR(large.solution.nonlinearity, comparison.relative_l2, 1e-6 + 1e-3 * comparison.relative_l2);
             return comparison.relative_l2;
         };

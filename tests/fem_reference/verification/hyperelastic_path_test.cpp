@@ -106,7 +106,7 @@ TEST(HyperelasticPath, MixedElementsAgreeWithDisplacementsAlone) {
     const auto mixed = hyperelastic::solve({body, load_case}, neo_hookean(), tests::hyperelastic_kinds[2]);
     ASSERT_EQ(alone.solution.status, core::SolutionStatus::ok) << alone.solution.message;
     ASSERT_EQ(mixed.solution.status, core::SolutionStatus::ok) << mixed.solution.message;
-    const auto comparison = core::compare(body->mesh, alone.solution, mixed.solution, "mixed");
+    const auto comparison = core::compare(body->mesh, load_case, alone.solution, mixed.solution, "mixed");
     EXPECT_LT(comparison.relative_l2, 5e-3);
     EXPECT_LT(comparison.reaction_error, 2e-2);
     for (const auto *const solution : {&alone, &mixed})

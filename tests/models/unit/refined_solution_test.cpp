@@ -20,16 +20,22 @@ core::Solution of_level(const core::TetraMesh &mesh, double error) {
     return solution;
 }
 
+core::Problem box_along_a_path() {
+    core::Problem problem{tests::make_body(tests::box_mesh({0.1, 0.1, 0.1}, {1, 1, 1}), {1000.0, 5000.0, 0.45}), {}};
+    problem.load_case.path = {0.5, 1.0};
+    return problem;
+}
+
 struct Outcome {
     core::Solution solution;
     int num_levels = 0;
 };
 
 Outcome refine(std::array<double, 4> errors, double goal) {
-    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {1, 1, 1});
-    const std::vector<double> path{0.5, 1.0};
+    const auto problem = box_along_a_path();
+    const auto &mesh = problem.body->mesh;
     Outcome outcome;
-    outcome.solution = models::solve_refined(mesh, path, {.goal = goal, .finest_level = 3}, [&](int level) {
+    outcome.solution = models::solve_refined(problem, {.goal = goal, .finest_level = 3}, [&](int level) {
         EXPECT_EQ(level, outcome.num_levels);
         ++outcome.num_levels;
         return of_level(mesh, errors[level]);
@@ -70,18 +76,18 @@ TEST(RefinedSolution, TakesWhatComesBeforeALevelWithoutASolution) {
 
 /// The path of the levels that have no solution to the whole load ends at a half of it.
 TEST(RefinedSolution, HasAnErrorThatIsObservedWhereThreeLevelsHaveComeTo) {
-    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {1, 1, 1});
+    const auto problem = box_along_a_path();
+    const auto &mesh = problem.body->mesh;
     constexpr std::array errors{0.08, 0.04, 0.02};
     for (const int num_whole : {1, 2}) {
-        const auto solution =
-            models::solve_refined(mesh, std::vector{0.5, 1.0}, {.goal = 0.01, .finest_level = 3}, [&](int level) {
-                auto result = of_level(mesh, level < num_whole ? errors.at(level) : 0.0);
-                result.path.resize(level < num_whole ? 2 : 1);
-                for (auto &point : result.path)
-                    point.displacement.assign(mesh.points.size(),
-                                              Eigen::Vector3f(static_cast<float>(1.0 + errors.at(level)), 0.0F, 0.0F));
-                return result;
-            });
+        const auto solution = models::solve_refined(problem, {.goal = 0.01, .finest_level = 3}, [&](int level) {
+            auto result = of_level(mesh, level < num_whole ? errors.at(level) : 0.0);
+            result.path.resize(level < num_whole ? 2 : 1);
+            for (auto &point : result.path)
+                point.displacement.assign(mesh.points.size(),
+                                          Eigen::Vector3f(static_cast<float>(1.0 + errors.at(level)), 0.0F, 0.0F));
+            return result;
+        });
         EXPECT_EQ(solution.status, core::SolutionStatus::ok);
         EXPECT_NEAR(solution.displacement[0].x(), 1.0 + errors.at(num_whole - 1), 1e-12);
         ASSERT_TRUE(solution.observed_error);

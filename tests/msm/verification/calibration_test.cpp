@@ -117,7 +117,7 @@ TEST_F(Calibration, ErrorsAreThoseOfTheComparisonWithTheReference) {
         core::Solution found, reference;
         found.displacement = linear_solution(other, solution.force);
         reference.displacement = solution.displacement;
-        return core::compare(body_->mesh, found, reference, "reference").relative_l2;
+        return core::compare(body_->mesh, {}, found, reference, "reference").relative_l2;
     };
     ASSERT_EQ(state.training_errors.size(), 2u);
     ASSERT_EQ(state.held_out_errors.size(), 1u);

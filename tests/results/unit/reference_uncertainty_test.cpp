@@ -22,7 +22,7 @@ struct Sequence {
         return solution;
     }
     ReferenceUncertainty estimate(double coarse_error, double refined_error) const {
-        return estimate_uncertainty(mesh, with_error(coarse_error), "coarse", with_error(refined_error), "refined");
+        return estimate_uncertainty(mesh, {}, with_error(coarse_error), "coarse", with_error(refined_error), "refined");
     }
 };
 
@@ -34,7 +34,7 @@ TEST(ReferenceUncertainty, IsTheErrorOfASequenceOfFirstOrder) {
     EXPECT_EQ(found.refined, "refined");
     EXPECT_EQ(found.order, 1.0);
     // All are relative to the refined solution, which is 2 % too small itself.
-    const auto truth = core::compare(sequence.mesh, sequence.with_error(0.0), sequence.with_error(0.02), "refined");
+    const auto truth = core::compare(sequence.mesh, {}, sequence.with_error(0.0), sequence.with_error(0.02), "refined");
     EXPECT_NEAR(found.relative_l2, truth.relative_l2, 1e-12);
     EXPECT_NEAR(found.energy_error, truth.energy_error, 1e-12);
     EXPECT_NEAR(found.reaction_error, truth.reaction_error, 1e-12);
@@ -97,7 +97,7 @@ TEST(ReferenceUncertainty, RefusesARefinedSolutionThatIsNone) {
     const Sequence sequence;
     auto refined = sequence.with_error(0.0);
     refined.status = core::SolutionStatus::not_converged;
-    EXPECT_THROW(estimate_uncertainty(sequence.mesh, sequence.with_error(0.1), "coarse", refined, "refined"),
+    EXPECT_THROW(estimate_uncertainty(sequence.mesh, {}, sequence.with_error(0.1), "coarse", refined, "refined"),
                  std::invalid_argument);
 }
 
