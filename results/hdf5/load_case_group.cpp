@@ -86,6 +86,18 @@ void read_round_loads(const InputFile &file, std::size_t num_triangles, core::Lo
     load_case.round_load = indices(file, "/load_case/round_load/facet", num_triangles, -1, radius.size());
 }
 
+/// @param load_case  with conditions and constraints
+void read_loads(const InputFile &file, core::LoadCase &load_case) {
+    const std::size_t num_triangles = load_case.condition.size();
+    load_case.load_names = file.texts("/load_case/load", "names");
+    load_case.load = indices(file, "/load_case/load", num_triangles, -1, load_case.load_names.size());
+    for (std::size_t f = 0; f < num_triangles; ++f) {
+        const bool is_given = load_case.condition[f] == core::FacetCondition::traction && load_case.constraint[f] < 0;
+        if (is_given != (load_case.load[f] >= 0))
+            file.refuse("/load_case/load", fmt::format("row {} contradicts /load_case/condition", f));
+    }
+}
+
 } // namespace
 
 void write_load_case(OutputFile &file, const core::LoadCase &load_case) {
@@ -105,6 +117,10 @@ void write_load_case(OutputFile &file, const core::LoadCase &load_case) {
     file.dataset("/load_case/acceleration", std::vector{a.x(), a.y(), a.z()}, "m/s^2");
     file.dataset("/load_case/constraint", load_case.constraint, "");
     file.texts("/load_case/constraint", "names", load_case.constraint_names);
+    if (!load_case.load.empty()) {
+        file.dataset("/load_case/load", load_case.load, "");
+        file.texts("/load_case/load", "names", load_case.load_names);
+    }
     if (load_case.press_depth != 0.0)
         file.number("/load_case", "press_depth", load_case.press_depth);
     if (!load_case.follows.empty())
@@ -161,6 +177,8 @@ core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles, 
         if ((load_case.condition[f] == core::FacetCondition::prescribed_displacement) != is_named && !may_press)
             file.refuse("/load_case/constraint", fmt::format("row {} contradicts /load_case/condition", f));
     }
+    if (file.has("/load_case/load")) // files of earlier versions have none
+        read_loads(file, load_case);
     if (file.has("/load_case/follows"))
         load_case.follows = file.dataset<std::uint8_t>("/load_case/follows", num_triangles);
     if (file.has("/load_case/node_factor")) {

@@ -14,6 +14,7 @@
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/schema.hpp"
 #include "results/hdf5/solution_group.hpp"
+#include "results/hdf5/tool_group.hpp"
 
 namespace livermark::results {
 
@@ -82,6 +83,8 @@ core::Comparison read_comparison(const InputFile &file, const std::string &model
                            .volume_error = file.number(group, "volume_error"),
                            .centroid_error =
                                file.dataset<double>(group + "/centroid_error", problem.body->mesh.region_names.size())};
+    if (file.has(group + "/tool")) // files of earlier versions have none
+        comparison.tool = read_tool_comparison(file, group, problem.load_case);
     comparison.error = file.dataset<core::Vector3>(group + "/error", problem.body->mesh.points.size());
     return comparison;
 }
@@ -120,6 +123,8 @@ ReferenceUncertainty read_uncertainty(const InputFile &file) {
     uncertainty.order = file.number(reference_group, "order");
     uncertainty.energy_error = file.number(reference_group, "energy_uncertainty");
     uncertainty.reaction_error = file.number(reference_group, "reaction_uncertainty");
+    if (file.has_attribute(reference_group, "stiffness_uncertainty"))
+        uncertainty.stiffness = file.number(reference_group, "stiffness_uncertainty");
     return uncertainty;
 }
 

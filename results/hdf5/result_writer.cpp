@@ -11,6 +11,7 @@
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/schema.hpp"
 #include "results/hdf5/solution_group.hpp"
+#include "results/hdf5/tool_group.hpp"
 #include "results/hdf5/vtkhdf.hpp"
 #include "support/whole_file.hpp"
 
@@ -90,6 +91,8 @@ void check_shapes(const Result &result) {
     require_size(load_case.condition.size(), mesh.boundary_triangles.size(), "the condition of the load case");
     require_size(load_case.value.size(), mesh.boundary_triangles.size(), "the value of the load case");
     require_size(load_case.constraint.size(), mesh.boundary_triangles.size(), "the constraint of the load case");
+    if (!load_case.load.empty())
+        require_size(load_case.load.size(), mesh.boundary_triangles.size(), "the load of the load case");
     if (!load_case.follows.empty())
         require_size(load_case.follows.size(), mesh.boundary_triangles.size(),
                      "the follower pressure of the load case");
@@ -167,6 +170,8 @@ void write_uncertainty(hdf5::OutputFile &file, const ReferenceUncertainty &uncer
     file.number(reference_group, "order", uncertainty.order);
     file.number(reference_group, "energy_uncertainty", uncertainty.energy_error);
     file.number(reference_group, "reaction_uncertainty", uncertainty.reaction_error);
+    if (uncertainty.stiffness)
+        file.number(reference_group, "stiffness_uncertainty", *uncertainty.stiffness);
 }
 
 void write_uncertainty(hdf5::OutputFile &file, const MotionUncertainty &uncertainty) {
@@ -209,6 +214,8 @@ void write_comparison(hdf5::OutputFile &file, const ModelResult &model, const Re
             file.number(group, "volume_error", path->volume_error);
             file.dataset(group + "/centroid_error", path->centroid_error, "m");
         }
+        if (comparison->tool)
+            write_tool_comparison(file, group, *comparison->tool);
         file.dataset(group + "/error", comparison->error, "m");
     }
     if (model.band) {
@@ -224,6 +231,7 @@ std::vector<char> file_image(const Result &result) {
     hdf5::write_provenance(file, result.provenance);
     write_body(file, *result.problem.body);
     hdf5::write_load_case(file, result.problem.load_case);
+    write_tools(file, result.problem);
     file.group("/solutions", true);
     file.group("/comparisons");
     std::vector<NamedSprings> written;

@@ -105,6 +105,8 @@ core::Solution read_solution_group(const InputFile &file, const std::string &mod
                                    .reaction = file.number(group, "observed_reaction")};
     if (file.has_attribute(group, "observed_load_fraction")) // files of earlier versions have none
         solution.observed_error.value().load_fraction = file.number(group, "observed_load_fraction");
+    if (solution.observed_error && file.has_attribute(group, "observed_stiffness"))
+        solution.observed_error->stiffness = file.number(group, "observed_stiffness");
     solution.displacement = file.dataset<core::Vector3>(group + "/displacement", num_nodes);
     solution.reaction = file.dataset<core::Vector3>(group + "/reaction", problem.load_case.constraint_names.size());
     if (file.texts(group + "/reaction", "patches") != problem.load_case.constraint_names)

@@ -95,6 +95,8 @@ void write_solution_group(hdf5::OutputFile &file, const std::string &model, cons
         file.number(group, "observed_energy", error->energy);
         file.number(group, "observed_reaction", error->reaction);
         file.number(group, "observed_load_fraction", error->load_fraction);
+        if (error->stiffness)
+            file.number(group, "observed_stiffness", *error->stiffness);
     }
     file.dataset(group + "/displacement", solution.displacement, "m");
     file.dataset(group + "/reaction", solution.reaction, "N");

@@ -82,6 +82,21 @@ TEST_F(DamagedResultFile, ReadsFilesFromBeforeTheReferenceHadAnUncertainty) {
     EXPECT_TRUE(read.models[1].comparison);
 }
 
+TEST_F(DamagedResultFile, ReadsFilesFromBeforeStiffnessAtTheTool) {
+    write_result(path_, tests::sample_result());
+    tamper(path_, [](hid_t file) {
+        for (const auto *const group : {"/load_case/load", "/load_case/tool", "/comparisons/springs/tool"})
+            EXPECT_GE(H5Ldelete(file, group, H5P_DEFAULT), 0);
+        EXPECT_GE(H5Adelete_by_name(file, "/solutions/fem_p2", "observed_stiffness", H5P_DEFAULT), 0);
+        EXPECT_GE(H5Adelete_by_name(file, "/reference", "stiffness_uncertainty", H5P_DEFAULT), 0);
+    });
+    const Result read = read_result(path_);
+    EXPECT_TRUE(read.problem.load_case.load.empty());
+    EXPECT_FALSE(read.models[1].comparison->tool);
+    EXPECT_FALSE(read.models[0].solution.observed_error->stiffness);
+    EXPECT_FALSE(read.reference_uncertainty->stiffness);
+}
+
 TEST_F(DamagedResultFile, RefusesWhatIsNoResultFile) {
     EXPECT_NE(refusal_of_file(path_).find("no such file"), std::string::npos);
     std::ofstream(path_) << "time,displacement\n0,0\n";
@@ -182,6 +197,17 @@ TEST_F(DamagedResultFile, NamesThePlaceOfEveryFault) {
          [](hid_t file) { poke(file, "/load_case/round_load/facet", H5T_NATIVE_INT, 0, 8); }},
         {"/load_case/round_load/radius", "row 1 is no length",
          [](hid_t file) { poke(file, "/load_case/round_load/radius", H5T_NATIVE_DOUBLE, 1, -1.0); }},
+        {"/load_case/load", "row 0 contradicts /load_case/condition",
+         [](hid_t file) { poke(file, "/load_case/load", H5T_NATIVE_INT, 0, 1); }},
+        {"/comparisons/springs/tool/relative_l2", "is missing", remove("/comparisons/springs/tool/relative_l2")},
+        {"/comparisons/springs/tool/path", "has shape (1,3) instead of",
+         [&](hid_t file) {
+             replace(file, "/comparisons/springs/tool/path", H5T_IEEE_F64LE, {1, 3}, row_of_zeros, H5T_NATIVE_DOUBLE);
+         }},
+        {"/comparisons/springs/tool/path", "has 6 points, and /load_case/path 5",
+         [&](hid_t file) {
+             replace(file, "/comparisons/springs/tool/path", H5T_IEEE_F64LE, {6, 2}, row_of_zeros, H5T_NATIVE_DOUBLE);
+         }},
         {"/load_case/constraint", "row 0 holds 2",
          [](hid_t file) { poke(file, "/load_case/constraint", H5T_NATIVE_INT, 0, 2); }},
         {"/", "attribute threads is 0", [](hid_t file) { set_attribute(file, "/", "threads", H5T_NATIVE_INT, 0); }},

@@ -89,6 +89,8 @@ void expect_equal(const core::LoadCase &a, const core::LoadCase &b) {
     EXPECT_EQ(a.acceleration, b.acceleration);
     EXPECT_EQ(a.constraint_names, b.constraint_names);
     EXPECT_EQ(a.constraint, b.constraint);
+    EXPECT_EQ(a.load_names, b.load_names);
+    EXPECT_EQ(a.load, b.load);
     EXPECT_EQ(a.press_depth, b.press_depth);
     ASSERT_EQ(a.release.has_value(), b.release.has_value());
     if (a.release)
@@ -147,6 +149,16 @@ void expect_equal(const core::Comparison &a, const core::Comparison &b) {
         EXPECT_TRUE(same_bits(a.path->reaction_bias, b.path->reaction_bias));
         EXPECT_TRUE(same_bits(a.path->volume_error, b.path->volume_error));
         EXPECT_TRUE(same_bits(a.path->centroid_error, b.path->centroid_error));
+    }
+    ASSERT_EQ(a.tool.has_value(), b.tool.has_value());
+    if (a.tool) {
+        ASSERT_EQ(a.tool->places.size(), b.tool->places.size());
+        for (std::size_t g = 0; g < a.tool->places.size(); ++g) {
+            EXPECT_EQ(a.tool->places[g].name, b.tool->places[g].name);
+            EXPECT_TRUE(same_bits(a.tool->places[g].stiffness, b.tool->places[g].stiffness));
+            EXPECT_TRUE(same_bits(a.tool->places[g].relative_l2, b.tool->places[g].relative_l2));
+            EXPECT_TRUE(same_bits(a.tool->places[g].path, b.tool->places[g].path));
+        }
     }
     EXPECT_TRUE(same_bits(a.error, b.error));
 }
@@ -239,6 +251,7 @@ TEST_F(ResultFile, HoldsAProblemWithoutConstraintsAndModels) {
     written.problem.load_case.constraint_names.clear();
     std::ranges::fill(written.problem.load_case.constraint, -1);
     std::ranges::fill(written.problem.load_case.condition, core::FacetCondition::free);
+    std::ranges::fill(written.problem.load_case.load, -1);
     write_result(path_, written);
     expect_equal(read_result(path_), written);
 }
@@ -256,6 +269,7 @@ TEST_F(ResultFile, HoldsWhatPressesToADepth) {
     for (std::size_t f = 0; f < load_case.condition.size(); ++f)
         if (load_case.condition[f] == core::FacetCondition::traction)
             load_case.constraint[f] = 0;
+    std::ranges::fill(load_case.load, -1);
     write_result(path_, written);
     expect_equal(read_result(path_), written);
 }

@@ -97,7 +97,7 @@ def sizes_of(file):
     if "histories" in file:
         return {"K": file["/histories/release/0/time"].shape[0]}
     sizes = sizes_of_result(file)
-    assert len(set(sizes.values())) == len(sizes) - 1, f"{sizes}: only R and P may be equal"
+    assert len(set(sizes.values())) == len(sizes) - 2, f"{sizes}: only R, P and G may be equal"
     return sizes
 
 
@@ -109,7 +109,8 @@ def sizes_of_result(file):
             "S": file["/solutions/springs/edges"].shape[0],
             "Q": file["/load_case/release/probe"].shape[0],
             "K": file["/load_case/release"].attrs["num_steps"] + 1,
-            "L": file["/load_case/path"].shape[0], "D": file["/load_case/round_load/radius"].shape[0], "Y": file["/load_case/yielded"].shape[0],
+            "L": file["/load_case/path"].shape[0], "D": file["/load_case/round_load/radius"].shape[0],
+            "E": len(file["/load_case/load"].attrs["names"]), "G": file["/load_case/tool/radius"].shape[0], "Y": file["/load_case/yielded"].shape[0],
             "F": file["/VTKHDF/Steps"].attrs["NSteps"],
             "C": file["/modes/fem_p2/angular_frequency"].shape[0]}
 

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+#include "core/problem.hpp"
+#include "core/tool_stiffness.hpp"
+#include "results/hdf5/hdf5_io.hpp"
+
+namespace livermark::results {
+
+/// Writes /load_case/tool, which the mesh and the load case decide; nothing where the load case has no tool.
+void write_tools(hdf5::OutputFile &file, const core::Problem &problem);
+
+/// Writes /comparisons/<model>/tool and its attributes.
+/// @param group  /comparisons/<model>
+void write_tool_comparison(hdf5::OutputFile &file, const std::string &group, const core::ToolComparison &tool);
+
+/// Reads /comparisons/<model>/tool; what its attributes say follows from it.
+/// @throws support::InputError for what the schema does not allow
+core::ToolComparison read_tool_comparison(const hdf5::InputFile &file, const std::string &group,
+                                          const core::LoadCase &load_case);
+
+} // namespace livermark::results
