@@ -16,6 +16,7 @@
 #include "cli/usage.hpp"
 #include "models/model_table.hpp"
 #include "results/tables/table_layout.hpp"
+#include "results/tables/tool_cells.hpp"
 #include "studies/run/amplitudes.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/run_cases.hpp"
@@ -72,6 +73,8 @@ int run(const studies::RunOptions &options, bool markdown, const std::string &co
     for (const auto &failure : failures)
         fmt::print(stderr, "livermark: failed: {}\n", failure);
     print_notes(studies::sentences(task.left_out));
+    if (const auto note = results::note_on_small_tools(done))
+        print_notes({*note});
     fmt::print(stderr, "Result files are in {}\n", options.output);
     return failures.empty() && std::ranges::all_of(done, all_is_well) ? 0 : 1;
 }

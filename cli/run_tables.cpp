@@ -12,6 +12,7 @@
 #include "results/tables/summary.hpp"
 #include "results/tables/table.hpp"
 #include "results/tables/table_layout.hpp"
+#include "results/tables/tool_cells.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::cli {
@@ -38,7 +39,8 @@ std::string cohort_with_legend(std::span<const results::CohortStatistics> statis
                                   "number, such as those of `livermark mesh liver --variant 7 -o liver_variant_7.msh`");
     return as_text(layout) +
            "\nover bodies, of the mean relative L2 error over load cases; in brackets the interval of "
-           "95 % by bootstrap; training: odd numbers, unseen: even ones\n";
+           "95 % by bootstrap; training: odd numbers, unseen: even ones\n" +
+           results::tool_legend();
 }
 
 class Printer {
@@ -64,10 +66,11 @@ class Printer {
 void print_regime(Printer &printer, std::span<const results::Result> results, TableKind kind) {
     const bool is_all = kind == TableKind::all;
     const bool is_large = results.front().problem.load_case.regime == core::Regime::large;
+    const auto legend = is_all ? "" : "\n" + results::tool_legend(); // all tables have it below the first
     if (is_all || kind == TableKind::models) {
         if (is_large)
             printer.print(printer.as_text(results::large_table(results)) + "\n" + results::large_legend() +
-                          results::yielded_places(results) +
+                          results::tool_radii(results) + results::yielded_places(results) +
                           results::motion_lines(results, printer.is_markdown() ? "- " : ""));
         else
             printer.print(printer.is_markdown() ? results::markdown_table(results) : results::text_table(results));
@@ -75,14 +78,14 @@ void print_regime(Printer &printer, std::span<const results::Result> results, Ta
     if (kind == TableKind::forces && is_large)
         printer.print(results::force_table(results));
     if (is_all || kind == TableKind::summary)
-        printer.print(results::summary(results));
+        printer.print(printer.as_text(results::summary(results)) + legend);
     if (kind == TableKind::overview || (is_all && results::has_several_poisson_ratios(results)))
-        printer.print(results::overview(results));
+        printer.print(printer.as_text(results::overview(results)) + legend);
     if (kind == TableKind::medians || (is_all && results::has_several_load_cases(results)))
         printer.print(
             medians_with_legend(results, [&](const results::Layout &layout) { return printer.as_text(layout); }));
     if (kind == TableKind::means)
-        printer.print(results::mean_errors(results));
+        printer.print(printer.as_text(results::mean_errors(results)) + legend);
     if (kind == TableKind::cohort)
         printer.print(cohort_with_legend(results::cohort_statistics(results::cohort_errors(results)),
                                          [&](const results::Layout &layout) { return printer.as_text(layout); }));

@@ -39,7 +39,7 @@ Command add_table(CLI::App &parent) {
             "--kind", options->kind,
             "all, models (a row for each model and load case), forces (of large deformations along the path of the "
             "load), summary (a column for each load case), "
-            "overview (columns for each Poisson's ratio), means (a column for each body), medians (over load "
+            "overview (columns for each Poisson's ratio), means (columns for each body), medians (over load "
             "cases, for each Poisson's ratio, with the load cases of pressure apart), or cohort (over bodies whose "
             "names "
             "end in a number, odd ones and even ones apart)")

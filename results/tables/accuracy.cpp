@@ -9,6 +9,7 @@
 
 #include "core/units.hpp"
 #include "results/tables/overview.hpp"
+#include "results/tables/tool_cells.hpp"
 
 namespace livermark::results {
 
@@ -54,6 +55,7 @@ double cost_of(const core::History &history) {
 /// What a model comes to over the load cases of a body.
 struct Moving {
     std::map<std::string, double> errors; ///< by load case, of which there may be several runs
+    std::map<std::string, double> stiffness;
     bool has_failed = false;
     double critical_step = infinity, seconds_per_step = infinity; ///< of explicit steps
     double history_step = nan, history_cost = nan;
@@ -62,8 +64,10 @@ struct Moving {
 void enter(Moving &moving, const ModelResult &model, const std::string &load_case) {
     const auto &solution = model.solution;
     moving.has_failed |= solution.status != core::SolutionStatus::ok;
-    if (model.comparison)
+    if (model.comparison) {
         moving.errors[load_case] = model.comparison->relative_l2;
+        moving.stiffness[load_case] = stiffness_at_tool(model);
+    }
     if (solution.explicit_steps) {
         moving.critical_step = std::min(moving.critical_step, solution.explicit_steps->critical_time_step);
         moving.seconds_per_step = std::min(moving.seconds_per_step, solution.explicit_steps->seconds_per_step);
@@ -120,6 +124,10 @@ std::vector<Standing> standings_at_rest(std::span<const Result> results) {
             standing.at.error = 0.0;
             for (const auto &[load_case, error] : model.errors)
                 standing.at.error += error / static_cast<double>(model.errors.size());
+            StiffnessCases cases;
+            for (const auto &[load_case, stiffness] : model.stiffness)
+                cases.enter(stiffness, load_case);
+            standing.stiffness = cases.mean();
         }
         if (!std::isnan(standing.at.cost))
             known.push_back(standing);
@@ -145,9 +153,19 @@ std::vector<Standing> standings_in_motion(std::span<const Result> results) {
 }
 
 Layout static_accuracy(std::span<const Result> results) {
-    Layout layout{{{"body"}, {"model"}, {"step [ms]", true}, {"cost [s/s]", true}, {"mean error [%]", true}, {""}}, {}};
-    for (const auto &standing : standings_at_rest(results))
-        add_numbers(layout.rows.emplace_back(std::vector{standing.body, standing.model}), standing);
+    Layout layout{{{"body"},
+                   {"model"},
+                   {"step [ms]", true},
+                   {"cost [s/s]", true},
+                   {"mean error [%]", true},
+                   {"mean tool [%]", true},
+                   {""}},
+                  {}};
+    for (const auto &standing : standings_at_rest(results)) {
+        auto &row = layout.rows.emplace_back(std::vector{standing.body, standing.model});
+        add_numbers(row, standing);
+        row.insert(row.end() - 1, size_cell(standing.stiffness));
+    }
     return layout;
 }
 

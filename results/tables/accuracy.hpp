@@ -32,6 +32,8 @@ struct Standing {
     bool is_on_front;
     /// Of the motion that it is compared with, relative L2; NaN where that is not known, and at rest.
     double uncertainty = std::numeric_limits<double>::quiet_NaN();
+    /// At rest the mean over load cases of the absolute value of stiffness_at_tool(); NaN where it is not known.
+    double stiffness = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// The rows of static_accuracy() as numbers.
@@ -41,7 +43,8 @@ std::vector<Standing> standings_at_rest(std::span<const Result> results);
 std::vector<Standing> standings_in_motion(std::span<const Result> results);
 
 /// Error against cost at rest. One row per body_label() and model that moves in time, in the order in which they
-/// appear: the mean over all load cases of the relative L2 error of the static solution [%]; the time step, 0.8 of the
+/// appear: the means over all load cases of the relative L2 error of the static solution [%] and of the absolute value
+/// of stiffness_at_tool() [%]; the time step, 0.8 of the
 /// shortest critical one over the load cases, or that of its history [ms]; and the seconds of one core that a simulated
 /// second takes with it. The Pareto front of each body is marked.
 /// Of several runs of one load case the last one's error counts.

@@ -9,6 +9,7 @@
 #include "core/deformation.hpp"
 #include "core/units.hpp"
 #include "results/tables/overview.hpp"
+#include "results/tables/tool_cells.hpp"
 
 namespace livermark::results {
 
@@ -27,6 +28,19 @@ std::string tumour_error(const core::PathComparison &path) {
     if (path.centroid_error.size() < 2)
         return "-";
     return fixed(millimetres * *std::max_element(path.centroid_error.begin() + 1, path.centroid_error.end()), 2);
+}
+
+/// Stiffness at the tool at the whole load and where it is worst along the path, and the error around the tool; of the
+/// reference how uncertain the first is.
+std::vector<std::string> cells_at_tool(const ModelResult &model, const Result &result) {
+    if (const auto &known = result.reference_uncertainty; known && model.name == known->reference)
+        return {known->stiffness ? "+- " + fixed(percent * *known->stiffness, 1) : "-", "-", "-"};
+    if (!model.comparison || !model.comparison->tool || model.solution.status != core::SolutionStatus::ok)
+        return {"-", "-", "-"};
+    const auto &tool = *model.comparison->tool;
+    const double error = tool.worst_place().relative_l2;
+    return {stiffness_cell(tool.stiffness()), stiffness_cell(tool.worst_stiffness()),
+            std::isnan(error) ? "-" : fixed(percent * error, 2)};
 }
 
 std::vector<std::string> row_of(const ModelResult &model, const Result &result, const std::string &body) {
@@ -51,6 +65,8 @@ std::vector<std::string> row_of(const ModelResult &model, const Result &result, 
         if (known && model.name == known->reference)
             row[4] = fixed(percent * known->relative_l2, 2);
     }
+    const auto at_tool = cells_at_tool(model, result);
+    row.insert(row.begin() + 5, at_tool.begin(), at_tool.end());
     const auto deformed = core::deformation(result.problem.body->mesh, solution.displacement);
     row.push_back(signed_percent(deformed.volume_change, 2));
     row.push_back(fixed(deformed.smallest_jacobian, 2));
@@ -117,8 +133,9 @@ std::vector<Result> of_regime(std::span<const Result> results, core::Regime regi
 
 Layout large_table(std::span<const Result> results) {
     Layout layout{{{"body"}, {"load case"}, {"model"}}, {}};
-    for (const auto *const title : {"L2 [%]", "+- [%]", "worst L2 [%]", "95 % [mm]", "tumour [mm]", "force [%]",
-                                    "worst react. [%]", "volume [%]", "min J", "inverted", "time [s]"})
+    for (const auto *const title :
+         {"L2 [%]", "+- [%]", "tool [%]", "worst tool [%]", "tool L2 [%]", "worst L2 [%]", "95 % [mm]", "tumour [mm]",
+          "force [%]", "worst react. [%]", "volume [%]", "min J", "inverted", "time [s]"})
         layout.columns.push_back({title, true});
     layout.columns.push_back({"status"});
     for (const auto &result : results)
@@ -128,7 +145,11 @@ Layout large_table(std::span<const Result> results) {
 }
 
 std::string large_legend() {
-    return "L2: of the displacement at the whole load; worst L2: along the path; 95 %: nodal error that 95 % of the "
+    return "L2: of the displacement at the whole load; tool: stiffness at the tool, force over displacement of the "
+           "model "
+           "where the load case presses, pulls or moves a place, over that of the reference, minus 1, positive is too "
+           "stiff; worst tool: the same along the path; tool L2: of the displacement within two radii of the tool; !: "
+           "above 7 %; worst L2: along the path; 95 %: nodal error that 95 % of the "
            "volume stay below; tumour: distance of a tumour's centroid from where it should be; force: how much "
            "stronger the reactions are; worst react.: error of the reactions along the path (fingers tell forces that "
            "differ by 7 %; Pang, Tan, Durlach 1991, Percept. Psychophys. 49(6)); min J: least ratio of volumes of a "

@@ -12,6 +12,7 @@
 #include "core/units.hpp"
 #include "results/quantile.hpp"
 #include "results/tables/overview.hpp"
+#include "results/tables/tool_cells.hpp"
 
 namespace livermark::results {
 
@@ -41,7 +42,9 @@ struct MedianCases {
     std::vector<double> errors;
     std::vector<double> uncertainties;     ///< of the reference, where the model was compared with it
     std::vector<double> own_uncertainties; ///< where the model is the reference
-    std::string failure;                   ///< a status other than ok
+    StiffnessCases stiffness;
+    std::vector<double> own_stiffness; ///< how uncertain that is where the model is the reference
+    std::string failure;               ///< a status other than ok
 };
 
 void enter_medians(MedianCases &cases, const ModelResult &model, const Result &result) {
@@ -50,10 +53,13 @@ void enter_medians(MedianCases &cases, const ModelResult &model, const Result &r
         cases.failure = core::to_string(model.solution.status);
     } else if (model.comparison) {
         cases.errors.push_back(model.comparison->relative_l2);
+        cases.stiffness.enter(stiffness_at_tool(model), result.problem.load_case.name);
         if (known)
             cases.uncertainties.push_back(known->relative_l2);
     } else if (known && known->reference == model.name) {
         cases.own_uncertainties.push_back(known->relative_l2);
+        if (known->stiffness)
+            cases.own_stiffness.push_back(*known->stiffness);
     }
 }
 
@@ -67,6 +73,13 @@ std::string cell_of(const MedianCases &cases) {
         return fmt::format("{}{}", is_within ? "within " : "", fixed(percent * error, 2));
     }
     return cases.own_uncertainties.empty() ? "-" : "+- " + fixed(percent * median(cases.own_uncertainties), 2);
+}
+
+/// The median of stiffness at the tool.
+std::string tool_cell_of(const MedianCases &cases) {
+    if (cases.errors.empty() && !cases.own_stiffness.empty())
+        return "+- " + fixed(percent * median(cases.own_stiffness), 1);
+    return cases.failure.empty() ? cases.stiffness.median_cell() : "-";
 }
 
 /// Names of load cases, each once.
@@ -104,7 +117,7 @@ Layout median_errors(std::span<const Result> results) {
             ratios.insert(poisson_ratio(result));
     Layout layout{{{"body"}, {"model"}}, {}};
     for (const double ratio : ratios)
-        for (const auto *const title : {"median [%]", "pressure [%]"})
+        for (const auto *const title : {"median [%]", "tool [%]", "worst tool [%]", "pressure [%]"})
             layout.columns.push_back({fmt::format("nu {:g}: {}", ratio, title), true});
     for (const auto &[body, name] : bodies_and_models(results, is_plain_static)) {
         auto &row = layout.rows.emplace_back(std::vector{body, name});
@@ -116,6 +129,8 @@ Layout median_errors(std::span<const Result> results) {
                         if (model.name == name)
                             enter_medians(has_pressure(*result) ? pressed : others, model, *result);
             row.push_back(cell_of(others));
+            row.push_back(tool_cell_of(others));
+            row.push_back(others.failure.empty() ? others.stiffness.worst_cell() : "-");
             row.push_back(cell_of(pressed));
         }
     }
@@ -139,8 +154,12 @@ std::string median_legend(std::span<const Result> results) {
     if (!pressed.empty())
         text += fmt::format("pressure: the error under {}, with pressure on the whole free surface\n",
                             fmt::join(pressed, ", "));
-    return text + "+-: the reference's own uncertainty; within: closer to the reference than that, so not to be ranked "
-                  "above another such model\n";
+    return text +
+           "tool, worst tool: of the stiffness at the tool the median of absolute values, and the one farthest from "
+           "zero with its load case\n" +
+           tool_legend() +
+           "+-: the reference's own uncertainty; within: closer to the reference than that, so not to be ranked "
+           "above another such model\n";
 }
 
 } // namespace livermark::results

@@ -17,8 +17,10 @@ namespace livermark::results {
 bool is_pressure_on_whole_surface(const core::LoadCase &load_case, const core::TetraMesh &mesh);
 
 /// One row per body and model, in the order in which they appear; for each Poisson's ratio of the bodies, the largest
-/// first, two columns: the median over load cases of the relative L2 error of the static solution [%], and the same
-/// over the load cases with pressure on the whole free surface, which the first leaves out.
+/// first, four columns: the median over load cases of the relative L2 error of the static solution [%]; over the same
+/// the median of the absolute value of stiffness_at_tool() [%], and the one of the largest absolute value with its load
+/// case; and the median error over the load cases with pressure on the whole free surface, which all of these leave
+/// out.
 ///
 /// The reference has "+-" and the median of its own uncertainty over the same load cases. A model whose median is below
 /// that of the uncertainty is marked "within". What did not come to an end has its status. What has no value is "-".

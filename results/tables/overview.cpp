@@ -1,4 +1,5 @@
 #include "results/tables/overview.hpp"
+#include "results/tables/tool_cells.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -21,6 +22,7 @@ using core::percent;
 /// What there is of one model on one body at one Poisson's ratio, over the load cases.
 struct Cases {
     std::vector<double> errors, reaction_errors, uncertainties, critical_steps, step_seconds;
+    StiffnessCases stiffness;
     std::string failure; ///< a status other than ok
 };
 
@@ -29,6 +31,7 @@ void enter(Cases &cases, const ModelResult &model, const Result &result) {
         cases.failure = core::to_string(model.solution.status);
     } else if (model.comparison) {
         cases.errors.push_back(model.comparison->relative_l2);
+        cases.stiffness.enter(stiffness_at_tool(model), result.problem.load_case.name);
         if (!std::isnan(model.comparison->reaction_error))
             cases.reaction_errors.push_back(model.comparison->reaction_error);
     } else if (result.reference_uncertainty && result.reference_uncertainty->reference == model.name) {
@@ -69,9 +72,14 @@ std::vector<std::string> cells_of(const Cases &cases) {
     const bool is_reference = cases.errors.empty() && !cases.uncertainties.empty();
     const auto plus_minus = [&](const std::string &text) { return is_reference ? "+- " + text : text; };
     const auto &errors = is_reference ? cases.uncertainties : cases.errors;
-    return {cases.failure.empty() ? plus_minus(mean_in_percent(errors)) : "-",
-            cases.failure.empty() ? plus_minus(largest(errors)) : cases.failure, mean_in_percent(cases.reaction_errors),
-            largest(cases.reaction_errors), smallest(cases.critical_steps, milliseconds)};
+    const bool has_ended = cases.failure.empty();
+    return {has_ended ? plus_minus(mean_in_percent(errors)) : "-",
+            has_ended ? plus_minus(largest(errors)) : cases.failure,
+            has_ended ? cases.stiffness.mean_cell() : "-",
+            has_ended ? cases.stiffness.worst_cell() : "-",
+            mean_in_percent(cases.reaction_errors),
+            largest(cases.reaction_errors),
+            smallest(cases.critical_steps, milliseconds)};
 }
 
 } // namespace
@@ -107,7 +115,8 @@ Layout overview(std::span<const Result> results) {
         ratios.insert(poisson_ratio(result));
     Layout layout{{{"body"}, {"model"}}, {}};
     for (const double ratio : ratios)
-        for (const auto *const title : {"mean [%]", "worst [%]", "mean react. [%]", "worst react. [%]", "step [ms]"})
+        for (const auto *const title : {"mean [%]", "worst [%]", "mean tool [%]", "worst tool [%]", "mean react. [%]",
+                                        "worst react. [%]", "step [ms]"})
             layout.columns.push_back({fmt::format("nu {:g}: {}", ratio, title), true});
     layout.columns.push_back({"per step [us]", true});
     for (const auto &[body, model] : bodies_and_models(results)) {
@@ -132,6 +141,7 @@ Layout mean_errors(std::span<const Result> results) {
             labels.push_back(label);
             first.push_back(&result);
             layout.columns.push_back({label + " [%]", true});
+            layout.columns.push_back({label + ": tool [%]", true});
         }
         for (const auto &model : result.models)
             if (std::ranges::find(models, model.name) == models.end())
@@ -139,9 +149,10 @@ Layout mean_errors(std::span<const Result> results) {
     }
     for (const auto &model : models) {
         auto &row = layout.rows.emplace_back(std::vector{model});
-        for (const auto *result : first)
-            row.push_back(
-                cells_of(collect(results, result->problem.body->name, poisson_ratio(*result), model)).front());
+        for (const auto *result : first) {
+            const auto cells = cells_of(collect(results, result->problem.body->name, poisson_ratio(*result), model));
+            row.insert(row.end(), {cells[0], cells[2]});
+        }
     }
     return layout;
 }

@@ -23,14 +23,16 @@ std::vector<std::pair<std::string, std::string>> bodies_and_models(std::span<con
 bool has_several_poisson_ratios(std::span<const Result> results);
 
 /// One row per body and model, in the order in which they appear, and for each Poisson's ratio over all load cases: the
-/// mean and the worst relative L2 error of the static solution [%], the mean and the worst error of the reactions [%]
+/// mean and the worst relative L2 error of the static solution [%], those of the absolute value of stiffness_at_tool()
+/// [%], the mean and the worst error of the reactions [%]
 /// and the shortest critical time step of explicit stepping [ms]; at the end the time that such a step takes [us]. The
 /// reference has its own uncertainty for an error. A load case that did not come to an end makes the mean "-" and its
 /// status the worst.
 Layout overview(std::span<const Result> results);
 
-/// One row per model and one column per body_label(), in the order in which they appear: the mean over all load cases
-/// of the relative L2 error of the static solution [%], as in overview().
+/// One row per model and two columns per body_label(), in the order in which they appear: the means over all load cases
+/// of the relative L2 error of the static solution and of the absolute value of stiffness_at_tool() [%], as in
+/// overview().
 Layout mean_errors(std::span<const Result> results);
 
 } // namespace livermark::results

@@ -11,6 +11,7 @@
 
 #include "core/units.hpp"
 #include "results/tables/overview.hpp"
+#include "results/tables/tool_cells.hpp"
 
 namespace livermark::results {
 
@@ -32,6 +33,7 @@ std::vector<std::string> row_of(std::span<const Result> results, const std::stri
                                 const std::vector<std::string> &load_cases) {
     std::vector<std::string> row{body, name};
     std::vector<double> errors, uncertainties, reactions, seconds;
+    StiffnessCases stiffness;
     for (const auto &load_case : load_cases) {
         std::string cell = "-";
         for (const auto &result : results) {
@@ -49,6 +51,7 @@ std::vector<std::string> row_of(std::span<const Result> results, const std::stri
                 cell = "reference";
             } else {
                 errors.push_back(model->comparison->relative_l2);
+                stiffness.enter(stiffness_at_tool(*model), load_case);
                 if (!std::isnan(model->comparison->reaction_error))
                     reactions.push_back(model->comparison->reaction_error);
                 cell = fixed(percent * errors.back(), 2);
@@ -58,6 +61,8 @@ std::vector<std::string> row_of(std::span<const Result> results, const std::stri
     }
     row.push_back(errors.empty() ? "-" : fixed(percent * mean(errors), 2));
     row.push_back(uncertainties.empty() ? "-" : fixed(percent * mean(uncertainties), 2));
+    row.push_back(stiffness.mean_cell());
+    row.push_back(stiffness.worst_cell());
     row.push_back(reactions.empty() ? "-" : fixed(percent * *std::ranges::max_element(reactions), 2));
     row.push_back(fmt::format("{:.2g}", mean(seconds)));
     return row;
@@ -77,7 +82,7 @@ Layout summary(std::span<const Result> results) {
     layout.columns = {{"body"}, {"model"}};
     for (const auto &load_case : load_cases)
         layout.columns.push_back({load_case + " [%]", true});
-    for (const auto *const title : {"mean [%]", "+- [%]", "react. [%]", "solve [s]"})
+    for (const auto *const title : {"mean [%]", "+- [%]", "tool [%]", "worst tool [%]", "react. [%]", "solve [s]"})
         layout.columns.push_back({title, true});
     for (const auto &[body, model] : entries)
         layout.rows.push_back(row_of(results, body, model, load_cases));

@@ -8,6 +8,7 @@
 #include "core/units.hpp"
 #include "results/tables/overview.hpp"
 #include "results/tables/table_layout.hpp"
+#include "results/tables/tool_cells.hpp"
 
 namespace livermark::results {
 
@@ -15,7 +16,7 @@ namespace {
 
 const std::vector<Column> columns{
     {"body", false},       {"load case", false}, {"model", false},    {"peak [mm]", true},  {"L2 [%]", true},
-    {"+- [%]", true},      {"max [mm]", true},   {"max [%]", true},   {"react. [%]", true}, {"energy [%]", true},
+    {"+- [%]", true},      {"tool [%]", true},   {"max [mm]", true},  {"react. [%]", true}, {"energy [%]", true},
     {"nonlin. [%]", true}, {"set-up [s]", true}, {"solve [s]", true}, {"status", false},    {"band", false}};
 
 using Row = std::vector<std::string>;
@@ -58,6 +59,13 @@ std::string verdict(const ModelResult &model) {
                : fmt::format("missed {:.2f} +- {:.2f} %", percent * model.band->expected, percent * model.band->margin);
 }
 
+/// Stiffness at the tool; of the reference how uncertain that is.
+std::string tool_cell(const ModelResult &model, const Result &result) {
+    if (const auto &known = result.reference_uncertainty; known && model.name == known->reference)
+        return known->stiffness ? "+- " + fixed(percent * *known->stiffness, 1) : "-";
+    return model.solution.status == core::SolutionStatus::ok ? stiffness_cell(stiffness_at_tool(model)) : "-";
+}
+
 Row row_of(const ModelResult &model, const Result &result, const std::string &body) {
     const core::Solution &solution = model.solution;
     const bool reference = is_reference(model, result);
@@ -67,7 +75,7 @@ Row row_of(const ModelResult &model, const Result &result, const std::string &bo
             fixed(millimetres * peak_displacement(solution), 3),
             "-",
             uncertainty(model, result),
-            "-",
+            tool_cell(model, result),
             "-",
             "-",
             "-",
@@ -78,8 +86,7 @@ Row row_of(const ModelResult &model, const Result &result, const std::string &bo
             reference && !model.band ? "-" : verdict(model)};
     if (const auto &comparison = model.comparison) {
         row[4] = fixed(percent * comparison->relative_l2, 2);
-        row[6] = fixed(millimetres * comparison->max_error, 3);
-        row[7] = fixed(percent * comparison->max_error_relative, 2);
+        row[7] = fixed(millimetres * comparison->max_error, 3);
         if (!std::isnan(comparison->reaction_error)) // without a resultant there is none
             row[8] = fixed(percent * comparison->reaction_error, 2);
         if (!std::isnan(comparison->energy_error)) // who gives displacements alone says nothing of it
@@ -96,6 +103,12 @@ std::string legend(std::span<const Result> results) {
                 return "\nwithin: closer to the reference than the reference's own uncertainty; not to be ranked above "
                        "another such model\n";
     return "";
+}
+
+/// What the columns of the tool mean, and how large it is; nothing where there is none.
+std::string tool_lines(std::span<const Result> results) {
+    const auto radii = tool_radii(results);
+    return radii.empty() ? "" : "\n" + tool_legend() + radii;
 }
 
 std::string describe(const std::string &model, const core::HistoryComparison &motion) {
@@ -176,13 +189,13 @@ Layout error_table(std::span<const Result> results) {
 }
 
 std::string text_table(std::span<const Result> results) {
-    return to_text(error_table(results)) + legend(results) + load_scales(results) + yielded_places(results) +
-           motion_lines(results, "") + failures(results, "");
+    return to_text(error_table(results)) + legend(results) + tool_lines(results) + load_scales(results) +
+           yielded_places(results) + motion_lines(results, "") + failures(results, "");
 }
 
 std::string markdown_table(std::span<const Result> results) {
-    return to_markdown(error_table(results)) + legend(results) + load_scales(results) + yielded_places(results) +
-           motion_lines(results, "- ") + failures(results, "- ");
+    return to_markdown(error_table(results)) + legend(results) + tool_lines(results) + load_scales(results) +
+           yielded_places(results) + motion_lines(results, "- ") + failures(results, "- ");
 }
 
 } // namespace livermark::results

@@ -1,6 +1,7 @@
 #include "results/tables/median_errors.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <memory>
 
@@ -74,8 +75,10 @@ TEST(MedianErrors, AreTheMiddleOfAnOddNumberAndTheMeanOfTheTwoMiddleOnesOfAnEven
 TEST(MedianErrors, KeepPressureApart) {
     const std::vector<Result> results{named("a", 0.04, 0.01), under_pressure(3.77, 0.02), named("b", 0.06, 0.01)};
     const auto layout = median_errors(results);
-    EXPECT_EQ(median_row_of(layout, "springs"), (std::vector<std::string>{"box", "springs", "5.00", "377.00"}));
-    EXPECT_EQ(median_row_of(layout, "fem_p2"), (std::vector<std::string>{"box", "fem_p2", "+- 1.00", "+- 2.00"}));
+    EXPECT_EQ(median_row_of(layout, "springs"),
+              (std::vector<std::string>{"box", "springs", "5.00", "20.0 !", "+20.0 ! a", "377.00"}));
+    EXPECT_EQ(median_row_of(layout, "fem_p2"),
+              (std::vector<std::string>{"box", "fem_p2", "+- 1.00", "+- 0.8", "-", "+- 2.00"}));
     const auto legend = median_legend(results);
     EXPECT_NE(legend.find("under a, b\n"), std::string::npos) << legend;
     EXPECT_NE(legend.find("under gas, "), std::string::npos) << legend;
@@ -86,7 +89,7 @@ TEST(MedianErrors, MarkWhatIsCloserToTheReferenceThanItsOwnUncertainty) {
                                       under_pressure(0.02, 0.02)};
     // 0.5 % is below the median uncertainty of 1 %; as much as the uncertainty is not below it.
     EXPECT_EQ(median_row_of(median_errors(results), "springs"),
-              (std::vector<std::string>{"box", "springs", "within 0.50", "2.00"}));
+              (std::vector<std::string>{"box", "springs", "within 0.50", "20.0 !", "+20.0 ! a", "2.00"}));
     auto unknown = results;
     unknown[1].reference_uncertainty.reset();
     EXPECT_EQ(median_row_of(median_errors(unknown), "springs").at(2), "0.50");
@@ -99,17 +102,41 @@ TEST(MedianErrors, HaveColumnsForEachPoissonsRatioWithTheLargestFirst) {
     std::vector<std::string> titles;
     for (const auto &column : layout.columns)
         titles.push_back(column.title);
-    EXPECT_EQ(titles, (std::vector<std::string>{"body", "model", "nu 0.49: median [%]", "nu 0.49: pressure [%]",
-                                                "nu 0.45: median [%]", "nu 0.45: pressure [%]"}));
+    EXPECT_EQ(titles,
+              (std::vector<std::string>{"body", "model", "nu 0.49: median [%]", "nu 0.49: tool [%]",
+                                        "nu 0.49: worst tool [%]", "nu 0.49: pressure [%]", "nu 0.45: median [%]",
+                                        "nu 0.45: tool [%]", "nu 0.45: worst tool [%]", "nu 0.45: pressure [%]"}));
     EXPECT_EQ(median_row_of(layout, "springs"),
-              (std::vector<std::string>{"box", "springs", "30.00", "20.00", "10.00", "-"}));
+              (std::vector<std::string>{"box", "springs", "30.00", "20.0 !", "+20.0 ! a", "20.00", "10.00", "20.0 !",
+                                        "+20.0 ! a", "-"}));
+}
+
+/// What has no tool counts in neither number; pressure on the whole surface only in its own column.
+TEST(MedianErrors, HaveTheMedianSizeOfStiffnessAtTheToolAndTheWorstWithItsLoadCase) {
+    std::vector<Result> results{named("a", 0.1, 0.01), named("b", 0.1, 0.01), named("c", 0.1, 0.01),
+                                named("d", 0.1, 0.01), under_pressure(0.1, 0.01)};
+    const std::vector<double> stiffness{-0.12, 0.05, 0.01, std::nan(""), 0.9};
+    for (std::size_t r = 0; r < results.size(); ++r)
+        for (auto &place : results[r].models[springs].comparison->tool.value().places) {
+            place.stiffness = stiffness[r];
+            place.path.clear();
+        }
+    auto row = median_row_of(median_errors(results), "springs");
+    EXPECT_EQ(row.at(3), "5.0");
+    EXPECT_EQ(row.at(4), "-12.0 ! a");
+    for (auto &result : results)
+        result.models[springs].comparison->tool.reset();
+    row = median_row_of(median_errors(results), "springs");
+    EXPECT_EQ(row.at(3), "-");
+    EXPECT_EQ(row.at(4), "-");
+    EXPECT_NE(median_legend(results).find("!: above 7 %"), std::string::npos);
 }
 
 TEST(MedianErrors, ShowTheStatusOfWhatFailedWhereItFailed) {
     std::vector<Result> results{named("a", 0.10, 0.01), under_pressure(0.20, 0.01)};
     results[1].models[springs].solution.status = core::SolutionStatus::diverged;
     EXPECT_EQ(median_row_of(median_errors(results), "springs"),
-              (std::vector<std::string>{"box", "springs", "10.00", "diverged"}));
+              (std::vector<std::string>{"box", "springs", "10.00", "20.0 !", "+20.0 ! a", "diverged"}));
 }
 
 TEST(MedianErrors, CountARepeatedLoadCaseOnceAndLeaveMotionAndMultiplesOut) {

@@ -36,21 +36,23 @@ std::vector<std::string> row_of(const Layout &layout, const std::string &model) 
 
 TEST(Overview, HasTheMeanTheWorstAndTheStepForEachPoissonsRatio) {
     const auto layout = overview(three_results());
-    ASSERT_EQ(layout.columns.size(), 13u);
+    ASSERT_EQ(layout.columns.size(), 17u);
     EXPECT_EQ(layout.columns[2].title, "nu 0.3: mean [%]");
-    EXPECT_EQ(layout.columns[7].title, "nu 0.45: mean [%]");
+    EXPECT_EQ(layout.columns[9].title, "nu 0.45: mean [%]");
     EXPECT_EQ(layout.rows.size(), 4u);
     EXPECT_EQ(row_of(layout, "springs"),
-              (std::vector<std::string>{"box", "springs", "20.00", "30.00", "28.50", "50.00", "3", "25.00", "25.00",
-                                        "25.00", "25.00", "2", "100"}));
+              (std::vector<std::string>{"box", "springs", "20.00", "30.00", "20.0 !", "+20.0 ! pull_and_hang", "28.50",
+                                        "50.00", "3", "25.00", "25.00", "20.0 !", "+20.0 ! pull_and_hang", "25.00",
+                                        "25.00", "2", "100"}));
 }
 
 TEST(Overview, MeansHaveAColumnForEachBody) {
     const auto layout = mean_errors(three_results());
-    ASSERT_EQ(layout.columns.size(), 3u);
+    ASSERT_EQ(layout.columns.size(), 5u);
     EXPECT_EQ(layout.columns[1].title, "box, nu 0.3 [%]");
-    EXPECT_EQ(layout.columns[2].title, "box, nu 0.45 [%]");
-    EXPECT_EQ(layout.rows.at(1), (std::vector<std::string>{"springs", "20.00", "25.00"}));
+    EXPECT_EQ(layout.columns[2].title, "box, nu 0.3: tool [%]");
+    EXPECT_EQ(layout.columns[3].title, "box, nu 0.45 [%]");
+    EXPECT_EQ(layout.rows.at(1), (std::vector<std::string>{"springs", "20.00", "20.0 !", "25.00", "20.0 !"}));
 }
 
 TEST(Overview, GivesTheReferenceItsUncertaintyAndAFailureItsStatus) {

@@ -1,5 +1,6 @@
 #include "results/tables/table.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
 #include <sstream>
 
@@ -65,14 +66,13 @@ TEST(Table, ConvertsUnits) {
     core::Comparison &comparison = *result.models[1].comparison;
     comparison.relative_l2 = 0.12345;
     comparison.max_error = 0.0012344;
-    comparison.max_error_relative = 0.5;
     comparison.reaction_error = 0.07;
     comparison.energy_error = 0.44;
     result.models[1].solution.nonlinearity = 0.0123;
     result.models[1].solution.displacement.assign(12, core::Vector3(0.003, 0.0, 0.004));
     const auto cells = cells_of(lines_of(markdown_table({&result, 1}))[3]);
-    const std::vector<std::string> expected{"box",   "pull_and_hang", "springs", "5.000",  "12.35", "within",
-                                            "1.234", "50.00",         "7.00",    "+44.00", "1.23"};
+    const std::vector<std::string> expected{"box",     "pull_and_hang", "springs", "5.000",  "12.35", "within",
+                                            "+20.0 !", "1.234",         "7.00",    "+44.00", "1.23"};
     EXPECT_EQ((std::vector<std::string>(cells.begin(), cells.begin() + 11)), expected);
 }
 
@@ -86,7 +86,7 @@ TEST(Table, ShowsThePeakOfTheReferenceAndNoErrors) {
                                             "2.746",
                                             "-",
                                             "19.00",
-                                            "-",
+                                            "+- 0.8",
                                             "-",
                                             "-",
                                             "-",
@@ -96,6 +96,40 @@ TEST(Table, ShowsThePeakOfTheReferenceAndNoErrors) {
                                             "ok",
                                             "-"};
     EXPECT_EQ(cells, expected);
+}
+
+TEST(Table, MarksWhatFingersFeelAndExplainsIt) {
+    Result result = tests::sample_result();
+    auto &tool = result.models[1].comparison->tool.value();
+    const auto cell = [&](double held, double pulled) {
+        tool.places[0].stiffness = pulled;
+        tool.places[1].stiffness = held;
+        for (auto &place : tool.places)
+            place.path.clear();
+        return cells_of(lines_of(markdown_table({&result, 1}))[3])[6];
+    };
+    EXPECT_EQ(cell(0.01, -0.0699), "-7.0");
+    EXPECT_EQ(cell(0.01, -0.0701), "-7.0 !");
+    EXPECT_EQ(cell(0.5, 0.01), "+50.0 !");
+    EXPECT_EQ(cell(std::nan(""), 0.0), "0.0");
+    tool.places[1].path = {0.6, -0.9, 0.1}; // the worst along the path
+    tool.places[0].path = {0.0, 0.0, 0.0};
+    EXPECT_EQ(cells_of(lines_of(markdown_table({&result, 1}))[3])[6], "-90.0 !");
+    const auto table = text_table({&result, 1});
+    EXPECT_NE(table.find("!: above 7 %"), std::string::npos) << table;
+    EXPECT_NE(table.find("\nradius of the smallest tool in edges: box pull_and_hang "), std::string::npos) << table;
+}
+
+/// A load case without a tool has no number, which is not zero.
+TEST(Table, HasNoStiffnessAtTheToolWithoutOne) {
+    Result result = tests::sample_result();
+    result.problem.load_case.condition.assign(result.problem.load_case.condition.size(), core::FacetCondition::free);
+    for (auto &model : result.models)
+        if (model.comparison)
+            model.comparison->tool.reset();
+    const auto cells = cells_of(lines_of(markdown_table({&result, 1}))[3]);
+    EXPECT_EQ(cells[6], "-");
+    EXPECT_EQ(text_table({&result, 1}).find("tool: stiffness"), std::string::npos);
 }
 
 /// A model that is closer to the reference than the reference to the truth is not to be ranked.

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "results/result.hpp"
+
+/// Stiffness at the tool in cells of tables, see core::ToolComparison.
+namespace livermark::results {
+
+/// Of a model under a load case; along a path of loads the one of the largest absolute value. NaN where there is none.
+double stiffness_at_tool(const ModelResult &model);
+
+/// With its sign, and a mark where fingers feel it [%]; "-" for NaN.
+std::string stiffness_cell(double stiffness);
+
+/// The same of an absolute value.
+std::string size_cell(double size);
+
+/// Stiffness at the tool of one model over load cases.
+struct StiffnessCases {
+    std::vector<double> sizes{}; ///< absolute values
+    double worst = std::numeric_limits<double>::quiet_NaN();
+    std::string worst_load_case{};
+
+    /// A NaN is left out.
+    void enter(double stiffness, const std::string &load_case);
+    /// Of absolute values; NaN where there are none.
+    double mean() const;
+    /// Mean, and median, of absolute values [%].
+    std::string mean_cell() const;
+    std::string median_cell() const;
+    /// The one of the largest absolute value, with its sign and its load case.
+    std::string worst_cell() const;
+};
+
+/// What the columns and the mark mean.
+std::string tool_legend();
+
+/// A line with the radius of the smallest tool of each load case over the edge length under it; empty without tools.
+std::string tool_radii(std::span<const Result> results);
+
+/// A sentence on the tools with a radius of less than two edges; nothing where there is none.
+std::optional<std::string> note_on_small_tools(std::span<const Result> results);
+
+} // namespace livermark::results
