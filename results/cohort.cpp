@@ -20,11 +20,26 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// Regime, half, Poisson's ratio and model.
 using Group = std::tuple<core::Regime, std::string, double, std::string>;
-/// Relative L2 error by body and load case; NaN where a model has not come to an end.
-using ErrorsOfBodies = std::map<std::string, std::map<std::string, double>>;
+/// By load case: relative L2 error, NaN where a model has not come to an end, and stiffness at the tool.
+struct ErrorsOfBody {
+    std::map<std::string, double> relative_l2, stiffness;
+};
+using ErrorsOfBodies = std::map<std::string, ErrorsOfBody>; // by body
 
 bool is_in_cohort(const Result &result) {
     return is_plain_static(result) && cohort_half(result.problem.body->name).has_value();
+}
+
+/// Of absolute values, where there is one; NaN of none.
+double mean_size(const std::map<std::string, double> &values) {
+    double sum = 0.0;
+    int count = 0;
+    for (const auto &[load_case, value] : values)
+        if (!std::isnan(value)) {
+            sum += std::abs(value);
+            ++count;
+        }
+    return sum / count;
 }
 
 /// Means over load cases, of the bodies that have them all.
@@ -32,10 +47,10 @@ std::vector<BodyMean> means_of(const ErrorsOfBodies &bodies, std::size_t num_loa
     std::vector<BodyMean> means;
     for (const auto &[body, errors] : bodies) {
         double sum = 0.0;
-        for (const auto &[load_case, error] : errors)
+        for (const auto &[load_case, error] : errors.relative_l2)
             sum += error;
-        if (errors.size() == num_load_cases && std::isfinite(sum))
-            means.push_back({body, sum / static_cast<double>(num_load_cases)});
+        if (errors.relative_l2.size() == num_load_cases && std::isfinite(sum))
+            means.push_back({body, sum / static_cast<double>(num_load_cases), mean_size(errors.stiffness)});
     }
     return means;
 }
@@ -50,7 +65,10 @@ CohortStatistics statistics_of(const Group &group, const ErrorsOfBodies &bodies,
                                 .median_interval = {nan, nan},
                                 .percentile_95 = nan,
                                 .percentile_95_interval = {nan, nan},
-                                .worst = nan};
+                                .worst = nan,
+                                .stiffness_median = nan,
+                                .stiffness_median_interval = {nan, nan},
+                                .stiffness_worst = nan};
     statistics.left_out = static_cast<int>(bodies.size() - statistics.means.size());
     if (statistics.means.empty())
         return statistics;
@@ -62,6 +80,15 @@ CohortStatistics statistics_of(const Group &group, const ErrorsOfBodies &bodies,
     statistics.percentile_95 = quantile(values, 0.95);
     statistics.percentile_95_interval = bootstrap_interval(values, 0.95);
     statistics.worst = *std::ranges::max_element(values);
+    values.clear();
+    for (const auto &mean : statistics.means)
+        if (!std::isnan(mean.stiffness))
+            values.push_back(mean.stiffness);
+    if (!values.empty()) {
+        statistics.stiffness_median = quantile(values, 0.5);
+        statistics.stiffness_median_interval = bootstrap_interval(values, 0.5);
+        statistics.stiffness_worst = *std::ranges::max_element(values);
+    }
     return statistics;
 }
 
@@ -100,7 +127,10 @@ std::vector<CohortError> cohort_errors(std::span<const Result> results) {
                                   .model = model.name,
                                   .status = model.solution.status,
                                   .relative_l2 = model.comparison ? model.comparison->relative_l2 : nan,
-                                  .reaction_error = model.comparison ? model.comparison->reaction_error : nan});
+                                  .reaction_error = model.comparison ? model.comparison->reaction_error : nan,
+                                  .stiffness = model.comparison && model.comparison->tool
+                                                   ? model.comparison->tool->worst_stiffness()
+                                                   : nan});
     }
     return errors;
 }
@@ -113,8 +143,9 @@ std::vector<CohortStatistics> cohort_statistics(std::span<const CohortError> err
         if (!half)
             continue;
         load_cases[{error.regime, error.poisson_ratio}].insert(error.load_case);
-        groups[{error.regime, *half, error.poisson_ratio, error.model}][error.body][error.load_case] =
-            error.status == core::SolutionStatus::ok ? error.relative_l2 : nan;
+        auto &of_body = groups[{error.regime, *half, error.poisson_ratio, error.model}][error.body];
+        of_body.relative_l2[error.load_case] = error.status == core::SolutionStatus::ok ? error.relative_l2 : nan;
+        of_body.stiffness[error.load_case] = error.stiffness;
     }
     std::vector<CohortStatistics> statistics;
     for (const auto &[group, bodies] : groups)

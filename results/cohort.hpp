@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -37,6 +38,8 @@ struct CohortError {
     core::SolutionStatus status = core::SolutionStatus::ok;
     double relative_l2 = 0.0;    ///< as in its comparison with the reference; NaN where it was not compared
     double reaction_error = 0.0; ///< the same
+    /// core::ToolComparison::worst_stiffness(); NaN also where the load case has no tool.
+    double stiffness = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// One for each model that was compared or has not come to an end. Bodies that are in no half, load cases that depend
@@ -46,6 +49,8 @@ std::vector<CohortError> cohort_errors(std::span<const Result> results);
 struct BodyMean {
     std::string body;
     double error; ///< mean over load cases of relative_l2
+    /// Mean over load cases of the absolute value of stiffness, where there is one; NaN where there is none.
+    double stiffness = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// What the errors of one model come to over the bodies of one half.
@@ -61,6 +66,9 @@ struct CohortStatistics {
     double percentile_95 = 0.0;
     Interval percentile_95_interval;
     double worst = 0.0;
+    double stiffness_median = 0.0; ///< of the means of stiffness, like the next two; NaN where there are none
+    Interval stiffness_median_interval;
+    double stiffness_worst = 0.0;
 };
 
 /// In the order of regime, half, Poisson's ratio and model. Where a body, load case and model are there twice, the last

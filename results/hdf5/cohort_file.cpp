@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <fmt/format.h>
 #include <functional>
+#include <limits>
 #include <utility>
 
 #include "results/hdf5/file_parts.hpp"
@@ -116,6 +117,7 @@ void write_errors(OutputFile &file, const std::vector<CohortBody> &bodies, const
     write_column(file, "/errors/poisson_ratio", errors, &CohortError::poisson_ratio);
     write_column(file, "/errors/relative_l2", errors, &CohortError::relative_l2);
     write_column(file, "/errors/reaction_error", errors, &CohortError::reaction_error);
+    write_column(file, "/errors/stiffness_at_tool", errors, &CohortError::stiffness);
 }
 
 void write_statistics(OutputFile &file, const std::vector<CohortStatistics> &statistics) {
@@ -139,6 +141,8 @@ void write_statistics(OutputFile &file, const std::vector<CohortStatistics> &sta
     write_quantile("median", &Group::median, &Group::median_interval);
     write_quantile("percentile_95", &Group::percentile_95, &Group::percentile_95_interval);
     write_column(file, "/statistics/worst", statistics, &Group::worst);
+    write_quantile("stiffness_median", &Group::stiffness_median, &Group::stiffness_median_interval);
+    write_column(file, "/statistics/stiffness_worst", statistics, &Group::stiffness_worst);
 }
 
 std::vector<CohortBody> read_bodies(const InputFile &file) {
@@ -170,6 +174,9 @@ std::vector<CohortError> read_errors(const InputFile &file) {
     const auto relative_l2 = file.dataset<double>("/errors/relative_l2");
     const auto num = relative_l2.size();
     const auto reaction_error = file.dataset<double>("/errors/reaction_error", num);
+    std::vector<double> stiffness(num, std::numeric_limits<double>::quiet_NaN());
+    if (file.has("/errors/stiffness_at_tool")) // files of earlier versions have none
+        stiffness = file.dataset<double>("/errors/stiffness_at_tool", num);
     const auto ratio = file.dataset<double>("/errors/poisson_ratio", num);
     const auto body = read_words(file, "/errors/body", num, file.texts("/bodies", "names"));
     const auto load_case = read_words(file, "/errors/load_case", num);
@@ -178,8 +185,8 @@ std::vector<CohortError> read_errors(const InputFile &file) {
     const auto status = read_values<core::SolutionStatus>(file, "/errors/status", num, statuses);
     std::vector<CohortError> errors;
     for (std::size_t e = 0; e < num; ++e)
-        errors.push_back(
-            {body[e], regime[e], ratio[e], load_case[e], model[e], status[e], relative_l2[e], reaction_error[e]});
+        errors.push_back({body[e], regime[e], ratio[e], load_case[e], model[e], status[e], relative_l2[e],
+                          reaction_error[e], stiffness[e]});
     return errors;
 }
 

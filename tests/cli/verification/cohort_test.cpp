@@ -65,6 +65,7 @@ TEST_F(CohortCommand, PrintsTheTableOfItsResultFilesAndKeepsTheirNumbers) {
             ASSERT_NE(found, cohort.errors.end()) << model.name;
             EXPECT_EQ(found->relative_l2, model.comparison->relative_l2);
             EXPECT_EQ(found->reaction_error, model.comparison->reaction_error);
+            EXPECT_EQ(found->stiffness, model.comparison->tool.value().stiffness());
             EXPECT_EQ(found->load_case, "palpation");
         }
     }

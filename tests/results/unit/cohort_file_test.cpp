@@ -44,6 +44,8 @@ TEST_F(CohortFile, HoldsWhatWasWritten) {
         EXPECT_EQ(read.errors[e].status, written.errors[e].status);
         EXPECT_TRUE(read.errors[e].relative_l2 == written.errors[e].relative_l2 ||
                     (std::isnan(read.errors[e].relative_l2) && std::isnan(written.errors[e].relative_l2)));
+        EXPECT_TRUE(read.errors[e].stiffness == written.errors[e].stiffness ||
+                    (std::isnan(read.errors[e].stiffness) && std::isnan(written.errors[e].stiffness)));
     }
 }
 
@@ -53,9 +55,12 @@ TEST_F(CohortFile, HasTheStatisticsOfItsErrors) {
     const auto statistics = cohort_statistics(cohort.errors);
     const hdf5::InputFile file(path_);
     const auto median = file.dataset<double>("/statistics/median", statistics.size());
+    const auto stiffness = file.dataset<double>("/statistics/stiffness_median", statistics.size());
     const auto bodies = file.dataset<int>("/statistics/bodies", statistics.size());
     for (std::size_t h = 0; h < statistics.size(); ++h) {
         EXPECT_TRUE(median[h] == statistics[h].median || (std::isnan(median[h]) && std::isnan(statistics[h].median)));
+        EXPECT_TRUE(stiffness[h] == statistics[h].stiffness_median ||
+                    (std::isnan(stiffness[h]) && std::isnan(statistics[h].stiffness_median)));
         EXPECT_EQ(bodies[h], std::ssize(statistics[h].means));
     }
 }

@@ -75,6 +75,25 @@ TEST(CohortStatistics, LeaveOutBodiesWithoutALoadCaseOrAnEnd) {
     EXPECT_EQ(cohort_table(statistics).rows[0][4], "2");
 }
 
+/// Of absolute values: too soft under one load case and too stiff under another is not right in the mean.
+TEST(CohortStatistics, TakeTheMeanSizeOfStiffnessAtTheToolOverTheLoadCasesThatHaveOne) {
+    std::vector<CohortError> errors{error_of("b_1", "pull", 0.1), error_of("b_1", "push", 0.3),
+                                    error_of("b_1", "hang", 0.3), error_of("b_3", "pull", 0.4),
+                                    error_of("b_3", "push", 0.6), error_of("b_3", "hang", 0.6)};
+    EXPECT_EQ(cohort_table(cohort_statistics(errors)).rows[0][8], "-");
+    errors[0].stiffness = -0.1;
+    errors[1].stiffness = 0.2;
+    errors[3].stiffness = 0.05;
+    errors[4].stiffness = 0.05;
+    const auto statistics = cohort_statistics(errors);
+    EXPECT_DOUBLE_EQ(statistics[0].means[0].stiffness, 0.15);
+    EXPECT_DOUBLE_EQ(statistics[0].stiffness_median, 0.1);
+    EXPECT_DOUBLE_EQ(statistics[0].stiffness_worst, 0.15);
+    const auto row = cohort_table(statistics).rows[0];
+    EXPECT_EQ(row[8], "10.0 ! (5.0 to 15.0)");
+    EXPECT_EQ(row[9], "15.0 !");
+}
+
 TEST(CohortStatistics, KeepRegimesApartAndHaveNoNumberWithoutABody) {
     auto large = error_of("b_1", "large_pull", std::nan(""));
     large.regime = core::Regime::large;
