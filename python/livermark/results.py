@@ -78,8 +78,20 @@ class ModelResult:
 
     @property
     def comparison(self) -> Optional[dict[str, Any]]:
-        """reference, relative_l2, max_error [m], reaction_error and the rest; None of the reference"""
+        """reference, relative_l2, stiffness_at_tool, max_error [m], reaction_error and the rest; None of the reference"""
         return None if self._comparison is None else _attributes(self._comparison)
+
+    @property
+    def at_tool(self) -> Optional[dict[str, Any]]:
+        """How wrong it is where the load case presses, pulls or moves a place: places, their names (G), as in
+        ResultFile.tools; stiffness (G), force over displacement of the model over that of the reference, minus 1, positive
+        is too stiff; relative_l2 (G), within two radii; path (L, G), stiffness along the path of loads, None in the small
+        regime. None of the reference, without such a place, and of older files."""
+        if self._comparison is None or "tool" not in self._comparison:
+            return None
+        tool = self._comparison["tool"]
+        return {"places": _value(tool["stiffness"].attrs["places"]), "stiffness": tool["stiffness"][:],
+                "relative_l2": tool["relative_l2"][:], "path": tool["path"][:] if "path" in tool else None}
 
     @property
     def error(self) -> Optional[NDArray[np.float64]]:
@@ -219,6 +231,17 @@ class ResultFile:
     def constraint_names(self) -> list[str]:
         """(P) the places where displacement is prescribed"""
         return _value(self._file["load_case/constraint"].attrs["names"])
+
+    @property
+    def tools(self) -> Optional[dict[str, Any]]:
+        """What the load case presses, pulls or moves: places, their names (G); drive (G), 0 by a given traction, 1 to a
+        depth, 2 to a displacement; middle (G, 3), radius (G) and edge_length (G) [m]; radius_in_edges, the smallest ratio
+        of these. None without one, and of older files."""
+        group = self._file["load_case"].get("tool")
+        if group is None:
+            return None
+        return {"places": _value(group["drive"].attrs["places"]), **_attributes(group),
+                **{name: values[:] for name, values in group.items()}}
 
     @property
     def models(self) -> list[str]:

@@ -1,6 +1,7 @@
 #include "studies/exchange/score.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <stdexcept>
 #include <utility>
@@ -64,6 +65,14 @@ void add_score(py::module_ &module, py::class_<LoadedBody> &problem) {
             "reference", [](const Scored &s) { return s.comparison().reference; }, "name of the reference")
         .def_property_readonly("relative_l2", number(&core::Comparison::relative_l2),
                                "sqrt(sum V_i |u_i - r_i|^2 / sum V_i |r_i|^2), V_i the volume of node i")
+        .def_property_readonly(
+            "stiffness_at_tool",
+            [](const Scored &s) {
+                const auto &tool = s.comparison().tool;
+                return tool && !std::isnan(tool->stiffness()) ? std::optional(tool->stiffness()) : std::nullopt;
+            },
+            "force over displacement where the load case presses, pulls or moves a place, over that of the reference, "
+            "minus 1;\npositive is too stiff; None without such a place, and where a depth or displacement is given")
         .def_property_readonly("max_error", number(&core::Comparison::max_error), "largest |u_i - r_i| [m]")
         .def_property_readonly("max_error_relative", number(&core::Comparison::max_error_relative),
                                "max_error over the largest |r_i|")

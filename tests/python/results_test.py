@@ -84,6 +84,24 @@ def test_a_diverged_model_is_a_row_like_any_other():
         assert result.reference["model"] in result.models
 
 
+def test_stiffness_at_the_tool_has_its_places_and_its_path():
+    with livermark.open(SAMPLES / "path_result.h5") as result:
+        tools = result.tools
+        assert tools["places"] == ["x_max", "z_max"]
+        assert tools["drive"].tolist() == [0, 2]
+        assert tools["middle"].shape == (2, 3)
+        assert tools["radius_in_edges"] == pytest.approx((tools["radius"] / tools["edge_length"]).min(), rel=1e-15)
+        tool = result["springs"].at_tool
+        assert tool["places"] == tools["places"]
+        assert tool["path"].shape == (len(result.path_of_loads), 2)
+        comparison = result["springs"].comparison
+        assert abs(comparison["stiffness_at_tool"]) == numpy.abs(tool["stiffness"]).max()
+        assert abs(comparison["worst_stiffness_at_tool"]) >= numpy.abs(tool["path"]).max()
+        assert result.errors().loc["springs", "stiffness_at_tool"] == comparison["stiffness_at_tool"]
+        assert result["fem_p2"].at_tool is None
+        assert result.reference["stiffness_uncertainty"] == 0.008
+
+
 def test_a_path_of_loads_has_frames():
     with livermark.open(SAMPLES / "path_result.h5") as result:
         model = next(result[name] for name in result.models if result[name].frames is not None)

@@ -63,6 +63,7 @@ def test_score_is_that_of_the_program_to_the_last_bit(bent, alone, tmp_path):
     assert (score.name, score.reference) == ("mine", theirs.attrs["reference"].decode())
     for name in ("relative_l2", "max_error", "max_error_relative"):
         assert getattr(score, name) == theirs.attrs[name], name
+    assert score.stiffness_at_tool == theirs.attrs["stiffness_at_tool"]
     assert numpy.array_equal(score.error, theirs["error"][:])
     assert score.relative_l2_of_models["van_gelder"] == alone["comparisons/van_gelder"].attrs["relative_l2"]
     assert score.uncertainty is None and not score.within_uncertainty

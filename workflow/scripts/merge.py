@@ -17,7 +17,8 @@ import sys
 import h5py
 
 TEXTS = ["body", "load_case", "model", "status", "message", "file"]
-NUMBERS = ["contrast", "poisson_ratio", "relative_l2", "reaction_error", "uncertainty", "solve_seconds", "run_seconds"]
+NUMBERS = ["contrast", "poisson_ratio", "relative_l2", "reaction_error", "stiffness_at_tool", "uncertainty", "solve_seconds",
+           "run_seconds"]
 
 
 def rows_of(folder, status_file):
@@ -40,7 +41,8 @@ def rows_of(folder, status_file):
                                 "solve_seconds": solution.attrs["solve_seconds"]}
                 if model in file.get("comparisons", {}):
                     comparison = file["comparisons"][model].attrs
-                    row |= {"relative_l2": comparison["relative_l2"], "reaction_error": comparison["reaction_error"]}
+                    row |= {"relative_l2": comparison["relative_l2"], "reaction_error": comparison["reaction_error"],
+                            "stiffness_at_tool": comparison.get("stiffness_at_tool", float("nan"))}
                 yield row
 
 
