@@ -14,6 +14,7 @@
 #include "results/tables/stability_table.hpp"
 #include "results/tables/summary.hpp"
 #include "results/tables/table.hpp"
+#include "results/tables/tool_cells.hpp"
 #include "studies/seed_paper/paper_tables.hpp"
 
 namespace livermark::studies {
@@ -191,6 +192,8 @@ std::string report_tables(const ReportData &data, const std::string &command_lin
         {"faults", std::move(faults)},
         {"large_bodies", large_bodies(data.large)},
         {"large_legend", results::large_legend()},
+        {"tool_legend", results::tool_legend()},
+        {"smallest_felt_difference", core::smallest_felt_difference},
         {"paper", papers_of(data)},
         {"standings", toml::table{{"rest", json_of(results::standings_at_rest(data.results))},
                                   {"motion", json_of(results::standings_in_motion(data.results))}}},

@@ -74,6 +74,19 @@ def test_errors_are_those_of_the_files(beam):
     assert compared >= 8
 
 
+def test_stiffness_at_the_tool_is_that_of_the_files_with_a_mark_above_7_percent(beam):
+    rows = tables(beam, "errors")[1]
+    marked = 0
+    for model, *cells, _ in rows[:-1]:
+        for load_case, cell in zip(("beam_bend", "beam_release"), cells):
+            value = comparison(load_case, model).get("stiffness_at_tool")
+            if value is not None:
+                assert cell == f"{100 * value:+.1f}" + (" !" if abs(value) > 0.07 else "")
+                marked += cell.endswith("!")
+    assert marked >= 2
+    assert rows[-1][0] == "uncertainty of the reference"
+
+
 def test_the_smallest_error_of_springs_is_strong(beam):
     table = next(beam.iter(f"{XHTML}section")).find(f".//{XHTML}table")
     strong = [(texts(row)[0], column) for row in table.iter(f"{XHTML}tr") for column, cell in enumerate(row)
@@ -90,8 +103,9 @@ def test_the_smallest_error_of_springs_is_strong(beam):
 def test_the_first_table_has_the_best_springs_in_the_mean(beam):
     rows = {row[0]: row[-1] for row in tables(beam, "errors")[0]}
     found = next(beam.iter(f"{XHTML}table"))
-    (body, cases, best, mean, baseline, _), = [texts(row) for row in found.iter(f"{XHTML}tr")][1:]
+    (body, cases, best, mean, at_tool, baseline, _), = [texts(row) for row in found.iter(f"{XHTML}tr")][1:]
     assert (body, cases, mean, baseline) == ("beam", "2", rows[best], rows["fem_p1"])
+    assert at_tool == f"{float({row[0]: row[-1] for row in tables(beam, 'errors')[1]}[best].removesuffix(' !')):.1f}"
     assert float(mean) == min(float(value) for name, value in rows.items()
                               if value not in ("-", "") and not name.startswith("fem_"))
 

@@ -56,6 +56,7 @@ class Model:
     reference: str  #: that it is compared with; empty where it is not
     relative_l2: float  #: NaN where it was not compared
     max_error: float  #: [m]
+    stiffness: float  #: at the tool, force over displacement of the model over that of the reference, minus 1; NaN without one
     is_within_uncertainty: bool
     is_spring_model: bool  #: is made of springs or moves in explicit steps: finite elements are what it is measured by
 
@@ -106,6 +107,7 @@ def _model(file: ResultFile, name: str) -> Model:
     return Model(name=cleaned(name), status=model.status, message=cleaned(model.attributes["message"]),
                  reference=cleaned(comparison.get("reference", "")),
                  relative_l2=comparison.get("relative_l2", math.nan), max_error=comparison.get("max_error", math.nan),
+                 stiffness=comparison.get("worst_stiffness_at_tool", comparison.get("stiffness_at_tool", math.nan)),
                  is_within_uncertainty=comparison.get("within_uncertainty", 0) == 1,
                  is_spring_model=model.moves_in_steps)
 
@@ -138,6 +140,7 @@ class ReportData:
         self.results = [self._result(entry) for entry in told["results"]]  #: of small deformations
         self.large = [self._result(entry) for entry in told["large"]]  #: never beside the others
         self.tables = {name: table_of(layout) for name, layout in told["tables"].items()}
+        self.smallest_felt_difference = number(told["smallest_felt_difference"])  #: of stiffness at the tool
         self.told = told  #: the rest, as livermark::studies::report_tables() says
 
     def _result(self, entry: dict) -> Result:

@@ -82,7 +82,7 @@ def _cohort(data: ReportData, told: dict) -> Markup:
                            "and a bar for its interval of 95 %. The smallest median comes first.", [command])
         html += figure("table", table(table_of(group["table"])),
                        f"Deformations of the {group['regime']} regime: mean relative L2 error over load cases, in brackets "
-                       f"the interval of 95 % by bootstrap. Load cases: {', '.join(sorted(cases))}.", [command])
+                       f"the interval of 95 % by bootstrap; tool: the same of the absolute value of the stiffness at the tool. Load cases: {', '.join(sorted(cases))}.", [command])
     for failure in failures:
         html += missing("Failed: " + failure)
     return html

@@ -8,7 +8,7 @@ from markupsafe import Markup
 
 from livermark.report.data import Column, ReportData, Result, Table, commands_of
 from livermark.report.parts import Section, figure, missing, paragraph, subsection, table
-from livermark.report.units import mean, percent
+from livermark.report.units import PERCENT, fixed, mean, percent
 
 TITLE = "How far each model is off"
 
@@ -51,6 +51,33 @@ def _table(data: ReportData, cases: list[Result]) -> Markup:
     return table(Table(columns, rows), strong)
 
 
+def _stiffness(value: float, felt: float, sign: str = "+") -> str:
+    if not math.isfinite(value):
+        return "-"
+    return (sign if value > 0.0 else "") + fixed(PERCENT * value, 1) + (" !" if abs(value) > felt else "")
+
+
+def _tool_table(data: ReportData, cases: list[Result]) -> Optional[Markup]:
+    """Stiffness at the tool, a row for each model and a column for each load case that has one; None where none has."""
+    cases = [result for result in cases if any(math.isfinite(model.stiffness) for model in result.models.values())]
+    if not cases:
+        return None
+    rows = []
+    for name in data.models:
+        models = [result.models.get(name) for result in cases]
+        if not any(model and model.reference for model in models):
+            continue
+        found = [model.stiffness if model and model.status == "ok" else math.nan for model in models]
+        sizes = [abs(value) for value in found if math.isfinite(value)]
+        rows.append([name, *(_stiffness(value, data.smallest_felt_difference) for value in found),
+                     _stiffness(mean(sizes), data.smallest_felt_difference, "") if sizes else "-"])
+    known = [(result.uncertainty or {}).get("stiffness_uncertainty", math.nan) for result in cases]
+    rows.append(["uncertainty of the reference",
+                 *(f"± {PERCENT * value:.1f}" if math.isfinite(value) else "not known" for value in known), ""])
+    columns = [Column("model"), *(Column(result.load_case, True) for result in cases), Column("mean size", True)]
+    return table(Table(columns, rows))
+
+
 def _remarks(cases: list[Result]) -> Markup:
     html = Markup("")
     for result in cases:
@@ -71,9 +98,14 @@ def section(data: ReportData) -> Section:
         "Relative L2 error of the displacement at rest against the reference, weighted by nodal volume. The smallest error "
         "among the springs is in bold type, and so is their smallest mean. A star marks a model that is closer to the "
         "reference than the uncertainty of the reference: such models are not ranked. A load case with motion shows its "
-        "static start here.")
+        "static start here.") + paragraph(
+        "Tissue under a tool is a small part of the volume, so this error hardly sees it. " + data.told["tool_legend"])
     for label, cases in data.by_label():
         caption = f"{label}: error of each model under each load case [%], and uncertainty of the reference."
-        html += subsection(label, figure("table matrix", _table(data, cases), caption, commands_of(cases))
-                           + _remarks(cases))
+        content = figure("table matrix", _table(data, cases), caption, commands_of(cases))
+        if at_tool := _tool_table(data, cases):
+            content += figure("table matrix", at_tool,
+                              f"{label}: stiffness at the tool of each model under each load case that has one [%]; positive "
+                              "is too stiff.", commands_of(cases))
+        html += subsection(label, content + _remarks(cases))
     return Section("errors", TITLE, html)
