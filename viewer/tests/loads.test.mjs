@@ -67,12 +67,14 @@ test('the table has the errors of the part of the load that is chosen', async ()
   const [reaction, expectedReaction] = ['springs', 'fem_p2'].map((model) => dataset(`solutions/${model}/path/reaction`)[point].flat());
   const volumes = nodalVolumes();
   const sum = (value) => volumes.reduce((total, volume, i) => total + volume * value(i) ** 2, 0);
-  const [, , error, largest, energyError, reactionError] = await cells('springs', '#comparison');
+  const [, , error, stiffness, largest, energyError, reactionError] = await cells('springs', '#comparison');
   near(shown(error), 100 * Math.sqrt(sum((i) => length(minus(u[i], r[i]))) / sum((i) => length(r[i]))));
+  const felt = dataset('comparisons/springs/tool/path')[point].reduce((worst, x) => (Math.abs(x) > Math.abs(worst) ? x : worst), 0);
+  near(shown(stiffness.replace(' !', '')), 100 * felt);
   near(shown(largest), 1000 * Math.max(...u.map((_, i) => length(minus(u[i], r[i])))));
   near(shown(energyError), 100 * (energy / expectedEnergy - 1));
   near(shown(reactionError), (100 * length(minus(reaction, expectedReaction))) / length(expectedReaction));
-  assert.notEqual(largest, before[3]);
+  assert.notEqual(largest, before[4]);
   assert.match(await all.page.locator('#comparison h2').textContent(), /at 40 % of the load$/);
   await setPoint(4);
   assert.deepEqual(await cells('springs', '#comparison'), before, 'the whole load has the numbers of the comparisons');

@@ -52,8 +52,10 @@ test('the list has result files only, at any depth', async () => {
 });
 
 test('the table shows the numbers of the file', async () => {
-  const [, , error, largest, energy] = await cells('springs', '#comparison');
+  const [, , error, stiffness, largest, energy] = await cells('springs', '#comparison');
   about(shown(error), 100 * attribute('comparisons/springs', 'relative_l2'));
+  about(shown(stiffness.replace(' !', '')), 100 * attribute('comparisons/springs', 'stiffness_at_tool'));
+  assert.match(stiffness, / !$/, 'fingers feel it');
   about(shown(largest), 1000 * attribute('comparisons/springs', 'max_error'));
   about(shown(energy), 100 * attribute('comparisons/springs', 'energy_error'));
 });

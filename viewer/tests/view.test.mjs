@@ -60,7 +60,7 @@ test('the table as CSV has the numbers of the file, with all digits', async () =
   await all.page.click('#save_table');
   const [head, ...lines] = readFileSync(await (await saved).path(), 'utf8').trim().split('\n').map((line) => line.split(','));
   const springs = Object.fromEntries(lines.find(([model]) => model === 'springs').map((value, i) => [head[i], value]));
-  for (const [column, name] of [['relative_l2', 'relative_l2'], ['max_error_m', 'max_error'], ['energy_error', 'energy_error']])
+  for (const [column, name] of [['relative_l2', 'relative_l2'], ['stiffness_at_tool', 'stiffness_at_tool'], ['max_error_m', 'max_error'], ['energy_error', 'energy_error']])
     assert.equal(Number(springs[column]), Number(all.h5py({ path: 'comparisons/springs', attribute: name })));
 });
 

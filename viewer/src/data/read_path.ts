@@ -1,7 +1,7 @@
 // The path of loads: fields, errors and forces of each model at its points.
 import type { File } from 'h5wasm';
 import { valueOf, type Conditions } from '../picture/facet_conditions.ts';
-import { children, dataset, has, number, rows } from './hdf5.ts';
+import { children, dataset, has, number, rows, texts } from './hdf5.ts';
 import { Fault, type ForceCurve, type ForcePlot, type MovingPlace, type PointErrors, type Result } from './types.ts';
 
 const displacementPath = (model: string) => `/solutions/${model}/path/displacement`;
@@ -105,7 +105,7 @@ function stateAt(file: File, model: string, point: number, volumes: Float64Array
 const sumOfSquares = (values: number[]) => values.reduce((sum, x) => sum + x * x, 0);
 
 /** The norms of core::compare, at a point of the path. */
-function errorsOf(u: PathState, r: PathState, volumes: Float64Array): Omit<PointErrors, 'model'> {
+function errorsOf(u: PathState, r: PathState, volumes: Float64Array): Omit<PointErrors, 'model' | 'stiffness'> {
   let [squaredError, squaredReference, maxError, peak] = [0, 0, 0, 0];
   const greater = (a: number, b: number) => (Number.isNaN(a) || Number.isNaN(b) ? Number.NaN : Math.max(a, b));
   volumes.forEach((volume, node) => {
@@ -128,12 +128,21 @@ function errorsOf(u: PathState, r: PathState, volumes: Float64Array): Omit<Point
   };
 }
 
+/** Stiffness at the tool at a point of the path, of the place where it is largest in size; NaN where the file has none. */
+function stiffnessAt(file: File, model: string, point: number): number {
+  const group = `/comparisons/${model}/tool`;
+  if (!has(file, `${group}/path`)) return Number.NaN;
+  const width = texts(file, `${group}/stiffness`, 'places').length;
+  const values = Array.from(rows(file, `${group}/path`, width)).slice(point * width, (point + 1) * width);
+  return values.reduce((worst, value) => (Number.isNaN(worst) || Math.abs(value) > Math.abs(worst) ? value : worst), Number.NaN);
+}
+
 /** How far the models are from the reference at a point of the path; none of those that did not come so far. */
 export function readPointErrors(file: File, { reference, numConstraints }: Result, point: number, volumes: Float64Array): PointErrors[] {
   const expected = stateAt(file, reference, point, volumes, numConstraints);
   if (!expected) return [];
   return children(file, '/solutions').flatMap((model) => {
     const state = model === reference ? null : stateAt(file, model, point, volumes, numConstraints);
-    return state ? [{ model, ...errorsOf(state, expected, volumes) }] : [];
+    return state ? [{ model, stiffness: stiffnessAt(file, model, point), ...errorsOf(state, expected, volumes) }] : [];
   });
 }

@@ -35,6 +35,7 @@ function readComparison(file: File, model: string): Comparison | null {
   return {
     reference: text(file, path, 'reference'),
     relativeL2: value('relative_l2'),
+    stiffness: value('stiffness_at_tool'),
     maxError: value('max_error'),
     energyError: value('energy_error'),
     reactionError: value('reaction_error'),

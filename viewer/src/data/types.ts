@@ -7,6 +7,7 @@ import type { Surfaces } from './surface.ts';
 export interface Comparison {
   reference: string;
   relativeL2: number;
+  stiffness: number; // at the tool, over that of the reference, minus 1
   maxError: number; // m
   energyError: number;
   reactionError: number;
@@ -124,6 +125,7 @@ export interface ProbeMotion {
 export interface PointErrors {
   model: string;
   relativeL2: number;
+  stiffness: number; // at the tool
   maxError: number; // m
   energyError: number;
   reactionError: number;

@@ -43,6 +43,16 @@ function dot(range: [number, number], error: number, uncertainty: number, isShow
   return svg('svg', { 'aria-hidden': 'true' }, ...parts);
 }
 
+const smallestFelt = 0.07; // that fingers tell apart (Pang, Tan, Durlach 1991)
+
+const hasTool = (result: Result) => result.models.some((model) => Number.isFinite(model.comparison?.stiffness ?? Number.NaN));
+
+/** With its sign, and a mark where fingers feel it. */
+function signedStiffness(value: number): string {
+  if (Number.isNaN(value)) return '–';
+  return `${value > 0 ? '+' : ''}${percent(value)}${Math.abs(value) > smallestFelt ? ' !' : ''}`;
+}
+
 function stateOf(model: Model, result: Result): Node | string {
   if (model.status !== 'ok') {
     const state = element('span', { class: 'bad', title: model.message }, model.status.replace('_', ' '));
@@ -61,7 +71,7 @@ function modelRow(model: Model, result: Result, range: [number, number], shown: 
   const value = (text: (c: NonNullable<typeof compared>) => string) => (compared ? text(compared) : '–');
   const line = row('td', name,
     dot(range, compared?.relativeL2 ?? Number.NaN, result.referenceUncertainty, shown.includes(model.name)),
-    value((c) => percent(c.relativeL2)), value((c) => millimetres(c.maxError)), value((c) => percent(c.energyError)),
+    value((c) => percent(c.relativeL2)), ...(hasTool(result) ? [value((c) => signedStiffness(c.stiffness))] : []), value((c) => millimetres(c.maxError)), value((c) => percent(c.energyError)),
     value((c) => percent(c.reactionError)),
     ...(result.motionReference ? [value((c) => percent(c.motionError)), value((c) => short(1000 * c.motionLag))] : []),
     short(model.solveSeconds), stateOf(model, result));
@@ -83,7 +93,7 @@ function sayRoles(table: HTMLTableElement): void {
   }
 }
 
-const heads = (result: Result) => ['', '', 'Error [%]', 'Largest [mm]', 'Energy [%]', 'Reaction [%]',
+const heads = (result: Result) => ['', '', 'Error [%]', ...(hasTool(result) ? ['At the tool [%]'] : []), 'Largest [mm]', 'Energy [%]', 'Reaction [%]',
   ...(result.motionReference ? ['Motion [%]', 'Lag [ms]'] : []), 'Solved in [s]', 'State'];
 
 /**
@@ -103,6 +113,8 @@ export function comparison(result: Result, shown: string[], load: string, onChoo
   sayRoles(table);
   const uncertainty = result.referenceUncertainty > 0
     ? ` The shaded part is within what the reference itself is uncertain by, ${percent(result.referenceUncertainty)} %.` : '';
+  const tool = hasTool(result)
+    ? ` At the tool is how much stiffer the model feels where the load case presses, pulls or moves it; ! marks what fingers tell apart, above ${percent(smallestFelt)} %.` : '';
   const motion = result.motionReference
     ? ` Motion and lag are those of the probes, against ${result.motionReference}.` : '';
   return [
@@ -110,6 +122,6 @@ export function comparison(result: Result, shown: string[], load: string, onChoo
     element('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of errors' },
       table),
     element('p', { class: 'hint' },
-      `Error is that of the displacement in the whole body, weighted by volume, over the displacement; the plot is logarithmic.${load ? ' At parts of the load the page computes it from the displacements, energies and reactions of the file.' : ''}${uncertainty}${motion} A click on a name shows that model.`),
+      `Error is that of the displacement in the whole body, weighted by volume, over the displacement; the plot is logarithmic.${load ? ' At parts of the load the page computes it from the displacements, energies and reactions of the file.' : ''}${uncertainty}${tool}${motion} A click on a name shows that model.`),
   ];
 }
