@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
@@ -65,6 +66,17 @@ TEST(LoadCaseReader, PutsDisplacementsOnThePatchWithFreeComponents) {
             EXPECT_EQ(load_case.constraint[f], 0);
         } else
             EXPECT_EQ(load_case.constraint[f], mesh.boundary_patch[f] == 2 ? 1 : -1);
+}
+
+TEST(LoadCaseReader, NamesThePlacesOfGivenTractions) {
+    const auto unnamed = parse(good);
+    ASSERT_EQ(unnamed.load_names.size(), 1U);
+    for (std::size_t f = 0; f < unnamed.condition.size(); ++f)
+        EXPECT_EQ(unnamed.load[f], unnamed.condition[f] == core::FacetCondition::traction ? 0 : -1);
+    const auto named = parse(good + "[[condition]]\npatch = \"x_max\"\nname = \"glove\"\ntraction = [1.0, 0.0, 0.0]\n");
+    ASSERT_EQ(named.load_names.size(), 2U);
+    EXPECT_EQ(named.load_names[1], "glove");
+    EXPECT_EQ(std::ranges::count(named.load, 1), std::ranges::count(block().boundary_patch, 1));
 }
 
 TEST(LoadCaseReader, PressureOnADiscPushesInwardInItsMiddle) {
