@@ -8,6 +8,7 @@
 #include "cli/progress.hpp"
 #include "cli/usage.hpp"
 #include "core/units.hpp"
+#include "msm/dynamics/time_step.hpp"
 #include "results/tables/stability_table.hpp"
 #include "results/tables/table_layout.hpp"
 #include "studies/stability/scaled_steps.hpp"
@@ -24,7 +25,7 @@ using core::percent;
 
 void print(const results::Stability &stability, bool markdown) {
     const char *end = markdown ? "\n\n" : "\n";
-    fmt::print("{}, springs of {}, constrained as in {}{}", stability.body, stability.spring_law, stability.load_case,
+    fmt::print("{}, springs of {}, constrained as in {}{}", stability.body, stability.springs(), stability.load_case,
                end);
     fmt::print("angular frequencies {:.2f} to {:.2f} rad/s (Gershgorin's bound: {:.2f} rad/s){}",
                stability.lowest_frequency, stability.largest_frequency, stability.largest_frequency_bound, end);
@@ -129,6 +130,8 @@ int print_stability(const studies::StabilityOptions &options, bool markdown, con
     for (const auto &stability : found.of_body)
         print(stability, markdown);
     print_legend(found.of_body, !options.no_observed);
+    for (const auto &stability : found.of_body)
+        fmt::print("{}{}\n", markdown ? "- " : "", results::step_advice(stability, msm::default_safety_factor));
     fmt::print(stderr, "Result files are in {}\n", options.output);
     if (std::ranges::all_of(found.of_body, studies::is_as_predicted))
         return 0;
@@ -147,7 +150,12 @@ Command add_stability(CLI::App &parent, const std::string &command_line) {
     auto markdown = std::make_shared<bool>(false), mass_scaling = std::make_shared<bool>(false);
     options->output = (support::root_folder() / "results" / "runs").string();
     add_bodies(*command, options->bodies);
-    command->add_option("--law", options->law, "A name as in 'livermark list spring-laws'")->capture_default_str();
+    auto *law = command->add_option("--law", options->law, "A name as in 'livermark list spring-laws'");
+    law->capture_default_str();
+    auto *models =
+        command->add_option("--model", options->models,
+                            "Models of springs, as in 'livermark list models', whose springs are taken instead");
+    models->excludes(law);
     command->add_option("--load-case", options->load_case, "The load case that gives the constraints")
         ->capture_default_str();
     command->add_option("--integrator", options->integrators,
@@ -159,12 +167,15 @@ Command add_stability(CLI::App &parent, const std::string &command_line) {
         ->check(positive_number())
         ->capture_default_str();
     add_materials(*command, options->material);
-    command->add_option("--output", options->output, "Folder for <body>/stability.<law>.h5")->capture_default_str();
+    command->add_option("--output", options->output, "Folder for <body>/stability.<law or model>.h5")
+        ->capture_default_str();
     command->add_flag("--markdown", *markdown, "Print the tables in Markdown");
     command->add_flag("--no-observed", options->no_observed, "Only predict, without runs: quicker");
-    command->add_flag("--mass-scaling", *mass_scaling,
-                      "Print, instead, what selective mass scaling of stiff parts makes of the steps of the arena's "
-                      "springs, what they cost on one core, and which nodes ask for short steps");
+    command
+        ->add_flag("--mass-scaling", *mass_scaling,
+                   "Print, instead, what selective mass scaling of stiff parts makes of the steps of the arena's "
+                   "springs, what they cost on one core, and which nodes ask for short steps")
+        ->excludes(models);
     return [=] {
         return *mass_scaling ? print_scaled_steps(*options, *markdown)
                              : print_stability(*options, *markdown, command_line);

@@ -99,6 +99,8 @@ class PreparedMassSprings : public core::PreparedModel {
         return solutions;
     }
 
+    const msm::MassSprings &parts() const { return parts_; }
+
   private:
     core::Solution solve(const core::Problem &problem) {
         const auto &points = body_->mesh.points;
@@ -252,6 +254,12 @@ core::Model mass_spring_model(std::string name, std::string summary, std::string
         .is_wanted = [relaxes = options.equilibrium == EquilibriumMethod::relaxation](
                          const core::Problem &problem) { return !relaxes || problem.load_case.press_depth == 0.0; },
     };
+}
+
+std::optional<msm::MassSprings> springs_of(const core::Model &model, const std::shared_ptr<const core::Body> &body) {
+    const auto prepared = model.prepare(body, nullptr);
+    const auto *springs = dynamic_cast<const PreparedMassSprings *>(prepared.get());
+    return springs ? std::optional(springs->parts()) : std::nullopt;
 }
 
 } // namespace livermark::models

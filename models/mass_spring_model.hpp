@@ -1,6 +1,8 @@
 #pragma once
 
 #include <functional>
+#include <memory>
+#include <optional>
 #include <string>
 
 #include "core/model.hpp"
@@ -14,5 +16,9 @@ using MakeMassSprings = std::function<msm::MassSprings(const core::Body &)>;
 /// A model that comes to rest and moves in time as the options say.
 core::Model mass_spring_model(std::string name, std::string summary, std::string source, const MakeMassSprings &make,
                               const ModelOptions &options);
+
+/// The springs of a model on a body, as it solves and moves with them; nothing of a model that is none of
+/// mass_spring_model().
+std::optional<msm::MassSprings> springs_of(const core::Model &model, const std::shared_ptr<const core::Body> &body);
 
 } // namespace livermark::models

@@ -10,6 +10,7 @@ void write_stability(const std::filesystem::path &path, const Stability &stabili
     hdf5::write_provenance(file, stability.provenance);
     file.text("/", "body", stability.body);
     file.text("/", "spring_law", stability.spring_law);
+    file.text("/", "model", stability.model);
     file.text("/", "load_case", stability.load_case);
     file.number("/", "alpha", stability.damping.alpha);
     file.number("/", "beta", stability.damping.beta);
@@ -39,6 +40,7 @@ Stability read_stability(const std::filesystem::path &path) {
     Stability stability{.provenance = hdf5::read_provenance(file),
                         .body = file.text("/", "body"),
                         .spring_law = file.text("/", "spring_law"),
+                        .model = file.has_attribute("/", "model") ? file.text("/", "model") : "",
                         .load_case = file.text("/", "load_case"),
                         .damping = {.alpha = file.number("/", "alpha"), .beta = file.number("/", "beta")},
                         .lowest_frequency = file.number("/", "lowest_angular_frequency"),

@@ -31,14 +31,18 @@ struct IntegratorLimits {
 struct Stability {
     Provenance provenance;
     std::string body;
-    std::string spring_law;
-    std::string load_case; ///< says where the body is constrained
+    std::string spring_law; ///< empty if the springs are those of a model
+    std::string model{};    ///< of the suite; empty if the springs are those of a law
+    std::string load_case;  ///< says where the body is constrained
     core::RayleighDamping damping;
     double lowest_frequency = 0.0;        ///< [rad/s]
     double largest_frequency = 0.0;       ///< [rad/s]
     double largest_frequency_bound = 0.0; ///< Gershgorin's [rad/s]
     double element_time_step = 0.0;       ///< mean edge over the speed of sound of the first region [s]
     std::vector<IntegratorLimits> limits; ///< in the order asked for
+
+    /// Of a spring law or a model.
+    const std::string &springs() const { return model.empty() ? spring_law : model; }
 };
 
 /// Writes the "stability files" of results/schema.md, as write_result() writes results.

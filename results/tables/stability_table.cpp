@@ -45,4 +45,26 @@ Layout stability_table(const Stability &stability) {
     return layout;
 }
 
+std::string step_advice(const Stability &stability, double part) {
+    const auto has_limit = [](const IntegratorLimits &limits) { return limits.undamped.has_number(); };
+    const auto is_usual = [&](const IntegratorLimits &limits) {
+        return limits.integrator == "symplectic_euler" && has_limit(limits);
+    };
+    auto found = std::ranges::find_if(stability.limits, is_usual);
+    if (found == stability.limits.end())
+        found = std::ranges::find_if(stability.limits, has_limit);
+    const auto who = fmt::format("{}, {}", stability.body, stability.springs());
+    if (found == stability.limits.end())
+        return who + (std::ranges::any_of(stability.limits,
+                                          [](const auto &limits) { return limits.undamped.predicted > 0.0; })
+                          ? ": take any step, none is unstable"
+                          : ": take another integrator, these have no stable step without damping");
+    const auto step = [&](const StepLimit &limit) {
+        return limit.has_number() ? fmt::format("{:.3g} ms", milliseconds * part * limit.predicted)
+                                  : std::string(limit.predicted > 0.0 ? "any step" : "no step");
+    };
+    return fmt::format("{}: take {}, {:g} of the longest stable step of {}; with this damping {}", who,
+                       step(found->undamped), part, found->integrator, step(found->damped));
+}
+
 } // namespace livermark::results

@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <functional>
 #include <limits>
+#include <memory>
 #include <numbers>
 
 #include "core/rayleigh_damping.hpp"
+#include "models/mass_spring_model.hpp"
+#include "models/model_table.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/observed_time_step.hpp"
 #include "msm/dynamics/spectrum.hpp"
@@ -16,6 +20,8 @@
 #include "studies/msm_choice.hpp"
 #include "studies/run/output_folder.hpp"
 #include "studies/run/problems.hpp"
+#include "support/input_error.hpp"
+#include "support/known_names.hpp"
 
 namespace livermark::studies {
 
@@ -33,32 +39,66 @@ core::RayleighDamping damping_at(double ratio, const std::array<double, 2> &freq
     return core::rayleigh_damping(ratio, radians * frequencies[0], radians * frequencies[1]);
 }
 
-/// Time that a longitudinal wave in a bar takes along a mean edge of the springs, in the material of the first region.
-double element_time_step(const core::Body &body, const core::SpringNetwork &springs) {
+/// Time that a longitudinal wave in a bar takes along a mean edge of the mesh, in the material of the first region.
+double element_time_step(const core::Body &body) {
+    const auto &points = body.mesh.points;
+    const auto edges = core::edge_table(body.mesh.tetrahedra).edges;
     double sum = 0.0;
-    for (const double length : springs.rest_length)
-        sum += length;
+    for (const auto &[i, j] : edges)
+        sum += (points[i] - points[j]).norm();
     const auto &material = body.materials.front();
-    return sum / static_cast<double>(springs.rest_length.size()) * std::sqrt(material.density / material.young_modulus);
+    return sum / static_cast<double>(edges.size()) * std::sqrt(material.density / material.young_modulus);
 }
 
-results::Stability examine(const core::Problem &problem, const msm::SpringLaw &law,
+/// Springs of a law or of a model.
+struct NamedSprings {
+    std::string law, model; ///< one of them is empty
+    std::function<msm::ElasticBody(const std::shared_ptr<const core::Body> &)> make;
+};
+
+std::vector<NamedSprings> springs_to_examine(const StabilityOptions &options) {
+    if (options.models.empty()) {
+        const auto law = find_spring_law(options.law);
+        return {{law.name, {}, [law](const std::shared_ptr<const core::Body> &body) {
+                     return msm::ElasticBody(msm::spring_network(*body, law));
+                 }}};
+    }
+    const auto known = models::all_models();
+    std::vector<NamedSprings> chosen;
+    for (const auto &name : options.models) {
+        if (std::ranges::find(chosen, name, &NamedSprings::model) != chosen.end())
+            throw support::InputError(fmt::format("model '{}' is asked for twice; name it once", name));
+        const auto model = support::find_named(known, name, "model");
+        chosen.push_back({{}, name, [model](const std::shared_ptr<const core::Body> &body) {
+                              const auto springs = models::springs_of(model, body);
+                              if (!springs)
+                                  throw support::InputError(fmt::format(
+                                      "model {} is not made of springs, and moves in implicit steps, which are stable "
+                                      "at every length, or not at all; give a model of springs, such as nodal_springs",
+                                      model.name));
+                              return springs->body;
+                          }});
+    }
+    return chosen;
+}
+
+results::Stability examine(const core::Problem &problem, const NamedSprings &named, const msm::ElasticBody &springs,
                            const std::vector<msm::Integrator> &integrators, const StabilityOptions &options,
                            Steps &steps) {
     const auto &positions = problem.body->mesh.points;
-    const auto springs = msm::spring_network(*problem.body, law);
     const auto conditions = msm::nodal_conditions(problem, springs.node_mass);
     results::Stability stability{.provenance = {},
                                  .body = problem.body->name,
-                                 .spring_law = law.name,
+                                 .spring_law = named.law,
+                                 .model = named.model,
                                  .load_case = problem.load_case.name,
                                  .damping = damping_at(options.damping_ratio, options.damping_frequencies),
                                  .limits = {}};
-    steps.next(fmt::format("{} / frequencies", problem.body->name));
+    steps.next(fmt::format("{} / {} / frequencies", problem.body->name, stability.springs()));
     stability.lowest_frequency = msm::lowest_modes(springs, positions, conditions, 1).angular_frequency.front();
     stability.largest_frequency = msm::largest_angular_frequency(springs, positions, conditions);
     stability.largest_frequency_bound = msm::gershgorin_angular_frequency(springs, positions, conditions);
-    stability.element_time_step = element_time_step(*problem.body, springs);
+    stability.element_time_step = element_time_step(*problem.body);
 
     const auto observe = [&](const msm::Integrator &integrator, const core::RayleighDamping &damping,
                              double predicted) {
@@ -80,7 +120,7 @@ results::Stability examine(const core::Problem &problem, const msm::SpringLaw &l
         return limit;
     };
     for (const auto &integrator : integrators) {
-        steps.next(fmt::format("{} / {}", problem.body->name, integrator.name));
+        steps.next(fmt::format("{} / {} / {}", problem.body->name, stability.springs(), integrator.name));
         stability.limits.push_back(
             {integrator.name, find_limit(integrator, {}), find_limit(integrator, stability.damping)});
     }
@@ -100,18 +140,20 @@ bool is_as_predicted(const results::Stability &stability) {
 
 StabilityResults find_stability(const StabilityOptions &options, const std::string &command_line,
                                 const ProgressReport &report) {
-    const auto law = find_spring_law(options.law);
+    const auto all_springs = springs_to_examine(options);
     const auto integrators = find_integrators(options.integrators);
     const auto [problems, notes, left_out] = read_scaled_problems(options.bodies, options.load_case, options.material);
     StabilityResults found{{}, notes};
-    Steps steps(static_cast<int>(problems.size() * (1 + integrators.size())), report);
-    for (const auto &problem : problems) {
-        const auto folder = make_output_folder(options.output, problem);
-        auto stability = examine(problem, law, integrators, options, steps);
-        stability.provenance = results::current_provenance(command_line);
-        results::write_stability(folder / fmt::format("stability.{}.h5", law.name), stability);
-        found.of_body.push_back(std::move(stability));
-    }
+    Steps steps(static_cast<int>(problems.size() * all_springs.size() * (1 + integrators.size())), report);
+    for (const auto &problem : problems)
+        for (const auto &named : all_springs) {
+            const auto springs = named.make(problem.body); // which may refuse, before anything is written
+            const auto folder = make_output_folder(options.output, problem);
+            auto stability = examine(problem, named, springs, integrators, options, steps);
+            stability.provenance = results::current_provenance(command_line);
+            results::write_stability(folder / fmt::format("stability.{}.h5", stability.springs()), stability);
+            found.of_body.push_back(std::move(stability));
+        }
     return found;
 }
 

@@ -16,13 +16,14 @@ inline constexpr double largest_difference = 0.02;
 /// Which bodies, springs and integrators, and how they are damped.
 struct StabilityOptions {
     std::vector<std::string> bodies;
-    std::string law = "lloyd";
+    std::string law = "lloyd";       ///< where no model is named
+    std::vector<std::string> models; ///< of the suite, whose springs are taken
     std::string load_case = "traction";
     std::vector<std::string> integrators;
     meshes::MaterialOverride material;
     double damping_ratio = 0.05;                          ///< as load_cases/release.toml
     std::array<double, 2> damping_frequencies{1.7, 10.0}; ///< [Hz]
-    std::string output;                                   ///< folder for <body>/stability.<law>.h5
+    std::string output;                                   ///< folder for <body>/stability.<law or model>.h5
     bool no_observed = false;
 };
 
@@ -33,9 +34,10 @@ struct StabilityResults {
 };
 
 /// Predicts the longest stable step of each integrator from the largest frequency of the springs, observes it in runs
-/// unless told not to, and writes a stability file for each body.
+/// unless told not to, and writes a stability file for each body and model.
 /// @param command_line  kept in the files
-/// @throws support::InputError for names that there are not, and where a file cannot be written
+/// @throws support::InputError for names that there are not, for a model without springs, and where a file cannot be
+/// written
 StabilityResults find_stability(const StabilityOptions &options, const std::string &command_line,
                                 const ProgressReport &report);
 

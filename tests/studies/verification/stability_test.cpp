@@ -4,6 +4,8 @@
 #include <cmath>
 #include <fstream>
 
+#include "models/model_table.hpp"
+#include "studies/run/problems.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/small_bar.hpp"
 
@@ -42,6 +44,51 @@ TEST(Stability, OfRunsIsAsPredictedFromTheLargestFrequency) {
     EXPECT_LT(bar.lowest_frequency, bar.largest_frequency);
     const auto read = results::read_stability(std::filesystem::path(options.output) / "bar" / "stability.lloyd.h5");
     EXPECT_EQ(read.largest_frequency, bar.largest_frequency);
+}
+
+TEST(Stability, KnowsTheSpringsOfEveryModelThatIsMadeOfThem) {
+    auto options = of_bar("stability_of_models");
+    options.integrators = {"symplectic_euler"};
+    options.models = {"lloyd", "nodal_neo_hookean", "van_gelder_nodal_volume"};
+    const auto found = find_stability(options, "test", {});
+    ASSERT_EQ(found.of_body.size(), 3u);
+    for (std::size_t m = 0; m < options.models.size(); ++m) {
+        const auto &stability = found.of_body[m];
+        EXPECT_EQ(stability.model, options.models[m]);
+        EXPECT_TRUE(stability.spring_law.empty());
+        EXPECT_TRUE(is_as_predicted(stability)) << stability.model;
+        const auto read = results::read_stability(std::filesystem::path(options.output) / "bar" /
+                                                  ("stability." + options.models[m] + ".h5"));
+        EXPECT_EQ(read.model, options.models[m]);
+        EXPECT_EQ(read.limits.at(0).damped.predicted, stability.limits.at(0).damped.predicted);
+    }
+    options.models.clear(); // the law of the same name gives the same springs
+    options.no_observed = true;
+    EXPECT_EQ(find_stability(options, "test", {}).of_body.at(0).largest_frequency, found.of_body[0].largest_frequency);
+}
+
+TEST(Stability, OfAModelIsTheStepOfItsResultFiles) {
+    auto options = of_bar("stability_of_runs");
+    options.integrators = {"symplectic_euler"};
+    options.models = {"nodal_springs"};
+    options.no_observed = true;
+    const auto found = find_stability(options, "test", {});
+    const auto known = models::all_models();
+    const auto model = std::ranges::find(known, "nodal_springs", &core::Model::name);
+    const auto problems = read_scaled_problems(options.bodies, options.load_case, {}).problems;
+    const auto solution = model->solve(problems.at(0));
+    EXPECT_NEAR(solution.explicit_steps->critical_time_step / found.of_body.at(0).limits.at(0).undamped.predicted, 1.0,
+                1e-6);
+}
+
+TEST(Stability, RefusesModelsThatAreNotMadeOfSprings) {
+    auto options = of_bar("stability_of_elements");
+    options.models = {"fem_p2"};
+    tests::expect_input_error([&] { find_stability(options, "test", {}); }, {"fem_p2", "nodal_springs"});
+    options.models = {"nodal_neo_hooke"};
+    tests::expect_input_error([&] { find_stability(options, "test", {}); }, {"did you mean 'nodal_neo_hookean'?"});
+    options.models = {"lloyd", "lloyd"};
+    tests::expect_input_error([&] { find_stability(options, "test", {}); }, {"'lloyd'", "twice"});
 }
 
 TEST(Stability, WithoutRunsHasPredictionsOnlyAndIsNotContradicted) {

@@ -52,7 +52,8 @@ def _plot(limits: list[Limit], first_body: str) -> Markup:
 
 
 def _caption(made: dict) -> str:
-    return (f"{made['body']}, springs of {made['spring_law']}, constrained as in {made['load_case']}: angular frequencies "
+    springs = made.get("model") or made["spring_law"]
+    return (f"{made['body']}, springs of {springs}, constrained as in {made['load_case']}: angular frequencies "
             f"from {made['lowest_angular_frequency']:.2f} to {made['largest_angular_frequency']:.2f} rad/s (Gershgorin's "
             f"bound: {made['largest_angular_frequency_bound']:.2f} rad/s); damped with alpha = {made['alpha']:.4f} 1/s and "
             f"beta = {made['beta']:.3e} s; the mean edge over the speed of sound is "
