@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <span>
 #include <utility>
 
 namespace livermark::core {
@@ -87,6 +88,57 @@ void spread_round_loads(const LoadCase &load_case, const BisectedBody &parts, Lo
     }
 }
 
+bool has_one_of(const std::array<int, 4> &nodes, const std::vector<bool> &is_marked) {
+    return std::ranges::any_of(nodes, [&](int node) { return is_marked[node]; });
+}
+
+/// @return [m]
+double longest_edge_of(const TetraMesh &mesh, const std::array<int, 4> &nodes) {
+    double longest = 0.0;
+    for (const auto &[i, j] : tetrahedron_edges)
+        longest = std::max(longest, (mesh.points[nodes[i]] - mesh.points[nodes[j]]).norm());
+    return longest;
+}
+
+/// The same with nothing on the facets that round tools press.
+LoadCase without_round_loads(LoadCase load_case) {
+    for (int f = 0; f < static_cast<int>(load_case.round_load.size()); ++f)
+        if (load_case.round_load_on(f)) {
+            load_case.condition[f] = FacetCondition::free;
+            load_case.constraint[f] = -1;
+            load_case.value[f].setZero();
+            load_case.round_load[f] = -1;
+        }
+    return load_case;
+}
+
+/// Whether strains below some round tool change too much within a tetrahedron.
+/// @param longest_edge  see refine_at_rims_and_tools()
+bool is_coarse_below(std::span<const RoundLoad> tools, const TetraMesh &mesh, const std::array<int, 4> &nodes,
+                     double longest_edge) {
+    Vector3 centroid = Vector3::Zero();
+    for (const int node : nodes)
+        centroid += 0.25 * mesh.points[node];
+    const double longest = longest_edge_of(mesh, nodes);
+    return std::ranges::any_of(tools, [&](const RoundLoad &tool) {
+        return longest > longest_edge * std::max(tool.radius, (centroid - tool.middle).norm());
+    });
+}
+
+/// Cuts all edges of some tetrahedra in two.
+/// @param is_chosen  (four nodes) -> bool
+template <class Choose> BisectedProblem refine_where(const Problem &problem, const Choose &is_chosen) {
+    std::set<Edge> edges;
+    for (const auto &nodes : problem.body->mesh.tetrahedra)
+        if (is_chosen(nodes))
+            for (const auto &[i, j] : tetrahedron_edges)
+                edges.insert(edge_of(nodes[i], nodes[j]));
+    auto bisected = bisect(*problem.body, edges);
+    auto load_case = on_parts(problem.load_case, bisected);
+    return {{std::make_shared<const Body>(std::move(bisected.body)), std::move(load_case)},
+            std::move(bisected.parent_tetrahedron)};
+}
+
 } // namespace
 
 BisectedBody bisect(const Body &body, const std::set<Edge> &edges) {
@@ -155,15 +207,15 @@ std::vector<bool> rim_nodes(const TetraMesh &mesh, const LoadCase &load_case) {
 
 BisectedProblem refine_at_rims(const Problem &problem) {
     const auto is_rim = rim_nodes(problem.body->mesh, problem.load_case);
-    std::set<Edge> edges;
-    for (const auto &nodes : problem.body->mesh.tetrahedra)
-        if (std::ranges::any_of(nodes, [&](int node) { return is_rim[node]; }))
-            for (const auto &[i, j] : tetrahedron_edges)
-                edges.insert(edge_of(nodes[i], nodes[j]));
-    auto bisected = bisect(*problem.body, edges);
-    auto load_case = on_parts(problem.load_case, bisected);
-    return {{std::make_shared<const Body>(std::move(bisected.body)), std::move(load_case)},
-            std::move(bisected.parent_tetrahedron)};
+    return refine_where(problem, [&](const auto &nodes) { return has_one_of(nodes, is_rim); });
+}
+
+BisectedProblem refine_at_rims_and_tools(const Problem &problem, double longest_edge) {
+    const auto &[body, load_case] = problem;
+    const auto is_rim = rim_nodes(body->mesh, without_round_loads(load_case));
+    return refine_where(problem, [&](const auto &nodes) {
+        return has_one_of(nodes, is_rim) || is_coarse_below(load_case.round_loads, body->mesh, nodes, longest_edge);
+    });
 }
 
 Problem refine_at_rims(const Problem &problem, int levels) {

@@ -42,4 +42,15 @@ BisectedProblem refine_at_rims(const Problem &problem);
 /// @param levels  how often
 Problem refine_at_rims(const Problem &problem, int levels);
 
+/// The longest edge that tetrahedra below round tools keep, over their distance from the middle of the tool, or over
+/// its radius where that is more. Below Hertz's pressure strains change over the radius, and farther away over the
+/// distance, as those below a force on one point.
+inline constexpr double longest_edge_below_tools = 0.5;
+
+/// Tetrahedra at the rims of places have all their edges cut in two, and so have those whose longest edge is too long
+/// for a round tool above them. What ends at the facets that a round tool touches is no rim: its pressure is zero
+/// before.
+/// @param longest_edge  as above, over the distance
+BisectedProblem refine_at_rims_and_tools(const Problem &problem, double longest_edge = longest_edge_below_tools);
+
 } // namespace livermark::core

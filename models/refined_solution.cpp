@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/local_refinement.hpp"
 #include "core/observed_error.hpp"
 
 namespace livermark::models {
@@ -64,13 +63,14 @@ core::Solution solve_refined(const core::Problem &problem, const Refinement &ref
     return std::move(*best);
 }
 
-core::Solution solve_at_rims(const core::Problem &problem, const Refinement &refinement,
-                             const std::function<core::Solution(const core::Problem &)> &solve) {
+core::Solution solve_locally_refined(const core::Problem &problem, const Refinement &refinement,
+                                     const RefineProblem &refine,
+                                     const std::function<core::Solution(const core::Problem &)> &solve) {
     const auto num_nodes = problem.body->mesh.points.size();
     auto refined = problem;
     return solve_refined(problem, refinement, [&](int level) {
         if (level > 0)
-            refined = core::refine_at_rims(refined).problem;
+            refined = refine(refined).problem;
         auto solution = solve(refined);
         solution.displacement.resize(num_nodes); // the nodes of the mesh come first
         for (auto &point : solution.path)

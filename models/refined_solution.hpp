@@ -2,6 +2,7 @@
 
 #include <functional>
 
+#include "core/local_refinement.hpp"
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 
@@ -24,10 +25,13 @@ struct Refinement {
 core::Solution solve_refined(const core::Problem &problem, const Refinement &refinement,
                              const std::function<core::Solution(int level)> &solve);
 
-/// The same on meshes that are refined at the rims of places, where displacements are not smooth and most of the error
-/// is, see core::refine_at_rims().
-/// @param solve  the solution at the nodes of the mesh that it gets, those of the coarsest first
-core::Solution solve_at_rims(const core::Problem &problem, const Refinement &refinement,
-                             const std::function<core::Solution(const core::Problem &)> &solve);
+using RefineProblem = std::function<core::BisectedProblem(const core::Problem &)>;
+
+/// The same on meshes that are refined where most of the error is.
+/// @param refine  core::refine_at_rims or core::refine_at_rims_and_tools
+/// @param solve   the solution at the nodes of the mesh that it gets, those of the coarsest first
+core::Solution solve_locally_refined(const core::Problem &problem, const Refinement &refinement,
+                                     const RefineProblem &refine,
+                                     const std::function<core::Solution(const core::Problem &)> &solve);
 
 } // namespace livermark::models

@@ -19,8 +19,8 @@ namespace {
 constexpr auto linear_summary = "linear elasticity, linear tetrahedra (the baseline)";
 constexpr auto quadratic_summary = "linear elasticity, quadratic tetrahedra (the reference of motion)";
 constexpr auto mixed_summary = "linear elasticity, quadratic tetrahedra with a linear pressure (Taylor and Hood)";
-constexpr auto refined_summary = "linear elasticity, Taylor and Hood on meshes refined at the rims of places (the "
-                                 "reference of small deformations)";
+constexpr auto refined_summary = "linear elasticity, Taylor and Hood on meshes refined at the rims of places and below "
+                                 "round tools (the reference of small deformations)";
 
 using fem_reference::Formulation;
 using fem_reference::SolverChoice;
@@ -86,8 +86,9 @@ class MixedSolvers {
 /// Half a percent, where four meshes give it.
 constexpr Refinement refinement{.goal = 0.005, .finest_level = 3};
 
-/// The mixed elements on the mesh and on those that are refined at the rims of the places of each load case, where
-/// nearly all of the error is; each mesh but the first has the solver of the one before as a preconditioner.
+/// The mixed elements on the mesh and on those that are refined at the rims of the places of each load case and below
+/// its round tools, where nearly all of the error is; each mesh but the first has the solver of the one before as a
+/// preconditioner.
 class PreparedRefinedElements : public core::PreparedModel {
   public:
     PreparedRefinedElements(std::shared_ptr<const core::Body> body, MixedSolvers &solvers)
@@ -111,7 +112,7 @@ class PreparedRefinedElements : public core::PreparedModel {
         return solve_refined({body_, load_case}, refinement, [&](int level) {
             if (level == 0)
                 return on_mesh;
-            auto refined = core::refine_at_rims(problem);
+            auto refined = core::refine_at_rims_and_tools(problem);
             problem = std::move(refined.problem);
             if (choice_ == SolverChoice::automatic)
                 finer.push_back(std::make_unique<StaticSolver>(problem.body, finer.empty() ? *solver_ : *finer.back(),
@@ -150,7 +151,9 @@ std::vector<core::Model> distributed_models() {
     const auto at_rims = [solve_mixed](const core::Problem &problem) {
         auto at_rest = problem;
         at_rest.load_case.release.reset();
-        return solve_at_rims(at_rest, refinement, solve_mixed);
+        return solve_locally_refined(
+            at_rest, refinement, [](const core::Problem &coarse) { return core::refine_at_rims_and_tools(coarse); },
+            solve_mixed);
     };
     const auto model = [](std::string_view name, const char *summary, auto solve) {
         return finite_elements(name, summary, core::solves_each(solve));

@@ -97,5 +97,82 @@ TEST(RoundLoad, StaysWhereItIsWhenTheMeshIsRefined) {
     }
 }
 
+/// @return the longest edge of each tetrahedron [m]
+std::vector<double> longest_edges(const core::TetraMesh &mesh) {
+    std::vector<double> longest;
+    for (const auto &nodes : mesh.tetrahedra) {
+        longest.push_back(0.0);
+        for (const auto &[i, j] : core::tetrahedron_edges)
+            longest.back() = std::max(longest.back(), (mesh.points[nodes[i]] - mesh.points[nodes[j]]).norm());
+    }
+    return longest;
+}
+
+bool is_below_the_tool(const core::TetraMesh &mesh, const std::array<int, 4> &nodes) {
+    const auto &[a, b, c, d] = nodes;
+    const Vector3 centroid = 0.25 * (mesh.points[a] + mesh.points[b] + mesh.points[c] + mesh.points[d]);
+    return (centroid - tool.middle).norm() < tool.radius;
+}
+
+TEST(RefinementBelowTools, EndsAtAPartOfTheRadius) {
+    auto problem = box_under_a_tool();
+    const auto longest = [&] {
+        const auto edges = longest_edges(problem.body->mesh);
+        double of_all = 0.0;
+        for (std::size_t t = 0; t < edges.size(); ++t)
+            if (is_below_the_tool(problem.body->mesh, problem.body->mesh.tetrahedra[t]))
+                of_all = std::max(of_all, edges[t]);
+        return of_all;
+    };
+    const double most = core::longest_edge_below_tools * tool.radius;
+    ASSERT_GT(longest(), 2.0 * most);
+    for (int level = 0; level < 4; ++level)
+        problem = core::refine_at_rims_and_tools(problem).problem;
+    EXPECT_LE(longest(), most);
+    const auto &mesh = problem.body->mesh;
+    const auto again = core::refine_at_rims_and_tools(problem);
+    std::vector<int> num_parts(mesh.tetrahedra.size(), 0);
+    for (const int parent : again.parent_tetrahedron)
+        ++num_parts[parent];
+    for (std::size_t t = 0; t < num_parts.size(); ++t)
+        if (is_below_the_tool(mesh, mesh.tetrahedra[t])) {
+            EXPECT_EQ(num_parts[t], 1); // away from the constrained surface nothing is cut any more
+        }
+}
+
+TEST(RefinementBelowTools, LeavesAMeshThatFitsTogether) {
+    auto problem = box_under_a_tool();
+    for (int level = 0; level < 3; ++level)
+        problem = core::refine_at_rims_and_tools(problem).problem;
+    const auto sorted = [](std::vector<std::array<int, 3>> triangles) {
+        for (auto &nodes : triangles)
+            std::ranges::sort(nodes);
+        std::ranges::sort(triangles);
+        return triangles;
+    };
+    EXPECT_EQ(sorted(core::outer_faces(problem.body->mesh.tetrahedra)), sorted(problem.body->mesh.boundary_triangles));
+    EXPECT_GT(std::ranges::min(core::tetrahedron_volumes(problem.body->mesh)), 0.0);
+}
+
+/// Facets are pressed as far as the disc touches them. Where they end there is no pressure any more, so no rim.
+TEST(RefinementBelowTools, TakesTheOutlineOfPressedFacetsForNoRim) {
+    const auto problem = box_under_a_tool();
+    const auto &mesh = problem.body->mesh;
+    const auto top_corners_cut = [&](const core::BisectedProblem &refined) {
+        std::vector<int> num_parts(mesh.tetrahedra.size(), 0);
+        for (const int parent : refined.parent_tetrahedron)
+            ++num_parts[parent];
+        int num_cut = 0;
+        for (std::size_t t = 0; t < num_parts.size(); ++t)
+            for (const int node : mesh.tetrahedra[t])
+                if ((mesh.points[node] - Vector3(0.1, 0.1, 0.1)).norm() < 1e-9 && num_parts[t] == 8)
+                    ++num_cut;
+        return num_cut;
+    };
+    EXPECT_GT(top_corners_cut(core::refine_at_rims(problem)), 0);
+    constexpr double any_length_will_do = 100.0;
+    EXPECT_EQ(top_corners_cut(core::refine_at_rims_and_tools(problem, any_length_will_do)), 0);
+}
+
 } // namespace
 } // namespace livermark
