@@ -51,11 +51,30 @@ double believed_share(double factor) {
     return share_of(std::clamp(factor, smallest_believed_factor, largest_believed_factor));
 }
 
-/// The size of a stiffness at the tool, multiplied; nothing where there is none.
-std::optional<double> scaled_size(const std::optional<ToolComparison> &tool, double factor) {
+/// The same where no order better than the first is believed.
+double share_at_rims(double factor) {
+    constexpr double of_first_order = 0.5;
+    return believed_share(std::max(factor, of_first_order));
+}
+
+/// The same of three energies, or three sums of forces, by the sizes of their two steps.
+double share_of_force(double first_step, double second_step) {
+    return share_at_rims(first_step > 0.0 ? second_step / first_step : largest_believed_factor);
+}
+
+/// The size of a stiffness at the tool, which a work or a force makes; nothing where there is none.
+std::optional<double> size_of(const std::optional<ToolComparison> &tool) {
     if (!tool || std::isnan(tool->stiffness()))
         return std::nullopt;
-    return factor * std::abs(tool->stiffness());
+    return std::abs(tool->stiffness());
+}
+
+std::optional<double> stiffness_error(const std::optional<ToolComparison> &first_step,
+                                      const std::optional<ToolComparison> &second_step) {
+    const auto first = size_of(first_step), second = size_of(second_step);
+    if (!first || !second)
+        return std::nullopt;
+    return share_of_force(*first, *second) * *second;
 }
 
 } // namespace
@@ -67,12 +86,16 @@ ObservedError observed_error(const TetraMesh &mesh, const LoadCase &load_case, s
     const auto second_step = compare(mesh, load_case, last[1], last[2], "the finest mesh");
     const double factor = second_step.relative_l2 / first_step.relative_l2;
     const double share = believed_share(factor);
+    const double energy_share = share_of_force(std::abs(last[1].strain_energy - last[0].strain_energy),
+                                               std::abs(last[2].strain_energy - last[1].strain_energy));
+    const double reaction_share =
+        share_of_force(distance(last[0].reaction, last[1].reaction), distance(last[1].reaction, last[2].reaction));
     return {.order = -std::log2(factor),
             .difference = second_step.relative_l2,
             .relative_l2 = share * second_step.relative_l2,
-            .energy = share * std::abs(second_step.energy_error),
-            .reaction = std::isnan(second_step.reaction_error) ? 0.0 : share * second_step.reaction_error,
-            .stiffness = scaled_size(second_step.tool, share)};
+            .energy = energy_share * std::abs(second_step.energy_error),
+            .reaction = std::isnan(second_step.reaction_error) ? 0.0 : reaction_share * second_step.reaction_error,
+            .stiffness = stiffness_error(first_step.tool, second_step.tool)};
 }
 
 ObservedError observed_error_on_path(const TetraMesh &mesh, const LoadCase &load_case, std::span<const Solution> levels,
@@ -98,7 +121,7 @@ ObservedError observed_error_on_path(const TetraMesh &mesh, const LoadCase &load
         error.relative_l2 += step.relative_l2;
         error.energy += std::abs(step.energy_error);
         error.reaction += std::isnan(step.reaction_error) ? 0.0 : step.reaction_error;
-        if (const auto size = scaled_size(step.tool, 1.0); size && error.stiffness)
+        if (const auto size = size_of(step.tool); size && error.stiffness)
             *error.stiffness += *size;
     }
     error.load_fraction = load_case.path[num_points - 1];
@@ -151,10 +174,7 @@ ObservedMotionError observed_motion_error(std::span<const History> levels) {
     const double first_step = compare(last[0], last[1], "the middle mesh").relative_l2;
     const double second_step = compare(last[1], last[2], "the finest mesh").relative_l2;
     const double factor = second_step / first_step;
-    constexpr double of_first_order = 0.5;
-    return {.order = -std::log2(factor),
-            .difference = second_step,
-            .relative_l2 = believed_share(std::max(factor, of_first_order)) * second_step};
+    return {.order = -std::log2(factor), .difference = second_step, .relative_l2 = share_at_rims(factor) * second_step};
 }
 
 } // namespace livermark::core

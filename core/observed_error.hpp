@@ -10,7 +10,9 @@ namespace livermark::core {
 
 /// The discretisation error of the finest of some solutions, observed and not assumed: of errors that shrink by a
 /// factor r from mesh to mesh the differences of neighbours do so too, and what is left after the last difference d is
-/// d r / (1 - r).
+/// d r / (1 - r). Strain energy, reactions and stiffness at the tool have factors of their own, and none below 1/2,
+/// which is the first order, is believed of them: at rims there is none better, and what local refinement leaves as it
+/// is does not shrink.
 /// @param mesh       whose nodes all solutions are given at
 /// @param load_case  on that mesh
 /// @param levels  at least three, each on a finer mesh than the one before, status ok; r is from the last three

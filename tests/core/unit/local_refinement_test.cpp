@@ -169,6 +169,24 @@ TEST(ObservedError, BelievesNoFactorThatIsTooGoodOrNone) {
     EXPECT_NEAR(stuck.relative_l2, 4.0 * stuck.difference, 1e-12);
 }
 
+/// Where energies and reactions hardly change any more, they may still lack what no mesh has refined.
+TEST(ObservedError, OfEnergyAndReactionsBelievesNoOrderBetterThanTheFirst) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
+    std::vector<core::Solution> levels;
+    for (const double error : {0.1, 0.01, 0.0}) {
+        auto &solution = levels.emplace_back();
+        solution.displacement.assign(mesh.points.size(), Vector3(1.0 + 0.1 * std::sqrt(error), 0.0, 0.0));
+        solution.reaction = {{0.0, 1.0 + error, 0.0}};
+        solution.strain_energy = 1.0 - error;
+    }
+    const auto observed = core::observed_error(mesh, levels);
+    EXPECT_NEAR(observed.energy, 0.01, 1e-12);
+    EXPECT_NEAR(observed.reaction, 0.01, 1e-12);
+    // A slow displacement does not make them slow.
+    levels[0].displacement[0].x() = 2.0;
+    EXPECT_EQ(core::observed_error(mesh, levels).energy, observed.energy);
+}
+
 /// Solutions 1 + error in x, with a path of one point at half of it.
 std::vector<core::Solution> with_errors(const core::TetraMesh &mesh, std::span<const double> errors) {
     std::vector<core::Solution> levels;
