@@ -134,7 +134,7 @@ Solution extrapolated(const TetraMesh &mesh, const LoadCase &load_case, std::spa
     auto result = last[2];
     const double factor = std::exp2(-error.order);
     const bool adds_displacement = is_believed(factor);
-    bool adds_reaction = false;
+    bool adds_reaction = false, adds_energy = false;
     if (adds_displacement) {
         const double share = share_of(factor);
         add_share(share, last[1].displacement, result.displacement);
@@ -154,13 +154,17 @@ Solution extrapolated(const TetraMesh &mesh, const LoadCase &load_case, std::spa
     if (const double share =
             share_to_add(last[1].strain_energy - last[0].strain_energy, last[2].strain_energy - last[1].strain_energy);
         share > 0.0) {
+        adds_energy = true;
         result.strain_energy += share * (last[2].strain_energy - last[1].strain_energy);
+        result.load_work += share * (last[2].load_work - last[1].load_work);
         for (std::size_t k = 0; k < result.path.size(); ++k)
             result.path[k].strain_energy += share * (last[2].path[k].strain_energy - last[1].path[k].strain_energy);
         error.energy *= doubt;
     }
     const auto is_better = [&](const ToolPlace &place) {
-        return place.drive == ToolDrive::traction ? adds_displacement : adds_reaction;
+        if (place.drive != ToolDrive::traction)
+            return adds_reaction;
+        return std::isnan(result.load_work) ? adds_displacement : adds_energy;
     };
     if (error.stiffness && std::ranges::all_of(tool_places(mesh, load_case), is_better))
         *error.stiffness *= doubt;

@@ -94,6 +94,9 @@ struct Solution {
     std::vector<Vector3> displacement; ///< (N) [m]
     std::vector<Vector3> reaction; ///< (P) force of each constraint on the body [N], as in LoadCase::constraint_names
     double strain_energy = 0.0;    ///< [J]
+    /// The integral of t . u over all given tractions t, with the model's own shape functions [J]. NaN where the model
+    /// does not say it; of one that has no nodes but those of the mesh it is the sum of its nodal forces times u there.
+    double load_work = std::numeric_limits<double>::quiet_NaN();
     /// |u - u_lin| / |u| with u_lin the solution of the linearised model; NaN for a linear model.
     double nonlinearity = std::numeric_limits<double>::quiet_NaN();
     std::int64_t degrees_of_freedom = 0;         ///< unknowns, constrained ones included

@@ -62,16 +62,28 @@ double work(const std::vector<std::pair<int, Vector3>> &forces, const Displaceme
     return sum;
 }
 
+/// What the works of a solution that are summed at the nodes of the mesh have to be multiplied by. Displacements below a
+/// round tool are a dome between the corners of facets, so sums there miss 5 to 7 % of the work on quadratic elements.
+double correction(const TetraMesh &mesh, const LoadCase &load_case, std::span<const ToolPlace> places,
+                  const Solution &solution) {
+    double at_nodes = 0.0;
+    for (const auto &place : places)
+        if (place.drive == ToolDrive::traction)
+            at_nodes += work(nodal_forces(mesh, load_case, place), solution.displacement);
+    return std::isnan(solution.load_work) || at_nodes == 0.0 ? 1.0 : solution.load_work / at_nodes;
+}
+
 /// Of a place with a given traction.
+/// @param ratio  of the corrections of the reference and of the solution
 void compare_works(const TetraMesh &mesh, const LoadCase &load_case, const ToolPlace &place, const Solution &solution,
-                   const Solution &reference, PlaceErrors &errors) {
+                   const Solution &reference, double ratio, PlaceErrors &errors) {
     const auto forces = nodal_forces(mesh, load_case, place);
     double possible = 0.0;
     for (const auto &[node, force] : forces)
         possible += force.norm() * reference.displacement[node].norm();
     const double of_reference = work(forces, reference.displacement);
     const bool has_work = std::abs(of_reference) > smallest_work * possible;
-    errors.stiffness = has_work ? of_reference / work(forces, solution.displacement) - 1.0 : no_number;
+    errors.stiffness = has_work ? ratio * of_reference / work(forces, solution.displacement) - 1.0 : no_number;
     for (std::size_t k = 0; k < std::min(solution.path.size(), reference.path.size()); ++k)
         errors.path.push_back(
             has_work ? work(forces, reference.path[k].displacement) / work(forces, solution.path[k].displacement) - 1.0
@@ -176,13 +188,17 @@ std::optional<ToolComparison> compare_at_tool(const TetraMesh &mesh, const LoadC
     if (places.empty())
         return std::nullopt;
     const auto volumes = nodal_volumes(mesh);
+    // Works of both are of their own, or those of both are summed at the nodes.
+    const double ratio = std::isnan(reference.load_work) ? 1.0
+                                                         : correction(mesh, load_case, places, reference) /
+                                                               correction(mesh, load_case, places, solution);
     ToolComparison result;
     for (const auto &place : places) {
         auto &errors = result.places.emplace_back();
         errors.name = place.name;
         errors.relative_l2 = error_around(mesh, volumes, place, solution, reference);
         if (place.drive == ToolDrive::traction)
-            compare_works(mesh, load_case, place, solution, reference, errors);
+            compare_works(mesh, load_case, place, solution, reference, ratio, errors);
         else
             compare_forces(place.constraint, solution, reference, smallest_force, errors);
     }

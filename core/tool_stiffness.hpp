@@ -41,8 +41,9 @@ std::optional<double> radius_in_edges(std::span<const ToolPlace> places);
 struct PlaceErrors {
     std::string name;
     /// Force over displacement of the model over that of the reference, minus one; positive is too stiff. With a given
-    /// traction t it is w_r / w - 1 with w the integral of t . u over the place at rest, u linear on facets; else F .
-    /// F_r / |F_r|^2 - 1 of the forces. NaN where the reference has no such work or force, and where the model says
+    /// traction t it is w_r / w - 1 with w the integral of t . u over the place at rest; else F . F_r / |F_r|^2 - 1 of
+    /// the forces. At the whole load w is each model's own (Solution::load_work) where the reference says it; otherwise,
+    /// and along the path, u is linear on facets for both. NaN where the reference has no such work or force, and where the model says
     /// nothing of it.
     double stiffness = 0.0;
     /// Comparison::relative_l2 over the nodes within two radii of the middle; NaN if there are none that move.

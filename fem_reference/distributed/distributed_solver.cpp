@@ -177,6 +177,9 @@ class RankProblem {
         }
         // u . (K u + D^T p), which is u . K u + p . C p as D u = C p
         solution.strain_energy = 0.5 * (dot(state.u, left.u) + newtons * dot(state.u, conditions_.load));
+        if (const auto &load_case = part_.problem.load_case;
+            load_case.press_depth == 0.0 && load_case.acceleration.isZero(0.0))
+            solution.load_work = dot(state.u, conditions_.load);
         solution.degrees_of_freedom += 3 * nodes_.num_entries_of_all_ranks();
         solution.reaction =
             sum_of_reactions(nodes_, conditions_.constraint, left.u, part_.problem.load_case.constraint_names.size());

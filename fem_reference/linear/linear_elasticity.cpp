@@ -121,6 +121,9 @@ core::Solution StaticSolver::Impl::solution(const core::LoadCase &load_case, Dof
             if (const int owner = conditions.constraint[dof]; owner >= 0)
                 solution.reaction[owner][dof % 3] += found.residual[dof];
         solution.strain_energy = found.energy;
+        if (load_case.press_depth == 0.0 && load_case.acceleration.isZero(0.0))
+            solution.load_work =
+                std::inner_product(conditions.load.begin(), conditions.load.end(), found.displacement.begin(), 0.0);
         if (!found.converged) {
             solution.status = core::SolutionStatus::not_converged;
             solution.message = fmt::format("{} stopped after {} iterations at a relative residual of "

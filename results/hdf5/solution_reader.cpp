@@ -93,6 +93,8 @@ core::Solution read_solution_group(const InputFile &file, const std::string &mod
     solution.setup_seconds = file.number(group, "setup_seconds");
     solution.solve_seconds = file.number(group, "solve_seconds");
     solution.strain_energy = file.number(group, "strain_energy");
+    if (file.has_attribute(group, "load_work"))
+        solution.load_work = file.number(group, "load_work");
     solution.nonlinearity = file.number(group, "nonlinearity");
     if (file.has_attribute(group, "critical_time_step"))
         solution.explicit_steps = {file.number(group, "critical_time_step"), file.number(group, "seconds_per_step"),

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "results/hdf5/hdf5_io.hpp"
 #include "results/hdf5/schema.hpp"
@@ -82,6 +83,8 @@ void write_solution_group(hdf5::OutputFile &file, const std::string &model, cons
     file.number(group, "setup_seconds", solution.setup_seconds);
     file.number(group, "solve_seconds", solution.solve_seconds);
     file.number(group, "strain_energy", solution.strain_energy);
+    if (!std::isnan(solution.load_work))
+        file.number(group, "load_work", solution.load_work);
     file.number(group, "nonlinearity", solution.nonlinearity);
     if (const auto &steps = solution.explicit_steps) {
         file.number(group, "critical_time_step", steps->critical_time_step);

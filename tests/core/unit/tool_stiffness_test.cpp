@@ -62,6 +62,20 @@ TEST(ToolStiffness, OfAGivenTractionIsTheInverseOfTheDisplacement) {
     EXPECT_NEAR(tool.stiffness(), -0.2, 1e-14);
 }
 
+/// Where the reference has nodes beside those of the mesh, its own work counts, and that of the model if it has one.
+TEST(ToolStiffness, OfAGivenTractionComparesTheWorksOfTheModelsThemselves) {
+    Cube cube;
+    tests::pull(cube.load_case, cube.mesh, "z_max", {0.0, 0.0, -50.0});
+    auto reference = cube.squeezed(-0.01), solution = cube.squeezed(-0.0125);
+    const double force = 50.0 * 0.1 * 0.1; // of which the work is 0.1 scale times that
+    reference.load_work = 1.06 * force * 0.1 * 0.01;
+    EXPECT_NEAR(cube.compare(solution, reference).stiffness(), 1.06 * 0.8 - 1.0, 1e-12);
+    solution.load_work = 1.02 * force * 0.1 * 0.0125;
+    EXPECT_NEAR(cube.compare(solution, reference).stiffness(), 1.06 / 1.02 * 0.8 - 1.0, 1e-12);
+    reference.load_work = nan;
+    EXPECT_NEAR(cube.compare(solution, reference).stiffness(), -0.2, 1e-12) << "both are summed at the nodes";
+}
+
 /// A corner node of the face carries the third of its facets' force.
 TEST(ToolStiffness, WeighsDisplacementsWithTheTractionAlongIt) {
     Cube cube;
