@@ -62,8 +62,9 @@ double work(const std::vector<std::pair<int, Vector3>> &forces, const Displaceme
     return sum;
 }
 
-/// What the works of a solution that are summed at the nodes of the mesh have to be multiplied by. Displacements below a
-/// round tool are a dome between the corners of facets, so sums there miss 5 to 7 % of the work on quadratic elements.
+/// What the works of a solution that are summed at the nodes of the mesh have to be multiplied by. Displacements below
+/// a round tool are a dome between the corners of facets, so sums there miss 5 to 7 % of the work on quadratic
+/// elements.
 double correction(const TetraMesh &mesh, const LoadCase &load_case, std::span<const ToolPlace> places,
                   const Solution &solution) {
     double at_nodes = 0.0;
