@@ -5,8 +5,10 @@
 #include <fmt/format.h>
 #include <fstream>
 #include <sstream>
+#include <string_view>
 #include <system_error>
 #include <unistd.h>
+#include <utility>
 
 #include "support/input_error.hpp"
 
@@ -68,10 +70,21 @@ void write_whole(const std::filesystem::path &path, std::span<const char> bytes)
     }
 }
 
-std::string read_text(const std::filesystem::path &file) {
+void check_readable(const std::filesystem::path &file) {
     std::error_code ignored;
-    if (std::filesystem::is_directory(file, ignored))
+    const auto status = std::filesystem::status(file, ignored);
+    if (std::filesystem::is_directory(status))
         throw InputError(fmt::format("{}: this is a directory; give a file", file.string()));
+    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+        throw InputError(fmt::format("{}: this is no plain file; copy what it gives into one", file.string()));
+    if (access(file.c_str(), R_OK) != 0)
+        throw InputError(fmt::format("{}: cannot be read ({}); check the path and who may read it", file.string(),
+                                     std::strerror(errno)));
+}
+
+std::string read_text(const std::filesystem::path &file) {
+    constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+    check_readable(file);
     std::ifstream stream(file, std::ios::binary);
     if (!stream)
         throw InputError(fmt::format("{}: cannot be read ({}); check the path and who may read it", file.string(),
@@ -79,7 +92,8 @@ std::string read_text(const std::filesystem::path &file) {
     std::ostringstream text;
     if (!(text << stream.rdbuf()))
         throw InputError(fmt::format("{}: the file is empty; save it again", file.string()));
-    return text.str();
+    auto bytes = std::move(text).str();
+    return bytes.starts_with(byte_order_mark) ? bytes.substr(byte_order_mark.size()) : bytes;
 }
 
 } // namespace livermark::support

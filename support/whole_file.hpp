@@ -17,7 +17,11 @@ void check_place(const std::filesystem::path &path);
 /// @throws InputError if the place cannot be written to
 void write_whole(const std::filesystem::path &path, std::span<const char> bytes);
 
-/// Reads a whole text file.
+/// Refuses what is no plain file, such as a directory, a named pipe or a device, which would keep a reader waiting.
+/// @throws InputError also if it is not there or may not be read
+void check_readable(const std::filesystem::path &file);
+
+/// Reads a whole text file, without the byte order mark that some editors put before it.
 /// @throws InputError if it cannot be read
 std::string read_text(const std::filesystem::path &file);
 

@@ -1,31 +1,23 @@
 #include "results/hdf5/reference_file.hpp"
 
 #include <array>
-#include <cstdint>
 #include <fmt/format.h>
-#include <string_view>
 
 #include "results/hdf5/file_parts.hpp"
 #include "results/hdf5/hdf5_io.hpp"
 #include "results/hdf5/schema.hpp"
 #include "results/hdf5/solution_group.hpp"
+#include "support/fnv_hash.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::results {
 
 namespace {
 
-/// FNV-1a (Fowler, Noll, Vo) of 64 bits.
-class Hash {
+/// Of numbers that count with nine digits.
+class Hash : public support::FnvHash {
   public:
-    void add(std::string_view text) {
-        for (const char letter : text) {
-            value_ ^= static_cast<unsigned char>(letter);
-            value_ *= 0x100000001b3ULL;
-        }
-        value_ ^= 0xff; // between texts
-        value_ *= 0x100000001b3ULL;
-    }
+    using FnvHash::add;
     void add(double number) { add(fmt::format("{:.8e}", number == 0.0 ? 0.0 : number)); }
     void add(const core::Vector3 &vector) {
         for (const double component : vector)
@@ -35,10 +27,6 @@ class Hash {
         for (const auto number : numbers)
             add(fmt::format("{}", static_cast<int>(number)));
     }
-    std::uint64_t value() const { return value_; }
-
-  private:
-    std::uint64_t value_ = 0xcbf29ce484222325ULL;
 };
 
 } // namespace
