@@ -5,6 +5,7 @@ import os
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 from livermark.errors import InputError
+from livermark.hdf5_files import open_hdf5
 
 if TYPE_CHECKING:
     import numpy as np
@@ -134,15 +135,8 @@ class ResultFile:
     """One body under one load case, solved by several models. Close it, or use it in a with statement."""
 
     def __init__(self, path: Union[str, os.PathLike[str]]):
-        h5py = _library("h5py", "python3-h5py")
         self.path = os.fspath(path)
-        if not os.path.exists(self.path):
-            raise FileNotFoundError(f"{self.path}: there is no such file")
-        try:
-            self._file = h5py.File(self.path, "r")
-        except OSError as error:
-            raise InputError(f"{self.path}: this is no HDF5 file, or it is damaged; make it again with `livermark run`") \
-                from error
+        self._file = open_hdf5(self.path)
         self._check()
 
     def _check(self) -> None:

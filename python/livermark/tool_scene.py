@@ -8,6 +8,7 @@ import numpy
 
 from livermark.errors import InputError
 from livermark.febio import AXES, Solid, _arrays, _element, _numbers, _regions, _rows, _solver, _write_job
+from livermark.hdf5_files import open_hdf5
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -46,9 +47,8 @@ class ToolScene(NamedTuple):
 
 def read_tool_scene(path: Path) -> ToolScene:
     """What `livermark export` writes of a load case with a moving tool. Raises InputError."""
-    import h5py
     try:
-        with h5py.File(path) as file:
+        with open_hdf5(path) as file:
             material = [file["materials"][name][:] for name in ("young_modulus", "poisson_ratio", "density")]
             return ToolScene(str(file.attrs["title"]), file["points"][:], file["tetrahedra"][:].astype(int),
                              file["region"][:].astype(int), *material, file["held"][:].astype(int),

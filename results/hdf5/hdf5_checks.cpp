@@ -57,6 +57,15 @@ bool has_checksums(const std::filesystem::path &path) {
     return std::ranges::equal(found, first_bytes);
 }
 
+std::string fault_of_place(hid_t dataset) {
+    const Handle properties(H5Dget_create_plist(dataset), H5Pclose);
+    if (!properties.valid())
+        return "is damaged";
+    const bool is_outside =
+        H5Pget_layout(properties.get()) == H5D_VIRTUAL || H5Pget_external_count(properties.get()) != 0;
+    return is_outside ? "is kept in another file" : "";
+}
+
 std::string fault_of_storage(hid_t dataset) {
     const Handle properties(H5Dget_create_plist(dataset), H5Pclose);
     const Handle space(H5Dget_space(dataset), H5Sclose);
@@ -66,8 +75,6 @@ std::string fault_of_storage(hid_t dataset) {
     const hsize_t stored = H5Dget_storage_size(dataset);
     if (!properties.valid() || count < 0 || bytes_per_entry == 0)
         return "is damaged";
-    if (H5Pget_external_count(properties.get()) != 0)
-        return "is kept in another file";
     if (auto fault = fault_of_filters(properties.get()); !fault.empty())
         return fault;
     // Numbers have eight bytes at most, so a count that stays below this leaves room for their size.

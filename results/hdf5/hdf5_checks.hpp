@@ -13,7 +13,11 @@ namespace livermark::results::hdf5 {
 /// only found when HDF5 has run into it.
 bool has_checksums(const std::filesystem::path &path);
 
-/// Why a dataset is none that OutputFile writes: kept somewhere else, filtered in another way, in chunks or of a size
+/// Why the numbers of a dataset are not in the file itself: they are in files beside it, or in datasets of other files;
+/// empty if they are. Opens none of these.
+std::string fault_of_place(hid_t dataset);
+
+/// Why a dataset is none that OutputFile writes: filtered in another way, in chunks or of a size
 /// that what is in the file cannot come to; empty if it may be read.
 std::string fault_of_storage(hid_t dataset);
 

@@ -2,8 +2,11 @@
 #include <cerrno>
 #include <climits>
 #include <cstring>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <fstream>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include "results/hdf5/hdf5_checks.hpp"
 #include "results/hdf5/hdf5_text.hpp"
@@ -13,12 +16,24 @@ namespace livermark::results::hdf5 {
 
 namespace {
 
+/// Whether somebody has locked a file to write, as HDF5 does.
+bool is_locked(const std::filesystem::path &path) {
+    const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (file < 0)
+        return false;
+    const bool is_free = flock(file, LOCK_SH | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+    close(file);
+    return !is_free;
+}
+
 Handle open_file(const std::filesystem::path &path, const std::string &maker) {
     const std::string name = path.string();
     std::error_code ignored;
-    if (!std::filesystem::is_regular_file(path, ignored))
+    if (const auto status = std::filesystem::status(path, ignored); !std::filesystem::is_regular_file(status))
         throw support::InputError(
-            fmt::format("{}: there is no such file; check the path, or make it with `{}`", name, maker));
+            std::filesystem::exists(status)
+                ? fmt::format("{}: this is no plain file; give a file that `{}` wrote", name, maker)
+                : fmt::format("{}: there is no such file; check the path, or make it with `{}`", name, maker));
     if (!std::ifstream(path))
         throw support::InputError(
             fmt::format("{}: cannot be read ({}); check who may read it", name, std::strerror(errno)));
@@ -27,7 +42,9 @@ Handle open_file(const std::filesystem::path &path, const std::string &maker) {
         if (file.valid())
             return file;
         throw support::InputError(
-            fmt::format("{}: the file is truncated or damaged; make it again with `{}`", name, maker));
+            is_locked(path)
+                ? fmt::format("{}: another program has the file open to write; close it there, or wait for it", name)
+                : fmt::format("{}: the file is truncated or damaged; make it again with `{}`", name, maker));
     }
     throw support::InputError(fmt::format(
         "{}: this is not an HDF5 file in the format of this version; give a file that `{}` wrote", name, maker));
@@ -64,18 +81,29 @@ void InputFile::refuse(const std::string &path, const std::string &fault) const 
 bool InputFile::has(const std::string &path) const {
     // H5Lexists fails if a group on the way is missing, so the way is walked.
     for (std::size_t end = path.find('/', 1);; end = path.find('/', end + 1)) {
-        if (H5Lexists(file_.get(), path.substr(0, end).c_str(), H5P_DEFAULT) <= 0)
+        const auto part = path.substr(0, end);
+        if (H5Lexists(file_.get(), part.c_str(), H5P_DEFAULT) <= 0)
             return false;
+        // HDF5 would follow a link into any file that it names, a named pipe among them.
+        H5L_info_t link{};
+        if (H5Lget_info(file_.get(), part.c_str(), &link, H5P_DEFAULT) < 0)
+            refuse(part, "is damaged");
+        if (link.type != H5L_TYPE_HARD)
+            refuse(part, "is a link to another place, and links are not followed");
         if (end == std::string::npos)
             return true;
     }
 }
 
 bool InputFile::has_attribute(const std::string &path, const std::string &name) const {
+    if (path != "/" && !has(path))
+        return false;
     return H5Aexists_by_name(file_.get(), path.c_str(), name.c_str(), H5P_DEFAULT) > 0;
 }
 
 std::vector<std::string> InputFile::children(const std::string &path) const {
+    if (path != "/" && !has(path))
+        refuse(path, "is not there as a group");
     const Handle group(H5Gopen2(file_.get(), path.c_str(), H5P_DEFAULT), H5Gclose);
     if (!group.valid())
         refuse(path, "is not there as a group");
@@ -107,6 +135,8 @@ Handle InputFile::open_dataset(const std::string &path, const RowType &type, con
     Handle dataset(H5Dopen2(file_.get(), path.c_str(), H5P_DEFAULT), H5Dclose);
     if (!dataset.valid())
         refuse(path, "is not a dataset");
+    if (const auto fault = fault_of_place(dataset.get()); !fault.empty())
+        refuse(path, fault); // before its size is asked for, which opens the files of a virtual one
     const Handle found(H5Dget_type(dataset.get()), H5Tclose);
     if (H5Tequal(found.get(), type.file) <= 0)
         refuse(path, fmt::format("holds {} instead of {}", type_text(found.get()), type_text(type.file)));

@@ -177,3 +177,27 @@ else:
     raise AssertionError
 """
     subprocess.run([sys.executable, "-c", code], check=True, cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(tmp_path)})
+
+
+@pytest.mark.parametrize("place", ["mesh", "mesh/points", "solutions/lloyd"])
+@pytest.mark.parametrize("kind", ["external link", "soft link", "external data", "virtual"])
+def test_nothing_outside_of_a_file_is_opened(tmp_path, place, kind):
+    path, pipe = tmp_path / "result.h5", tmp_path / "pipe"
+    os.mkfifo(pipe)  # which would keep whoever opens it waiting
+    path.write_bytes(BENDING.read_bytes())
+    with h5py.File(path, "r+") as file:
+        del file[place]
+        if kind == "external link":
+            file[place] = h5py.ExternalLink(str(pipe), "/")
+        elif kind == "soft link":
+            file[place] = h5py.SoftLink("/materials")
+        elif kind == "external data":
+            file.create_dataset(place, (4,), "f8", external=[(str(pipe), 0, h5py.h5f.UNLIMITED)])
+        else:
+            layout = h5py.VirtualLayout((3,), "f8")
+            layout[:] = h5py.VirtualSource(str(pipe), "x", (3,))
+            file.create_virtual_dataset(place, layout)
+    with pytest.raises(livermark.InputError, match=f"/{place} is (a link to another place|kept in another file)"):
+        livermark.open(path)
+    with pytest.raises(livermark.InputError, match="this is no plain file"):
+        livermark.open(pipe)

@@ -2,7 +2,8 @@
 usage: python3 change_h5py.py FROM.h5 TO.h5, and on stdin a JSON object of any of
   "body": name, "scale": factor of all static displacements, "nan": [dataset, row, and column if there are any], "narrow": dataset that loses its columns,
   "delete": dataset, "set": [dataset, row or null for all, value], "shorten": [dataset, how many of its last rows it loses],
-  "unname": [dataset, attribute that it loses], "attribute": [group or dataset, name, value]
+  "unname": [dataset, attribute that it loses], "attribute": [group or dataset, name, value],
+  "link": [dataset that becomes a link, the file it leads to]
 """
 import json
 import shutil
@@ -38,6 +39,10 @@ with h5py.File(target, "r+") as file:
     if "attribute" in changes:
         path, name, value = changes["attribute"]
         file[path].attrs[name] = value
+    if "link" in changes:
+        path, target_file = changes["link"]
+        del file[path]
+        file[path] = h5py.ExternalLink(target_file, path)
     if "shorten" in changes:
         path, count = changes["shorten"]
         values = file[path][:-count]

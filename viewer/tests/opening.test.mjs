@@ -22,6 +22,7 @@ before(async () => {
   variant('two.h5', { body: 'body_2', scale: 2 });
   variant('three.h5', { body: 'body_3', scale: 3 });
   variant('without_field.h5', { body: 'body_5', narrow: 'solutions/fem_p2/displacement' });
+  variant('linked.h5', { link: ['mesh/points', '/dev/urandom'] });
   variant('without_place.h5', { nan: ['mesh/points', 7, 1] });
   server = await startServer(samples.folder);
   browser = await startBrowser();
@@ -93,6 +94,13 @@ test('a file whose reference has a bad field is refused and not drawn afterwards
   assert.match(await message(), /^without_field\.h5: \/solutions\/fem_p2\/displacement /);
   assert.equal(await page.locator('#stage').getAttribute('data-drawn'), drawn);
   assert.equal(await page.locator('#files').inputValue(), 'one.h5');
+  await isWholly('one.h5');
+});
+
+test('a file with a link out of it is refused', async () => {
+  await page.setInputFiles('#chosen', file('linked.h5'));
+  await page.waitForFunction(() => document.querySelector('#message').textContent.startsWith('linked.h5'));
+  assert.match(await message(), /^linked\.h5: \/mesh\/points is a link to another place/);
   await isWholly('one.h5');
 });
 

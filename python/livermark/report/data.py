@@ -13,6 +13,7 @@ from typing import Any, Iterator, NamedTuple, Optional
 
 import h5py
 
+from livermark.hdf5_files import open_hdf5
 from livermark.results import ResultFile, _attributes
 
 _NO_CHARACTER = re.compile("[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
@@ -148,7 +149,7 @@ class ReportData:
 
     def open(self, file: str) -> h5py.File:
         """A file that is no result file; file is relative to the folder."""
-        return h5py.File(self.folder / file, "r")
+        return open_hdf5(self.folder / file)
 
     @functools.cached_property
     def models(self) -> list[str]:

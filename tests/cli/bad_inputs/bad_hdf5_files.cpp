@@ -147,6 +147,14 @@ std::vector<BadInput> bad_hdf5_files() {
         result("AnotherSchema", "a result file of another version", with_attribute("/", "schema_version", 99),
                "schema_version is 99"),
         result("MissingDataset", "a dataset that is missing", without("/mesh/points"), "/mesh/points is missing"),
+        result(
+            "LinkToAnotherFile", "a dataset that is a link to another file",
+            [](hid_t file) {
+                require(H5Ldelete(file, "/mesh/points", H5P_DEFAULT) >= 0);
+                require(H5Lcreate_external("/dev/zero", "/points", file, "/mesh/points", H5P_DEFAULT, H5P_DEFAULT) >=
+                        0);
+            },
+            "/mesh/points is a link to another place"),
         result("MissingAttribute", "an attribute that is missing", without_attribute("/solutions/springs", "status"),
                "/solutions/springs has no attribute status"),
         result("WrongShape", "a dataset of another shape",

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <hdf5.h>
 #include <limits>
+#include <sys/stat.h>
 
 #include "results/hdf5/result_file.hpp"
 #include "support/input_error.hpp"
@@ -317,6 +318,42 @@ TEST_F(DamagedResultFile, RefusesStorageThatIsNotOurs) {
         tamper(path_, [&](hid_t file) { replace_points(file, 100'000'000, choose); });
         EXPECT_NE(refusal_of_file(path_).find(": /mesh/points " + says), std::string::npos) << refusal_of_file(path_);
     }
+}
+
+/// A pipe that nobody writes to keeps whoever opens it waiting.
+TEST_F(DamagedResultFile, RefusesLinksAndOpensNoneOfThem) {
+    const auto pipe = directory_ / "pipe";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    for (const std::string place : {"/mesh", "/mesh/points", "/solutions", "/solutions/springs", "/load_case"})
+        for (const bool is_external : {true, false}) {
+            SCOPED_TRACE(place);
+            write_result(path_, tests::sample_result());
+            tamper(path_, [&](hid_t file) {
+                EXPECT_GE(H5Ldelete(file, place.c_str(), H5P_DEFAULT), 0);
+                const auto made =
+                    is_external ? H5Lcreate_external(pipe.c_str(), "/", file, place.c_str(), H5P_DEFAULT, H5P_DEFAULT)
+                                : H5Lcreate_soft("/materials", file, place.c_str(), H5P_DEFAULT, H5P_DEFAULT);
+                EXPECT_GE(made, 0);
+            });
+            EXPECT_NE(refusal_of_file(path_).find(": " + place + " is a link to another place"), std::string::npos)
+                << refusal_of_file(path_);
+        }
+    EXPECT_NE(refusal_of_file(pipe).find("this is no plain file"), std::string::npos);
+}
+
+TEST_F(DamagedResultFile, RefusesADatasetThatIsMadeOfAnotherFile) {
+    const auto pipe = directory_ / "pipe";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    write_result(path_, tests::sample_result());
+    tamper(path_, [&](hid_t file) {
+        replace_points(file, 12, [&](hid_t properties) {
+            const hsize_t shape[] = {12, 3};
+            const hid_t space = H5Screate_simple(2, shape, nullptr);
+            EXPECT_GE(H5Pset_virtual(properties, space, pipe.c_str(), "points", space), 0);
+            H5Sclose(space);
+        });
+    });
+    EXPECT_NE(refusal_of_file(path_).find(": /mesh/points is kept in another file"), std::string::npos);
 }
 
 /// What is damaged without notice are numbers, which have no checksum where they are not compressed.

@@ -4,7 +4,35 @@ import { Fault } from './types.ts';
 
 type Scalar = string | number | bigint;
 
+const own = new WeakMap<File, Set<string>>(); // places that were found to be in the file itself
+
+/** The library would follow a link to whatever it names. */
+function refuseLinks(file: File, path: string): void {
+  const known = own.get(file) ?? new Set<string>();
+  own.set(file, known);
+  let parent = '/';
+  for (const name of path.split('/').filter(Boolean)) {
+    const part = parent === '/' ? `/${name}` : `${parent}/${name}`;
+    if (!known.has(part)) {
+      if (!names(file, parent).includes(name)) return; // it is not there
+      if (file.get_link(part) || file.get_external_link(part)?.filename)
+        throw new Fault(`${part} is a link to another place, and links are not followed; make the file again with livermark run.`);
+      known.add(part);
+    }
+    parent = part;
+  }
+}
+
+function names(file: File, path: string): string[] {
+  try {
+    return new Group(file.file_id, path).keys();
+  } catch {
+    return []; // no group
+  }
+}
+
 function group(file: File, path: string): Group | null {
+  refuseLinks(file, path);
   try {
     const found = file.get(path);
     return found instanceof Group ? found : null;
@@ -23,6 +51,7 @@ export function children(file: File, path: string): string[] {
 }
 
 export function dataset(file: File, path: string): Dataset | null {
+  refuseLinks(file, path);
   try {
     const found = file.get(path);
     return found instanceof Dataset ? found : null;
