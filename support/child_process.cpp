@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
@@ -19,6 +20,7 @@
 #include <utility>
 
 #include "support/input_error.hpp"
+#include "support/python_program.hpp"
 #include "support/root_folder.hpp"
 #include "support/whole_file.hpp"
 
@@ -118,18 +120,74 @@ void exchange(std::string_view input, const Channel &to_child, const std::vector
     }
 }
 
+/// Folders that go when a signal ends this process. A handler may neither allocate nor lock, so they are kept as plain
+/// characters.
+struct FolderToRemove {
+    volatile std::sig_atomic_t is_used = 0;
+    pid_t owner = 0;
+    std::array<char, 512> path{};
+};
+std::array<FolderToRemove, 16> folders_to_remove;
+
+/// Lets rm do the work: it may be started from a handler, and what it does here may not.
+void remove_and_end(int signal) {
+    for (auto &folder : folders_to_remove)
+        if (folder.is_used != 0 && folder.owner == getpid()) { // and not a copy of the process
+            const pid_t child = fork();
+            if (child == 0) {
+                execl("/bin/rm", "rm", "-rf", "--", folder.path.data(), static_cast<char *>(nullptr));
+                _exit(1);
+            }
+            if (child > 0)
+                waitpid(child, nullptr, 0);
+        }
+    std::signal(signal, SIG_DFL);
+    raise(signal);
+}
+
+void remove_when_ended(const std::string &path) {
+    static const bool are_installed = [] {
+        for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+            if (const auto before = std::signal(signal, remove_and_end); before != SIG_DFL)
+                std::signal(signal, before); // somebody else takes care of it
+        return true;
+    }();
+    for (auto &folder : folders_to_remove)
+        if (are_installed && folder.is_used == 0 && path.size() < folder.path.size()) {
+            std::ranges::copy(path, folder.path.begin());
+            folder.path.at(path.size()) = '\0';
+            folder.owner = getpid();
+            folder.is_used = 1;
+            return;
+        }
+}
+
+void keep_when_ended(const std::string &path) {
+    for (auto &folder : folders_to_remove)
+        if (folder.is_used != 0 && folder.owner == getpid() && path == folder.path.data())
+            folder.is_used = 0;
+}
+
 } // namespace
 
 ScratchFolder::ScratchFolder() {
-    const auto parent = std::filesystem::temp_directory_path();
+    std::error_code error;
+    auto parent = std::filesystem::temp_directory_path(error);
+    if (error) {
+        const char *named = std::getenv("TMPDIR"); // NOLINT(concurrency-mt-unsafe): nobody changes the environment
+        throw InputError(fmt::format("TMPDIR: '{}' is no folder ({}); set it to one that is writable, or unset it",
+                                     named ? named : "", error.message()));
+    }
     auto name = (parent / "livermark_XXXXXX").string();
     if (!mkdtemp(name.data()))
         throw InputError(fmt::format("{}: no folder can be made here ({}); set TMPDIR to one that is writable",
                                      parent.string(), std::strerror(errno)));
     path = name;
+    remove_when_ended(path.string());
 }
 
 ScratchFolder::~ScratchFolder() {
+    keep_when_ended(path.string());
     std::error_code ignored;
     std::filesystem::remove_all(path, ignored);
 }
@@ -171,10 +229,13 @@ FilterOutcome run_filter(const std::vector<std::string> &words, std::string_view
 }
 
 Converted convert_by_script(const std::string &script, const std::filesystem::path &file, const std::string &remedy) {
+    check_readable(file);
     const ScratchFolder scratch;
     const auto text = scratch.path / "converted";
-    auto [status, lines] = run_program(
-        {(root_folder() / "scripts" / script).string(), std::filesystem::absolute(file).string(), text.string()});
+    auto words = start_of_python("/usr/bin/python3"); // of the distribution, as scripts are started by hand
+    words.insert(words.end(), {(root_folder() / "scripts" / script).string(), std::filesystem::absolute(file).string(),
+                               text.string()});
+    auto [status, lines] = run_program(words);
     if (status != 0)
         throw InputError(fmt::format("{}: cannot be converted ({}); {}", file.string(),
                                      lines.empty() ? "no reason given" : lines.back(), remedy));

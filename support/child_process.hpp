@@ -7,7 +7,8 @@
 
 namespace livermark::support {
 
-/// A folder for files that nobody needs afterwards; it goes with the object.
+/// A folder for files that nobody needs afterwards; it goes with the object, and where SIGINT, SIGTERM or SIGHUP ends
+/// the process.
 class ScratchFolder {
   public:
     /// @throws InputError if there is no room for temporary files

@@ -6,6 +6,12 @@
 
 namespace livermark::support {
 
+/// The words that start Python with a program behind them. Nothing of the working directory is run, which may be a
+/// folder of results that somebody was sent: no module there takes the place of one of Python's, neither by itself (-P,
+/// Python 3.11) nor by an empty or relative place in PYTHONPATH. PYTHONHOME of another interpreter is left out.
+/// @param interpreter  path or name
+std::vector<std::string> start_of_python(const std::string &interpreter);
+
 /// Runs a part of the Python package of this project as a program of its own: `python3 -m livermark.<part>`, with the
 /// interpreter of the distribution, or where that lacks a library with the first one in PATH.
 /// @param part       such as report

@@ -294,6 +294,32 @@ TEST_F(Report, SaysWhatToInstallWherePythonLacksALibrary) {
     }
 }
 
+/// Somebody may have put them into a folder of results that is handed on.
+TEST_F(Report, NoModuleOfTheWorkingDirectoryIsRun) {
+    write("result.h5", tests::sample_result());
+    for (const std::string library : {"numpy", "json", "matplotlib", "h5py", "meshio", "livermark"})
+        std::ofstream(directory_ / (library + ".py")) << "open('was_run', 'w').close()\n";
+    std::ofstream(directory_ / "bar.vtk") << "# vtk DataFile Version 3.0\nbar\nASCII\nDATASET UNSTRUCTURED_GRID\n"
+                                             "POINTS 4 double\n0 0 0 0.1 0 0 0 0.1 0 0 0 0.1\n"
+                                             "CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\n";
+    for (const std::string words : {"report .", "mesh check beam --picture patches.png", "mesh check bar.vtk"})
+        for (const std::string path : {"", ":", ".:"}) {
+            const auto outcome = tests::run_command(
+                fmt::format("cd {}; PYTHONPATH={} {} {}", directory_.string(), path, LIVERMARK_BINARY, words));
+            EXPECT_EQ(outcome.status, 0) << words << ": " << outcome.output;
+            EXPECT_FALSE(std::filesystem::exists(directory_ / "was_run")) << words << " with '" << path << "'";
+        }
+    EXPECT_TRUE(std::filesystem::exists(directory_ / "report.html"));
+}
+
+/// Conda and others set it for their own interpreter, and that of the distribution does not start with it.
+TEST_F(Report, IsMadeWherePythonHomeIsThatOfAnotherInterpreter) {
+    write("result.h5", tests::sample_result());
+    const auto outcome =
+        tests::run_command(fmt::format("PYTHONHOME=/nowhere {} report {}", LIVERMARK_BINARY, directory_.string()));
+    EXPECT_EQ(outcome.status, 0) << outcome.output;
+}
+
 TEST_F(Report, PatchesOfABodyAreDrawnInTheirColours) {
     const auto picture = directory_ / "patches.png";
     const auto outcome = tests::livermark("mesh check beam --picture " + picture.string());

@@ -1,6 +1,15 @@
 #include "support/child_process.hpp"
 
+#include <array>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "support/input_error.hpp"
 
 namespace livermark::support {
 namespace {
@@ -35,6 +44,50 @@ TEST(Filter, SaysWhenThereIsNoSuchProgram) {
 
 TEST(Filter, SaysWhenAProgramIsKilled) {
     EXPECT_EQ(run_filter({"sh", "-c", "kill -9 $$"}, "").status, -1);
+}
+
+/// In a process of its own, which a signal ends.
+TEST(ScratchFolder, GoesWhenASignalEndsTheProcess) {
+    for (const int signal : {SIGINT, SIGTERM}) {
+        std::array<int, 2> ends{};
+        ASSERT_EQ(pipe(ends.data()), 0);
+        const pid_t child = fork();
+        if (child == 0) {
+            const ScratchFolder scratch;
+            std::ofstream(scratch.path / "file") << "text";
+            const auto path = scratch.path.string();
+            if (write(ends[1], path.data(), path.size()) > 0)
+                raise(signal);
+            _exit(0);
+        }
+        close(ends[1]);
+        std::string path(4096, '\0');
+        const auto length = read(ends[0], path.data(), path.size());
+        close(ends[0]);
+        int status = 0;
+        waitpid(child, &status, 0);
+        ASSERT_GT(length, 0);
+        path.resize(static_cast<std::size_t>(length));
+        EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == signal);
+        EXPECT_FALSE(std::filesystem::exists(path)) << path;
+    }
+}
+
+TEST(ScratchFolder, SaysThatTmpdirIsWrong) {
+    const char *before = std::getenv("TMPDIR");
+    const std::string kept = before ? before : "";
+    setenv("TMPDIR", "/nowhere/of/somebody", 1);
+    try {
+        const ScratchFolder scratch;
+        ADD_FAILURE() << scratch.path;
+    } catch (const InputError &error) {
+        EXPECT_NE(std::string(error.what()).find("TMPDIR: '/nowhere/of/somebody' is no folder"), std::string::npos)
+            << error.what();
+    }
+    if (before)
+        setenv("TMPDIR", kept.c_str(), 1);
+    else
+        unsetenv("TMPDIR");
 }
 
 } // namespace
