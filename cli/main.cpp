@@ -16,6 +16,7 @@
 #include "cli/usage.hpp"
 #include "support/input_error.hpp"
 #include "support/mpi_session.hpp"
+#include "support/standard_error.hpp"
 
 namespace {
 
@@ -90,6 +91,7 @@ int main(int argc, char **argv) {
     using namespace livermark::support;
     // Beyond a limit on the size of files, writing fails as on a full disk, with a message.
     std::signal(SIGXFSZ, SIG_IGN);
+    const UnfailingStandardError standard_error;
     // Outlives every exception: all ranks have to end MPI together.
     std::optional<MpiSession> session;
     if (started_on_many_ranks())

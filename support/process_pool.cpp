@@ -143,7 +143,8 @@ class Worker {
     }
 
     /// @throws std::runtime_error if it is gone
-    Header receive(std::string &text) {
+    /// @param name_of  for the message
+    Header receive(std::string &text, const std::function<std::string(int)> &name_of) {
         Header header;
         bool is_there = read_all(home_, &header, sizeof header);
         text.assign(is_there ? header.length : 0, '\0');
@@ -152,9 +153,10 @@ class Worker {
             int status = 0;
             waitpid(process_, &status, 0);
             process_ = -1;
-            throw std::runtime_error(
-                fmt::format("a worker ended before its work did ({}); start again with fewer at once",
-                            WIFSIGNALED(status) ? strsignal(WTERMSIG(status)) : "without a signal"));
+            throw std::runtime_error(fmt::format(
+                "a worker ended before its work did ({}), on {}; start again with fewer at once, or without it",
+                WIFSIGNALED(status) ? strsignal(WTERMSIG(status)) : "without a signal",
+                name_of ? name_of(item_) : fmt::format("item {} of its work", item_ + 1)));
         }
         return header;
     }
@@ -193,7 +195,7 @@ double available_memory() {
 
 void run_in_process_pool(std::span<const int> group, int num_workers, const Work &work,
                          const std::function<void(int, const std::string &)> &receive,
-                         std::span<const std::vector<int>> waits_for) {
+                         std::span<const std::vector<int>> waits_for, const std::function<std::string(int)> &name_of) {
     WorkQueue queue(group, waits_for);
     if (num_workers == 1 || group.size() < 2) {
         int at = -1;
@@ -223,7 +225,7 @@ void run_in_process_pool(std::span<const int> group, int num_workers, const Work
         for (std::size_t w = 0; w < pipes.size(); ++w) {
             if (pipes[w].revents == 0)
                 continue;
-            switch (at_work[w]->receive(text).kind) {
+            switch (at_work[w]->receive(text, name_of).kind) {
             case Kind::text:
                 receive(at_work[w]->item(), text);
                 break;

@@ -1,6 +1,7 @@
 #include "support/toml_input.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -25,6 +26,22 @@ const toml::node &required_node(const toml::table &table, std::string_view key) 
     return *node;
 }
 
+/// Line of the first key that is dotted deeper than anybody writes, 0 if there is none. toml++ goes down each of them
+/// by a call of a function, and the stack ends before the keys of a file that was made for that.
+int line_of_deep_key(std::string_view text) {
+    constexpr int deepest = 256;
+    int line = 1, num_dots = 0;
+    for (const char c : text) {
+        const bool is_of_key = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-' || c == ' ' ||
+                               c == '\t' || c == '"' || c == '\'';
+        num_dots = c == '.' ? num_dots + 1 : is_of_key ? num_dots : 0;
+        if (num_dots > deepest)
+            return line;
+        line += c == '\n' ? 1 : 0;
+    }
+    return 0;
+}
+
 } // namespace
 
 std::vector<std::string> list_toml(const std::filesystem::path &folder) {
@@ -39,6 +56,8 @@ std::vector<std::string> list_toml(const std::filesystem::path &folder) {
 }
 
 toml::table parse_toml(const std::string &text, const std::filesystem::path &file) {
+    if (const int line = line_of_deep_key(text); line > 0)
+        throw InputError(fmt::format("{}:{}: a key has hundreds of dots; correct the line", file.string(), line));
     try {
         return toml::parse(text, file.string());
     } catch (const toml::parse_error &error) {

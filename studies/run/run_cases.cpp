@@ -174,6 +174,14 @@ int num_steps(const Run &run) {
     return static_cast<int>(num);
 }
 
+std::string names_of_cases(const std::vector<core::Problem> &problems, const WorkItem &item) {
+    std::vector<std::string> names;
+    for (const auto &case_group : item.case_groups)
+        for (const auto problem : case_group)
+            names.push_back(name_of(problems[problem]));
+    return fmt::format("{}", fmt::join(names, ", "));
+}
+
 } // namespace
 
 Outcomes run_cases(const RunTask &task, const RunOptions &options, const std::string &command_line,
@@ -219,7 +227,8 @@ Outcomes run_cases(const RunTask &task, const RunOptions &options, const std::st
                 break;
             }
         },
-        run.plan.waits_for);
+        run.plan.waits_for,
+        [&](int item) { return names_of_cases(run.problems, run.plan.items[static_cast<std::size_t>(item)]); });
     for (std::size_t load = 0; load < of_load.size(); ++load) {
         auto &outcome = outcomes.of_problem[run.loads[load].number];
         outcome.num_kept += run.is_resumed[load] ? 1 : 0;

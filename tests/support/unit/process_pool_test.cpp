@@ -117,7 +117,7 @@ TEST(SideBySide, AFaultEndsTheWork) {
 
 TEST(SideBySide, AWorkerThatIsKilledIsMissed) {
     const auto text = message<std::runtime_error>(2, [] { std::raise(SIGKILL); });
-    EXPECT_NE(text.find("a worker ended before its work did (Killed)"), std::string::npos) << text;
+    EXPECT_NE(text.find("a worker ended before its work did (Killed), on item "), std::string::npos) << text;
 }
 
 TEST(WorkersThatFit, AreAtLeastOneAndOneForEachCoreAtMost) {
