@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 #include <iterator>
 
+#include "core/plausible_liver.hpp"
 #include "meshes/anatomical_patches.hpp"
 #include "meshes/mesh_figures.hpp"
 #include "meshes/mesh_reader.hpp"
+#include "support/file_ending.hpp"
 #include "support/input_error.hpp"
 #include "support/toml_input.hpp"
 #include "support/whole_file.hpp"
@@ -26,6 +28,11 @@ void check_material(const core::Material &material, const std::string &place) {
         throw support::InputError(
             fmt::format("{}: Poisson's ratio is {}; it has to lie between -1 and 0.5, both excluded", place,
                         material.poisson_ratio));
+    if (material.poisson_ratio > core::largest_poisson_ratio)
+        throw support::InputError(
+            fmt::format("{}: Poisson's ratio is {:.12g}, so close to 0.5 that its equations have no "
+                        "solution in double precision; take {} at most",
+                        place, material.poisson_ratio, core::largest_poisson_ratio));
 }
 
 core::Material read_material(const toml::table &table) {
@@ -131,8 +138,11 @@ core::Body body_of_table(const std::filesystem::path &file) {
         scale(body.mesh, metres_of(table, *unit));
     if (table.contains("image"))
         append_remarks(support::required_table(table, "image"), body.assumptions);
-    if (support::optional_flag(table, "find_patches"))
+    std::ranges::move(core::doubts_about_unit(body.mesh.points), std::back_inserter(body.assumptions));
+    if (support::optional_flag(table, "find_patches")) { // so it is a liver
+        std::ranges::move(core::doubts_about_liver(body.mesh), std::back_inserter(body.assumptions));
         find_patches(body);
+    }
     body.materials = read_materials(table, body.mesh);
     check_patches(table, body.mesh);
     return body;
@@ -144,6 +154,8 @@ core::Body body_of_mesh(const std::filesystem::path &file) {
     body.mesh = read_mesh(file, body.assumptions);
     const auto unit = guess_unit(body.mesh.points, mesh_figures(body.mesh).volume, file.string());
     scale(body.mesh, unit.metres);
+    std::ranges::move(core::doubts_about_lesions(body.mesh),
+                      std::back_inserter(body.assumptions)); // the volume is said
     body.assumptions.push_back(
         fmt::format("coordinates are taken to be in {}, {}; a body .toml may say 'unit'", unit.unit, unit.remark));
     // As the parenchyma of the livers that ship.
@@ -162,7 +174,7 @@ std::string body_title(const std::filesystem::path &toml_file) {
 }
 
 core::Body read_body(const std::filesystem::path &file, const MaterialOverride &override_with) {
-    auto body = file.extension() == ".toml" ? body_of_table(file) : body_of_mesh(file);
+    auto body = support::file_ending(file) == ".toml" ? body_of_table(file) : body_of_mesh(file);
     body.name = file.stem().string();
     apply(override_with, body.materials);
     return body;

@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 #include <map>
 #include <numeric>
+#include <utility>
 
 #include "core/bounding_box.hpp"
+#include "core/plausible_liver.hpp"
 #include "meshes/mesh_figures.hpp"
 #include "support/input_error.hpp"
 
@@ -44,6 +46,7 @@ int root_of(std::vector<int> &parent, int node) {
     return node;
 }
 
+/// A part that hangs on an edge or a node swings about it: finite elements have no reference for it.
 void refuse_several_parts(const RawMesh &raw, const std::string &file) {
     std::vector<int> parent(raw.points.size());
     std::iota(parent.begin(), parent.end(), 0);
@@ -54,6 +57,11 @@ void refuse_several_parts(const RawMesh &raw, const std::string &file) {
         if (root_of(parent, static_cast<int>(node)) != root_of(parent, 0))
             throw support::InputError(fmt::format("{}: {} and {} are in parts that do not touch; keep one part", file,
                                                   node_name(raw, 0), node_name(raw, static_cast<int>(node))));
+    if (const auto apart = core::apart_by_faces(raw.tetrahedra))
+        throw support::InputError(
+            fmt::format("{}: tetrahedra {} and {} are in parts that hang together by an edge or a node only; join them "
+                        "by faces, or keep one part",
+                        file, raw.tetrahedron_tag[apart->first], raw.tetrahedron_tag[apart->second]));
 }
 
 } // namespace

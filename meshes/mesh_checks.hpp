@@ -14,7 +14,8 @@ void check_nodes(const RawMesh &raw, const std::string &file);
 /// @throws support::InputError that names the first that is not so
 void check_tetrahedra(const RawMesh &raw, const std::string &file);
 
-/// Every face belongs to one or two tetrahedra, every triangle of the file is a face, and the tetrahedra hang together.
+/// Every face belongs to one or two tetrahedra, every triangle of the file is a face, and the tetrahedra hang together
+/// by faces.
 /// @throws support::InputError that names the first that is not so
 void check_faces(const RawMesh &raw, const std::string &file);
 

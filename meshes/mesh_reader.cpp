@@ -2,19 +2,21 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <fmt/format.h>
 #include <fstream>
+#include <sstream>
 #include <string_view>
 
 #include "core/bounding_box.hpp"
+#include "core/plausible_liver.hpp"
 #include "meshes/msh_reader.hpp"
 #include "support/child_process.hpp"
+#include "support/file_ending.hpp"
 #include "support/input_error.hpp"
 #include "support/toml_input.hpp"
+#include "support/whole_file.hpp"
 
 namespace livermark::meshes {
 
@@ -28,18 +30,22 @@ struct Unit {
     double largest_organ; ///< longest side of the bounding box, in the unit
 };
 
-constexpr double smallest_liver = 0.5, usual_liver = 1.5, largest_liver = 4.0; // [L]
-
-constexpr std::array<Unit, 3> units{{{"m", 1.0, 2.0}, {"cm", 1e-2, 60.0}, {"mm", 1e-3, 2000.0}}};
+constexpr std::array<Unit, 3> units{{{"m", 1.0, core::largest_organ}, {"cm", 1e-2, 60.0}, {"mm", 1e-3, 2000.0}}};
 
 bool is_ascii_msh(const fs::path &file) {
-    if (file.extension() != ".msh")
+    if (support::file_ending(file) != ".msh")
         return false;
-    std::ifstream stream(file);
-    std::string line, version, is_binary;
-    // A file that is damaged here is for the reader of ASCII files, which says where.
-    return !(std::getline(stream, line) && line.starts_with("$MeshFormat") && stream >> version >> is_binary &&
-             is_binary == "1");
+    // Comments may come before the format. A file that is damaged here is for the reader of ASCII files, which says
+    // where.
+    std::string start(4096, '\0'), version, is_binary;
+    std::ifstream stream(file, std::ios::binary);
+    stream.read(start.data(), static_cast<std::streamsize>(start.size()));
+    const auto format = start.find("$MeshFormat");
+    if (format == std::string::npos)
+        return true;
+    std::istringstream words(start.substr(format));
+    words >> version >> version >> is_binary;
+    return is_binary != "1";
 }
 
 core::TetraMesh read_converted(const fs::path &file, std::vector<std::string> &remarks) {
@@ -47,16 +53,14 @@ core::TetraMesh read_converted(const fs::path &file, std::vector<std::string> &r
         "convert_mesh", file,
         "save it as ASCII MSH, VTU, VTK or INP with tetrahedra, and see that python3-meshio is installed");
     remarks.insert(remarks.end(), converted.remarks.begin(), converted.remarks.end());
-    return parse_msh(converted.text, file.string() + ", converted");
+    return parse_msh(converted.text, file.string(), &remarks);
 }
 
 } // namespace
 
 core::TetraMesh read_mesh(const fs::path &file, std::vector<std::string> &remarks) {
-    if (!std::ifstream(file))
-        throw support::InputError(fmt::format("{}: cannot be read ({}); check the path and who may read it",
-                                              file.string(), std::strerror(errno)));
-    return is_ascii_msh(file) ? read_msh(file) : read_converted(file, remarks);
+    support::check_readable(file);
+    return is_ascii_msh(file) ? read_msh(file, &remarks) : read_converted(file, remarks);
 }
 
 double metres_per_unit(const std::string &unit, const std::string &place) {
@@ -83,13 +87,14 @@ UnitGuess guess_unit(const std::vector<core::Vector3> &points, double volume, co
     const double litres = 1e3 * volume * unit->metres * unit->metres * unit->metres;
     UnitGuess guess{std::string(unit->name), unit->metres, {}};
     const auto by_length = fmt::format("from its longest side, which is then {:.3g} cm", 1e2 * longest * unit->metres);
-    if (litres >= smallest_liver && litres <= largest_liver)
+    if (litres >= core::smallest_liver && litres <= core::largest_liver)
         guess.remark = fmt::format("{}, and its volume, which is then {:.3g} L", by_length, litres);
     else
         guess.remark = fmt::format(
             "{}; but its volume is then {:.2g} L, where an adult liver has {} to {} L, and a unit of {:.2g} m "
             "would make it {} L",
-            by_length, litres, smallest_liver, largest_liver, std::cbrt(1e-3 * usual_liver / volume), usual_liver);
+            by_length, litres, core::smallest_liver, core::largest_liver, std::cbrt(1e-3 * core::usual_liver / volume),
+            core::usual_liver);
     return guess;
 }
 

@@ -1,6 +1,9 @@
 #include "meshes/msh_reader.hpp"
 
+#include <algorithm>
 #include <fmt/format.h>
+#include <limits>
+#include <map>
 #include <unordered_map>
 
 #include "meshes/msh_tokens.hpp"
@@ -27,6 +30,68 @@ int nodes_to_skip(int type) {
     default:
         return 0;
     }
+}
+
+/// Physical groups that an element is in.
+using Groups = std::vector<int>;
+
+/// Elements that are there once for each of their groups become one in all of them. The same element twice in one group
+/// stays, to be refused.
+template <class Element>
+void merge_repeated(std::vector<Element> &elements, std::vector<Groups> &groups, std::vector<std::int64_t> *tags) {
+    std::map<Element, std::size_t> seen;
+    std::size_t num_kept = 0;
+    for (std::size_t e = 0; e < elements.size(); ++e) {
+        auto key = elements[e];
+        std::ranges::sort(key);
+        const auto [first, is_new] = seen.emplace(key, num_kept);
+        if (auto &known = groups[first->second];
+            !is_new && std::ranges::find(known, groups[e].front()) == known.end()) {
+            known.push_back(groups[e].front());
+            continue;
+        }
+        elements[num_kept] = elements[e];
+        groups[num_kept] = groups[e];
+        if (tags)
+            (*tags)[num_kept] = (*tags)[e];
+        ++num_kept;
+    }
+    elements.resize(num_kept);
+    groups.resize(num_kept);
+    if (tags)
+        tags->resize(num_kept);
+}
+
+/// Of groups that overlap the one with fewer elements counts, say a lesion in a whole liver.
+/// @param word  for a group without a name
+/// @param tags  of the elements, if these are kept
+template <class Element>
+void choose_groups(std::vector<Element> &elements, std::vector<Groups> &groups, const std::map<int, std::string> &names,
+                   const std::string &word, std::vector<int> &chosen, std::vector<std::int64_t> *tags,
+                   std::vector<std::string> &remarks) {
+    if (word == "region") // a triangle in two patches is for the user to decide
+        merge_repeated(elements, groups, tags);
+    std::map<int, std::size_t> size;
+    for (const auto &of_element : groups)
+        for (const int group : of_element)
+            ++size[group];
+    std::map<std::pair<int, int>, std::size_t> shared; // by the group that counts and the other
+    for (const auto &of_element : groups) {
+        const int smallest = *std::ranges::min_element(of_element, {}, [&](int group) { return size[group]; });
+        chosen.push_back(smallest);
+        for (const int group : of_element)
+            if (group != smallest)
+                ++shared[{smallest, group}];
+    }
+    const auto name_of = [&](int group) {
+        const auto named = names.find(group);
+        return named == names.end() ? fmt::format("{}_{}", word, group) : named->second;
+    };
+    for (const auto &[pair, count] : shared)
+        remarks.push_back(
+            fmt::format("the groups '{1}' and '{0}' share {2} elements, which count as '{0}', the smaller "
+                        "one",
+                        name_of(pair.first), name_of(pair.second), count));
 }
 
 class MshParser {
@@ -57,6 +122,11 @@ class MshParser {
                 tokens_.fail("a section has to begin here, with a word like $Nodes; save the file again");
             tokens_.expect(end_of(section));
         }
+        choose_groups(mesh_.tetrahedra, groups_of_tetrahedra_, mesh_.region_names, "region", mesh_.region_tag,
+                      &mesh_.tetrahedron_tag, mesh_.remarks);
+        choose_groups(mesh_.triangles, groups_of_triangles_, mesh_.patch_names, "patch", mesh_.patch_tag, nullptr,
+                      mesh_.remarks);
+        leave_out_stray_triangles(mesh_);
         return std::move(mesh_);
     }
 
@@ -64,6 +134,10 @@ class MshParser {
     /// MSH 1 has no section that says so; it begins with its nodes.
     std::string first_section() {
         auto section = next_section();
+        while (section == "$Comments") {
+            tokens_.skip_to("$EndComments");
+            section = next_section();
+        }
         is_version_1_ = section == "$NOD";
         if (is_version_1_)
             return section;
@@ -101,7 +175,7 @@ class MshParser {
         }
     }
 
-    /// Keeps the first physical group of every surface and volume.
+    /// Physical groups of every surface and volume. Where a group is turned over its number is negative.
     void read_entities() {
         const std::array num_entities{tokens_.count(), tokens_.count(), tokens_.count(), tokens_.count()};
         for (int dimension = 0; dimension < 4; ++dimension)
@@ -110,11 +184,18 @@ class MshParser {
                 tokens_.skip_words(dimension == 0 ? 3 : 6); // the point, or the bounding box
                 const int num_groups = tokens_.count();
                 for (int g = 0; g < num_groups; ++g)
-                    if (const auto group = tokens_.count(1); g == 0)
-                        group_of_[{dimension, tag}] = group;
+                    groups_of_entity_[{dimension, tag}].push_back(group_number());
                 if (dimension > 0)
                     tokens_.skip_words(tokens_.count()); // what bounds it
             }
+    }
+
+    /// A physical group, turned over or not.
+    int group_number() {
+        const auto value = tokens_.integer();
+        if (value < -std::numeric_limits<int>::max() || value > std::numeric_limits<int>::max())
+            tokens_.fail(fmt::format("the group {} is out of range", value));
+        return static_cast<int>(value < 0 ? -value : value);
     }
 
     void add_node(std::int64_t tag) {
@@ -159,14 +240,14 @@ class MshParser {
         return found->second;
     }
 
-    void add_element(int type, std::int64_t tag, int group) {
+    void add_element(int type, std::int64_t tag, const Groups &groups) {
         if (type == triangle_type) {
             mesh_.triangles.push_back({node(), node(), node()});
-            mesh_.patch_tag.push_back(group);
+            groups_of_triangles_.push_back(groups);
         } else if (type == tetrahedron_type) {
             mesh_.tetrahedra.push_back({node(), node(), node(), node()});
             mesh_.tetrahedron_tag.push_back(tag);
-            mesh_.region_tag.push_back(group);
+            groups_of_tetrahedra_.push_back(groups);
         } else if (nodes_to_skip(type) > 0)
             tokens_.skip_words(nodes_to_skip(type));
         else
@@ -180,11 +261,10 @@ class MshParser {
             const auto tag = tokens_.integer();
             const int type = tokens_.count();
             const int num_tags = tokens_.count();
-            int group = 0;
-            for (int t = 0; t < num_tags; ++t)
-                if (const auto value = tokens_.count(); t == 0)
-                    group = value;
-            add_element(type, tag, group);
+            const int group = num_tags > 0 ? group_number() : 0;
+            for (int t = 1; t < num_tags; ++t)
+                tokens_.integer();
+            add_element(type, tag, {group});
         }
     }
 
@@ -193,14 +273,14 @@ class MshParser {
         for (int n = tokens_.count(); n > 0; --n) {
             const auto tag = tokens_.integer();
             const int type = tokens_.count();
-            const int group = tokens_.count();
-            tokens_.count();
+            const int group = group_number();
+            tokens_.integer();
             const int num_nodes = tokens_.count();
             const int wanted = type == triangle_type ? 3 : type == tetrahedron_type ? 4 : nodes_to_skip(type);
             if (wanted > 0 && num_nodes != wanted)
                 tokens_.fail(fmt::format("element {} has {} nodes where its type {} has {}; correct it", tag, num_nodes,
                                          type, wanted));
-            add_element(type, tag, group);
+            add_element(type, tag, {group});
         }
     }
 
@@ -211,10 +291,10 @@ class MshParser {
             const int dimension = tokens_.count();
             const auto entity = tokens_.integer();
             const int type = tokens_.count();
-            const auto grouped = group_of_.find({dimension, entity});
-            const int group = grouped == group_of_.end() ? 0 : grouped->second;
+            const auto grouped = groups_of_entity_.find({dimension, entity});
+            const auto groups = grouped == groups_of_entity_.end() ? Groups{0} : grouped->second;
             for (int n = tokens_.count(); n > 0; --n)
-                add_element(type, tokens_.integer(), group);
+                add_element(type, tokens_.integer(), groups);
         }
     }
 
@@ -226,18 +306,22 @@ class MshParser {
     bool is_version_1_ = false;
     bool is_version_4_ = false;
     RawMesh mesh_;
-    std::map<std::pair<int, std::int64_t>, int> group_of_; // (dimension, entity) -> physical group
-    std::unordered_map<std::int64_t, int> node_of_;        // tag -> index
+    std::vector<Groups> groups_of_tetrahedra_, groups_of_triangles_;
+    std::map<std::pair<int, std::int64_t>, Groups> groups_of_entity_; // by dimension and entity
+    std::unordered_map<std::int64_t, int> node_of_;                   // tag -> index
 };
 
 } // namespace
 
-core::TetraMesh parse_msh(const std::string &text, const std::string &file) {
-    return assemble_mesh(MshParser(text, file).parse(), file);
+core::TetraMesh parse_msh(const std::string &text, const std::string &file, std::vector<std::string> *remarks) {
+    const auto raw = MshParser(text, file).parse();
+    if (remarks)
+        remarks->insert(remarks->end(), raw.remarks.begin(), raw.remarks.end());
+    return assemble_mesh(raw, file);
 }
 
-core::TetraMesh read_msh(const std::filesystem::path &file) {
-    return parse_msh(support::read_text(file), file.string());
+core::TetraMesh read_msh(const std::filesystem::path &file, std::vector<std::string> *remarks) {
+    return parse_msh(support::read_text(file), file.string(), remarks);
 }
 
 } // namespace livermark::meshes

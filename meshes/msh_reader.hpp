@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "core/tetra_mesh.hpp"
 
@@ -11,9 +12,12 @@ namespace livermark::meshes {
 /// become regions, physical surfaces patches.
 /// The reader is our own because gmsh's crashes on damaged files and cannot name a line.
 /// @throws support::InputError with file, line or entity, and remedy
-core::TetraMesh read_msh(const std::filesystem::path &file);
+/// @param remarks  gets a sentence where groups overlap, of which the smaller one counts, and for triangles that are no
+///                 faces, which are left out
+core::TetraMesh read_msh(const std::filesystem::path &file, std::vector<std::string> *remarks = nullptr);
 
 /// The same from text. The name is for messages.
-core::TetraMesh parse_msh(const std::string &text, const std::string &file);
+core::TetraMesh parse_msh(const std::string &text, const std::string &file,
+                          std::vector<std::string> *remarks = nullptr);
 
 } // namespace livermark::meshes

@@ -15,6 +15,14 @@ bool is_space(char c) {
     return std::isspace(static_cast<unsigned char>(c)) != 0;
 }
 
+/// Reads all of a word. Some programs write a plus sign, which from_chars does not know.
+template <class Number> bool is_read(std::string_view text, Number &value) {
+    if (text.size() > 1 && text[0] == '+' && text[1] != '-')
+        text.remove_prefix(1);
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    return error == std::errc{} && end == text.data() + text.size();
+}
+
 } // namespace
 
 void MshTokens::fail(const std::string &what) const {
@@ -50,8 +58,7 @@ std::string MshTokens::quoted() {
 std::int64_t MshTokens::integer() {
     const auto text = word();
     std::int64_t value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size())
+    if (!is_read(text, value))
         fail(fmt::format("'{}' has to be an integer", support::shown(text)));
     return value;
 }
@@ -67,8 +74,7 @@ int MshTokens::count(int smallest) {
 double MshTokens::number() {
     const auto text = word();
     double value = 0.0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size())
+    if (!is_read(text, value))
         fail(fmt::format("'{}' has to be a number", support::shown(text)));
     return value;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <set>
+#include <utility>
 
 #include "meshes/mesh_checks.hpp"
 #include "support/input_error.hpp"
@@ -30,15 +31,16 @@ std::vector<int> number_groups(const std::vector<int> &tags, const std::map<int,
     return numbers;
 }
 
+std::array<int, 3> sorted_face(std::array<int, 3> face) {
+    std::ranges::sort(face);
+    return face;
+}
+
 /// The patch of each boundary triangle by the triangles of the file.
 std::vector<int> boundary_tags(const RawMesh &raw, const core::TetraMesh &mesh, const std::string &file) {
-    const auto key_of = [](std::array<int, 3> face) {
-        std::ranges::sort(face);
-        return face;
-    };
     std::map<std::array<int, 3>, int> tag_of;
     for (std::size_t f = 0; f < raw.triangles.size(); ++f) {
-        const auto [entry, is_new] = tag_of.emplace(key_of(raw.triangles[f]), raw.patch_tag[f]);
+        const auto [entry, is_new] = tag_of.emplace(sorted_face(raw.triangles[f]), raw.patch_tag[f]);
         if (!is_new && entry->second != raw.patch_tag[f])
             throw support::InputError(fmt::format("{}: the triangle of nodes {} {} {} lies in two patches; keep one",
                                                   file, raw.node_tag[raw.triangles[f][0]],
@@ -48,13 +50,38 @@ std::vector<int> boundary_tags(const RawMesh &raw, const core::TetraMesh &mesh, 
     std::vector<int> tags;
     tags.reserve(mesh.boundary_triangles.size());
     for (const auto &face : mesh.boundary_triangles) {
-        const auto named = tag_of.find(key_of(face));
+        const auto named = tag_of.find(sorted_face(face));
         tags.push_back(named == tag_of.end() ? 0 : named->second);
     }
     return tags;
 }
 
 } // namespace
+
+void leave_out_stray_triangles(RawMesh &raw) {
+    std::set<std::array<int, 3>> faces;
+    for (const auto &nodes : raw.tetrahedra)
+        for (const auto &[a, b, c] : core::tetrahedron_faces)
+            faces.insert(sorted_face({nodes[a], nodes[b], nodes[c]}));
+    RawMesh kept;
+    std::size_t first = raw.triangles.size(), num_stray = 0;
+    for (std::size_t t = 0; t < raw.triangles.size(); ++t)
+        if (faces.contains(sorted_face(raw.triangles[t]))) {
+            kept.triangles.push_back(raw.triangles[t]);
+            kept.patch_tag.push_back(raw.patch_tag[t]);
+        } else {
+            first = std::min(first, t);
+            ++num_stray;
+        }
+    if (num_stray == 0)
+        return;
+    const auto &[a, b, c] = raw.triangles[first];
+    raw.remarks.push_back(fmt::format("{} triangles that are no face of a tetrahedron, such as that of nodes {} {} {}, "
+                                      "are left out",
+                                      num_stray, raw.node_tag[a], raw.node_tag[b], raw.node_tag[c]));
+    raw.triangles = std::move(kept.triangles);
+    raw.patch_tag = std::move(kept.patch_tag);
+}
 
 core::TetraMesh assemble_mesh(const RawMesh &raw, const std::string &file) {
     check_nodes(raw, file);

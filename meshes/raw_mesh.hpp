@@ -22,7 +22,11 @@ struct RawMesh {
     std::vector<int> patch_tag;                 ///< physical group of each triangle, 0 = none
     std::map<int, std::string> region_names;    ///< by physical group
     std::map<int, std::string> patch_names;     ///< by physical group
+    std::vector<std::string> remarks;           ///< a sentence for what was chosen among groups, or is left out
 };
+
+/// Takes triangles out that are no face of a tetrahedron, as of a surface that was drawn inside, and says so.
+void leave_out_stray_triangles(RawMesh &raw);
 
 /// Checks a raw mesh and makes a mesh of it: the boundary is found from the tetrahedra, the triangles of the file give
 /// it its patches. Boundary that no triangle names is the patch "unnamed"; tetrahedra of no group are the region

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <fmt/format.h>
 
+#include "support/file_ending.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 #include "support/root_folder.hpp"
@@ -23,7 +24,8 @@ std::vector<std::filesystem::path> find_toml_files(const std::vector<std::string
         std::filesystem::path file = name;
         if (std::ranges::find(known, name) != known.end())
             file = path / (name + ".toml");
-        else if (file.extension() != ".toml" && !(folder == std::string_view(bodies_folder) && file.has_extension()))
+        else if (support::file_ending(file) != ".toml" &&
+                 !(folder == std::string_view(bodies_folder) && file.has_extension()))
             throw support::InputError(support::unknown_name(word, name, known));
         if (std::ranges::find(files, file) != files.end())
             throw support::InputError(fmt::format("{} '{}' is asked for twice; name it once", word, name));

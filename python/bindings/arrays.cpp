@@ -1,5 +1,6 @@
 #include "python/bindings/arrays.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -51,6 +52,18 @@ Integers checked_nodes(const py::array &array, const std::string &name, std::siz
             throw support::InputError(fmt::format("{}: there is no node {}; nodes are numbered from 0 to {}", name,
                                                   node, static_cast<std::int64_t>(num_nodes) - 1));
     return numbers;
+}
+
+/// As many zeros and ones as there are nodes are a mask, as files hold it, and no nodes.
+void refuse_mask_of_integers(const Integers &numbers, const std::string &name, std::size_t num_nodes) {
+    constexpr py::ssize_t fewest = 3; // of two or fewer nodes 0 and 1 are all there are
+    const auto *begin = numbers.data();
+    const bool is_mask = static_cast<std::size_t>(numbers.size()) == num_nodes && numbers.size() >= fewest &&
+                         std::all_of(begin, begin + numbers.size(), [](std::int64_t n) { return n == 0 || n == 1; });
+    if (is_mask)
+        throw support::InputError(fmt::format("{0}: these are {1} zeros and ones, a mask and no node numbers; give "
+                                              "{0}.astype(bool)",
+                                              name, numbers.size()));
 }
 
 } // namespace
@@ -109,6 +122,7 @@ std::vector<std::array<bool, 3>> to_mask(const py::handle &fixed, const std::str
         if (array.ndim() != 1)
             refuse_shape(name, array, wanted);
         const auto numbers = checked_nodes(array, name, num_nodes);
+        refuse_mask_of_integers(numbers, name, num_nodes);
         for (py::ssize_t i = 0; i < numbers.size(); ++i)
             mask[static_cast<std::size_t>(numbers.data()[i])] = {true, true, true};
         return mask;

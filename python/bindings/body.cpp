@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 
+#include "core/plausible_liver.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::python {
@@ -42,6 +43,13 @@ void check_nodes(const core::TetraMesh &mesh) {
             fmt::format("points: number {} belongs to no tetrahedron; remove it", unused - is_used.begin()));
 }
 
+/// Says in a warning what speaks against lengths in metres.
+void warn_of_unit(const core::TetraMesh &mesh) {
+    for (const auto &doubt : core::doubts_about_unit(mesh.points))
+        if (PyErr_WarnEx(PyExc_UserWarning, fmt::format("points: {}", doubt).c_str(), 1) != 0)
+            throw py::error_already_set();
+}
+
 void check(const core::Material &material) {
     if (!(material.density > 0.0))
         throw support::InputError(fmt::format("density: {} kg/m^3; it has to be positive", material.density));
@@ -50,6 +58,11 @@ void check(const core::Material &material) {
     if (!(material.poisson_ratio > -1.0 && material.poisson_ratio < 0.5))
         throw support::InputError(
             fmt::format("poisson_ratio: {}; it has to lie between -1 and 0.5, both excluded", material.poisson_ratio));
+    if (material.poisson_ratio > core::largest_poisson_ratio)
+        throw support::InputError(
+            fmt::format("poisson_ratio: {:.12g} is so close to 0.5 that its equations have no solution "
+                        "in double precision; take {} at most",
+                        material.poisson_ratio, core::largest_poisson_ratio));
 }
 
 } // namespace
@@ -67,6 +80,12 @@ core::Body to_body(const py::handle &points, const py::handle &tetrahedra, const
         mesh.tetrahedra.push_back({nodes[i], nodes[i + 1], nodes[i + 2], nodes[i + 3]});
     check_volumes(mesh);
     check_nodes(mesh);
+    if (const auto apart = core::apart_by_faces(mesh.tetrahedra))
+        throw support::InputError(fmt::format(
+            "tetrahedra: numbers {} and {} are in parts that are not joined by faces, but at most by an edge or "
+            "a node; join them, or keep one part",
+            apart->first, apart->second));
+    warn_of_unit(mesh);
 
     const std::size_t count = mesh.tetrahedra.size();
     const auto young = to_numbers(young_modulus, "young_modulus", count);

@@ -9,6 +9,7 @@
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "python/bindings/conditions.hpp"
+#include "python/bindings/released_interpreter.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::python {
@@ -75,7 +76,7 @@ class Simulation {
         while (num_steps > 0) {
             const auto piece = std::min<std::int64_t>(num_steps, steps_between_signals);
             {
-                const py::gil_scoped_release release;
+                const ReleasedInterpreter released;
                 const std::lock_guard lock(mutex_);
                 steps_.take(static_cast<int>(piece));
                 num_steps_ += piece;
@@ -100,7 +101,7 @@ class Simulation {
 
     void set_forces(const py::object &values) {
         const auto forces = to_vectors(values, "forces", points_.size());
-        const py::gil_scoped_release release;
+        const ReleasedInterpreter released;
         const std::lock_guard lock(mutex_);
         for (std::size_t i = 0; i < forces.size(); ++i)
             steps_.set_load(static_cast<int>(i), forces[i]);
@@ -112,7 +113,7 @@ class Simulation {
                 fmt::format("node: there is no node {}; nodes are numbered from 0 to {}", node, points_.size() - 1));
         if (!std::ranges::all_of(force, [](double f) { return std::isfinite(f); }))
             throw support::InputError("force: every component has to be finite");
-        const py::gil_scoped_release release;
+        const ReleasedInterpreter released;
         const std::lock_guard lock(mutex_);
         steps_.set_load(static_cast<int>(node), {force[0], force[1], force[2]});
     }
@@ -125,14 +126,14 @@ class Simulation {
     static constexpr std::int64_t steps_between_signals = 200;
 
     msm::State state() const {
-        const py::gil_scoped_release release;
+        const ReleasedInterpreter released;
         const std::lock_guard lock(mutex_);
         return steps_.state();
     }
 
     void set(Eigen::VectorXd msm::State::*field, const py::object &values, const char *name) {
         const auto given = msm::to_unknowns(to_vectors(values, name, points_.size()));
-        const py::gil_scoped_release release;
+        const ReleasedInterpreter released;
         const std::lock_guard lock(mutex_);
         auto state = steps_.state();
         state.*field = given;

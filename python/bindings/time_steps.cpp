@@ -6,6 +6,7 @@
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "python/bindings/conditions.hpp"
+#include "python/bindings/released_interpreter.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::python {
@@ -31,7 +32,7 @@ RayleighDamping same_ratio_damping(double ratio, double omega_1, double omega_2)
 
 double largest_frequency(const Springs &springs, const py::object &fixed) {
     const auto conditions = conditions_of(springs, fixed, py::none());
-    const py::gil_scoped_release release;
+    const ReleasedInterpreter released;
     return msm::largest_angular_frequency(springs.body, springs.points, conditions);
 }
 

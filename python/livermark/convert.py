@@ -2,34 +2,47 @@
 from __future__ import annotations
 
 import os
+import warnings
 from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
 
 import numpy
 
 from livermark.errors import InputError
+from livermark.groups import TETRAHEDRA, groups_of, refuse_other_cells
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from livermark._livermark import Springs
 
+LARGEST_ORGAN = 2.0  #: longest side of a body in metres, as livermark::core::largest_organ has it
 
-class Mesh(NamedTuple):
-    """Tetrahedra of positive volume, for springs()."""
+
+class _Arrays(NamedTuple):
     points: NDArray[numpy.float64]  #: (N, 3) [m]
     tetrahedra: NDArray[numpy.int64]  #: (M, 4) node numbers
     region: NDArray[numpy.int64]  #: (M) group number of the file, 0 where it has none
 
 
-#: Where formats keep the group of an element, as scripts/convert_mesh has it.
-REGIONS = ("gmsh:physical", "region", "Region", "MaterialIds", "material", "medit:ref", "cell_tags", "flag")
+class Mesh(_Arrays):
+    """Tetrahedra of positive volume, for springs(): points (N, 3) [m], tetrahedra (M, 4) node numbers, region (M) group
+    number of the file, 0 where it has none; region_names, the names that the file has for these numbers."""
+
+    region_names: dict[int, str]
+
+    def __new__(cls, points: Any, tetrahedra: Any, region: Any, region_names: Optional[dict[int, str]] = None) -> Mesh:
+        mesh = super().__new__(cls, points, tetrahedra, region)
+        mesh.region_names = dict(region_names or {})
+        return mesh
 
 
 def from_meshio(mesh: Any, metres_per_unit: float = 1.0) -> Mesh:
     """The tetrahedra of a meshio.Mesh, or of a file that meshio reads.
 
     Quadratic tetrahedra lose the middles of their edges, inverted ones are turned, and nodes that no tetrahedron uses are
-    left out. metres_per_unit: 0.001 for a mesh in mm. Raises InputError if there are no tetrahedra.
+    left out. Groups are physical groups, sets, or whole numbers of cells; what is not used is said in a warning, and so is
+    a size that is no organ's. metres_per_unit: 0.001 for a mesh in mm. Raises InputError if there are no tetrahedra, or
+    cells of other types beside them.
     """
     if isinstance(mesh, (str, os.PathLike)):
         try:
@@ -37,22 +50,23 @@ def from_meshio(mesh: Any, metres_per_unit: float = 1.0) -> Mesh:
         except ImportError as error:
             raise ImportError("this needs meshio; install python3-meshio") from error
         mesh = meshio.read(mesh)
-    key = next((name for name in REGIONS if name in mesh.cell_data), None)
-    corners, regions = [], []
-    for number, block in enumerate(mesh.cells):
-        if block.type in ("tetra", "tetra10"):
-            corners.append(numpy.asarray(block.data)[:, :4])
-            of_file = numpy.zeros(len(block.data)) if key is None else mesh.cell_data[key][number]
-            regions.append(numpy.asarray(of_file).astype(numpy.int64))
-    if sum(map(len, corners)) == 0:
+    remarks = refuse_other_cells(mesh)
+    blocks = [numpy.asarray(block.data)[:, :4] for block in mesh.cells if block.type in TETRAHEDRA]
+    if sum(map(len, blocks)) == 0:
         raise InputError("mesh: there are no tetrahedra; mesh the volume, not only the surface")
-    used, tetrahedra = numpy.unique(numpy.concatenate(corners), return_inverse=True)
+    region, names, of_groups = groups_of(mesh, TETRAHEDRA, 3)
+    used, tetrahedra = numpy.unique(numpy.concatenate(blocks), return_inverse=True)
     tetrahedra = tetrahedra.reshape(-1, 4)
     points = metres_per_unit * numpy.asarray(mesh.points, dtype=float)[used]
+    longest = float(numpy.ptp(points, axis=0).max())
+    if longest > LARGEST_ORGAN:
+        remarks.append(f"its longest side is {longest:.4g} m, which is no organ; give metres_per_unit=0.001 for a mesh in mm")
+    for remark in remarks + of_groups:
+        warnings.warn(f"mesh: {remark}", stacklevel=2)
     a, b, c, d = (points[tetrahedra[:, k]] for k in range(4))
     is_inverted = numpy.einsum("ij,ij->i", numpy.cross(b - a, c - a), d - a) < 0.0
     tetrahedra[is_inverted] = tetrahedra[is_inverted][:, [0, 1, 3, 2]]
-    return Mesh(points, tetrahedra, numpy.concatenate(regions))
+    return Mesh(points, tetrahedra, region, {number: name for number, name in names.items() if number in region})
 
 
 SCENE = '''"""Springs of Livermark in SOFA: runSofa -l SofaPython3 {name}

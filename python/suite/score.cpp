@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "python/bindings/released_interpreter.hpp"
 #include "python/suite/problem.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "studies/progress.hpp"
@@ -35,7 +36,7 @@ Scored score(const LoadedBody &loaded, const py::object &displacement, const std
                                         .models = models,
                                         .output = {},
                                         .no_uncertainty = !with_uncertainty};
-    const py::gil_scoped_release release;
+    const ReleasedInterpreter released;
     Scored scored{name, studies::score_displacement(loaded.problem, given, options, "livermark.score()", {})};
     if (!scored.model().comparison)
         throw std::runtime_error("the reference found no solution, so nothing can be compared");

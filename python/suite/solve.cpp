@@ -3,6 +3,7 @@
 
 #include "core/solution.hpp"
 #include "models/model_table.hpp"
+#include "python/bindings/released_interpreter.hpp"
 #include "python/suite/problem.hpp"
 #include "support/known_names.hpp"
 
@@ -16,7 +17,7 @@ core::Model find_model(const std::string &name) {
 }
 
 core::Solution solve(const LoadedBody &loaded, const std::string &name) {
-    const py::gil_scoped_release release;
+    const ReleasedInterpreter released;
     const auto model = find_model(name);
     const auto &problem = loaded.problem;
     if (!model.takes_part_in(problem))

@@ -53,6 +53,52 @@ def test_a_mesh_of_a_surface_is_refused(bar):
         livermark.from_meshio(meshio.Mesh(bar[0], [("triangle", [[0, 1, 2]])]))
 
 
+def test_whole_numbers_of_cells_under_any_name_are_groups(bar):
+    points, tetrahedra = bar
+    numbers = numpy.array([[3], [3], [3], [5], [5], [5]])
+    given = meshio.Mesh(points, [("tetra", tetrahedra)], cell_data={"quality": [numpy.linspace(0.1, 0.9, 6)],
+                                                                    "compartment": [numbers]})
+    with pytest.warns(UserWarning) as told:
+        mesh = livermark.from_meshio(given)
+    assert mesh.region.tolist() == [3, 3, 3, 5, 5, 5] and mesh.region_names == {}
+    sentences = " ".join(str(warning.message) for warning in told)
+    assert "are the numbers 'compartment'" in sentences and "not used: quality" in sentences
+    given = meshio.Mesh(points, [("tetra", tetrahedra)], cell_data={"MaterialIds": [numbers]})
+    assert livermark.from_meshio(given).region.tolist() == [3, 3, 3, 5, 5, 5]
+
+
+def test_of_sets_that_overlap_the_smaller_one_counts(bar):
+    points, tetrahedra = bar
+    given = meshio.Mesh(points, [("tetra", tetrahedra)],
+                        cell_sets={"ALL": [numpy.arange(6)], "TUMOUR": [numpy.array([1, 4])]})
+    with pytest.warns(UserWarning, match="share 2 tetrahedra, which count as 'TUMOUR'"):
+        mesh = livermark.from_meshio(given)
+    points_, tetrahedra_, region = mesh
+    assert [mesh.region_names[number] for number in region.tolist()] == ["ALL", "TUMOUR", "ALL", "ALL", "TUMOUR", "ALL"]
+
+
+def test_cells_that_are_no_tetrahedra_are_refused(bar):
+    points, tetrahedra = bar
+    given = meshio.Mesh(points, [("tetra", tetrahedra[:1]), ("hexahedron", numpy.arange(8)[None])])
+    with pytest.raises(livermark.InputError, match="1 of type hexahedron"):
+        livermark.from_meshio(given)
+
+
+def test_a_mesh_in_millimetres_is_doubted(bar):
+    points, tetrahedra = bar
+    given = meshio.Mesh(20000.0 * points, [("tetra", tetrahedra)])
+    with pytest.warns(UserWarning, match="200 m, which is no organ"):
+        livermark.from_meshio(given)
+    with pytest.warns(UserWarning, match="200 m, which is no organ"):
+        livermark.springs(20000.0 * points, tetrahedra, 5000.0, 0.45)
+
+
+def test_parts_that_hang_on_an_edge_or_a_node_are_refused():
+    points = [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1], [0, -0.1, 0], [0, 0, -0.1]]
+    with pytest.raises(livermark.InputError, match="numbers 0 and 1 are in parts that are not joined by faces"):
+        livermark.springs(points, [[0, 1, 2, 3], [0, 4, 5, 1]], 5000.0, 0.45)
+
+
 def test_scene_of_sofa_has_the_numbers_of_the_springs(bar, tmp_path):
     springs = livermark.springs(*bar, 5000.0, 0.45)
     forces = numpy.arange(24.0).reshape(8, 3)

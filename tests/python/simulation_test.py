@@ -1,4 +1,6 @@
 """Motions are those of the program, and of the formulas."""
+import subprocess
+import sys
 import threading
 import time
 
@@ -79,6 +81,26 @@ def test_a_force_moves_the_free_body_as_newton_says():
     simulation.set_forces([[0, 0, 0], [0, -2.0, 0]])
     simulation.step(5)
     assert (simulation.velocity.sum(axis=0)) == pytest.approx([0.15, -0.1, 0], rel=1e-12)
+
+
+def test_a_mask_of_zeros_and_ones_is_no_list_of_nodes(bar):
+    springs = livermark.springs(*bar, 5000.0, 0.45)
+    for kind in ("uint8", "int64"):
+        mask = numpy.array([1, 1, 0, 0, 1, 0, 0, 0], kind)
+        with pytest.raises(livermark.InputError, match=r"fixed: these are 8 zeros and ones.*astype\(bool\)"):
+            livermark.largest_angular_frequency(springs, fixed=mask)
+    assert livermark.largest_angular_frequency(springs, fixed=mask.astype(bool)) > 0.0
+
+
+def test_a_program_may_end_while_a_thread_steps():
+    program = ("import livermark, numpy, threading, time\n"
+               "springs = livermark.Springs(numpy.eye(3), [[0, 1], [1, 2]], 10.0, 1.0)\n"
+               "simulation = livermark.Simulation(springs, 1e-3)\n"
+               "threading.Thread(target=lambda: simulation.step(10**9), daemon=True).start()\n"
+               "time.sleep(0.3)\n")
+    for _ in range(3):
+        ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+        assert ended.returncode == 0, ended.stderr
 
 
 def test_fixed_components_stay_where_they_are_put(bar):

@@ -2,18 +2,16 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <fmt/format.h>
-#include <fstream>
 #include <numeric>
 #include <sstream>
 #include <string_view>
 
 #include "core/bounding_box.hpp"
 #include "support/child_process.hpp"
+#include "support/file_ending.hpp"
 #include "support/input_error.hpp"
 #include "support/whole_file.hpp"
 
@@ -24,8 +22,8 @@ namespace {
 using core::Vector3;
 
 constexpr std::string_view header = "x,y,z,ux,uy,uz";
-/// Of the size of the mesh: coordinates may have been written with seven digits.
-constexpr double largest_distance = 1e-6;
+/// Of the size of the mesh: coordinates may have been written with six digits. Nodes are a thousand times as far apart.
+constexpr double largest_distance = 1e-5;
 
 std::string without_blanks(std::string line) {
     std::erase_if(line, [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '"'; });
@@ -37,6 +35,8 @@ std::array<double, 6> six_numbers(const std::string &line, const std::string &pl
     const char *at = line.data();
     const char *const end = line.data() + line.size();
     for (std::size_t k = 0; k < numbers.size(); ++k) {
+        if (end - at > 1 && at[0] == '+' && at[1] != '-')
+            ++at; // which from_chars does not know
         const auto [next, error] = std::from_chars(at, end, numbers[k]);
         const bool is_last = k + 1 == numbers.size();
         if (error != std::errc{} || !std::isfinite(numbers[k]) || (is_last ? next != end : next == end || *next != ','))
@@ -78,14 +78,12 @@ OutsideSolution parse_outside_solution(const std::string &text, const std::strin
 }
 
 OutsideSolution read_outside_solution(const std::filesystem::path &file) {
-    if (!std::ifstream(file))
-        throw support::InputError(fmt::format("{}: cannot be read ({}); check the path and who may read it",
-                                              file.string(), std::strerror(errno)));
-    if (file.extension() == ".csv")
+    support::check_readable(file);
+    if (support::file_ending(file) == ".csv")
         return parse_outside_solution(support::read_text(file), file.string());
     const auto converted = support::convert_by_script("convert_solution", file,
                                                       "give CSV, HDF5 or VTU with the displacement of the nodes");
-    return parse_outside_solution(converted.text, file.string() + ", converted");
+    return parse_outside_solution(converted.text, file.string());
 }
 
 std::vector<Vector3> displacement_at_nodes(const OutsideSolution &solution, const core::TetraMesh &mesh,

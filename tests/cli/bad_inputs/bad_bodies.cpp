@@ -41,6 +41,13 @@ std::string thousandfold(std::string msh) {
     return replaced(msh, "5 1 1 1", "5 9000 9000 9000");
 }
 
+std::string dots(int count) {
+    std::string text;
+    for (int i = 0; i < count; ++i)
+        text += ".a";
+    return text;
+}
+
 } // namespace
 
 std::vector<BadInput> bad_bodies() {
@@ -86,6 +93,12 @@ std::vector<BadInput> bad_bodies() {
         alone("SizeOfNoOrgan", "a mesh alone, nine kilometres long", "large.msh", thousandfold(good_msh),
               "its longest side is 9000", "say which unit it is"),
         alone("DamagedVtu", "random bytes as VTU", "noise.vtu", random_bytes(), "", "save it as ASCII MSH"),
+        alone("HexahedraBesideTetrahedra", "hexahedra beside tetrahedra", "mixed.vtk",
+              "# vtk DataFile Version 2.0\nmixed\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 9 double\n0 0 0 1 0 0 1 1 0 "
+              "0 1 "
+              "0 0 0 1 1 0 1 1 1 1 0 1 1 0.5 0.5 2\nCELLS 2 14\n8 0 1 2 3 4 5 6 7\n4 4 5 6 8\nCELL_TYPES 2\n12\n10\n",
+              "1 of type hexahedron", "mesh all of the volume with tetrahedra"),
+        body("DeepKey", "a key of ten thousand dots", "a" + dots(10000) + " = 1\n", ":1:", "correct the line"),
         alone("SurfaceOnly", "a surface without a volume", "surface.vtk",
               "# vtk DataFile Version 2.0\nno volume\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 3 double\n0 0 0 1 0 0 0 "
               "1 0\n"

@@ -61,6 +61,7 @@ std::vector<BadInput> bad_command_lines() {
         words("NegativeModulus", "run --body beam --young -5", "--young", "has to be positive"),
         words("NanModulus", "run --body beam --young nan", "--young", "has to be positive"),
         words("Incompressible", "run --body beam --poisson 0.5", "--poisson", "between -1 and 0.5"),
+        words("NearlyIncompressible", "run --body beam --poisson 0.49999999", "--poisson", "take 0.49999 at most"),
         words("NanPoissonRatio", "run --body beam --poisson nan", "--poisson", "between -1 and 0.5"),
         words("AmplitudeOfZero", "run --amplitude 0", "--amplitude", "finite number above zero"),
         words("NoJobs", "run --jobs 0", "--jobs", "not in range 1 to 1024"),

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <gtest/gtest.h>
 #include <set>
+#include <sys/stat.h>
 
 #include "meshes/body_reader.hpp"
 #include "meshes/msh_reader.hpp"
@@ -109,6 +110,66 @@ TEST(MeshReader, TurnsInvertedTetrahedraAndDropsUnusedNodesAndSaysSo) {
     EXPECT_EQ(mesh.num_nodes(), 4);
     EXPECT_EQ(remarks, (std::vector<std::string>{"1 inverted tetrahedra are turned",
                                                  "1 nodes that no tetrahedron uses are left out"}));
+}
+
+/// Two tetrahedra side by side as VTK, with more behind.
+fs::path two_tetrahedra(const std::string &name, const std::string &cell_data, const std::string &cells = "") {
+    const auto file = mesh_folder() / name;
+    const int num_cells = cells.empty() ? 2 : 3;
+    std::ofstream(file) << "# vtk DataFile Version 2.0\ntwo\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 double\n"
+                           "0 0 0 0.1 0 0 0 0.1 0 0 0 0.1 0.1 0.1 0.1\n"
+                        << fmt::format("CELLS {} {}\n4 0 1 2 3\n4 1 4 2 3\n{}CELL_TYPES {}\n10\n10\n{}", num_cells,
+                                       cells.empty() ? 10 : 14, cells, num_cells, cells.empty() ? "" : "5\n")
+                        << cell_data;
+    return file;
+}
+
+TEST(MeshReader, TakesAnyWholeNumbersOfCellsForRegionsAndNamesWhatItDoesNotUse) {
+    for (const std::string name : {"labels", "MaterialIds", "medit:ref"}) {
+        SCOPED_TRACE(name);
+        std::vector<std::string> remarks;
+        const auto mesh = meshes::read_mesh(
+            two_tetrahedra(name + ".vtk",
+                           "CELL_DATA 2\nSCALARS quality double 1\nLOOKUP_TABLE default\n0.3\n0.7\nSCALARS " + name +
+                               " int 1\nLOOKUP_TABLE default\n4\n9\n"),
+            remarks);
+        EXPECT_EQ(mesh.region_names, (std::vector<std::string>{"region_4", "region_9"}));
+        EXPECT_EQ(mesh.region, (std::vector{0, 1}));
+        ASSERT_FALSE(remarks.empty());
+        EXPECT_EQ(remarks.back(), "values of cells that are not used: quality");
+    }
+}
+
+TEST(MeshReader, LeavesOutAStrayTriangleOfAConvertedMeshAndSaysSo) {
+    std::vector<std::string> remarks;
+    const auto mesh = meshes::read_mesh(two_tetrahedra("stray.vtk", "", "3 0 1 4\n"), remarks);
+    EXPECT_EQ(mesh.num_tetrahedra(), 2);
+    ASSERT_EQ(remarks.size(), 1u);
+    EXPECT_NE(remarks[0].find("such as that of nodes 1 2 5, are left out"), std::string::npos) << remarks[0];
+}
+
+TEST(MeshReader, HasTheNumbersOfTheFileInRefusals) {
+    const auto file = mesh_folder() / "flat.vtk";
+    std::ofstream(file)
+        << "# vtk DataFile Version 2.0\nflat\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 6 double\n"
+           "9 9 9 0 0 0 1 0 0 0 1 0 0 0 1 0 0 2\nCELLS 3 14\n3 1 3 2\n4 1 2 3 4\n4 1 2 3 3\nCELL_TYPES 3\n5\n10\n10\n";
+    std::vector<std::string> remarks;
+    try {
+        meshes::read_mesh(file, remarks);
+        FAIL();
+    } catch (const support::InputError &error) {
+        EXPECT_NE(std::string(error.what()).find("flat.vtk: "), std::string::npos) << error.what();
+        EXPECT_EQ(std::string(error.what()).find("converted"), std::string::npos) << error.what();
+        EXPECT_NE(std::string(error.what()).find("tetrahedron 3 is flat"), std::string::npos) << error.what();
+    }
+}
+
+TEST(MeshReader, DoesNotWaitForAPipe) {
+    const auto pipe = mesh_folder() / "pipe.msh";
+    fs::remove(pipe);
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    std::vector<std::string> remarks;
+    EXPECT_THROW(meshes::read_mesh(pipe, remarks), support::InputError);
 }
 
 /// A mesh without a .toml: millimetres are found out, and what was assumed is said.

@@ -192,7 +192,6 @@ const std::vector<BadMesh> bad_meshes{
     {"NoTetrahedra", with_replaced(good_22, "3 4 2 1 1 1 2 3 4", "3 15 2 1 1 1"), {"no tetrahedra", "mesh the volume"}},
     {"Hexahedra", with_replaced(good_22, "3 4 2 1", "3 5 2 1"), {"element 3 is of type 5", "tetrahedra"}},
     {"SecondOrder", with_replaced(good_22, "3 4 2 1", "3 11 2 1"), {"type 11", "order 1"}},
-    {"StrayTriangle", with_replaced(good_41, "1 10 30 20", "1 10 50 20"), {"10 50 20", "no face"}},
     {"TwoPatches", with_replaced(good_41, "2 20 30 40", "2 20 30 10"), {"two patches"}},
     {"NegativeCount", with_replaced(good_22, "$Nodes\n4", "$Nodes\n-4"), {"bad.msh:10:", "-4 is out of range"}},
     {"HugeCount", with_replaced(good_22, "$Nodes\n4", "$Nodes\n99999999999"), {"out of range"}},
@@ -210,6 +209,70 @@ TEST(MshReader, RefusesSeveralParts) {
     text = with_replaced(text, "$Elements\n3", "$Elements\n4");
     text = with_replaced(text, "$EndElements", "4 4 2 1 1 5 6 7 8\n$EndElements");
     tests::expect_input_error([&] { meshes::parse_msh(text, "bad.msh"); }, {"node 1 and node 5", "do not touch"});
+}
+
+/// A mesh in all forms that programs write it in is the same mesh.
+TEST(MshReader, ReadsSignsCommentsAndGroupsThatAreTurnedOver) {
+    const auto expected = meshes::parse_msh(good_22, "good.msh");
+    const auto comments = "$Comments\nby hand\n$EndComments\n" + good_22;
+    const auto signs = with_replaced(with_replaced(good_22, "1 0 0 0\n", "1 +0 +0.0e+00 0\n"), "3 4 2 1", "3 4 2 +1");
+    const auto turned = with_replaced(good_22, "3 4 2 1", "3 4 2 -1");
+    for (const auto &text : {comments, signs, turned}) {
+        SCOPED_TRACE(text);
+        const auto mesh = meshes::parse_msh(text, "good.msh");
+        EXPECT_EQ(mesh.points, expected.points);
+        EXPECT_EQ(mesh.tetrahedra, expected.tetrahedra);
+        EXPECT_EQ(mesh.region_names, expected.region_names);
+        EXPECT_EQ(mesh.boundary_patch, expected.boundary_patch);
+    }
+    tests::expect_input_error([&] { meshes::parse_msh(with_replaced(good_22, "1 0 0 0\n", "1 +-0 0 0\n"), "bad.msh"); },
+                              {"'+-0' has to be a number"});
+}
+
+TEST(MshReader, LeavesOutATriangleThatIsNoFaceAndSaysSo) {
+    std::vector<std::string> remarks;
+    const auto mesh = meshes::parse_msh(with_replaced(good_41, "1 10 30 20", "1 10 50 20"), "good.msh", &remarks);
+    EXPECT_EQ(mesh.tetrahedra, meshes::parse_msh(good_41, "good.msh").tetrahedra);
+    ASSERT_EQ(remarks.size(), 1U);
+    EXPECT_EQ(remarks[0],
+              "1 triangles that are no face of a tetrahedron, such as that of nodes 10 50 20, are left out");
+}
+
+/// Two tetrahedra side by side, of which the second is also in another group.
+TEST(MshReader, OfGroupsThatOverlapTheSmallerOneCountsAndItIsSaid) {
+    const std::string start = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n3 1 \"liver\"\n3 2 \"lesion\"\n"
+                              "$EndPhysicalNames\n$Nodes\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 1 1\n$EndNodes\n";
+    const auto repeated =
+        start + "$Elements\n3\n1 4 2 1 1 1 2 3 4\n2 4 2 1 1 2 5 3 4\n3 4 2 2 1 2 5 3 4\n$EndElements\n";
+    const std::string entities =
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n3 1 \"liver\"\n3 2 \"lesion\"\n$EndPhysicalNames\n"
+        "$Entities\n0 0 0 2\n1 0 0 0 1 1 1 1 1 0\n2 0 0 0 1 1 1 2 1 2 0\n$EndEntities\n"
+        "$Nodes\n1 5 1 5\n3 1 0 5\n1\n2\n3\n4\n5\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1\n$EndNodes\n"
+        "$Elements\n2 2 1 2\n3 1 4 1\n1 1 2 3 4\n3 2 4 1\n2 2 5 3 4\n$EndElements\n";
+    for (const auto &text : {repeated, entities}) {
+        std::vector<std::string> remarks;
+        const auto mesh = meshes::parse_msh(text, "good.msh", &remarks);
+        EXPECT_EQ(mesh.num_tetrahedra(), 2);
+        EXPECT_EQ(mesh.region_names, (std::vector<std::string>{"liver", "lesion"}));
+        EXPECT_EQ(mesh.region, (std::vector{0, 1}));
+        ASSERT_EQ(remarks.size(), 1U);
+        EXPECT_NE(remarks[0].find("'liver' and 'lesion' share 1 elements, which count as 'lesion'"), std::string::npos)
+            << remarks[0];
+    }
+}
+
+TEST(MshReader, RefusesPartsThatHangOnAnEdgeOrANode) {
+    for (const auto &[points, nodes] : {std::pair{"5 0 -1 0\n6 0 0 -1\n", "5 6 1 2"}, {"5 -1 0 0\n6 0 -1 0\n", ""}}) {
+        const bool is_edge = std::string(nodes) != "";
+        auto text = with_replaced(good_22, "$Nodes\n4", is_edge ? "$Nodes\n6" : "$Nodes\n7");
+        text = with_replaced(text, "$EndNodes", std::string(points) + (is_edge ? "$EndNodes" : "7 0 0 -1\n$EndNodes"));
+        text = with_replaced(text, "$Elements\n3", "$Elements\n4");
+        text = with_replaced(text, "$EndElements",
+                             std::string("4 4 2 1 1 ") + (is_edge ? "1 5 6 2" : "1 6 5 7") + "\n$EndElements");
+        SCOPED_TRACE(text);
+        tests::expect_input_error([&] { meshes::parse_msh(text, "bad.msh"); },
+                                  {"tetrahedra 3 and 4", "by an edge or a node only", "join them by faces"});
+    }
 }
 
 /// Damage anywhere is either harmless or refused; it never crashes and never throws anything else.

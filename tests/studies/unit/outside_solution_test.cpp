@@ -50,6 +50,30 @@ TEST(OutsideSolution, IsFoundAtTheNodesInAnyOrder) {
     expect_field(studies::parse_outside_solution(csv(), "solution.csv"));
 }
 
+/// As spreadsheets and other programs write them.
+TEST(OutsideSolution, MayHavePlusSignsAndSixDigits) {
+    std::string signs = "x,y,z,ux,uy,uz\n", digits = signs;
+    const core::Vector3 off{0.0333333, 0.0777777, 0.0111111};
+    auto mesh = solution_mesh;
+    for (auto &point : mesh.points) {
+        const auto u = field(point);
+        signs += fmt::format("{:+.17e},{:+.17e},{:+.17e},{:+.17e},{:+.17e},{:+.17e}\n", point.x(), point.y(), point.z(),
+                             u.x(), u.y(), u.z());
+        const core::Vector3 moved = point + off;
+        digits += fmt::format("{:.6g},{:.6g},{:.6g},{:.17g},{:.17g},{:.17g}\n", moved.x(), moved.y(), moved.z(), u.x(),
+                              u.y(), u.z());
+    }
+    expect_field(studies::parse_outside_solution(signs, "solution.csv"));
+    for (auto &point : mesh.points)
+        point += off;
+    const auto u =
+        studies::displacement_at_nodes(studies::parse_outside_solution(digits, "solution.csv"), mesh, "file");
+    for (std::size_t i = 0; i < u.size(); ++i)
+        EXPECT_LT((u[i] - field(solution_mesh.points[i])).norm(), 1e-15) << i;
+    expect_refusal([&] { studies::parse_outside_solution("x,y,z,ux,uy,uz\n+-1,0,0,0,0,0\n", "file"); },
+                   "is not six finite numbers");
+}
+
 TEST(OutsideSolution, IsReadFromHdf5AndVtu) {
     const auto folder = std::filesystem::path(testing::TempDir()) / "livermark_outside_solution";
     std::filesystem::create_directories(folder);
