@@ -11,6 +11,7 @@
 #include "cli/segment.hpp"
 #include "cli/usage.hpp"
 #include "core/bounding_box.hpp"
+#include "core/plausible_liver.hpp"
 #include "meshes/body_reader.hpp"
 #include "meshes/box_generator.hpp"
 #include "meshes/liver_body_file.hpp"
@@ -21,6 +22,7 @@
 #include "meshes/msh_writer.hpp"
 #include "studies/catalogue.hpp"
 #include "support/child_process.hpp"
+#include "support/file_ending.hpp"
 #include "support/input_error.hpp"
 #include "support/python_program.hpp"
 #include "support/whole_file.hpp"
@@ -62,7 +64,7 @@ int check_body(const std::string &file) {
         fmt::print("{}", figures_of_labels(file));
     } else if (is_surface(file)) {
         fmt::print("{}", figures_of_surface(file));
-    } else if (std::filesystem::path(file).extension() == ".msh") {
+    } else if (support::file_ending(file) == ".msh") {
         std::vector<std::string> remarks;
         auto mesh = meshes::read_mesh(file, remarks);
         if (const double longest = core::bounding_box(mesh.points).sizes().maxCoeff();
@@ -72,6 +74,8 @@ int check_body(const std::string &file) {
                 point *= unit.metres;
             remarks.push_back(fmt::format("coordinates are taken to be in {}, {}", unit.unit, unit.remark));
         }
+        for (const auto &doubts : {core::doubts_about_unit(mesh.points), core::doubts_about_liver(mesh)})
+            remarks.insert(remarks.end(), doubts.begin(), doubts.end());
         print_notes(remarks);
         fmt::print("{}", meshes::to_text(meshes::mesh_figures(mesh)));
     } else {

@@ -239,6 +239,22 @@ int value_at(const Frames &frames, std::size_t pixel) {
            static_cast<unsigned char>(frames.pixels[2 * pixel + 1]) << 8;
 }
 
+/// What the segments are called, by their numbers.
+std::map<int, std::string> segment_labels(const gdcm::DataSet &data) {
+    const gdcm::Tag sequence(0x0062, 0x0002), label(0x0062, 0x0005);
+    std::map<int, std::string> names;
+    if (!data.FindDataElement(sequence))
+        return names;
+    const auto items = data.GetDataElement(sequence).GetValueAsSQ();
+    for (std::size_t i = 1; items && i <= items->GetNumberOfItems(); ++i) {
+        const auto &segment = items->GetItem(i).GetNestedDataSet();
+        const auto number = numbers_of<0x0062, 0x0004>(&segment);
+        if (auto name = text_of(segment, label); !number.empty() && !name.empty())
+            names.emplace(static_cast<int>(number.front()), std::move(name));
+    }
+    return names;
+}
+
 /// Frames of the largest segment first.
 std::vector<std::size_t> painting_order(const Frames &frames, std::size_t pixels_per_frame) {
     std::map<int, std::size_t> size;
@@ -280,6 +296,7 @@ LabelImage read_dicom_segmentation(const fs::path &file) {
     auto frames = read_frames(reader.GetFile().GetDataSet(), file);
     LabelImage image{.name = file.filename().string(), .grid = {}, .label = {}};
     const auto slices = slices_of(frames, image.grid, file);
+    image.label_names = segment_labels(reader.GetFile().GetDataSet());
     constexpr double most_voxels = 1 << 28;
     const auto pixels_per_frame = static_cast<std::size_t>(frames.rows) * static_cast<std::size_t>(frames.columns);
     if (static_cast<double>(pixels_per_frame) * image.grid.size[2] > most_voxels)

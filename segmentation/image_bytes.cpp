@@ -1,5 +1,6 @@
 #include "segmentation/image_bytes.hpp"
 
+#include <algorithm>
 #include <array>
 #include <fmt/format.h>
 #include <fstream>
@@ -7,6 +8,8 @@
 #include <string>
 #include <zlib.h>
 
+#include "segmentation/nifti_header.hpp"
+#include "support/file_ending.hpp"
 #include "support/input_error.hpp"
 #include "support/whole_file.hpp"
 
@@ -38,9 +41,14 @@ double inflated_size(const fs::path &file) {
     return size;
 }
 
-void check_nifti(const fs::path &file, double data_bytes) {
-    constexpr double header = 348;
+void check_nifti(const fs::path &file, double num_voxels, double data_bytes) {
+    constexpr double shortest_header = 348;
     const double size = inflated_size(file);
+    double header = shortest_header;
+    if (const auto said = read_nifti_header(file); said && said->bits_per_voxel > 0) {
+        data_bytes = num_voxels * said->bits_per_voxel / 8.0; // ITK speaks of what a slope makes of them
+        header = std::max(header, said->data_offset);
+    }
     if (size < header + data_bytes)
         refuse(file,
                fmt::format("it holds {:.0f} bytes where header and voxels need {:.0f}", size, header + data_bytes));
@@ -49,6 +57,24 @@ void check_nifti(const fs::path &file, double data_bytes) {
 std::string trimmed(const std::string &text) {
     const auto first = text.find_first_not_of(" \t\r");
     return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r") + 1 - first);
+}
+
+/// What a header names has to be a file: devices and pipes never end.
+fs::path plain_data_file(const fs::path &header, const std::string &name) {
+    auto path = header.parent_path() / name;
+    std::error_code ignored;
+    if (const auto status = fs::status(path, ignored); fs::exists(status) && !fs::is_regular_file(status))
+        refuse(header, fmt::format("'{}', which it names for its voxels, is no plain file", support::shown(name)));
+    return path;
+}
+
+/// Such as "slice_%03d.raw 1 40 1": the first word goes to printf, which believes whatever it says.
+bool is_pattern_of_one_number(const std::string &data_file) {
+    const auto word = data_file.substr(0, data_file.find(' '));
+    const auto percent = word.find('%');
+    const auto letter = word.find_first_not_of("0123456789", percent + 1);
+    return letter != std::string::npos && letter - percent <= 3 && word[letter] == 'd' &&
+           word.find('%', percent + 1) == std::string::npos;
 }
 
 void check_meta_image(const fs::path &file, double data_bytes) {
@@ -72,8 +98,10 @@ void check_meta_image(const fs::path &file, double data_bytes) {
     double present = 0.0;
     if (data_file == "LOCAL")
         present = static_cast<double>(fs::file_size(file, error)) - static_cast<double>(stream.tellg());
+    else if (data_file.find('%') != std::string::npos && !is_pattern_of_one_number(data_file))
+        refuse(file, fmt::format("'{}' is no pattern for the names of its slices", support::shown(data_file)));
     else if (data_file != "LIST" && data_file.find('%') == std::string::npos)
-        present = static_cast<double>(fs::file_size(file.parent_path() / data_file, error));
+        present = static_cast<double>(fs::file_size(plain_data_file(file, data_file), error));
     else
         return; // a file for each slice: ITK misses one that is not whole
     if (error)
@@ -85,10 +113,10 @@ void check_meta_image(const fs::path &file, double data_bytes) {
 
 } // namespace
 
-void check_all_there(const fs::path &file, double data_bytes) {
-    const auto name = file.filename().string();
+void check_all_there(const fs::path &file, double num_voxels, double data_bytes) {
+    const auto name = support::lower_case(file.filename().string());
     if (name.ends_with(".nii") || name.ends_with(".nii.gz"))
-        check_nifti(file, data_bytes);
+        check_nifti(file, num_voxels, data_bytes);
     else if (name.ends_with(".mha") || name.ends_with(".mhd"))
         check_meta_image(file, data_bytes);
 }

@@ -1,9 +1,13 @@
 #include "segmentation/image_file.hpp"
 
 #include <Eigen/SVD>
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
 #include <fmt/format.h>
 #include <gdcmTrace.h>
+#include <iterator>
 #include <itkGDCMImageIO.h>
 #include <itkGDCMSeriesFileNames.h>
 #include <itkImageFileReader.h>
@@ -11,15 +15,22 @@
 #include <itkImageSeriesReader.h>
 #include <itkMetaDataObject.h>
 #include <itkMetaImageIO.h>
+#include <itkMultiThreaderBase.h>
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 #include <limits>
+#include <map>
 #include <set>
 #include <unistd.h>
 
 #include "segmentation/dicom_segmentation.hpp"
 #include "segmentation/image_bytes.hpp"
+#include "segmentation/nifti_header.hpp"
+#include "support/child_process.hpp"
+#include "support/file_ending.hpp"
 #include "support/input_error.hpp"
+#include "support/own_process.hpp"
+#include "support/packed_bytes.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::segmentation {
@@ -41,14 +52,6 @@ constexpr double largest_image = 1 << 28;            // voxels; the largest abdo
 constexpr double best_compression = 1100;            // zlib cannot do better
 constexpr double finest = 0.05e-3, coarsest = 20e-3; // [m]
 constexpr int max_labels_of_image = 1000;
-
-/// ITK's messages begin with the place in its own source and run over several lines.
-std::string first_sentence(const itk::ExceptionObject &exception) {
-    std::string text = exception.GetDescription();
-    if (const auto colon = text.find("): "); colon != std::string::npos)
-        text.erase(0, colon + 3);
-    return support::shown(text.substr(0, text.find('\n')));
-}
 
 itk::ImageIOBase::Pointer reader_of(const fs::path &file) {
     for (const itk::ImageIOBase::Pointer &io :
@@ -83,18 +86,19 @@ void check_header(itk::ImageIOBase &io, const fs::path &file) {
             fmt::format("{}: the header speaks of {:.3g} voxels; between 1 and {:.3g} can be read, so crop "
                         "the image around the liver, or see whether the file is damaged",
                         file.string(), voxels, largest_image));
-    const auto extension = file.extension();
-    const bool is_detached = extension == ".nhdr" || extension == ".mhd";
+    const auto ending = support::file_ending(file);
+    const bool is_detached = ending == ".nhdr" || ending == ".mhd" || ending == ".hdr" || ending == ".img";
     const double bytes = voxels * static_cast<double>(io.GetComponentSize());
     if (!is_detached && bytes > best_compression * static_cast<double>(fs::file_size(file)))
         throw InputError(fmt::format("{}: the header speaks of {:.0f} bytes, more than {} bytes of file can hold; the "
                                      "file is damaged or cut off",
                                      file.string(), bytes, fs::file_size(file)));
-    check_all_there(file, bytes);
+    check_all_there(file, voxels, bytes);
 }
 
 /// Refuses what cannot be, and makes the axes orthonormal to the last digit.
-void check_grid(ImageGrid &grid, const std::string &name) {
+void check_grid(ImageGrid &grid, const std::string &name, std::vector<std::string> &remarks) {
+    constexpr double most_degrees = 0.3; // headers with few digits; a tilted gantry shows in degrees
     for (unsigned d = 0; d < 3; ++d) {
         if (grid.size.at(d) < 2)
             throw InputError(fmt::format("{}: the image is {} voxel thick along axis {}; a body has three dimensions",
@@ -104,18 +108,22 @@ void check_grid(ImageGrid &grid, const std::string &name) {
                                          "possible; see whether the header is in millimetres",
                                          name, 1e3 * grid.spacing[d], d, 1e3 * finest, 1e3 * coarsest));
     }
-    if (!grid.origin.allFinite() || !grid.direction.allFinite() ||
-        !(grid.direction.transpose() * grid.direction).isIdentity(1e-3))
-        throw InputError(
-            fmt::format("{}: the axes of the image are not at right angles; resample it, as with 3D Slicer's "
-                        "module Resample Scalar/Vector/DWI Volume",
-                        name));
+    const auto off = off_right_angles(grid.direction);
+    const Vector3 lengths = grid.direction.colwise().norm();
+    if (!grid.origin.allFinite() || !lengths.allFinite() || !((lengths.array() - 1.0).abs() < 1e-2).all() ||
+        !(off.degrees <= most_degrees))
+        throw InputError(fmt::format("{}: the axes of the image are not at right angles{}; resample it, as with 3D "
+                                     "Slicer's module Resample Scalar/Vector/DWI Volume",
+                                     name, off.text.empty() ? "" : " (" + off.text + ")"));
+    constexpr double rounding = 0.01;
+    if (off.degrees > rounding)
+        remarks.push_back(off.text + ", and are turned to the nearest axes at right angles");
     // Headers carry some six digits; the mesh shall not be sheared by the rest.
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(grid.direction, Eigen::ComputeFullU | Eigen::ComputeFullV);
     grid.direction = svd.matrixU() * svd.matrixV().transpose();
 }
 
-ImageGrid grid_of(const Values &values, const std::string &name) {
+ImageGrid grid_of(const Values &values, const std::string &name, std::vector<std::string> &remarks) {
     ImageGrid grid;
     for (unsigned d = 0; d < 3; ++d) {
         grid.size.at(d) = static_cast<int>(values.GetLargestPossibleRegion().GetSize(d));
@@ -124,22 +132,25 @@ ImageGrid grid_of(const Values &values, const std::string &name) {
         for (unsigned c = 0; c < 3; ++c)
             grid.direction(c, d) = values.GetDirection()(c, d);
     }
-    check_grid(grid, name);
+    check_grid(grid, name, remarks);
     return grid;
 }
 
 LabelImage labels_of(const Values &values, const std::string &name) {
-    LabelImage image{.name = name, .grid = grid_of(values, name), .label = {}};
+    LabelImage image{.name = name, .grid = {}, .label = {}};
+    image.grid = grid_of(values, name, image.remarks);
+    constexpr float most_off = 1e-3F; // a slope and its product are rounded
     const float *value = values.GetBufferPointer();
     image.label.resize(num_voxels(image.grid));
     std::set<std::uint16_t> labels;
     for (std::size_t v = 0; v < image.label.size(); ++v) {
-        if (!(value[v] >= 0.0F && value[v] <= 65535.0F && value[v] == std::floor(value[v])))
+        const float label = std::round(value[v]);
+        if (!(label >= 0.0F && label <= 65535.0F && std::abs(value[v] - label) <= most_off))
             throw InputError(fmt::format("{}: voxel {} has the value {}, which is no label; this is a scan or a map of "
                                          "probabilities, so segment "
                                          "it first, as with 3D Slicer or TotalSegmentator",
                                          name, v, value[v]));
-        image.label[v] = static_cast<std::uint16_t>(value[v]);
+        image.label[v] = static_cast<std::uint16_t>(label);
         if (v == 0 || image.label[v] != image.label[v - 1])
             labels.insert(image.label[v]);
         if (labels.size() > max_labels_of_image)
@@ -150,19 +161,103 @@ LabelImage labels_of(const Values &values, const std::string &name) {
     return image;
 }
 
-Values::Pointer read_file(const fs::path &file) {
+/// 3D Slicer names its segments in the header: Segment0_LabelValue:=1, Segment0_Name:=Liver.
+std::map<int, std::string> segment_names(const itk::MetaDataDictionary &dictionary) {
+    constexpr int most_segments = 1000;
+    std::map<int, std::string> names;
+    for (int s = 0; s < most_segments; ++s) {
+        std::string label, name;
+        if (!itk::ExposeMetaData(dictionary, fmt::format("Segment{}_LabelValue", s), label))
+            break;
+        itk::ExposeMetaData(dictionary, fmt::format("Segment{}_Name", s), name);
+        if (const int number = std::atoi(label.c_str()); number > 0 && !name.empty())
+            names.emplace(number, name);
+    }
+    return names;
+}
+
+/// What is read of a file, and how.
+struct ReadValues {
+    Values::Pointer values;
+    std::map<int, std::string> names;
+    std::vector<std::string> remarks;
+};
+
+ReadValues read_values(const fs::path &file) {
     const auto io = reader_of(file);
     check_header(*io, file);
+    ReadValues read;
     auto reader = itk::ImageFileReader<Values>::New();
     reader->SetImageIO(io);
     reader->SetFileName(file.string());
     reader->Update();
-    return reader->GetOutput();
+    read.names = segment_names(io->GetMetaDataDictionary());
+    read.values = reader->GetOutput();
+    return read;
+}
+
+/// ITK goes by endings in lower case. A link has one, with links beside it to whatever a header may name.
+fs::path with_lower_ending(const fs::path &file, const support::ScratchFolder &scratch) {
+    const auto name = file.filename().string(), ending = file.extension().string();
+    const auto lower = name.substr(0, name.size() - ending.size()) + support::lower_case(ending);
+    if (lower == name)
+        return file;
+    std::error_code error;
+    const auto whole = fs::absolute(file);
+    for (auto entry = fs::directory_iterator(whole.parent_path(), error); !error && entry != fs::directory_iterator();
+         entry.increment(error))
+        fs::create_symlink(entry->path(), scratch.path / entry->path().filename(), error);
+    fs::create_symlink(whole, scratch.path / lower, error);
+    return scratch.path / lower;
+}
+
+/// Reads a file that stands for another, which messages name.
+ReadValues read_in_place_of(const fs::path &file, const fs::path &readable) {
+    try {
+        return read_values(readable);
+    } catch (const InputError &error) {
+        std::string text = error.what();
+        if (const auto at = text.find(readable.string()); at != std::string::npos)
+            text.replace(at, readable.string().size(), file.string());
+        throw InputError(text);
+    }
+}
+
+/// NIfTI whose axes ITK takes for sheared is given to it with axes at right angles.
+ReadValues read_file(const fs::path &file) {
+    const support::ScratchFolder scratch;
+    const auto header = read_nifti_header(file);
+    if (!header)
+        return read_in_place_of(file, with_lower_ending(file, scratch));
+    const auto off = off_right_angles(header->sform);
+    ReadValues read;
+    if (constexpr double seen_by_itk = 0.005, most_degrees = 0.3;
+        header->sform_code > 0 && off.degrees > seen_by_itk && off.degrees <= most_degrees) {
+        write_with_right_angles(file, *header, scratch.path / "image.nii");
+        read = read_in_place_of(file, scratch.path / "image.nii");
+        read.remarks.push_back(off.text + ", and are turned to the nearest axes at right angles");
+    } else if (header->sform_code > 0 && header->qform_code <= 0 && off.degrees > most_degrees) {
+        throw InputError(fmt::format("{}: the axes of the image are not at right angles ({}); resample it, as with 3D "
+                                     "Slicer's module Resample Scalar/Vector/DWI Volume",
+                                     file.string(), off.text));
+    } else {
+        read = read_values(file);
+    }
+    std::ranges::move(doubts_about_forms(*header), std::back_inserter(read.remarks));
+    return read;
+}
+
+LabelImage read_plain_image(const fs::path &file, const std::string &name) {
+    auto read = read_file(file);
+    auto image = labels_of(*read.values, name);
+    image.label_names = std::move(read.names);
+    std::ranges::move(read.remarks, std::back_inserter(image.remarks));
+    return image;
 }
 
 LabelImage read_segmentation_object(const fs::path &file) {
     auto image = read_dicom_segmentation(file);
-    check_grid(image.grid, image.name);
+    check_grid(image.grid, image.name, image.remarks);
     return image;
 }
 
@@ -237,37 +332,88 @@ template <class Pixel> void write_image(const fs::path &file, const ImageGrid &g
     try {
         writer->Update();
         fs::rename(temporary, file);
-    } catch (const itk::ExceptionObject &exception) {
+    } catch (const itk::ExceptionObject & /*in words for programmers*/) {
         fs::remove(temporary, error);
-        throw InputError(fmt::format("{}: cannot be written ({})", file.string(), first_sentence(exception)));
+        throw InputError(
+            fmt::format("{}: cannot be written; make room on the disk or choose another place", file.string()));
     } catch (const fs::filesystem_error &failure) {
         fs::remove(temporary, error);
         throw InputError(fmt::format("{}: cannot be put there ({})", file.string(), failure.code().message()));
     }
 }
 
-} // namespace
-
-LabelImage read_label_image(const fs::path &file) {
+LabelImage read_here(const fs::path &file) {
     itk::Object::GlobalWarningDisplayOff(); // what matters of it is checked here
     gdcm::Trace::WarningOff();
     gdcm::Trace::ErrorOff();
+    itk::MultiThreaderBase::SetGlobalDefaultNumberOfThreads(1); // each takes address space
+    try {
+        auto name = file.has_filename() ? file.filename() : file.parent_path().filename();
+        if (std::error_code error; fs::is_directory(file, error))
+            return read_folder(file, name.string());
+        return is_dicom_file(file) ? read_segmentation_object(file) : read_plain_image(file, name.string());
+    } catch (const itk::ExceptionObject & /*in words for programmers*/) {
+        throw InputError(fmt::format("{}: cannot be read as an image; it may be damaged or cut off, so export it again",
+                                     file.string()));
+    }
+}
+
+std::string packed(const LabelImage &image) {
+    support::Packer packer;
+    packer.put(image.name);
+    packer.put(image.grid.size);
+    for (const Vector3 &vector : {image.grid.spacing, image.grid.origin, Vector3(image.grid.direction.col(0)),
+                                  Vector3(image.grid.direction.col(1)), Vector3(image.grid.direction.col(2))})
+        packer.put(std::array{vector.x(), vector.y(), vector.z()});
+    packer.put(image.label);
+    packer.put(image.remarks);
+    packer.put(static_cast<int>(image.label_names.size()));
+    for (const auto &[label, name] : image.label_names) {
+        packer.put(label);
+        packer.put(name);
+    }
+    return std::move(packer).bytes();
+}
+
+LabelImage unpacked(const std::string &bytes) {
+    support::Unpacker unpacker(bytes);
+    LabelImage image;
+    unpacker.get(image.name);
+    unpacker.get(image.grid.size);
+    std::array<std::array<double, 3>, 5> vectors{};
+    for (auto &vector : vectors)
+        unpacker.get(vector);
+    const auto vector = [&](std::size_t v) { return Vector3(vectors[v][0], vectors[v][1], vectors[v][2]); };
+    image.grid.spacing = vector(0);
+    image.grid.origin = vector(1);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        image.grid.direction.col(static_cast<Eigen::Index>(axis)) = vector(2 + axis);
+    unpacker.get(image.label);
+    unpacker.get(image.remarks);
+    int num_names = 0;
+    unpacker.get(num_names);
+    for (int n = 0; n < num_names; ++n) {
+        int label = 0;
+        unpacker.get(label);
+        unpacker.get(image.label_names[label]);
+    }
+    return image;
+}
+
+} // namespace
+
+LabelImage read_label_image(const fs::path &file) {
     std::error_code error;
     const auto status = fs::status(file, error);
     if (!fs::exists(status))
         throw InputError(fmt::format("{}: there is no such file or folder; check the path", file.string()));
     if (access(file.c_str(), R_OK) != 0)
         throw InputError(fmt::format("{}: cannot be read; see who may read it", file.string()));
-    try {
-        auto name = file.has_filename() ? file.filename() : file.parent_path().filename();
-        if (fs::is_directory(status))
-            return read_folder(file, name.string());
-        return is_dicom_file(file) ? read_segmentation_object(file) : labels_of(*read_file(file), name.string());
-    } catch (const itk::ExceptionObject &exception) {
-        throw InputError(fmt::format("{}: cannot be read as an image ({}); it may be damaged or cut off, so export it "
-                                     "again",
-                                     file.string(), first_sentence(exception)));
-    }
+    if (!fs::is_directory(status))
+        support::check_readable(file);
+    constexpr double bytes_per_byte = 8000.0; // compressed to a thousandth, in floats and labels
+    return unpacked(support::in_own_process(file, support::limits_for(file, bytes_per_byte),
+                                            [&] { return packed(read_here(file)); }));
 }
 
 void write_label_image(const fs::path &file, const LabelImage &image) {

@@ -6,8 +6,11 @@
 
 namespace livermark::segmentation {
 
-/// Reads a label image: NIfTI (.nii, .nii.gz), NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), a DICOM segmentation
-/// object (see read_dicom_segmentation()), or a folder with one DICOM series (ITK, which turns NIfTI's RAS into LPS).
+/// Reads a label image: NIfTI (.nii, .nii.gz, .hdr with .img), NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), a DICOM
+/// segmentation object (see read_dicom_segmentation()), or a folder with one DICOM series (ITK, which turns NIfTI's RAS
+/// into LPS). Values within a thousandth of whole numbers are whole. Readers of others run in a process of their own,
+/// which may fail on a damaged file.
+/// @return also the names of segments, and remarks on what the file leaves in doubt
 /// @throws support::InputError with the file, what is wrong and a remedy: no such format, not three-dimensional,
 /// several
 ///         values per voxel, values that are no labels, sheared axes, absurd spacing, more in the header than in the

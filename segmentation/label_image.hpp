@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -31,7 +32,9 @@ core::Vector3 to_world(const ImageGrid &grid, const core::Vector3 &place);
 struct LabelImage {
     std::string name; ///< of the file or folder
     ImageGrid grid;
-    std::vector<std::uint16_t> label; ///< (num_voxels) the first axis runs fastest
+    std::vector<std::uint16_t> label;         ///< (num_voxels) the first axis runs fastest
+    std::map<int, std::string> label_names{}; ///< of segments, where the file has them
+    std::vector<std::string> remarks{};       ///< a sentence for what the file leaves in doubt
 };
 
 /// A scan, such as a computed tomography.

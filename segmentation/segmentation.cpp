@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 
+#include "core/plausible_liver.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::segmentation {
@@ -63,9 +64,39 @@ std::set<int> labels_of(const LabelImage &image) {
     return labels;
 }
 
+/// Chooses by the names that the file has, if one of them is that of the liver.
+bool choose_by_name(LabelChoice &choice, const LabelImage &image, const std::set<int> &there,
+                    std::vector<std::string> &remarks) {
+    LabelChoice named;
+    std::vector<std::string> others;
+    for (const int label : there) {
+        const auto name = image.label_names.find(label);
+        if (name != image.label_names.end() && core::is_name_of_liver(name->second))
+            named.liver.push_back(label);
+        else if (name != image.label_names.end() && core::is_name_of_lesion(name->second))
+            named.tumours.push_back(label);
+        else
+            others.push_back(name == image.label_names.end() ? fmt::format("{}", label)
+                                                             : fmt::format("{} '{}'", label, name->second));
+    }
+    if (named.liver.empty())
+        return false;
+    choice = named;
+    remarks.push_back(fmt::format("by the names of the segments label {} is the liver{}{}",
+                                  fmt::join(named.liver, ", "), named.tumours.empty() ? "" : " and lesions are ",
+                                  fmt::join(named.tumours, ", ")));
+    if (!others.empty())
+        remarks.push_back(fmt::format("labels whose names are neither of a liver nor of a lesion are left out: {}; "
+                                      "--liver and --tumours may name them",
+                                      fmt::join(others, ", ")));
+    return true;
+}
+
 /// Every label that is meant, from what was said and what is there.
-LabelChoice completed(LabelChoice choice, const LabelImage &image) {
+LabelChoice completed(LabelChoice choice, const LabelImage &image, std::vector<std::string> &remarks) {
     const auto there = labels_of(image);
+    if (choice.liver.empty() && choice.tumours.empty() && choose_by_name(choice, image, there, remarks))
+        return choice;
     if (there.empty())
         throw support::InputError(fmt::format("{}: every voxel is background, so there is no liver in it", image.name));
     for (const auto *labels : {&choice.liver, &choice.tumours})
@@ -156,8 +187,8 @@ std::vector<double> region_volumes(const Segmentation &segmentation) {
 }
 
 Segmentation choose_labels(const LabelImage &image, const LabelChoice &choice, double smallest_lesion) {
-    const auto labels = completed(choice, image);
-    Segmentation result{.grid = image.grid, .region = {}, .region_names = {"parenchyma"}, .remarks = {}};
+    Segmentation result{.grid = image.grid, .region = {}, .region_names = {"parenchyma"}, .remarks = image.remarks};
+    const auto labels = completed(choice, image, result.remarks);
     std::vector<bool> is_body(65536, false);
     for (const auto *kind : {&labels.liver, &labels.tumours})
         for (const int label : *kind)

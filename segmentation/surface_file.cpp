@@ -9,12 +9,16 @@
 #include <fstream>
 #include <sstream>
 #include <string_view>
-#include <unistd.h>
+#include <utility>
 
 #include "meshes/mesh_reader.hpp"
 #include "segmentation/surface_repair.hpp"
 #include "support/child_process.hpp"
+#include "support/file_ending.hpp"
 #include "support/input_error.hpp"
+#include "support/own_process.hpp"
+#include "support/packed_bytes.hpp"
+#include "support/whole_file.hpp"
 
 namespace livermark::segmentation {
 
@@ -28,18 +32,14 @@ constexpr const char *formats = "STL, OBJ, PLY, OFF, VTK or VTP";
 /// What CGAL reads by itself.
 constexpr std::array<std::string_view, 4> plain_endings{".stl", ".obj", ".ply", ".off"};
 
-std::string ending_of(const fs::path &file) {
-    auto ending = file.extension().string();
-    std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
-    return ending;
-}
-
 bool is_plain(const fs::path &file) {
-    return std::ranges::find(plain_endings, ending_of(file)) != plain_endings.end();
+    return std::ranges::find(plain_endings, support::file_ending(file)) != plain_endings.end();
 }
 
 /// What a file begins with, where programs write what it is.
 std::string first_bytes(const fs::path &file) {
+    if (std::error_code error; !fs::is_regular_file(file, error))
+        return {}; // a pipe would keep us waiting
     std::string bytes(1000, '\0');
     std::ifstream stream(file, std::ios::binary);
     stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
@@ -49,7 +49,7 @@ std::string first_bytes(const fs::path &file) {
 
 /// MSH 1, which meshio does not know.
 bool is_first_msh(const fs::path &file) {
-    return ending_of(file) == ".msh" && first_bytes(file).starts_with("$NOD");
+    return support::file_ending(file) == ".msh" && first_bytes(file).starts_with("$NOD");
 }
 
 TriangleSoup boundary_of(const fs::path &file, std::vector<std::string> &remarks) {
@@ -107,9 +107,11 @@ TriangleSoup read_soup(const fs::path &file, std::vector<std::string> &remarks) 
     return is_plain(file) ? read_plain(file, remarks) : read_converted(file, remarks);
 }
 
-/// 3D Slicer writes into the first lines which axes it means.
+/// Programs write which axes they mean into the first lines, or into field data, which the conversion tells.
 void turn_to_lps(TriangleSoup &soup, const fs::path &file, std::vector<std::string> &remarks) {
-    if (first_bytes(file).find("SPACE=RAS") == std::string::npos)
+    const auto of_field_data = fmt::format("{}: SPACE=RAS", file.string());
+    const bool is_in_field_data = std::erase(remarks, of_field_data) > 0;
+    if (!is_in_field_data && first_bytes(file).find("SPACE=RAS") == std::string::npos)
         return;
     for (auto &p : soup.points)
         p = Point(-p.x(), -p.y(), p.z());
@@ -136,28 +138,93 @@ meshes::SurfaceMesh united(const std::vector<CgalSurface> &parts) {
     return mesh;
 }
 
+/// All that is needed of the other process.
+struct ReadSurfaces {
+    std::vector<meshes::SurfaceMesh> surfaces;
+    std::vector<std::string> remarks;
+};
+
+std::string packed(const ReadSurfaces &read) {
+    support::Packer packer;
+    packer.put(read.remarks);
+    packer.put(static_cast<int>(read.surfaces.size()));
+    for (const auto &surface : read.surfaces) {
+        std::vector<std::array<double, 3>> points;
+        for (const auto &p : surface.points)
+            points.push_back({p.x(), p.y(), p.z()});
+        packer.put(points);
+        packer.put(surface.triangles);
+    }
+    return std::move(packer).bytes();
+}
+
+ReadSurfaces unpacked_surfaces(const std::string &bytes) {
+    support::Unpacker unpacker(bytes);
+    ReadSurfaces read;
+    unpacker.get(read.remarks);
+    int num_surfaces = 0;
+    unpacker.get(num_surfaces);
+    for (int s = 0; s < num_surfaces; ++s) {
+        auto &surface = read.surfaces.emplace_back();
+        std::vector<std::array<double, 3>> points;
+        unpacker.get(points);
+        for (const auto &[x, y, z] : points)
+            surface.points.emplace_back(x, y, z);
+        unpacker.get(surface.triangles);
+    }
+    return read;
+}
+
+ReadSurfaces read_surfaces_here(const fs::path &file, bool are_lesions) {
+    ReadSurfaces read;
+    auto soup = read_soup(file, read.remarks);
+    for (const auto &p : soup.points)
+        if (!std::isfinite(p.x()) || !std::isfinite(p.y()) || !std::isfinite(p.z()))
+            throw InputError(
+                fmt::format("{}: a coordinate is no finite number; export the surface again", file.string()));
+    for (const auto &triangle : soup.triangles)
+        for (const auto corner : triangle)
+            if (corner >= soup.points.size())
+                throw InputError(fmt::format("{}: a triangle names corner {} of {}; export the surface again",
+                                             file.string(), corner, soup.points.size()));
+    turn_to_lps(soup, file, read.remarks);
+    if (!are_lesions) {
+        read.surfaces.push_back(united(closed_parts(std::move(soup), file.string(), read.remarks)));
+        return read;
+    }
+    for (const auto &body : closed_bodies(std::move(soup), file.string(), read.remarks))
+        read.surfaces.push_back(united(body));
+    return read;
+}
+
+std::vector<meshes::SurfaceMesh> read_apart(const fs::path &file, bool are_lesions, std::vector<std::string> &remarks) {
+    std::error_code error;
+    if (!fs::exists(file, error))
+        throw InputError(fmt::format("{}: there is no such file; check the path", file.string()));
+    support::check_readable(file);
+    constexpr double bytes_per_byte = 2000.0; // exact numbers where triangles cut each other
+    auto read = unpacked_surfaces(support::in_own_process(file, support::limits_for(file, bytes_per_byte), [&] {
+        return packed(read_surfaces_here(file, are_lesions));
+    }));
+    remarks.insert(remarks.end(), read.remarks.begin(), read.remarks.end());
+    return std::move(read.surfaces);
+}
+
 } // namespace
 
 bool is_surface_file(const fs::path &file) {
-    const auto ending = ending_of(file);
+    const auto ending = support::file_ending(file);
     if (is_plain(file) || ending == ".vtp")
         return true;
     return ending == ".vtk" && first_bytes(file).find("POLYDATA") != std::string::npos;
 }
 
 meshes::SurfaceMesh read_surface(const fs::path &file, std::vector<std::string> &remarks) {
-    std::error_code error;
-    if (!fs::is_regular_file(file, error))
-        throw InputError(fmt::format("{}: there is no such file; check the path", file.string()));
-    if (access(file.c_str(), R_OK) != 0)
-        throw InputError(fmt::format("{}: cannot be read; see who may read it", file.string()));
-    auto soup = read_soup(file, remarks);
-    for (const auto &p : soup.points)
-        if (!std::isfinite(p.x()) || !std::isfinite(p.y()) || !std::isfinite(p.z()))
-            throw InputError(
-                fmt::format("{}: a coordinate is no finite number; export the surface again", file.string()));
-    turn_to_lps(soup, file, remarks);
-    return united(closed_parts(std::move(soup), file.string(), remarks));
+    return read_apart(file, false, remarks).front();
+}
+
+std::vector<meshes::SurfaceMesh> read_lesions(const fs::path &file, std::vector<std::string> &remarks) {
+    return read_apart(file, true, remarks);
 }
 
 } // namespace livermark::segmentation

@@ -1,5 +1,6 @@
 #include "segmentation/surface_repair.hpp"
 
+#include <CGAL/Dimension.h>
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
 #include <CGAL/Polygon_mesh_processing/intersection.h>
 #include <CGAL/Polygon_mesh_processing/measure.h>
@@ -10,6 +11,7 @@
 #include <CGAL/Polygon_mesh_processing/repair_self_intersections.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Side_of_triangle_mesh.h>
+#include <CGAL/centroid.h>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -86,7 +88,7 @@ void look_outwards(CgalSurface &part) {
 
 /// The parts besides the largest that belong to the body; what becomes of the others is counted.
 struct OtherParts {
-    std::vector<CgalSurface> kept;
+    std::vector<CgalSurface> kept, apart;
     int num_open = 0, num_inside = 0, num_apart = 0;
     double inside_volume = 0.0, apart_volume = 0.0;
 };
@@ -105,6 +107,7 @@ OtherParts sort_out(std::vector<CgalSurface> parts, const CgalSurface &largest) 
         } else {
             ++others.num_apart;
             others.apart_volume += volume_of(part);
+            others.apart.push_back(std::move(part));
         }
     }
     return others;
@@ -147,20 +150,43 @@ std::vector<CgalSurface> parts_of(const CgalSurface &surface, const std::string 
     return parts;
 }
 
-} // namespace
+/// Volume of the largest part with what is missing of it left open, which is right where that is small.
+double volume_about_middle(const CgalSurface &surface) {
+    const auto middle = CGAL::centroid(surface.points().begin(), surface.points().end(), CGAL::Dimension_tag<0>());
+    double volume = 0.0;
+    for (const auto face : surface.faces()) {
+        const auto edge = surface.halfedge(face);
+        volume += CGAL::volume(middle, surface.point(surface.source(edge)), surface.point(surface.target(edge)),
+                               surface.point(surface.target(surface.next(edge))));
+    }
+    return std::abs(volume);
+}
 
-std::vector<CgalSurface> closed_parts(TriangleSoup soup, const std::string &file, std::vector<std::string> &remarks) {
-    const auto larger = [](const CgalSurface &part) { return pmp::area(part); };
+double area_of_part(const CgalSurface &part) {
+    return pmp::area(part);
+}
+
+/// Parts of which the largest is closed, as they are or of a wrap.
+std::vector<CgalSurface> parts_or_wrap(TriangleSoup soup, const std::string &file, std::vector<std::string> &remarks) {
     pmp::repair_polygon_soup(soup.points, soup.triangles);
     std::vector<std::string> of_parts;
     auto parts = parts_of(surface_of(soup, file, of_parts), file);
-    if (open_place(*std::ranges::max_element(parts, {}, larger)))
-        if (const auto closed = wrapped(soup, file, of_parts)) {
+    if (const auto largest = std::ranges::max_element(parts, {}, area_of_part); open_place(*largest)) {
+        const WrapCause cause{.is_manifold = of_parts.empty(), .volume = volume_about_middle(*largest)};
+        if (const auto closed = wrapped(soup, cause, file, of_parts)) {
             of_parts = {of_parts.back()}; // what was taken apart before does not matter any more
             parts = parts_of(*closed, file);
         }
+    }
     remarks.insert(remarks.end(), of_parts.begin(), of_parts.end());
-    const auto largest_area = std::ranges::max_element(parts, {}, larger);
+    return parts;
+}
+
+/// Takes the largest part, and those that cut it, out of some parts.
+/// @param are_bodies  whether parts apart are bodies of their own, and stay in parts
+std::vector<CgalSurface> take_largest(std::vector<CgalSurface> &parts, bool are_bodies, const std::string &file,
+                                      std::vector<std::string> &remarks) {
+    const auto largest_area = std::ranges::max_element(parts, {}, area_of_part);
     std::vector<CgalSurface> body{*largest_area};
     parts.erase(largest_area);
     if (const auto place = open_place(body.front()))
@@ -170,6 +196,11 @@ std::vector<CgalSurface> closed_parts(TriangleSoup soup, const std::string &file
     look_outwards(body.front());
     remove_cuts(body.front(), file, remarks);
     auto others = sort_out(std::move(parts), body.front());
+    parts.clear();
+    if (are_bodies) {
+        parts = std::move(others.apart);
+        others.num_apart = 0;
+    }
     tell(others, volume_of(body.front()), file, remarks);
     for (auto &part : others.kept) {
         look_outwards(part);
@@ -177,6 +208,22 @@ std::vector<CgalSurface> closed_parts(TriangleSoup soup, const std::string &file
         body.push_back(std::move(part));
     }
     return body;
+}
+
+} // namespace
+
+std::vector<CgalSurface> closed_parts(TriangleSoup soup, const std::string &file, std::vector<std::string> &remarks) {
+    auto parts = parts_or_wrap(std::move(soup), file, remarks);
+    return take_largest(parts, false, file, remarks);
+}
+
+std::vector<std::vector<CgalSurface>> closed_bodies(TriangleSoup soup, const std::string &file,
+                                                    std::vector<std::string> &remarks) {
+    auto parts = parts_or_wrap(std::move(soup), file, remarks);
+    std::vector<std::vector<CgalSurface>> bodies;
+    while (!parts.empty())
+        bodies.push_back(take_largest(parts, true, file, remarks));
+    return bodies;
 }
 
 } // namespace livermark::segmentation

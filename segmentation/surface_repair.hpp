@@ -28,4 +28,10 @@ struct TriangleSoup {
 ///         cuts itself and cannot be repaired
 std::vector<CgalSurface> closed_parts(TriangleSoup soup, const std::string &file, std::vector<std::string> &remarks);
 
+/// The same of several bodies in one file, the largest first: a part that does not touch those before it begins
+/// another.
+/// @return for each body its parts
+std::vector<std::vector<CgalSurface>> closed_bodies(TriangleSoup soup, const std::string &file,
+                                                    std::vector<std::string> &remarks);
+
 } // namespace livermark::segmentation

@@ -54,8 +54,9 @@ std::optional<std::vector<double>> crossings(const Tree &tree, const Kernel::Seg
     return places;
 }
 
-/// Gives a region to the voxels inside a surface of one part.
-void fill(const CgalSurface &surface, std::uint8_t region, Segmentation &into) {
+/// Gives a region to the voxels inside a surface of one part, of lesions within the liver.
+/// @return how many
+std::size_t fill(const CgalSurface &surface, std::uint8_t region, Segmentation &into) {
     const Tree tree(faces(surface).first, faces(surface).second, surface);
     const CGAL::Side_of_triangle_mesh<CgalSurface, Kernel> side(tree);
     const auto &grid = into.grid;
@@ -63,7 +64,7 @@ void fill(const CgalSurface &surface, std::uint8_t region, Segmentation &into) {
         const auto p = to_world(grid, Vector3(i, j, k).cwiseProduct(grid.spacing));
         return Point(p.x(), p.y(), p.z());
     };
-    std::size_t voxel = 0;
+    std::size_t voxel = 0, num_filled = 0;
     for (int k = 0; k < grid.size[2]; ++k)
         for (int j = 0; j < grid.size[1]; ++j) {
             const auto changes = crossings(tree, {place(0, j, k), place(grid.size[0] - 1, j, k)});
@@ -72,10 +73,21 @@ void fill(const CgalSurface &surface, std::uint8_t region, Segmentation &into) {
                 const bool is_inside =
                     changes ? (std::ranges::lower_bound(*changes, centre.x()) - changes->begin()) % 2 != 0
                             : side(centre) == CGAL::ON_BOUNDED_SIDE;
-                if (is_inside && (region == 1 || into.region[voxel] != 0))
+                if (is_inside && (region == 1 || into.region[voxel] != 0)) {
                     into.region[voxel] = region;
+                    ++num_filled;
+                }
             }
         }
+    return num_filled;
+}
+
+/// What of a lesion is outside the liver is left out.
+void tell_of_outside(std::size_t surface, double volume, double inside, std::vector<std::string> &remarks) {
+    constexpr double most = 0.02; // of the lesion: voxels are no finer
+    if (volume - inside > most * volume)
+        remarks.push_back(fmt::format("tumour_{}: {:.3g} mL, {:.0f} % of it, are outside the liver and are left out",
+                                      surface, 1e6 * (volume - inside), 100.0 * (volume - inside) / volume));
 }
 
 } // namespace
@@ -86,6 +98,10 @@ Segmentation voxels_within(const std::vector<meshes::SurfaceMesh> &surfaces, dou
     constexpr double margin = 3.5; // voxels; a half, so that corners on round numbers are on no voxel's centre
     Segmentation result{
         .grid = {.spacing = Vector3::Constant(spacing)}, .region = {}, .region_names = {"parenchyma"}, .remarks = {}};
+    constexpr std::size_t most_lesions = 254;
+    if (surfaces.size() > most_lesions + 1)
+        throw InputError(fmt::format("there are {} lesions, and a body can have {}; leave out the smallest",
+                                     surfaces.size() - 1, most_lesions));
     constexpr double most_voxels = 1 << 28;
     if (const double wanted = ((high - low) / spacing).prod(); !(wanted < most_voxels))
         throw InputError(
@@ -102,8 +118,12 @@ Segmentation voxels_within(const std::vector<meshes::SurfaceMesh> &surfaces, dou
             result.region_names.push_back(fmt::format("tumour_{}", s));
         std::vector<CgalSurface> parts;
         CGAL::Polygon_mesh_processing::split_connected_components(to_cgal(surfaces[s]), parts);
+        std::size_t num_filled = 0;
         for (const auto &part : parts)
-            fill(part, static_cast<std::uint8_t>(s + 1), result);
+            num_filled += fill(part, static_cast<std::uint8_t>(s + 1), result);
+        if (s > 0)
+            tell_of_outside(s, meshes::enclosed_volume(surfaces[s]),
+                            static_cast<double>(num_filled) * voxel_volume(result.grid), result.remarks);
     }
     const auto volumes = region_volumes(result);
     for (std::size_t r = 0; r < volumes.size(); ++r)

@@ -22,7 +22,7 @@ double area_of(const TriangleSoup &soup) {
 
 } // namespace
 
-std::optional<CgalSurface> wrapped(const TriangleSoup &soup, const std::string &file,
+std::optional<CgalSurface> wrapped(const TriangleSoup &soup, const WrapCause &cause, const std::string &file,
                                    std::vector<std::string> &remarks) {
     // Of the radius. A wrap along both sides takes long if it is near, so a rougher one looks first whether it comes to
     // that.
@@ -42,9 +42,13 @@ std::optional<CgalSurface> wrapped(const TriangleSoup &soup, const std::string &
         const double area = pmp::area(surface) / area_of(soup);
         if (surface.is_empty() || !(area <= most_area))
             continue;
-        remarks.push_back(fmt::format("{}: the surface is open; CGAL has wrapped it, which closes holes up to {:.2g} "
-                                      "in the unit of the file, and its area has changed by {:.2g} %",
-                                      file, 2.0 * part * diagonal, 100.0 * (area - 1.0)));
+        remarks.push_back(fmt::format(
+            "{}: the surface is {}; CGAL has wrapped it, which closes holes up to {:.2g} in the unit of the file, and "
+            "its "
+            "area has changed by {:.2g} %, its volume by {:.2g} %",
+            file, cause.is_manifold ? "open" : "not manifold: three or more triangles meet in an edge, or parts touch",
+            2.0 * part * diagonal, 100.0 * (area - 1.0),
+            100.0 * (std::abs(pmp::volume(surface)) / cause.volume - 1.0)));
         return surface;
     }
     return std::nullopt;

@@ -77,6 +77,22 @@ TEST(ChooseLabels, LesionsThatTheMeshCannotHoldBecomeParenchymaAndAreSaid) {
     EXPECT_TRUE(is_said(chosen, "1 lesions below"));
 }
 
+TEST(ChooseLabels, NamesOfSegmentsSayWhatIsTheLiver) {
+    auto image = block();
+    for (auto &label : image.label)
+        label = label == 1 ? 2 : 0;
+    image.label[at(4, 4, 4)] = 1;
+    image.label[at(6, 6, 6)] = 3;
+    image.label_names = {{1, "Tumor"}, {2, "Liver"}, {3, "Hepatic vein"}};
+    const auto chosen = choose_labels(image, {}, 0.0);
+    EXPECT_EQ(chosen.region_names, (std::vector<std::string>{"parenchyma", "tumour_1"}));
+    EXPECT_EQ(chosen.region[at(4, 4, 4)], 2);
+    EXPECT_TRUE(is_said(chosen, "label 2 is the liver and lesions are 1"));
+    EXPECT_TRUE(is_said(chosen, "are left out: 3 'Hepatic vein'"));
+    image.label_names = {{1, "Segment_1"}};
+    EXPECT_EQ(choose_labels(image, {}, 0.0).region[at(4, 4, 4)], 1) << "without a name that says it the lowest label";
+}
+
 TEST(ChooseLabels, LabelsThatAreNotMeantAreBackground) {
     auto image = block();
     for (int j = 2; j < 9; ++j)

@@ -63,6 +63,108 @@ TEST_F(ImageFile, ComesBackAsItWasInEveryFormat) {
     }
 }
 
+/// Writes numbers over a header of NIfTI that is not compressed.
+template <class Number>
+void poke_header(const fs::path &file, std::streamoff place, const std::vector<Number> &numbers) {
+    std::fstream stream(file, std::ios::binary | std::ios::in | std::ios::out);
+    stream.seekp(place);
+    stream.write(reinterpret_cast<const char *>(numbers.data()),
+                 static_cast<std::streamsize>(numbers.size() * sizeof(Number)));
+}
+
+/// An image without rotation, whose qform says nothing.
+LabelImage straight_image() {
+    auto image = small_image();
+    image.grid.direction.setIdentity();
+    image.grid.spacing = {0.002, 0.002, 0.002};
+    return image;
+}
+
+TEST_F(ImageFile, MayHaveASlopeOfWhichWholeNumbersCome) {
+    const auto file = directory_ / "a.nii";
+    const auto image = straight_image();
+    write_label_image(file, image);
+    poke_header<float>(file, 112, {0.1F, 0.0F});
+    std::fstream stream(file, std::ios::binary | std::ios::in | std::ios::out);
+    for (std::size_t v = 0; v < image.label.size(); ++v) {
+        const auto stored = static_cast<std::uint16_t>(10 * image.label[v]);
+        stream.seekp(static_cast<std::streamoff>(352 + 2 * v));
+        stream.write(reinterpret_cast<const char *>(&stored), sizeof stored);
+    }
+    stream.close();
+    EXPECT_EQ(read_label_image(file).label, image.label);
+}
+
+TEST_F(ImageFile, MayHaveAxesWithFewDigits) {
+    const auto file = directory_ / "a.nii";
+    const auto image = straight_image();
+    write_label_image(file, image);
+    poke_header<std::int16_t>(file, 252, {0, 1});
+    poke_header<float>(file, 280, {1.98F, -0.25F, 0.06F, 0.0F, 0.26F, 1.94F, -0.42F, 0.0F, 0.0F, 0.42F, 1.95F, 0.0F});
+    const auto back = read_label_image(file);
+    EXPECT_EQ(back.label, image.label);
+    ASSERT_EQ(back.remarks.size(), 1U);
+    EXPECT_NE(back.remarks[0].find("degrees off a right angle, and are turned"), std::string::npos) << back.remarks[0];
+    EXPECT_TRUE((back.grid.direction.transpose() * back.grid.direction).isIdentity(1e-9));
+    poke_header<float>(file, 280, {2.0F, 0.5F});
+    EXPECT_NE(refusal(file).find("axes 0 and 1 are"), std::string::npos) << refusal(file);
+}
+
+TEST_F(ImageFile, WhoseFormsDisagreeSaysSo) {
+    const auto file = directory_ / "a.nii";
+    write_label_image(file, straight_image());
+    EXPECT_TRUE(read_label_image(file).remarks.empty());
+    poke_header<std::int16_t>(file, 252, {1, 1});
+    poke_header<float>(file, 280, {4.0F, 0.0F, 0.0F, 0.0F, 0.0F, 4.0F, 0.0F, 0.0F, 0.0F, 0.0F, 4.0F, 0.0F});
+    const auto back = read_label_image(file);
+    ASSERT_EQ(back.remarks.size(), 1U);
+    EXPECT_NE(back.remarks[0].find("voxels are 2 x 2 x 2 mm by its pixdim and qform"), std::string::npos)
+        << back.remarks[0];
+    EXPECT_NE(back.remarks[0].find("4 x 4 x 4 mm by its sform"), std::string::npos) << back.remarks[0];
+}
+
+TEST_F(ImageFile, OfLabelsThatAreNearlyWholeIsRead) {
+    std::ofstream(directory_ / "a.nrrd") << "NRRD0004\ntype: float\ndimension: 3\nspace: left-posterior-superior\n"
+                                            "sizes: 2 2 2\nspace directions: (2,0,0) (0,3,0) (0,0,4)\n"
+                                            "space origin: (10,20,30)\nencoding: ascii\nSegment0_LabelValue:=2\n"
+                                            "Segment0_Name:=Liver\n\n1.9999 0 0 1.0004 0 0 0 0\n";
+    const auto image = read_label_image(directory_ / "a.nrrd");
+    EXPECT_EQ(image.label, (std::vector<std::uint16_t>{2, 0, 0, 1, 0, 0, 0, 0}));
+    EXPECT_EQ(image.label_names, (std::map<int, std::string>{{2, "Liver"}}));
+}
+
+TEST_F(ImageFile, MayHaveItsEndingInUpperCase) {
+    const auto image = small_image();
+    for (const auto &[name, upper] : {std::pair{"a.nii.gz", "A.NII.GZ"}, {"a.mha", "A.MHA"}, {"a.nrrd", "A.NRRD"}}) {
+        SCOPED_TRACE(name);
+        write_label_image(directory_ / name, image);
+        fs::rename(directory_ / name, directory_ / upper);
+        EXPECT_EQ(read_label_image(directory_ / upper).label, image.label);
+    }
+}
+
+/// Each was made to end a library by a signal, or to keep it busy.
+TEST_F(ImageFile, ThatEndsALibraryIsRefused) {
+    const std::string meta = "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
+                             "CompressedData = False\nElementSpacing = 2 2 2\nDimSize = 10 10 10\n"
+                             "ElementType = MET_UCHAR\n";
+    const auto with = [&](const std::string &from, const std::string &to) {
+        auto text = meta;
+        return text.replace(text.find(from), from.size(), to);
+    };
+    std::ofstream(directory_ / "pattern.mhd") << meta << "ElementDataFile = %n%s%s 1 10 1\n";
+    std::ofstream(directory_ / "device.mhd") << meta << "ElementDataFile = /dev/zero\n";
+    std::ofstream(directory_ / "dimensions.mha") << with("NDims = 3", "NDims = -2") << "ElementDataFile = LOCAL\n"
+                                                 << std::string(1000, 'x');
+    std::ofstream(directory_ / "infinite.mha")
+        << meta << "TransformMatrix = 1e308 0 0 0 1 0 0 0 1e308\nElementDataFile = LOCAL\n"
+        << std::string(1000, 'x');
+    std::ofstream(directory_ / "key.nrrd") << "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\n"
+                                           << "space: " << std::string(1500, 's') << "\nencoding: ascii\n\n1\n";
+    for (const char *name : {"pattern.mhd", "device.mhd", "dimensions.mha", "infinite.mha", "key.nrrd"})
+        EXPECT_NE(refusal(directory_ / name).find(name), std::string::npos) << refusal(directory_ / name);
+}
+
 TEST_F(ImageFile, MayHaveLeftHandedAxes) {
     const auto image = small_image(true);
     write_label_image(directory_ / "a.nrrd", image);

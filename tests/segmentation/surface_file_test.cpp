@@ -122,7 +122,8 @@ TEST_F(SurfaceFile, WithSmallHolesIsWrappedAndSaysSo) {
     ASSERT_LT(surface.triangles.size(), num_triangles - 4);
     write_ply(directory_ / "a.ply", surface);
     const auto [closed, remarks] = read("a.ply");
-    expect_one(remarks, "CGAL has wrapped it");
+    expect_one(remarks, "the surface is open; CGAL has wrapped it");
+    expect_one(remarks, " %, its volume by ");
     EXPECT_NEAR(meshes::enclosed_volume(closed) / volume, 1.0, 0.02);
     write_ply(directory_ / "b.ply", closed);
     EXPECT_TRUE(read("b.ply").remarks.empty()) << "it is still open";
@@ -263,6 +264,72 @@ TEST_F(SurfaceFile, ThatSaysItIsInRasIsTurnedToLps) {
     EXPECT_LT((middle - core::Vector3(-10.0, -20.0, 30.0)).norm(), 1e-3);
 }
 
+/// As 3D Slicer and vtk put it into field data.
+TEST_F(SurfaceFile, WhoseFieldDataSayRasIsTurnedToLps) {
+    const auto surface = ball_surface(50.0, {10.0, 20.0, 30.0});
+    std::string points, triangles, offsets;
+    for (const auto &p : surface.points)
+        points += fmt::format("{} {} {}\n", p.x(), p.y(), p.z());
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+        const auto &[a, b, c] = surface.triangles[t];
+        triangles += fmt::format("{} {} {}\n", a, b, c);
+        offsets += fmt::format("{} ", 3 * t + 3);
+    }
+    const auto polydata = [&](const std::string &field) {
+        return "# vtk DataFile Version 4.2\nball\nASCII\nDATASET POLYDATA\n" + field +
+               fmt::format("POINTS {} double\n", surface.points.size()) + points +
+               fmt::format("POLYGONS {} {}\n", surface.triangles.size(), 4 * surface.triangles.size());
+    };
+    auto rows = std::string();
+    for (const auto &[a, b, c] : surface.triangles)
+        rows += fmt::format("3 {} {} {}\n", a, b, c);
+    std::ofstream(directory_ / "ras.vtk") << polydata("FIELD FieldData 1\nSPACE 1 1 string\nRAS\n") << rows;
+    std::ofstream(directory_ / "lps.vtk") << polydata("FIELD FieldData 1\nSPACE 1 1 string\nLPS\n") << rows;
+    std::ofstream(directory_ / "ras.vtp")
+        << "<?xml version=\"1.0\"?><VTKFile type=\"PolyData\" version=\"0.1\" "
+           "byte_order=\"LittleEndian\"><PolyData><FieldData>"
+           "<Array type=\"String\" Name=\"SPACE\" NumberOfTuples=\"1\" format=\"ascii\">82 65 83 0</Array></FieldData>"
+        << fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfPolys=\"{}\">", surface.points.size(),
+                       surface.triangles.size())
+        << "<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">" << points
+        << "</DataArray></Points><Polys><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">" << triangles
+        << "</DataArray><DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">" << offsets
+        << "</DataArray></Polys></Piece></PolyData></VTKFile>";
+    for (const auto &[name, sign] : {std::pair{"ras.vtk", -1.0}, {"ras.vtp", -1.0}, {"lps.vtk", 1.0}}) {
+        SCOPED_TRACE(name);
+        const auto [back, remarks] = read(name);
+        EXPECT_EQ(remarks.size(), sign < 0.0 ? 1U : 0U);
+        core::Vector3 middle = core::Vector3::Zero();
+        for (const auto &point : back.points)
+            middle += point / static_cast<double>(back.points.size());
+        EXPECT_LT((middle - core::Vector3(sign * 10.0, sign * 20.0, 30.0)).norm(), 1e-3);
+    }
+}
+
+TEST_F(SurfaceFile, OfSeveralClosedPartsIsALesionEach) {
+    auto parts = together(ball_surface(10.0), ball_surface(8.0, {40.0, 0.0, 0.0}));
+    parts = together(std::move(parts), ball_surface(6.0, {0.0, 40.0, 0.0}));
+    parts = together(std::move(parts), ball_surface(5.5, {1.0, 45.3, 2.0})); // cuts the one before
+    write_ply(directory_ / "a.ply", parts);
+    std::vector<std::string> remarks;
+    const auto lesions = read_lesions(directory_ / "a.ply", remarks);
+    ASSERT_EQ(lesions.size(), 3U);
+    EXPECT_NEAR(meshes::enclosed_volume(lesions[0]) / meshes::enclosed_volume(ball_surface(10.0)), 1.0, 1e-4);
+    EXPECT_NEAR(meshes::enclosed_volume(lesions[1]) / meshes::enclosed_volume(ball_surface(8.0)), 1.0, 1e-4);
+    expect_one(remarks, "1 parts that cut the largest one are united with it");
+}
+
+/// Each was made to end a library by a signal, or to keep it busy.
+TEST_F(SurfaceFile, ThatEndsALibraryIsRefused) {
+    std::ofstream(directory_ / "index.ply")
+        << "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+           "element face 2\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 "
+           "90000\n";
+    std::ofstream(directory_ / "corners.off") << "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n1900000000 0 1 2\n";
+    for (const char *name : {"index.ply", "corners.off"})
+        EXPECT_NE(refusal(name).find(name), std::string::npos) << refusal(name);
+}
+
 TEST_F(SurfaceFile, MayBeTheBoundaryOfTetrahedra) {
     const auto mesh = tests::box_mesh({0.2, 0.1, 0.1}, {4, 2, 2});
     meshes::write_msh(directory_ / "box.msh", mesh);
@@ -289,6 +356,9 @@ TEST(VoxelsWithin, HaveTheVolumesOfTheSurfaces) {
     EXPECT_NEAR((volumes[0] + volumes[1]) / meshes::enclosed_volume(liver), 1.0, 2e-3);
     EXPECT_LT(volumes[1], meshes::enclosed_volume(lesion));
     EXPECT_GT(volumes[1], 0.6 * meshes::enclosed_volume(lesion));
+    ASSERT_EQ(voxels.remarks.size(), 1U);
+    EXPECT_NE(voxels.remarks[0].find("are outside the liver and are left out"), std::string::npos) << voxels.remarks[0];
+    EXPECT_TRUE(voxels_within({liver, ball_surface(0.012)}, 0.8e-3).remarks.empty()) << "all of it is inside";
 }
 
 TEST(VoxelsWithin, RefuseALesionElsewhere) {

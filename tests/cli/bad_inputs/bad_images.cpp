@@ -84,6 +84,22 @@ BadInput surface_in(std::string name, std::string what, const std::string &file,
             .files = {{file, std::move(text)}}};
 }
 
+/// The header of a MetaImage of a thousand voxels, but for where they are.
+const std::string meta_image = "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
+                               "CompressedData = False\nElementSpacing = 2 2 2\nDimSize = 10 10 10\n"
+                               "ElementType = MET_UCHAR\n";
+
+BadInput image_in(std::string name, std::string what, const std::string &file, std::string text, std::string place,
+                  std::string remedy) {
+    return {.name = std::move(name),
+            .what = std::move(what),
+            .arguments = "mesh --labels " + file + " -o out.msh",
+            .file = file + ": ",
+            .place = std::move(place),
+            .remedy = std::move(remedy),
+            .files = {{file, std::move(text)}}};
+}
+
 BadInput surface(std::string name, std::string what, std::string text, std::string place, std::string remedy) {
     return {.name = std::move(name),
             .what = std::move(what),
@@ -198,6 +214,18 @@ std::vector<BadInput> bad_images() {
         surface("SurfaceThatCutsItself", "a surface that cuts itself",
                 stl(octahedron({"1 0 0", "-1 0 0", "0 1 0", "0 -1 0", "0.9 0.3 -0.8", "0 0 -1"})), "cuts itself at (",
                 "repair it"),
+        image_in("PatternOfNames", "a MetaImage whose pattern of names is none", "seg.mhd",
+                 meta_image + "ElementDataFile = %s%s%n 1 10 1\n", "is no pattern", "export or copy it again"),
+        image_in("DeviceOfVoxels", "a MetaImage that names a device", "seg.mhd",
+                 meta_image + "ElementDataFile = /dev/zero\n", "is no plain file", "export or copy it again"),
+        image_in("NegativeDimensions", "a MetaImage of minus two dimensions", "seg.mha",
+                 replaced(meta_image, "NDims = 3", "NDims = -2") + "ElementDataFile = LOCAL\nxxxxxxxxxx\n", "",
+                 "export it again"),
+        surface_in(
+            "CornerOutOfRange", "a surface with a corner that is not there", "liver.ply",
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement "
+            "face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 90000\n",
+            "", "export"),
         surface_in("RandomVtp", "random bytes as VTP", "liver.vtp", random_bytes(), "cannot be converted",
                    "export the surface as STL"),
         surface_in("TruncatedPolydata", "VTK polydata that were cut off", "liver.vtk",

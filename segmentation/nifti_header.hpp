@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace livermark::segmentation {
+
+/// What a NIfTI-1 header says of voxels and their place: https://nifti.nimh.nih.gov/nifti-1/
+struct NiftiHeader {
+    bool is_swapped = false;  ///< whether the other byte order wrote it
+    int bits_per_voxel = 0;   ///< as they are stored, whatever a slope makes of them
+    double data_offset = 0.0; ///< [byte]
+    int qform_code = 0;       ///< 0 if it says nothing
+    int sform_code = 0;
+    Eigen::Vector3d spacing = {1.0, 1.0, 1.0}; ///< between voxels along the axes, of which the qform is made [mm]
+    Eigen::Matrix3d sform = Eigen::Matrix3d::Identity().eval(); ///< columns: from voxel to voxel along each axis [mm]
+};
+
+/// @return nothing if the file has no such header
+std::optional<NiftiHeader> read_nifti_header(const std::filesystem::path &file);
+
+/// A sentence if both forms are there and give the voxels different sizes.
+std::vector<std::string> doubts_about_forms(const NiftiHeader &header);
+
+/// Degrees by which the pair of axes that is farthest from a right angle misses it, and a clause that names the pair.
+struct AxesOff {
+    double degrees = 0.0;
+    std::string text;
+};
+AxesOff off_right_angles(const Eigen::Matrix3d &axes);
+
+/// Headers with few digits have axes that are not quite at right angles, which ITK refuses. Copies the file with the
+/// nearest axes that are.
+/// @param to  a .nii file
+void write_with_right_angles(const std::filesystem::path &file, const NiftiHeader &header,
+                             const std::filesystem::path &to);
+
+} // namespace livermark::segmentation
