@@ -1,12 +1,16 @@
 #include "cli/image_bodies.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <fmt/format.h>
 
+#include "cli/body_sources.hpp"
 #include "cli/segment.hpp"
 #include "studies/catalogue.hpp"
 #include "studies/run/output_folder.hpp"
+#include "support/file_ending.hpp"
+#include "support/fnv_hash.hpp"
 #include "support/input_error.hpp"
 #include "support/mpi_session.hpp"
 #include "support/root_folder.hpp"
@@ -17,6 +21,28 @@ namespace livermark::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Whether a body file is that of these sources.
+bool is_made_of(const BodySources &sources, const fs::path &body_file) {
+    try {
+        const auto known = sources_in(body_file);
+        return known && known->is_same_body(sources);
+    } catch (const support::InputError &) {
+        return false; // damaged, so nothing to take
+    }
+}
+
+/// The body file of these sources: the one that is there, or a name that no other body has.
+fs::path place_of(const fs::path &folder, const std::string &stem, const BodySources &sources) {
+    const auto plain = folder / (stem + ".toml");
+    std::error_code error;
+    if (!fs::exists(plain, error) || is_made_of(sources, plain))
+        return plain;
+    support::FnvHash hash;
+    hash.add(sources.options);
+    hash.add(sources.content);
+    return folder / fmt::format("{}_{:08x}.toml", stem, static_cast<std::uint32_t>(hash.value() >> 32));
+}
 
 /// Body files that are made in the output folder.
 class Mesher {
@@ -35,13 +61,19 @@ class Mesher {
                             "{}`, and give the body file",
                             source, option));
         const auto folder = studies::make_output_folder(output_, "");
-        const auto body_file = folder / (stem + ".toml");
-        if (fs::exists(body_file) && !force_) {
+        const auto sources = sources_of(command);
+        const auto body_file = place_of(folder, stem, sources);
+        const bool has_mesh = fs::exists(fs::path(body_file).replace_extension(".msh"));
+        if (has_mesh && is_made_of(sources, body_file) && !force_) {
             fmt::print(stderr, "livermark: {} is taken for {}; say --force to mesh it anew\n", body_file.string(),
                        source);
             return body_file.string();
         }
-        command.output = (folder / (stem + ".msh")).string();
+        if (body_file.stem() != stem)
+            fmt::print(stderr,
+                       "livermark: {} is of another content than {}, so this body is called {}; results of both stay\n",
+                       (folder / (stem + ".toml")).string(), source, body_file.stem().string());
+        command.output = fs::path(body_file).replace_extension(".msh").string();
         command.command_line = command_line_;
         command.force = true;
         command.table = stderr;
@@ -68,8 +100,10 @@ std::string stem_of_image(const std::string &body) {
     if (fs::is_directory(path, error) && path.extension() != ".toml")
         return (path.has_filename() ? path : path.parent_path()).filename().string();
     const auto name = path.filename().string();
-    for (const std::string_view ending : {".nii.gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd", ".dcm"})
-        if (name.size() > ending.size() && name.ends_with(ending))
+    const auto lower = support::lower_case(name);
+    for (const std::string_view ending :
+         {".nii.gz", ".hdr.gz", ".img.gz", ".nii", ".hdr", ".img", ".nrrd", ".nhdr", ".mha", ".mhd", ".dcm"})
+        if (name.size() > ending.size() && lower.ends_with(ending))
             return name.substr(0, name.size() - ending.size());
     return {};
 }

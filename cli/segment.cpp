@@ -3,11 +3,16 @@
 #include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
+#include <iterator>
 #include <map>
+#include <numeric>
 #include <optional>
+#include <span>
 #include <string_view>
 
+#include "cli/body_sources.hpp"
 #include "core/bounding_box.hpp"
+#include "core/plausible_liver.hpp"
 #include "meshes/mesh_figures.hpp"
 #include "meshes/mesh_reader.hpp"
 #include "meshes/msh_reader.hpp"
@@ -68,17 +73,9 @@ std::string arguments_of(const std::string &command_line) {
     return space == std::string::npos ? "" : without_force(command_line).substr(space);
 }
 
-bool is_newer(const fs::path &file, const fs::path &than) {
-    std::error_code error;
-    const auto time = fs::last_write_time(file, error);
-    return !error && time > fs::last_write_time(than, error);
-}
-
 /// Looks whether a body is there already.
-/// @param sources  what it is made of
 /// @return its exit status if the same command has made it of the same files; nothing if it is to be made
-std::optional<int> made_before(const SegmentCommand &command, const fs::path &body_file,
-                               const std::vector<std::string> &sources) {
+std::optional<int> made_before(const SegmentCommand &command, const fs::path &body_file) {
     if (command.force || !fs::exists(body_file))
         return std::nullopt;
     const auto body = support::parse_toml(support::read_text(body_file), body_file);
@@ -88,11 +85,13 @@ std::optional<int> made_before(const SegmentCommand &command, const fs::path &bo
         throw support::InputError(fmt::format(
             "{}: there is such a body already, of another command; say --force to write over it, or choose another -o",
             body_file.string()));
-    for (const auto &source : sources)
-        if (is_newer(source, body_file))
-            throw support::InputError(
-                fmt::format("{}: there is such a body already, and {} is newer; say --force to make it anew",
-                            body_file.string(), source));
+    const auto before = sources_in(body_file);
+    const auto now = sources_of(command);
+    if (!before || !before->is_same_body(now))
+        throw support::InputError(
+            fmt::format("{}: there is such a body already, and {} has changed since; say --force to make it anew",
+                        body_file.string(),
+                        fmt::join(command.labels.empty() ? command.surfaces : std::vector{command.labels}, " or ")));
     tell(fmt::format("{} is there, made by the same command; --force makes it anew", body_file.string()));
     fmt::print(command.table, "{}", meshes::to_text(meshes::mesh_figures(meshes::read_msh(command.output))));
     int status = 0;
@@ -104,15 +103,24 @@ std::optional<int> made_before(const SegmentCommand &command, const fs::path &bo
     return status;
 }
 
+std::vector<std::string> doubts_about(const segmentation::Segmentation &voxels) {
+    const auto volumes = segmentation::region_volumes(voxels);
+    return core::doubts_about_liver(std::accumulate(volumes.begin(), volumes.end(), 0.0),
+                                    std::span(volumes).subspan(1));
+}
+
 int make_body(const SegmentCommand &command, const fs::path &body_file, const segmentation::Segmentation &voxels,
               const std::string &name) {
     for (const auto &remark : voxels.remarks)
         tell(remark);
+    for (const auto &doubt : doubts_about(voxels))
+        tell(doubt);
     tell(fmt::format("meshing {} regions with about {} tetrahedra", voxels.region_names.size(), command.tetrahedra));
     const auto body = segmentation::patient_body(voxels, command.tetrahedra);
     const fs::path mesh_file = command.output;
-    const auto toml =
-        segmentation::body_toml(body, voxels, name, mesh_file.filename().string(), without_force(command.command_line));
+    const auto toml = segmentation::body_toml(body, voxels, name, mesh_file.filename().string(),
+                                              without_force(command.command_line)) +
+                      sources_toml(sources_of(command));
     meshes::write_msh(mesh_file, body.mesh);
     support::write_whole(body_file, toml);
     fmt::print(command.table, "{}", meshes::to_text(meshes::mesh_figures(body.mesh)));
@@ -136,7 +144,7 @@ double unit_of(const SegmentCommand &command, const meshes::SurfaceMesh &liver, 
 
 int make_body_of_labels(const SegmentCommand &command) {
     const auto body_file = body_file_of(command.output); // refuses before long work
-    if (const auto status = made_before(command, body_file, {command.labels}))
+    if (const auto status = made_before(command, body_file))
         return *status;
     const auto image = segmentation::read_label_image(command.labels);
     std::size_t labelled = 0;
@@ -151,12 +159,17 @@ int make_body_of_labels(const SegmentCommand &command) {
 
 int make_body_of_surfaces(const SegmentCommand &command) {
     const auto body_file = body_file_of(command.output);
-    if (const auto status = made_before(command, body_file, command.surfaces))
+    if (const auto status = made_before(command, body_file))
         return *status;
     std::vector<meshes::SurfaceMesh> surfaces;
     std::vector<std::string> remarks;
-    for (const auto &file : command.surfaces)
-        surfaces.push_back(segmentation::read_surface(file, remarks));
+    surfaces.push_back(segmentation::read_surface(command.surfaces.front(), remarks));
+    for (const auto &file : std::span(command.surfaces).subspan(1)) {
+        auto lesions = segmentation::read_lesions(file, remarks);
+        if (lesions.size() > 1)
+            remarks.push_back(fmt::format("{}: its {} closed parts are a lesion each", file, lesions.size()));
+        std::ranges::move(lesions, std::back_inserter(surfaces));
+    }
     const double unit = unit_of(command, surfaces.front(), remarks);
     for (auto &surface : surfaces)
         for (auto &point : surface.points)
@@ -183,9 +196,18 @@ std::string figures_of_labels(const std::string &file) {
     for (const int label : image.label)
         if (label != 0)
             ++num_voxels[label];
-    for (const auto &[label, count] : num_voxels)
-        text += fmt::format("{:<17} {:.1f} mL\n", fmt::format("label {}", label),
-                            1e6 * static_cast<double>(count) * segmentation::voxel_volume(grid));
+    double volume = 0.0;
+    for (const auto &[label, count] : num_voxels) {
+        const double of_label = static_cast<double>(count) * segmentation::voxel_volume(grid);
+        const auto name = image.label_names.find(label);
+        volume += of_label;
+        text += fmt::format("{:<17} {:.1f} mL{}\n", fmt::format("label {}", label), 1e6 * of_label,
+                            name == image.label_names.end() ? "" : " " + name->second);
+    }
+    for (const auto &remark : image.remarks)
+        tell(remark);
+    for (const auto &doubt : core::doubts_about_liver(volume, {}))
+        tell(doubt);
     return text;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <system_error>
 
+#include "results/bodies_apart.hpp"
 #include "results/hdf5/file_kind.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "support/input_error.hpp"
@@ -56,6 +57,8 @@ std::vector<Result> read_results(std::span<const std::filesystem::path> paths) {
         throw support::InputError(
             fmt::format("{}: there are no result files here; make some with `livermark run`", fmt::join(names, ", ")));
     }
+    for (const auto &note : tell_bodies_apart(results))
+        fmt::print(stderr, "livermark: {}\n", note);
     return results;
 }
 

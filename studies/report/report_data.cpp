@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <iterator>
 #include <numeric>
 #include <system_error>
 #include <utility>
 
+#include "results/bodies_apart.hpp"
 #include "results/hdf5/arena_file.hpp"
 #include "results/hdf5/file_kind.hpp"
 #include "results/hdf5/result_file.hpp"
@@ -116,6 +118,13 @@ ReportData read_report_data(const std::filesystem::path &folder) {
                                               "--output {0}`",
                                               folder.string())
                                 : data.faults.front());
+    // Small and large deformations of one body are of one body.
+    std::vector<results::Result> all = std::move(data.results);
+    const auto num_small = static_cast<std::ptrdiff_t>(all.size());
+    std::ranges::move(data.large, std::back_inserter(all));
+    results::tell_bodies_apart(all);
+    data.results.assign(std::move_iterator(all.begin()), std::move_iterator(all.begin() + num_small));
+    data.large.assign(std::move_iterator(all.begin() + num_small), std::move_iterator(all.end()));
     sort_results(data);
     return data;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <iterator>
+#include <map>
 #include <memory>
 #include <optional>
 
@@ -62,9 +63,15 @@ ProblemSet read_all(const std::vector<std::string> &bodies, const std::vector<st
                     const meshes::MaterialOverride &material, bool may_leave_out) {
     ProblemSet set;
     std::optional<std::string> fault;
+    std::map<std::string, std::filesystem::path> file_of_name;
     const auto load_case_files = find_toml_files(load_cases, load_cases_folder, "load case");
     for (const auto &body_file : find_toml_files(bodies, bodies_folder, "body")) {
         const auto body = std::make_shared<const core::Body>(meshes::read_body(body_file, material));
+        const auto [named, is_new] = file_of_name.emplace(body->name, body_file);
+        if (!is_new)
+            throw support::InputError(
+                fmt::format("{} and {} are two bodies of one name, and their results would have one place; rename one",
+                            named->second.string(), body_file.string()));
         for (const auto &assumption : body->assumptions)
             set.notes.push_back(fmt::format("{}: {}", body->name, assumption));
         for (const auto &load_case_file : load_case_files) {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
@@ -24,6 +25,12 @@ class MadeAgain : public tests::ResultFolder {
             stream << fmt::format("{} {} {}\n", x + radius * p.x(), radius * p.y(), radius * p.z());
         for (const auto &t : ball.triangles)
             stream << fmt::format("3 {} {} {}\n", t[0], t[1], t[2]);
+    }
+
+    void write_hanging_case() const {
+        std::ofstream(directory_ / "hang.toml")
+            << "title = \"hang\"\ntarget_peak_displacement = 0.001\nacceleration = [0.0, 0.0, -0.1]\n[[condition]]\n"
+               "patch = \"right_lateral\"\ndisplacement = [0.0, 0.0, 0.0]\n";
     }
 
     tests::ChildEnd livermark(std::vector<std::string> words) const {
@@ -59,23 +66,54 @@ TEST_F(MadeAgain, TheSameCommandLeavesTheBodyAndAnotherIsRefusedUnlessForced) {
     EXPECT_EQ(livermark(other).status, 0) << "the same command but for --force";
 }
 
-TEST_F(MadeAgain, ASurfaceThatHasChangedIsSaid) {
+TEST_F(MadeAgain, ASurfaceOfAnotherContentIsSaidHoweverOldItsFileIs) {
     write_ball("liver.off", 70.0, 0.0);
     const std::vector<std::string> command{"mesh", "--surfaces", "liver.off", "--tetrahedra", "2000", "-o", "a.msh"};
     ASSERT_EQ(livermark(command).status, 0);
+    write_ball("liver.off", 75.0, 0.0);
     fs::last_write_time(directory_ / "liver.off",
-                        fs::last_write_time(directory_ / "a.toml") + std::chrono::seconds(10));
+                        fs::last_write_time(directory_ / "a.toml") - std::chrono::seconds(10));
     const auto end = livermark(command);
     EXPECT_EQ(end.status, 2);
-    EXPECT_TRUE(has(end.errors, "liver.off is newer; say --force to make it anew")) << end.errors;
+    EXPECT_TRUE(has(end.errors, "liver.off has changed since; say --force to make it anew")) << end.errors;
+}
+
+/// Bodies of a run into one folder are known by what they are made of.
+TEST_F(MadeAgain, TwoPatientsWithFilesOfOneNameAreTwoBodies) {
+    write_hanging_case();
+    const auto run = [&](const std::string &file) {
+        const auto end = livermark({"run", "--body", file, "--load-case", "hang.toml", "--model", "fem_p1",
+                                    "--no-uncertainty", "--output", "runs"});
+        EXPECT_EQ(end.status, 0) << end.errors;
+        return end;
+    };
+    const auto num_bodies = [&] {
+        return std::ranges::count_if(fs::directory_iterator(directory_ / "runs"), [](const fs::directory_entry &entry) {
+            return entry.path().extension() == ".toml" && fs::exists(fs::path(entry).replace_extension("") / "hang.h5");
+        });
+    };
+    for (const auto *patient : {"a", "b"})
+        fs::create_directories(directory_ / patient);
+    write_ball("a/liver.off", 70.0, 0.0);
+    write_ball("b/liver.off", 60.0, 0.0);
+    run("a/liver.off");
+    EXPECT_EQ(num_bodies(), 1);
+    EXPECT_TRUE(has(run("b/liver.off").errors, "liver.toml is of another content than b/liver.off"));
+    EXPECT_EQ(num_bodies(), 2);
+    EXPECT_TRUE(has(run("a/liver.off").errors, "runs/liver.toml is taken for a/liver.off"));
+    EXPECT_TRUE(has(run("b/liver.off").errors, "is taken for b/liver.off"));
+    EXPECT_EQ(num_bodies(), 2);
+    fs::rename(directory_ / "a" / "liver.off", directory_ / "liver.off");
+    EXPECT_TRUE(has(run("liver.off").errors, "runs/liver.toml is taken for liver.off")) << "the same content";
+    write_ball("liver.off", 71.0, 0.0);
+    run("liver.off");
+    EXPECT_EQ(num_bodies(), 3) << "an edited surface is another body";
 }
 
 TEST_F(MadeAgain, SurfacesOfALiverAndALesionGoStraightToTheTable) {
     write_ball("liver.off", 70.0, 0.0);
     write_ball("lesion.off", 20.0, 30.0);
-    std::ofstream(directory_ / "hang.toml")
-        << "title = \"hang\"\ntarget_peak_displacement = 0.001\nacceleration = [0.0, 0.0, -0.1]\n[[condition]]\n"
-           "patch = \"right_lateral\"\ndisplacement = [0.0, 0.0, 0.0]\n";
+    write_hanging_case();
     const std::vector<std::string> command{"run",       "--body",  "liver.off", "lesion.off",       "--load-case",
                                            "hang.toml", "--model", "fem_p1",    "--no-uncertainty", "--output",
                                            "runs"};
