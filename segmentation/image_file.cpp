@@ -224,8 +224,7 @@ ReadValues read_in_place_of(const fs::path &file, const fs::path &readable) {
 }
 
 /// NIfTI whose axes ITK takes for sheared is given to it with axes at right angles.
-ReadValues read_file(const fs::path &file) {
-    const support::ScratchFolder scratch;
+ReadValues read_file(const fs::path &file, const support::ScratchFolder &scratch) {
     const auto header = read_nifti_header(file);
     if (!header)
         return read_in_place_of(file, with_lower_ending(file, scratch));
@@ -247,8 +246,8 @@ ReadValues read_file(const fs::path &file) {
     return read;
 }
 
-LabelImage read_plain_image(const fs::path &file, const std::string &name) {
-    auto read = read_file(file);
+LabelImage read_plain_image(const fs::path &file, const std::string &name, const support::ScratchFolder &scratch) {
+    auto read = read_file(file, scratch);
     auto image = labels_of(*read.values, name);
     image.label_names = std::move(read.names);
     std::ranges::move(read.remarks, std::back_inserter(image.remarks));
@@ -342,7 +341,7 @@ template <class Pixel> void write_image(const fs::path &file, const ImageGrid &g
     }
 }
 
-LabelImage read_here(const fs::path &file) {
+LabelImage read_here(const fs::path &file, const support::ScratchFolder &scratch) {
     itk::Object::GlobalWarningDisplayOff(); // what matters of it is checked here
     gdcm::Trace::WarningOff();
     gdcm::Trace::ErrorOff();
@@ -351,7 +350,7 @@ LabelImage read_here(const fs::path &file) {
         auto name = file.has_filename() ? file.filename() : file.parent_path().filename();
         if (std::error_code error; fs::is_directory(file, error))
             return read_folder(file, name.string());
-        return is_dicom_file(file) ? read_segmentation_object(file) : read_plain_image(file, name.string());
+        return is_dicom_file(file) ? read_segmentation_object(file) : read_plain_image(file, name.string(), scratch);
     } catch (const itk::ExceptionObject & /*in words for programmers*/) {
         throw InputError(fmt::format("{}: cannot be read as an image; it may be damaged or cut off, so export it again",
                                      file.string()));
@@ -411,9 +410,15 @@ LabelImage read_label_image(const fs::path &file) {
         throw InputError(fmt::format("{}: cannot be read; see who may read it", file.string()));
     if (!fs::is_directory(status))
         support::check_readable(file);
+    else
+        for (const auto &entry : fs::directory_iterator(file, error))
+            if (std::error_code ignored; fs::is_other(entry.status(ignored)))
+                throw InputError(fmt::format("{}: '{}' in it is no plain file; remove it", file.string(),
+                                             entry.path().filename().string()));
+    const support::ScratchFolder scratch;     // of this process, which is there whatever becomes of the other
     constexpr double bytes_per_byte = 8000.0; // compressed to a thousandth, in floats and labels
     return unpacked(support::in_own_process(file, support::limits_for(file, bytes_per_byte),
-                                            [&] { return packed(read_here(file)); }));
+                                            [&] { return packed(read_here(file, scratch)); }));
 }
 
 void write_label_image(const fs::path &file, const LabelImage &image) {

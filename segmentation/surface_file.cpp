@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <fstream>
+#include <optional>
 #include <sstream>
 #include <string_view>
 #include <utility>
@@ -87,12 +88,21 @@ TriangleSoup read_plain(const fs::path &file, std::vector<std::string> &remarks)
     return soup;
 }
 
-TriangleSoup read_converted(const fs::path &file, std::vector<std::string> &remarks) {
-    const auto converted = support::convert_by_script(
+/// What a file of another format is converted to; nothing if it is read as it is.
+std::optional<support::Converted> converted_if_needed(const fs::path &file) {
+    if (is_first_msh(file) || is_plain(file))
+        return std::nullopt;
+    auto converted = support::convert_by_script(
         "convert_surface", file,
         fmt::format("export the surface as {}, and see that python3-meshio is installed", formats));
-    for (const auto &remark : converted.remarks)
-        remarks.push_back(fmt::format("{}: {}", file.string(), remark));
+    for (auto &remark : converted.remarks)
+        remark = fmt::format("{}: {}", file.string(), remark);
+    return converted;
+}
+
+TriangleSoup read_converted(const fs::path &file, const support::Converted &converted,
+                            std::vector<std::string> &remarks) {
+    remarks.insert(remarks.end(), converted.remarks.begin(), converted.remarks.end());
     std::istringstream text(converted.text);
     TriangleSoup soup;
     if (!CGAL::IO::read_OFF(text, soup.points, soup.triangles) || soup.triangles.empty())
@@ -101,10 +111,11 @@ TriangleSoup read_converted(const fs::path &file, std::vector<std::string> &rema
     return soup;
 }
 
-TriangleSoup read_soup(const fs::path &file, std::vector<std::string> &remarks) {
-    if (is_first_msh(file))
-        return boundary_of(file, remarks);
-    return is_plain(file) ? read_plain(file, remarks) : read_converted(file, remarks);
+TriangleSoup read_soup(const fs::path &file, const std::optional<support::Converted> &converted,
+                       std::vector<std::string> &remarks) {
+    if (converted)
+        return read_converted(file, *converted, remarks);
+    return is_plain(file) ? read_plain(file, remarks) : boundary_of(file, remarks);
 }
 
 /// Programs write which axes they mean into the first lines, or into field data, which the conversion tells.
@@ -175,9 +186,10 @@ ReadSurfaces unpacked_surfaces(const std::string &bytes) {
     return read;
 }
 
-ReadSurfaces read_surfaces_here(const fs::path &file, bool are_lesions) {
+ReadSurfaces read_surfaces_here(const fs::path &file, const std::optional<support::Converted> &converted,
+                                bool are_lesions) {
     ReadSurfaces read;
-    auto soup = read_soup(file, read.remarks);
+    auto soup = read_soup(file, converted, read.remarks);
     for (const auto &p : soup.points)
         if (!std::isfinite(p.x()) || !std::isfinite(p.y()) || !std::isfinite(p.z()))
             throw InputError(
@@ -202,9 +214,10 @@ std::vector<meshes::SurfaceMesh> read_apart(const fs::path &file, bool are_lesio
     if (!fs::exists(file, error))
         throw InputError(fmt::format("{}: there is no such file; check the path", file.string()));
     support::check_readable(file);
+    const auto converted = converted_if_needed(file);
     constexpr double bytes_per_byte = 2000.0; // exact numbers where triangles cut each other
     auto read = unpacked_surfaces(support::in_own_process(file, support::limits_for(file, bytes_per_byte), [&] {
-        return packed(read_surfaces_here(file, are_lesions));
+        return packed(read_surfaces_here(file, converted, are_lesions));
     }));
     remarks.insert(remarks.end(), read.remarks.begin(), read.remarks.end());
     return std::move(read.surfaces);

@@ -78,7 +78,7 @@ void limit(int resource, std::uint64_t value) {
 void put_limits(const ReaderLimits &limits) {
     limit(RLIMIT_CORE, 0);
     limit(RLIMIT_CPU, static_cast<std::uint64_t>(limits.seconds));
-    alarm(10U * static_cast<unsigned>(limits.seconds));
+    alarm(30U + 3U * static_cast<unsigned>(limits.seconds));
 #ifndef __SANITIZE_ADDRESS__ // which takes terabytes of address space for itself
     limit(RLIMIT_AS, address_space() + limits.bytes);
 #endif

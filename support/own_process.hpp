@@ -9,7 +9,7 @@ namespace livermark::support {
 
 /// What somebody else's reader may take for a file.
 struct ReaderLimits {
-    int seconds = 60;                             ///< of computing; ten times as long by the clock
+    int seconds = 60;                             ///< of computing; half a minute and three times as long by the clock
     std::uint64_t bytes = std::uint64_t{1} << 30; ///< beside what the process has
 };
 

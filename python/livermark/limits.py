@@ -1,12 +1,18 @@
 """What a conversion may take for a file that somebody else has made."""
+import os
 import resource
 
-SECONDS, BYTES = 300, 16 << 30
+LEAST_SECONDS, MOST_SECONDS, SECONDS_PER_BYTE = 20, 600, 1e-5
+LEAST_BYTES, MOST_BYTES, BYTES_PER_BYTE = 1 << 30, 16 << 30, 500  # beside what Python has
 
 
-def put_limits() -> None:
-    """Limits for this process; smaller ones that it has already stay."""
-    for kind, most in ((resource.RLIMIT_CPU, SECONDS), (resource.RLIMIT_AS, BYTES)):
+def put_limits(path: str) -> None:
+    """Limits for this process in proportion to a file; smaller ones that it has already stay."""
+    size = os.path.getsize(path) if os.path.isfile(path) else 0
+    with open("/proc/self/statm") as pages:
+        present = int(pages.read().split()[0]) * resource.getpagesize()
+    for kind, most in ((resource.RLIMIT_CPU, min(LEAST_SECONDS + SECONDS_PER_BYTE * size, MOST_SECONDS)),
+                       (resource.RLIMIT_AS, present + min(LEAST_BYTES + BYTES_PER_BYTE * size, MOST_BYTES))):
         _, hard = resource.getrlimit(kind)
-        least = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        least = int(most) if hard == resource.RLIM_INFINITY else min(int(most), hard)
         resource.setrlimit(kind, (least, hard))
