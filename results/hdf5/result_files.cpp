@@ -1,6 +1,7 @@
 #include "results/hdf5/result_files.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <fmt/format.h>
 #include <string>
 #include <system_error>
@@ -23,7 +24,10 @@ void add_results_below(const std::filesystem::path &path, std::vector<Result> &r
             else if (auto result = read_result(file); !result.models.empty()) // modes have files of the same kind
                 results.push_back(std::move(result));
         } catch (const support::InputError &fault) {
-            fmt::print(stderr, "livermark: passed over: {}\n", support::shown(fault.what()));
+            std::string sentence = fault.what(); // with names out of the file
+            std::ranges::replace_if(
+                sentence, [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; }, ' ');
+            fmt::print(stderr, "livermark: passed over: {}\n", sentence);
         }
 }
 
