@@ -20,6 +20,7 @@
 #include <itkNrrdImageIO.h>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
 #include <unistd.h>
 
@@ -96,9 +97,11 @@ void check_header(itk::ImageIOBase &io, const fs::path &file) {
     check_all_there(file, voxels, bytes);
 }
 
+/// Headers with few digits are off by less; a tilted gantry by degrees.
+constexpr double most_degrees_off = 0.3;
+
 /// Refuses what cannot be, and makes the axes orthonormal to the last digit.
 void check_grid(ImageGrid &grid, const std::string &name, std::vector<std::string> &remarks) {
-    constexpr double most_degrees = 0.3; // headers with few digits; a tilted gantry shows in degrees
     for (unsigned d = 0; d < 3; ++d) {
         if (grid.size.at(d) < 2)
             throw InputError(fmt::format("{}: the image is {} voxel thick along axis {}; a body has three dimensions",
@@ -111,7 +114,7 @@ void check_grid(ImageGrid &grid, const std::string &name, std::vector<std::strin
     const auto off = off_right_angles(grid.direction);
     const Vector3 lengths = grid.direction.colwise().norm();
     if (!grid.origin.allFinite() || !lengths.allFinite() || !((lengths.array() - 1.0).abs() < 1e-2).all() ||
-        !(off.degrees <= most_degrees))
+        !(off.degrees <= most_degrees_off))
         throw InputError(fmt::format("{}: the axes of the image are not at right angles{}; resample it, as with 3D "
                                      "Slicer's module Resample Scalar/Vector/DWI Volume",
                                      name, off.text.empty() ? "" : " (" + off.text + ")"));
@@ -196,19 +199,37 @@ ReadValues read_values(const fs::path &file) {
     return read;
 }
 
-/// ITK goes by endings in lower case. A link has one, with links beside it to whatever a header may name.
-fs::path with_lower_ending(const fs::path &file, const support::ScratchFolder &scratch) {
+/// Whether ITK would take the axes for sheared where they are only rounded.
+bool has_rounded_axes(const NiftiHeader &header) {
+    constexpr double seen_by_itk = 0.005;
+    const double off = off_right_angles(header.sform).degrees;
+    return header.sform_code > 0 && off > seen_by_itk && off <= most_degrees_off;
+}
+
+std::string name_with_lower_ending(const fs::path &file) {
     const auto name = file.filename().string(), ending = file.extension().string();
-    const auto lower = name.substr(0, name.size() - ending.size()) + support::lower_case(ending);
-    if (lower == name)
+    return name.substr(0, name.size() - ending.size()) + support::lower_case(ending);
+}
+
+/// Whether something else is read in the place of a file.
+bool needs_a_copy(const fs::path &file) {
+    if (const auto header = read_nifti_header(file))
+        return has_rounded_axes(*header);
+    return name_with_lower_ending(file) != file.filename().string();
+}
+
+/// ITK goes by endings in lower case. A link has one, with links beside it to whatever a header may name.
+fs::path with_lower_ending(const fs::path &file, const fs::path &scratch) {
+    const auto lower = name_with_lower_ending(file);
+    if (scratch.empty())
         return file;
     std::error_code error;
     const auto whole = fs::absolute(file);
     for (auto entry = fs::directory_iterator(whole.parent_path(), error); !error && entry != fs::directory_iterator();
          entry.increment(error))
-        fs::create_symlink(entry->path(), scratch.path / entry->path().filename(), error);
-    fs::create_symlink(whole, scratch.path / lower, error);
-    return scratch.path / lower;
+        fs::create_symlink(entry->path(), scratch / entry->path().filename(), error);
+    fs::create_symlink(whole, scratch / lower, error);
+    return scratch / lower;
 }
 
 /// Reads a file that stands for another, which messages name.
@@ -224,18 +245,17 @@ ReadValues read_in_place_of(const fs::path &file, const fs::path &readable) {
 }
 
 /// NIfTI whose axes ITK takes for sheared is given to it with axes at right angles.
-ReadValues read_file(const fs::path &file, const support::ScratchFolder &scratch) {
+ReadValues read_file(const fs::path &file, const fs::path &scratch) {
     const auto header = read_nifti_header(file);
     if (!header)
         return read_in_place_of(file, with_lower_ending(file, scratch));
     const auto off = off_right_angles(header->sform);
     ReadValues read;
-    if (constexpr double seen_by_itk = 0.005, most_degrees = 0.3;
-        header->sform_code > 0 && off.degrees > seen_by_itk && off.degrees <= most_degrees) {
-        write_with_right_angles(file, *header, scratch.path / "image.nii");
-        read = read_in_place_of(file, scratch.path / "image.nii");
+    if (has_rounded_axes(*header)) {
+        write_with_right_angles(file, *header, scratch / "image.nii");
+        read = read_in_place_of(file, scratch / "image.nii");
         read.remarks.push_back(off.text + ", and are turned to the nearest axes at right angles");
-    } else if (header->sform_code > 0 && header->qform_code <= 0 && off.degrees > most_degrees) {
+    } else if (header->sform_code > 0 && header->qform_code <= 0 && off.degrees > most_degrees_off) {
         throw InputError(fmt::format("{}: the axes of the image are not at right angles ({}); resample it, as with 3D "
                                      "Slicer's module Resample Scalar/Vector/DWI Volume",
                                      file.string(), off.text));
@@ -246,7 +266,7 @@ ReadValues read_file(const fs::path &file, const support::ScratchFolder &scratch
     return read;
 }
 
-LabelImage read_plain_image(const fs::path &file, const std::string &name, const support::ScratchFolder &scratch) {
+LabelImage read_plain_image(const fs::path &file, const std::string &name, const fs::path &scratch) {
     auto read = read_file(file, scratch);
     auto image = labels_of(*read.values, name);
     image.label_names = std::move(read.names);
@@ -341,7 +361,7 @@ template <class Pixel> void write_image(const fs::path &file, const ImageGrid &g
     }
 }
 
-LabelImage read_here(const fs::path &file, const support::ScratchFolder &scratch) {
+LabelImage read_here(const fs::path &file, const fs::path &scratch) {
     itk::Object::GlobalWarningDisplayOff(); // what matters of it is checked here
     gdcm::Trace::WarningOff();
     gdcm::Trace::ErrorOff();
@@ -415,10 +435,13 @@ LabelImage read_label_image(const fs::path &file) {
             if (std::error_code ignored; fs::is_other(entry.status(ignored)))
                 throw InputError(fmt::format("{}: '{}' in it is no plain file; remove it", file.string(),
                                              entry.path().filename().string()));
-    const support::ScratchFolder scratch;     // of this process, which is there whatever becomes of the other
+    std::optional<support::ScratchFolder> scratch; // of this process, which is there whatever becomes of the other
+    if (!fs::is_directory(status) && needs_a_copy(file))
+        scratch.emplace();
     constexpr double bytes_per_byte = 8000.0; // compressed to a thousandth, in floats and labels
-    return unpacked(support::in_own_process(file, support::limits_for(file, bytes_per_byte),
-                                            [&] { return packed(read_here(file, scratch)); }));
+    return unpacked(support::in_own_process(file, support::limits_for(file, bytes_per_byte), [&] {
+        return packed(read_here(file, scratch ? scratch->path : fs::path()));
+    }));
 }
 
 void write_label_image(const fs::path &file, const LabelImage &image) {
