@@ -4,20 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <fmt/format.h>
 #include <gdcmTrace.h>
 #include <iterator>
 #include <itkGDCMImageIO.h>
 #include <itkGDCMSeriesFileNames.h>
-#include <itkImageFileReader.h>
-#include <itkImageFileWriter.h>
 #include <itkImageSeriesReader.h>
 #include <itkMetaDataObject.h>
-#include <itkMetaImageIO.h>
 #include <itkMultiThreaderBase.h>
-#include <itkNiftiImageIO.h>
-#include <itkNrrdImageIO.h>
 #include <limits>
 #include <map>
 #include <optional>
@@ -25,10 +19,9 @@
 #include <unistd.h>
 
 #include "segmentation/dicom_segmentation.hpp"
-#include "segmentation/image_bytes.hpp"
+#include "segmentation/image_values.hpp"
 #include "segmentation/nifti_header.hpp"
 #include "support/child_process.hpp"
-#include "support/file_ending.hpp"
 #include "support/input_error.hpp"
 #include "support/own_process.hpp"
 #include "support/packed_bytes.hpp"
@@ -42,63 +35,9 @@ namespace fs = std::filesystem;
 using core::Vector3;
 using support::InputError;
 
-/// Single precision holds every label exactly, and shows what is none.
-using Values = itk::Image<float, 3>;
-
-constexpr const char *formats =
-    "NIfTI (.nii, .nii.gz), NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), a DICOM segmentation or a folder with one "
-    "DICOM series";
 constexpr double metres_per_millimetre = 1e-3;
-constexpr double largest_image = 1 << 28;            // voxels; the largest abdominal scans have about this many
-constexpr double best_compression = 1100;            // zlib cannot do better
 constexpr double finest = 0.05e-3, coarsest = 20e-3; // [m]
 constexpr int max_labels_of_image = 1000;
-
-itk::ImageIOBase::Pointer reader_of(const fs::path &file) {
-    for (const itk::ImageIOBase::Pointer &io :
-         {itk::ImageIOBase::Pointer(itk::NiftiImageIO::New()), itk::ImageIOBase::Pointer(itk::NrrdImageIO::New()),
-          itk::ImageIOBase::Pointer(itk::MetaImageIO::New())})
-        if (io->CanReadFile(file.c_str()))
-            return io;
-    throw InputError(fmt::format("{}: this is no image that can be read here, or it is damaged from the start; give {}",
-                                 file.string(), formats));
-}
-
-/// What a header says must be possible before memory is asked for it.
-void check_header(itk::ImageIOBase &io, const fs::path &file) {
-    io.SetFileName(file.string());
-    io.ReadImageInformation();
-    const auto dimensions = io.GetNumberOfDimensions();
-    if (dimensions < 3)
-        throw InputError(fmt::format("{}: the image has {} dimensions; a segmentation of a body has three",
-                                     file.string(), dimensions));
-    for (unsigned d = 3; d < dimensions; ++d)
-        if (io.GetDimensions(d) > 1)
-            throw InputError(fmt::format("{}: the image is a series of {} volumes; give one of them", file.string(),
-                                         io.GetDimensions(d)));
-    if (io.GetNumberOfComponents() != 1)
-        throw InputError(fmt::format("{}: each voxel has {} values; export it as a label map with one label a voxel",
-                                     file.string(), io.GetNumberOfComponents()));
-    double voxels = 1.0;
-    for (unsigned d = 0; d < 3; ++d)
-        voxels *= static_cast<double>(io.GetDimensions(d));
-    if (!(voxels > 0.0 && voxels <= largest_image))
-        throw InputError(
-            fmt::format("{}: the header speaks of {:.3g} voxels; between 1 and {:.3g} can be read, so crop "
-                        "the image around the liver, or see whether the file is damaged",
-                        file.string(), voxels, largest_image));
-    const auto ending = support::file_ending(file);
-    const bool is_detached = ending == ".nhdr" || ending == ".mhd" || ending == ".hdr" || ending == ".img";
-    const double bytes = voxels * static_cast<double>(io.GetComponentSize());
-    if (!is_detached && bytes > best_compression * static_cast<double>(fs::file_size(file)))
-        throw InputError(fmt::format("{}: the header speaks of {:.0f} bytes, more than {} bytes of file can hold; the "
-                                     "file is damaged or cut off",
-                                     file.string(), bytes, fs::file_size(file)));
-    check_all_there(file, voxels, bytes);
-}
-
-/// Headers with few digits are off by less; a tilted gantry by degrees.
-constexpr double most_degrees_off = 0.3;
 
 /// Refuses what cannot be, and makes the axes orthonormal to the last digit.
 void check_grid(ImageGrid &grid, const std::string &name, std::vector<std::string> &remarks) {
@@ -164,110 +103,8 @@ LabelImage labels_of(const Values &values, const std::string &name) {
     return image;
 }
 
-/// 3D Slicer names its segments in the header: Segment0_LabelValue:=1, Segment0_Name:=Liver.
-std::map<int, std::string> segment_names(const itk::MetaDataDictionary &dictionary) {
-    constexpr int most_segments = 1000;
-    std::map<int, std::string> names;
-    for (int s = 0; s < most_segments; ++s) {
-        std::string label, name;
-        if (!itk::ExposeMetaData(dictionary, fmt::format("Segment{}_LabelValue", s), label))
-            break;
-        itk::ExposeMetaData(dictionary, fmt::format("Segment{}_Name", s), name);
-        if (const int number = std::atoi(label.c_str()); number > 0 && !name.empty())
-            names.emplace(number, name);
-    }
-    return names;
-}
-
-/// What is read of a file, and how.
-struct ReadValues {
-    Values::Pointer values;
-    std::map<int, std::string> names;
-    std::vector<std::string> remarks;
-};
-
-ReadValues read_values(const fs::path &file) {
-    const auto io = reader_of(file);
-    check_header(*io, file);
-    ReadValues read;
-    auto reader = itk::ImageFileReader<Values>::New();
-    reader->SetImageIO(io);
-    reader->SetFileName(file.string());
-    reader->Update();
-    read.names = segment_names(io->GetMetaDataDictionary());
-    read.values = reader->GetOutput();
-    return read;
-}
-
-/// Whether ITK would take the axes for sheared where they are only rounded.
-bool has_rounded_axes(const NiftiHeader &header) {
-    constexpr double seen_by_itk = 0.005;
-    const double off = off_right_angles(header.sform).degrees;
-    return header.sform_code > 0 && off > seen_by_itk && off <= most_degrees_off;
-}
-
-std::string name_with_lower_ending(const fs::path &file) {
-    const auto name = file.filename().string(), ending = file.extension().string();
-    return name.substr(0, name.size() - ending.size()) + support::lower_case(ending);
-}
-
-/// Whether something else is read in the place of a file.
-bool needs_a_copy(const fs::path &file) {
-    if (const auto header = read_nifti_header(file))
-        return has_rounded_axes(*header);
-    return name_with_lower_ending(file) != file.filename().string();
-}
-
-/// ITK goes by endings in lower case. A link has one, with links beside it to whatever a header may name.
-fs::path with_lower_ending(const fs::path &file, const fs::path &scratch) {
-    const auto lower = name_with_lower_ending(file);
-    if (scratch.empty())
-        return file;
-    std::error_code error;
-    const auto whole = fs::absolute(file);
-    for (auto entry = fs::directory_iterator(whole.parent_path(), error); !error && entry != fs::directory_iterator();
-         entry.increment(error))
-        fs::create_symlink(entry->path(), scratch / entry->path().filename(), error);
-    fs::create_symlink(whole, scratch / lower, error);
-    return scratch / lower;
-}
-
-/// Reads a file that stands for another, which messages name.
-ReadValues read_in_place_of(const fs::path &file, const fs::path &readable) {
-    try {
-        return read_values(readable);
-    } catch (const InputError &error) {
-        std::string text = error.what();
-        if (const auto at = text.find(readable.string()); at != std::string::npos)
-            text.replace(at, readable.string().size(), file.string());
-        throw InputError(text);
-    }
-}
-
-/// NIfTI whose axes ITK takes for sheared is given to it with axes at right angles.
-ReadValues read_file(const fs::path &file, const fs::path &scratch) {
-    const auto header = read_nifti_header(file);
-    if (!header)
-        return read_in_place_of(file, with_lower_ending(file, scratch));
-    const auto off = off_right_angles(header->sform);
-    ReadValues read;
-    if (has_rounded_axes(*header)) {
-        write_with_right_angles(file, *header, scratch / "image.nii");
-        read = read_in_place_of(file, scratch / "image.nii");
-        read.remarks.push_back(off.text + ", and are turned to the nearest axes at right angles");
-    } else if (header->sform_code > 0 && header->qform_code <= 0 && off.degrees > most_degrees_off) {
-        throw InputError(fmt::format("{}: the axes of the image are not at right angles ({}); resample it, as with 3D "
-                                     "Slicer's module Resample Scalar/Vector/DWI Volume",
-                                     file.string(), off.text));
-    } else {
-        read = read_values(file);
-    }
-    std::ranges::move(doubts_about_forms(*header), std::back_inserter(read.remarks));
-    return read;
-}
-
 LabelImage read_plain_image(const fs::path &file, const std::string &name, const fs::path &scratch) {
-    auto read = read_file(file, scratch);
+    auto read = read_image_values(file, scratch);
     auto image = labels_of(*read.values, name);
     image.label_names = std::move(read.names);
     std::ranges::move(read.remarks, std::back_inserter(image.remarks));
@@ -288,7 +125,7 @@ LabelImage read_folder(const fs::path &folder, const std::string &name) {
     if (series.size() != 1)
         throw InputError(fmt::format("{}: the folder holds {} DICOM series; give a folder with the one of the "
                                      "segmentation, or a file: {}",
-                                     folder.string(), series.size(), formats));
+                                     folder.string(), series.size(), image_formats));
     const auto files = names->GetFileNames(series.front());
     if (files.size() == 1 && is_dicom_segmentation(files.front()))
         return read_segmentation_object(files.front());
@@ -306,59 +143,6 @@ LabelImage read_folder(const fs::path &folder, const std::string &name) {
                                      "export the series again",
                                      folder.string(), deviation));
     return labels_of(*reader->GetOutput(), name);
-}
-
-template <class Pixel> void write_image(const fs::path &file, const ImageGrid &grid, const std::vector<Pixel> &pixels) {
-    support::check_place(file);
-    const auto name = file.filename().string();
-    itk::ImageIOBase::Pointer io;
-    if (name.ends_with(".nii") || name.ends_with(".nii.gz"))
-        io = itk::NiftiImageIO::New();
-    else if (name.ends_with(".nrrd"))
-        io = itk::NrrdImageIO::New();
-    else if (name.ends_with(".mha"))
-        io = itk::MetaImageIO::New();
-    else
-        throw InputError(fmt::format("{}: no such format can be written; end the name in .nii.gz, .nii, .nrrd or .mha",
-                                     file.string()));
-    using Image = itk::Image<Pixel, 3>;
-    auto image = Image::New();
-    typename Image::SizeType size;
-    typename Image::SpacingType spacing;
-    typename Image::PointType origin;
-    typename Image::DirectionType direction;
-    for (unsigned d = 0; d < 3; ++d) {
-        size[d] = static_cast<itk::SizeValueType>(grid.size.at(d));
-        spacing[d] = grid.spacing[d] / metres_per_millimetre;
-        origin[d] = grid.origin[d] / metres_per_millimetre;
-        for (unsigned c = 0; c < 3; ++c)
-            direction(c, d) = grid.direction(c, d);
-    }
-    image->SetRegions(size);
-    image->SetSpacing(spacing);
-    image->SetOrigin(origin);
-    image->SetDirection(direction);
-    image->Allocate();
-    std::ranges::copy(pixels, image->GetBufferPointer());
-    // ITK goes by the end of the name, so the temporary one differs at its start.
-    const auto temporary = file.parent_path() / fmt::format(".partial-{}-{}", getpid(), name);
-    auto writer = itk::ImageFileWriter<Image>::New();
-    writer->SetImageIO(io);
-    writer->SetInput(image);
-    writer->SetFileName(temporary.string());
-    writer->UseCompressionOn();
-    std::error_code error;
-    try {
-        writer->Update();
-        fs::rename(temporary, file);
-    } catch (const itk::ExceptionObject & /*in words for programmers*/) {
-        fs::remove(temporary, error);
-        throw InputError(
-            fmt::format("{}: cannot be written; make room on the disk or choose another place", file.string()));
-    } catch (const fs::filesystem_error &failure) {
-        fs::remove(temporary, error);
-        throw InputError(fmt::format("{}: cannot be put there ({})", file.string(), failure.code().message()));
-    }
 }
 
 LabelImage read_here(const fs::path &file, const fs::path &scratch) {
@@ -442,14 +226,6 @@ LabelImage read_label_image(const fs::path &file) {
     return unpacked(support::in_own_process(file, support::limits_for(file, bytes_per_byte), [&] {
         return packed(read_here(file, scratch ? scratch->path : fs::path()));
     }));
-}
-
-void write_label_image(const fs::path &file, const LabelImage &image) {
-    write_image(file, image.grid, image.label);
-}
-
-void write_scan(const fs::path &file, const Scan &scan) {
-    write_image(file, scan.grid, scan.grey_value);
 }
 
 } // namespace livermark::segmentation
