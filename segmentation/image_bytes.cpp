@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <fstream>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <zlib.h>
 
@@ -59,15 +60,6 @@ std::string trimmed(const std::string &text) {
     return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r") + 1 - first);
 }
 
-/// What a header names has to be a file: devices and pipes never end.
-fs::path plain_data_file(const fs::path &header, const std::string &name) {
-    auto path = header.parent_path() / name;
-    std::error_code ignored;
-    if (const auto status = fs::status(path, ignored); fs::exists(status) && !fs::is_regular_file(status))
-        refuse(header, fmt::format("'{}', which it names for its voxels, is no plain file", support::shown(name)));
-    return path;
-}
-
 /// Such as "slice_%03d.raw 1 40 1": the first word goes to printf, which believes whatever it says.
 bool is_pattern_of_one_number(const std::string &data_file) {
     const auto word = data_file.substr(0, data_file.find(' '));
@@ -101,7 +93,7 @@ void check_meta_image(const fs::path &file, double data_bytes) {
     else if (data_file.find('%') != std::string::npos && !is_pattern_of_one_number(data_file))
         refuse(file, fmt::format("'{}' is no pattern for the names of its slices", support::shown(data_file)));
     else if (data_file != "LIST" && data_file.find('%') == std::string::npos)
-        present = static_cast<double>(fs::file_size(plain_data_file(file, data_file), error));
+        present = static_cast<double>(fs::file_size(file.parent_path() / data_file, error));
     else
         return; // a file for each slice: ITK misses one that is not whole
     if (error)
@@ -112,6 +104,24 @@ void check_meta_image(const fs::path &file, double data_bytes) {
 }
 
 } // namespace
+
+void check_named_files(const fs::path &file) {
+    constexpr int most_lines = 1000;
+    std::ifstream stream(file, std::ios::binary);
+    std::string line;
+    for (int l = 0; l < most_lines && std::getline(stream, line) && !line.empty() && line != "\r"; ++l) {
+        std::ranges::replace_if(
+            line, [](char c) { return c == '=' || c == ':' || c == '\r'; }, ' ');
+        std::istringstream words(line);
+        for (std::string word; words >> word && word.size() < 4096;) {
+            if (word == "LOCAL")
+                return; // voxels follow
+            std::error_code ignored;
+            if (fs::is_other(fs::status(file.parent_path() / word, ignored)))
+                refuse(file, fmt::format("'{}', which its header names, is no plain file", support::shown(word)));
+        }
+    }
+}
 
 void check_all_there(const fs::path &file, double num_voxels, double data_bytes) {
     const auto name = support::lower_case(file.filename().string());

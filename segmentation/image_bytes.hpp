@@ -6,10 +6,14 @@ namespace livermark::segmentation {
 
 /// NIfTI and MetaImage files that were cut off come out of ITK with the rest as zeros: a liver without its top. Does
 /// the file hold as many bytes of voxels as its header says? Formats of which ITK takes care itself pass.
-/// A header that names a device, or a pattern of names that printf cannot be given, is refused as well.
+/// A pattern of names that printf cannot be given is refused as well.
 /// @param data_bytes  of the voxels
 /// @throws support::InputError
 void check_all_there(const std::filesystem::path &file, double num_voxels, double data_bytes);
+
+/// Headers of NRRD and MetaImage may name files of voxels: devices and pipes among them never end.
+/// @throws support::InputError for what is no plain file
+void check_named_files(const std::filesystem::path &file);
 
 /// The same for the pixels of a DICOM file, of which GDCM makes up what is not there.
 /// @param data_bytes  length of the pixel data element

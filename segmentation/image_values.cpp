@@ -10,6 +10,7 @@
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 
+#include "segmentation/dicom_segmentation.hpp"
 #include "segmentation/image_bytes.hpp"
 #include "segmentation/nifti_header.hpp"
 #include "support/file_ending.hpp"
@@ -104,6 +105,8 @@ ReadValues read_in_place_of(const fs::path &file, const fs::path &readable) {
 } // namespace
 
 void check_header(itk::ImageIOBase &io, const fs::path &file) {
+    if (!fs::is_directory(file) && !read_nifti_header(file) && !is_dicom_file(file))
+        check_named_files(file);
     io.SetFileName(file.string());
     io.ReadImageInformation();
     const auto dimensions = io.GetNumberOfDimensions();

@@ -161,7 +161,9 @@ TEST_F(ImageFile, ThatEndsALibraryIsRefused) {
         << std::string(1000, 'x');
     std::ofstream(directory_ / "key.nrrd") << "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\n"
                                            << "space: " << std::string(1500, 's') << "\nencoding: ascii\n\n1\n";
-    for (const char *name : {"pattern.mhd", "device.mhd", "dimensions.mha", "infinite.mha", "key.nrrd"})
+    std::ofstream(directory_ / "device.nhdr") << "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n"
+                                                 "data file: /dev/tty\n";
+    for (const char *name : {"pattern.mhd", "device.mhd", "device.nhdr", "dimensions.mha", "infinite.mha", "key.nrrd"})
         EXPECT_NE(refusal(directory_ / name).find(name), std::string::npos) << refusal(directory_ / name);
 }
 
