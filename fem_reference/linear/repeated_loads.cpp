@@ -1,6 +1,7 @@
 #include "fem_reference/linear/repeated_loads.hpp"
 
 #include <fmt/format.h>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -73,6 +74,7 @@ RepeatedLoads::Solution RepeatedLoads::solve(const core::LoadCase &load_case, st
     for (int node = 0; node < num_mesh_nodes; ++node)
         for (int i = 0; i < 3; ++i)
             solution.displacement[node][i] = found.displacement[3 * system.mesh_node[node] + i];
+    solution.work = std::inner_product(conditions.load.begin(), conditions.load.end(), found.displacement.begin(), 0.0);
     last.clear();
     if (solution.has_converged)
         last = std::move(found.displacement);

@@ -39,6 +39,7 @@ class RepeatedLoads {
         bool is_unique = false; ///< whether what is constrained keeps the body from moving as a rigid one
         bool has_converged = false;
         int iterations = 0;                      ///< 0 with a factor
+        double work = 0.0;                       ///< sum of f_i . u_i over all nodes of the elements [J]
         std::vector<core::Vector3> displacement; ///< (N) of the mesh nodes [m]; empty unless unique
     };
 

@@ -55,10 +55,12 @@ TEST(RepeatedLoads, AgreeWithTheStaticSolverWithAndWithoutAFactor) {
             const auto exact = factor.solve(load_case, last_of_factor);
             EXPECT_TRUE(exact.has_converged);
             EXPECT_LT(relative_error(exact.displacement, solution.displacement), 1e-9);
+            EXPECT_NEAR(exact.work, 2.0 * solution.strain_energy, 1e-9 * exact.work);
             const auto near = levels.solve(load_case, last_of_levels);
             EXPECT_TRUE(near.has_converged);
             EXPECT_GT(near.iterations, 1);
             EXPECT_LT(relative_error(near.displacement, solution.displacement), 1e-4) << poisson_ratio;
+            EXPECT_NEAR(near.work, exact.work, 1e-4 * exact.work);
         }
     }
 }
