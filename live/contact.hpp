@@ -3,8 +3,11 @@
 #include <functional>
 #include <vector>
 
+#include "core/round_load.hpp"
 #include "live/surface.hpp"
 
+/// How a tool touches the surface: over a disc, as the round tools of load cases do, so that a tool of one radius means
+/// the same here and there, and on any mesh.
 namespace livermark::live {
 
 /// A rigid sphere without friction.
@@ -13,22 +16,67 @@ struct Sphere {
     double radius = 0.0;                          ///< [m]
 };
 
-/// Where a node is now [m].
+/// Where a node is now, or what else a node has [m].
 using PositionOf = std::function<core::Vector3(int node)>;
 
-/// Triangles that a sphere can reach before anything has moved by the margin, given where everything is now.
-std::vector<int> near_triangles(const Surface &surface, const Sphere &sphere, double margin,
-                                const PositionOf &position_of);
+/// A point of the surface at rest.
+struct Place {
+    core::Vector3 point = core::Vector3::Zero();    ///< [m]
+    core::Vector3 outwards = core::Vector3::Zero(); ///< normal of the surface there, of any length
+    int triangle = -1;                              ///< of the surface, that the point is in
+};
 
-/// Pressure that grows with how deep the surface is in the sphere, over each triangle as the sum over 16 equal parts of
-/// it, each pushed away from the centre at its middle:
-///   f = p A_part (r - |x - c|) (x - c) / |x - c|   where |x - c| < r.
-/// It is the gradient of an energy, so it adds none to the motion. Triangles whose outside looks away from the sphere
-/// are on the far side of the body, and are left alone.
-/// @param triangles  of near_triangles()
-/// @param modulus    p [Pa/m]
-/// @param load       what it is added to
-void add_contact(const Surface &surface, const std::vector<int> &triangles, const Sphere &sphere, double modulus,
-                 const PositionOf &position_of, Load &load);
+/// What a tool touches: forces are spread over it as a round load is (core/round_load.hpp), and where it is now is the
+/// mean with the same weights.
+struct Disc {
+    Place place;                ///< its middle
+    core::RoundLoad shape;      ///< around that
+    std::vector<int> triangles; ///< of the surface that it reaches, and that face the way of its middle
+    std::vector<double> share;  ///< what each takes of a force on the disc; they add up to one
+    std::vector<int> nodes;     ///< of these triangles, each once
+    std::vector<double> weight; ///< what each takes, by linear shape functions; they add up to one
+};
+
+/// @param points  shape (N), at rest [m]
+Place place_of_node(const Surface &surface, const std::vector<core::Vector3> &points, int node);
+
+/// Triangles that a disc of this radius can reach whose middle is no further than the margin from a point, all at rest.
+std::vector<int> triangles_around(const Surface &surface, const std::vector<core::Vector3> &points,
+                                  const core::Vector3 &point, double radius, double margin);
+
+/// @param near  triangles, of triangles_around()
+/// @return on the triangle of the place alone where it is too small for the mesh to be seen
+Disc disc_around(const Surface &surface, const std::vector<core::Vector3> &points, const std::vector<int> &near,
+                 const Place &place, double radius);
+
+/// Mean of a nodal field over a disc.
+core::Vector3 mean_over(const Disc &disc, const PositionOf &field);
+
+/// Mean outward unit normal of the surface over a disc, weighted with the round load.
+core::Vector3 mean_normal(const Disc &disc, const Surface &surface, const PositionOf &position_of);
+
+/// Puts a force on a disc, in place of what was loaded before.
+void put_force(const Disc &disc, const core::Vector3 &force, Load &load);
+
+/// A sphere that touches one place of the surface. While it touches, the disc goes along under it: its middle m is
+/// where the sphere's centre c is straight above x = m + u, u being the mean displacement of the disc, along the normal
+/// of the disc. Where it does not, m is the nearest point of the surface as it is deformed now.
+struct SphereContact {
+    Disc disc;
+    std::vector<int> near;                            ///< see triangles_around()
+    core::Vector3 near_point = core::Vector3::Zero(); ///< around which these are [m]
+    bool touches = false;
+    double first_depth = 0.0; ///< how deep it was in the surface if it was put down in it [m]
+    double time = 0.0;        ///< since the touch began [s]
+    int num_misses = 0;       ///< how often it has not touched since it was taken up
+};
+
+/// Moves the disc on, and tells how deep the sphere is in the surface.
+/// @param displacement_of  of nodes now [m]
+/// @return along the force of the sphere on the body, (r - |c - x|) long [m]: with a stiffness as a factor, the force
+/// is the gradient of an energy of the displacement while the disc stays. It is zero where the sphere does not touch,
+/// or is put down with its centre below the surface.
+core::Vector3 penetration(SphereContact &contact, const Surface &surface, const std::vector<core::Vector3> &points,
+                          const Sphere &sphere, const PositionOf &displacement_of);
 
 } // namespace livermark::live

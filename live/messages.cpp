@@ -101,6 +101,8 @@ std::string frame_bytes(const Frame &frame, double seconds) {
     append(bytes, frame.time);
     append_vector(bytes, frame.tool);
     append_vector(bytes, frame.force);
+    append_vector(bytes, load.shape.middle);
+    append(bytes, load.triangles.empty() ? 0.0 : load.shape.radius);
     for (const double number :
          {frame.indentation, frame.smallest_volume, frame.largest_speed, static_cast<double>(frame.restarts), seconds,
           count(frame.displacement), count(load.nodes), count(load.triangles)})

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <numbers>
 #include <utility>
 
 #include "core/bounding_box.hpp"
@@ -16,8 +15,14 @@ namespace livermark::live {
 namespace {
 
 constexpr int most_steps = 10000;
-/// What the surface of a body resists for each metre that a probe is in it, in Young's moduli by the probe's radius.
-constexpr double contact_stiffening = 20.0;
+/// How stiff the contact of a tool with its disc is, at most [N/m]: the strongest coupling draws a pull 6 mm from what
+/// it holds, and presses a probe 3 mm into the surface.
+constexpr double stiffest_contact = 6000.0, stiffest_grip = 2000.0;
+/// How deep a probe is in the surface until its contact is as stiff as that: what touches lightly is pressed softly, as
+/// by a pad of flesh, and does not rattle [m].
+constexpr double soft_depth = 0.002;
+/// What a probe exerts at most: where it rests, the coupling holds against it, which is half as strong [N].
+constexpr double strongest_contact = 2.0 * strongest_coupling;
 /// A tool of stiffness k at a node of mass m would ask for steps h with h^2 k / m < 4, which are shorter than the
 /// body's. So the node gets some of the mass of the tool while it touches, and h^2 k over what is added is
 constexpr double touched_part = 2.0;
@@ -25,15 +30,11 @@ constexpr double touched_part = 2.0;
 constexpr double coupled_part = 0.5;
 /// Where springs with an energy are pressed flatter than this, they get no stiffer: the guard is at work long before.
 constexpr double least_stretch = 0.4;
-/// A probe may be put down deep in the body: its pressure grows to what it should be in this time, so that it parts the
+/// A probe may be put down deep in the body: how deep that was counts less and less in this time, so that it parts the
 /// body and does not burst it [s].
 constexpr double soft_start = 0.02;
-constexpr double stiffest_grip = 2000.0; ///< [N/m]
 /// Steps that are divided after something was pressed: to change their length at each oscillation would add energy.
 constexpr int num_divided = 16;
-/// The triangles near a probe are found again after so many steps; nothing moves further meanwhile than the margin.
-constexpr int steps_between_searches = 8;
-constexpr double search_margin = 0.008; ///< [m]
 /// A body that has moved by so many times its size is lost.
 constexpr double largest_motion = 1.0;
 
@@ -52,7 +53,6 @@ Scene::Scene(core::Body body, const std::vector<bool> &is_constrained, int num_t
     check_body(body_, is_constrained);
     surface_ = touchable_surface(body_.mesh, is_constrained);
     is_constrained_ = constrained_nodes(body_.mesh, is_constrained);
-    tool_stiffness_.assign(body_.mesh.points.size(), 0.0);
     extent_ = core::extent(body_.mesh.points);
     load_ = no_load(surface_);
 }
@@ -76,7 +76,6 @@ Chosen Scene::choose(const Settings &settings) {
         next->set_state(steps_->state());
     steps_ = std::move(next);
     node_mass_ = parts.body.node_mass;
-    young_modulus_ = settings.young_modulus;
     time_step_ = chosen.time_step;
     num_parts_ = static_cast<int>(std::ceil(chosen.time_step / chosen.pressed_time_step - 1e-6));
     fit_tool();
@@ -95,53 +94,58 @@ void Scene::take_up(const Tool &tool) {
     if (is_same)
         return;
     take_load_off();
-    tool_time_ = 0.0;
-    num_touches_ = 0;
+    contact_ = {};
     divided_steps_ = num_divided; // it is not known yet how far it presses
     proxy_ = {.position = tool.target, .target = tool.target};
     if (tool.kind == ToolKind::pull) {
-        grip_ = grip_around(surface_, body_.mesh.points, tool.node, tool.radius);
-        proxy_.position = proxy_.target = mean_over(grip_, surface_, [&](int i) { return position(i); });
+        const auto &points = body_.mesh.points;
+        const auto place = place_of_node(surface_, points, tool.node);
+        const auto near = triangles_around(surface_, points, place.point, tool.radius, 0.0);
+        contact_.disc = disc_around(surface_, points, near, place, tool.radius);
+        proxy_.position = proxy_.target =
+            mean_over(contact_.disc, [&](int i) { return steps_->displacement(i); }) + place.point;
     }
     fit_tool();
 }
 
 /// How stiff the tool is.
 void Scene::fit_tool() {
-    std::ranges::fill(tool_stiffness_, 0.0);
     const double bearable = coupled_part * coupling_mass / (time_step_ * time_step_); // [N/m]
+    tool_stiffness_ = std::min(tool_.kind == ToolKind::probe ? stiffest_contact : stiffest_grip, bearable);
+}
+
+/// From where the body is now [N].
+/// @param part  of a step that it is for [s]
+core::Vector3 Scene::force_of_tool(double part) {
+    const auto displacement_of = [&](int node) { return steps_->displacement(node); };
     if (tool_.kind == ToolKind::probe) {
-        const double half_sphere = 2.0 * std::numbers::pi * tool_.radius * tool_.radius;
-        contact_modulus_ = std::min(contact_stiffening * young_modulus_ / tool_.radius, bearable / half_sphere);
-        for (const int node : surface_.nodes)
-            tool_stiffness_[node] = contact_modulus_ * surface_.nodal_area[node];
+        const bool touched = contact_.touches;
+        const auto inwards =
+            penetration(contact_, surface_, body_.mesh.points, {proxy_.position, tool_.radius}, displacement_of);
+        contact_.time = touched ? contact_.time + part : 0.0;
+        const double pardoned = contact_.first_depth * std::max(0.0, 1.0 - contact_.time / soft_start);
+        const double depth = inwards.norm() - pardoned;
+        touching_stiffness_ = tool_stiffness_ * std::clamp(depth / soft_depth, 0.0, 1.0);
+        if (depth <= 0.0)
+            return core::Vector3::Zero();
+        // Of energies k d^3 / (6 s) up to a depth s, and k d (d - s) / 2 beyond but for a constant.
+        const double way = depth < soft_depth ? 0.5 * depth * depth / soft_depth : depth - 0.5 * soft_depth;
+        return std::min(tool_stiffness_ * way, strongest_contact) * inwards.normalized();
     }
-    if (tool_.kind == ToolKind::pull) {
-        auto unit = no_load(surface_);
-        add_pull(grip_, surface_, core::Vector3::UnitX(), unit);
-        grip_stiffness_ = std::min(stiffest_grip, bearable);
-        for (const int node : unit.nodes)
-            tool_stiffness_[node] = grip_stiffness_ * unit.nodal[node].x();
-    }
+    touching_stiffness_ = tool_stiffness_;
+    const auto &disc = contact_.disc;
+    return tool_stiffness_ * (proxy_.position - disc.place.point - mean_over(disc, displacement_of));
 }
 
 /// The forces of the tool, from where the body is now.
 /// @param part  of a step that they are for [s]
 void Scene::touch(double part) {
     const auto before = load_.nodes;
-    clear(load_);
-    const auto position_of = [&](int node) { return position(node); };
-    tool_time_ += part;
-    if (tool_.kind == ToolKind::probe) {
-        const Sphere sphere{proxy_.position, tool_.radius};
-        if (num_touches_++ % steps_between_searches == 0)
-            near_ = near_triangles(surface_, sphere, search_margin, position_of);
-        const double modulus = contact_modulus_ * std::min(1.0, tool_time_ / soft_start);
-        add_contact(surface_, near_, sphere, modulus, position_of, load_);
-    } else {
-        const core::Vector3 gripped = mean_over(grip_, surface_, position_of);
-        add_pull(grip_, surface_, grip_stiffness_ * (proxy_.position - gripped), load_);
-    }
+    const auto force = force_of_tool(part);
+    if (force.isZero(0.0))
+        clear(load_);
+    else
+        put_force(contact_.disc, force, load_);
     for (const int node : before)
         if (load_.nodal[node].isZero(0.0)) {
             steps_->set_load(node, core::Vector3::Zero());
@@ -152,9 +156,11 @@ void Scene::touch(double part) {
 
 /// Puts the load on the nodes, and what of the tool's mass they move with.
 void Scene::carry_load(double part) {
-    for (const int node : load_.nodes) {
+    const auto &disc = contact_.disc;
+    for (std::size_t k = 0; k < disc.nodes.size() && !load_.nodes.empty(); ++k) {
+        const int node = disc.nodes[k];
         steps_->set_load(node, load_.nodal[node]);
-        steps_->set_mass(node, node_mass_[node] + part * part * tool_stiffness_[node] / touched_part);
+        steps_->set_mass(node, node_mass_[node] + part * part * touching_stiffness_ * disc.weight[k] / touched_part);
     }
 }
 
@@ -179,15 +185,11 @@ core::Vector3 Scene::feel(const Tool &tool, int num_steps) {
         throw support::InputError(fmt::format("{} steps at once; ask for 0 to {}", num_steps, most_steps));
     check_tool(tool, surface_);
     take_up(tool);
-    // What a pull draws to its target is the node; the rest of what it holds stays around it.
-    const core::Vector3 goal = tool.kind == ToolKind::pull
-                                   ? core::Vector3(tool.target + grip_.rest - body_.mesh.points[tool.node])
-                                   : tool.target;
     for (int i = 0; i < num_steps; ++i) {
         const int parts = divided_steps_ > 0 ? num_parts_ : 1;
         divided_steps_ = std::max(0, divided_steps_ - 1);
         for (int k = 0; k < parts; ++k)
-            step(goal, time_step_ / parts);
+            step(tool.target, time_step_ / parts);
     }
     time_ += num_steps * time_step_;
     return -load_.total;
@@ -253,9 +255,8 @@ void Scene::keep() {
     kept_ = {.state = steps_->state(),
              .tool = tool_,
              .proxy = proxy_,
-             .grip = grip_,
+             .contact = contact_,
              .load = load_,
-             .tool_time = tool_time_,
              .divided_steps = divided_steps_};
     // The digits of both parts of a number may be more than a double has: from here on it moves as when it is restored.
     steps_->set_state(kept_->state);
@@ -268,10 +269,8 @@ void Scene::restore() {
     steps_->set_state(kept_->state);
     tool_ = kept_->tool;
     proxy_ = kept_->proxy;
-    grip_ = kept_->grip;
+    contact_ = kept_->contact;
     load_ = kept_->load;
-    tool_time_ = kept_->tool_time;
-    num_touches_ = 0;
     divided_steps_ = kept_->divided_steps;
     // The time step may be another one by now.
     fit_tool();

@@ -6,17 +6,23 @@
 #include <vector>
 
 #include "core/problem.hpp"
+#include "live/contact.hpp"
+#include "live/tool.hpp"
 #include "live/virtual_coupling.hpp"
 #include "msm/kernels/fast_steps.hpp"
 
 namespace livermark::live {
 
+/// The springs that are taken unless somebody chooses others: the most accurate ones. The page has the same name in
+/// viewer/src/live/settings_panel.ts.
+inline constexpr const char *usual_springs = "nodal_neo_hookean";
+
 /// What may be chosen while a body moves.
 struct Settings {
-    std::string springs = "patch"; ///< of spring_names()
-    bool keeps_volume = true;      ///< springs carry lambda = mu, a nodal volume term the rest
-    double young_modulus = 0.0;    ///< of the region with the largest volume [Pa]; the others keep their ratio to it
-    double poisson_ratio = 0.45;   ///< of all regions, in [0, 0.49]; springs alone take no notice
+    std::string springs = usual_springs; ///< of spring_names()
+    bool keeps_volume = true;            ///< springs carry lambda = mu, a nodal volume term the rest
+    double young_modulus = 0.0;  ///< of the region with the largest volume [Pa]; the others keep their ratio to it
+    double poisson_ratio = 0.45; ///< of all regions, in [0, 0.49]; springs alone take no notice
     core::RayleighDamping damping{.alpha = 10.0, .beta = 0.0};
     double time_step = 0.0; ///< [s]; 0 takes the longest
 };
@@ -35,7 +41,9 @@ struct Frame {
     double time = 0.0;                           ///< since the start [s]
     core::Vector3 tool = core::Vector3::Zero();  ///< centre of the probe, or of what is pulled [m]
     core::Vector3 force = core::Vector3::Zero(); ///< of the body on the tool [N]
-    double indentation = 0.0;                    ///< sum of f_i . u_i / |sum of f_i| over the nodal forces [m]
+    /// How far the body gives way in the mean over the disc of the tool, weighted with what it exerts, along its force:
+    /// sum of f_i . u_i / |sum of f_i| over the nodal forces [m]; what a load case with `press` prescribes.
+    double indentation = 0.0;
     double smallest_volume = 1.0; ///< of a tetrahedron, as a part of its volume at rest; below 0 it is inverted
     double largest_speed = 0.0;   ///< of all nodes, and of the tool [m/s]
     int restarts = 0;             ///< how often the motion has left all bounds and was set back to rest
@@ -88,6 +96,7 @@ class Scene {
   private:
     void take_up(const Tool &tool);
     void fit_tool();
+    core::Vector3 force_of_tool(double part);
     void step(const core::Vector3 &goal, double part);
     void touch(double part);
     void carry_load(double part);
@@ -101,9 +110,8 @@ class Scene {
         msm::State state;
         Tool tool;
         Proxy proxy;
-        Grip grip;
+        SphereContact contact;
         Load load;
-        double tool_time;
         int divided_steps;
     };
 
@@ -116,20 +124,15 @@ class Scene {
 
     std::optional<msm::FastSteps> steps_;
     std::vector<double> node_mass_; ///< (N) [kg]
-    double young_modulus_ = 0.0;    ///< [Pa]
     double time_step_ = 0.0;        ///< [s]
     int num_parts_ = 1;             ///< of a step while something is pressed
     int divided_steps_ = 0;         ///< how many of the next steps are divided, because something was pressed
     long num_evaluations_ = 0;
     Tool tool_;
     Proxy proxy_;
-    Grip grip_;
-    std::vector<int> near_;              ///< triangles that the probe may reach
-    double tool_time_ = 0.0;             ///< since the tool was taken up [s]
-    int num_touches_ = 0;                ///< since the triangles near the tool were found anew
-    double contact_modulus_ = 0.0;       ///< [Pa/m]
-    double grip_stiffness_ = 0.0;        ///< [N/m]
-    std::vector<double> tool_stiffness_; ///< (N) of the tool where it touches a node, at most [N/m]
+    SphereContact contact_;           ///< of a pull its disc alone, which stays
+    double tool_stiffness_ = 0.0;     ///< between the tool and its disc, at most [N/m]
+    double touching_stiffness_ = 0.0; ///< the same as deep as the tool is now [N/m]
     Load load_;
     std::optional<Moment> kept_;
     double time_ = 0.0;

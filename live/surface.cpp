@@ -1,7 +1,5 @@
 #include "live/surface.hpp"
 
-#include <algorithm>
-
 namespace livermark::live {
 
 Surface touchable_surface(const core::TetraMesh &mesh, const std::vector<bool> &is_constrained) {
@@ -38,28 +36,6 @@ void clear(Load &load) {
     load.nodes.clear();
     load.triangles.clear();
     load.total.setZero();
-}
-
-void add_forces(Load &load, const Surface &surface, int triangle, const core::Vector3 &sum,
-                const std::array<core::Vector3, 3> &on_corner) {
-    // The list is as short as what one tool touches.
-    const auto add = [](std::vector<int> &list, int number) {
-        if (std::ranges::find(list, number) == list.end())
-            list.push_back(number);
-    };
-    add(load.triangles, triangle);
-    load.facet[triangle] += sum;
-    load.total += sum;
-    for (std::size_t a = 0; a < 3; ++a) {
-        const int node = surface.triangles[triangle][a];
-        add(load.nodes, node);
-        load.nodal[node] += on_corner[a];
-    }
-}
-
-void add_force(Load &load, const Surface &surface, int triangle, const core::Vector3 &force,
-               const std::array<double, 3> &share) {
-    add_forces(load, surface, triangle, force, {share[0] * force, share[1] * force, share[2] * force});
 }
 
 } // namespace livermark::live

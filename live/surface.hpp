@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "core/round_load.hpp"
 #include "core/tetra_mesh.hpp"
 
 namespace livermark::live {
@@ -26,6 +27,8 @@ struct Load {
     std::vector<core::Vector3> facet;            ///< (L) of each triangle of the surface [N]; zero but at the triangles
     std::vector<int> triangles;                  ///< that are loaded, each once
     core::Vector3 total = core::Vector3::Zero(); ///< [N]
+    /// How the force is spread, with the resultant `total`; looked at where there are triangles alone.
+    core::RoundLoad shape;
 };
 
 /// No load on anything.
@@ -33,15 +36,5 @@ Load no_load(const Surface &surface);
 
 /// Takes the forces off.
 void clear(Load &load);
-
-/// Puts forces on the corners of a triangle.
-/// @param sum  of them [N]
-void add_forces(Load &load, const Surface &surface, int triangle, const core::Vector3 &sum,
-                const std::array<core::Vector3, 3> &on_corner);
-
-/// Puts a force on a triangle, shared among its corners.
-/// @param share  of each corner; they add up to one
-void add_force(Load &load, const Surface &surface, int triangle, const core::Vector3 &force,
-               const std::array<double, 3> &share);
 
 } // namespace livermark::live

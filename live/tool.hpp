@@ -7,14 +7,14 @@ namespace livermark::live {
 /// What the tool does. The numbers are those of the messages.
 enum class ToolKind {
     none = 0,
-    probe = 1, ///< a sphere that follows the target and is stopped by the surface
-    pull = 2   ///< takes hold of the surface around a node and draws it to the target
+    probe = 1, ///< a sphere that follows the target and is stopped by the surface, on which it presses as a round tool
+    pull = 2   ///< takes hold of the surface around a node and draws it to the target, with the same weights
 };
 
 struct Tool {
     ToolKind kind = ToolKind::none;
     core::Vector3 target = core::Vector3::Zero(); ///< of the centre of the sphere, or of the node [m]
-    double radius = 0.01;                         ///< of the sphere, or of what is gripped [m], > 0
+    double radius = 0.012;                        ///< of the sphere, and of the disc that it presses or holds [m], > 0
     int node = 0;                                 ///< of the surface; looked at by a pull alone
 };
 

@@ -1,7 +1,6 @@
 #pragma once
 
-#include "live/contact.hpp"
-#include "live/tool.hpp"
+#include "core/tetra_mesh.hpp"
 
 namespace livermark::live {
 
@@ -26,21 +25,5 @@ void follow(Proxy &proxy, const core::Vector3 &target, double time_step);
 /// One step of symplectic Euler.
 /// @param force  of the body on the proxy [N]
 void advance(Proxy &proxy, const core::Vector3 &force, double time_step);
-
-/// What a pull grips: its part of the force on each triangle, largest at the node and zero at the radius.
-struct Grip {
-    std::vector<int> triangles;                 ///< of the surface; empty if the node is not on it
-    std::vector<double> share;                  ///< of each; they add up to one
-    core::Vector3 rest = core::Vector3::Zero(); ///< mean place of what the tool grips, at rest [m]
-};
-
-/// @param points  shape (N), at rest [m]
-Grip grip_around(const Surface &surface, const std::vector<core::Vector3> &points, int node, double radius);
-
-/// Mean of a nodal field over what the tool grips.
-core::Vector3 mean_over(const Grip &grip, const Surface &surface, const PositionOf &field);
-
-/// Puts a force on what the tool grips.
-void add_pull(const Grip &grip, const Surface &surface, const core::Vector3 &force, Load &load);
 
 } // namespace livermark::live

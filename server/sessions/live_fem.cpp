@@ -25,13 +25,15 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "messages are copied as they lie in memory");
 
-using Row = std::array<double, 4>; ///< facet, traction [Pa]
+constexpr double largest_radius = 1e3; // [m]
+
+using Row = std::array<double, 4>; ///< facet, traction [Pa]; the first one of a message: middle, radius [m]
 
 std::vector<Row> rows_of(const std::string &bytes) {
     if (bytes.size() % sizeof(Row) != 0)
         throw support::InputError(
-            fmt::format("the message has {} bytes, which are no whole rows; send a facet and three "
-                        "components of its traction as four float64 each",
+            fmt::format("the message has {} bytes, which are no whole rows; send the middle and the radius of "
+                        "a round load, then facets and three components of their tractions, as four float64 each",
                         bytes.size()));
     std::vector<Row> rows(bytes.size() / sizeof(Row));
     if (!rows.empty())
@@ -39,9 +41,23 @@ std::vector<Row> rows_of(const std::string &bytes) {
     return rows;
 }
 
+core::RoundLoad round_load(const Row &row) {
+    const auto [x, y, z, radius] = row;
+    const core::Vector3 middle(x, y, z);
+    if (!middle.allFinite() || !(radius > 0.0 && radius < largest_radius))
+        throw support::InputError(
+            fmt::format("a round load of radius {:g} m around ({:g}, {:g}, {:g}) m is none; send a "
+                        "finite middle, and a radius above 0 and below {:g} m",
+                        radius, x, y, z, largest_radius));
+    return {middle, radius};
+}
+
 /// @param factor  of all tractions
-core::LoadCase with_tractions(core::LoadCase load_case, std::span<const Row> rows, double factor) {
+core::LoadCase with_tractions(core::LoadCase load_case, const core::RoundLoad &shape, std::span<const Row> rows,
+                              double factor) {
     const auto num_facets = static_cast<int>(load_case.condition.size());
+    load_case.round_loads = {shape};
+    load_case.round_load.assign(num_facets, -1);
     std::vector<bool> is_taken(num_facets, false);
     for (std::size_t r = 0; r < rows.size(); ++r) {
         const auto [number, x, y, z] = rows[r];
@@ -60,13 +76,16 @@ core::LoadCase with_tractions(core::LoadCase load_case, std::span<const Row> row
             continue; // what pulls at all that is constrained moves nothing
         load_case.condition[facet] = core::FacetCondition::traction;
         load_case.value[facet] = factor * traction;
+        load_case.round_load[facet] = 0;
     }
     return load_case;
 }
 
-Message binary(const std::vector<Eigen::Vector3f> &displacement) {
-    const auto *bytes = reinterpret_cast<const char *>(displacement.data());
-    return {.is_binary = true, .bytes = {bytes, displacement.size() * sizeof(Eigen::Vector3f)}};
+Message binary(double work, const std::vector<Eigen::Vector3f> &displacement) {
+    const auto bytes_of = [](const auto *values, std::size_t count) {
+        return std::string(reinterpret_cast<const char *>(values), count * sizeof(*values));
+    };
+    return {.is_binary = true, .bytes = bytes_of(&work, 1) + bytes_of(displacement.data(), displacement.size())};
 }
 
 class LiveFem {
@@ -98,18 +117,20 @@ class LiveFem {
         const auto rows = rows_of(bytes);
         std::vector<Eigen::Vector3f> displacement(body_->mesh.points.size(), Eigen::Vector3f::Zero());
         if (rows.empty())
-            return binary(displacement);
-        const auto load_case = with_tractions(opened_.constrained, rows, 1.0 / stiffening_);
+            return binary(0.0, displacement);
+        const auto load_case = with_tractions(opened_.constrained, round_load(rows.front()), std::span(rows).subspan(1),
+                                              1.0 / stiffening_);
         if (!elements_)
             elements_ = SharedFem::of(body_, opened_.constrained, report_);
         const auto solution = elements_->solve(load_case, last_, report_);
-        std::ranges::transform(solution, displacement.begin(),
+        std::ranges::transform(solution.displacement, displacement.begin(),
                                [](const core::Vector3 &u) { return Eigen::Vector3f(u.cast<float>()); });
         if (!std::ranges::all_of(displacement, [](const Eigen::Vector3f &u) { return u.allFinite(); })) {
             last_.clear();
             throw support::InputError("the body moves farther than a float32 can say; send smaller tractions");
         }
-        return binary(displacement);
+        // The tractions were divided by the factor of the moduli; the displacements are those of the whole ones.
+        return binary(stiffening_ * solution.work, displacement);
     }
 
     LiveBody opened_;

@@ -7,15 +7,21 @@
 namespace livermark::server {
 
 /// What the live page compares its springs with: the solution of moving_reference_model, quadratic elements, for the
-/// same tractions on the same body, constrained as open_live_body() says. Messages and their replies:
+/// same round load on the same body, constrained as open_live_body() says. Messages and their replies:
 ///
 ///     young_modulus=<Pa>&poisson_ratio=<nu>   other materials, see live::with_material(); until then those of the file
 ///     chosen=fem_p2                           the model
 ///
-///     binary float64, little-endian (L,4)     facet, and the traction on it x y z [Pa]; each facet once at most
-///     binary float32, little-endian (N,3)     displacement of the nodes [m]
+///     binary float64, little-endian (1+L,4)   middle x y z of a round load and its radius [m] (core/round_load.hpp),
+///                                             then facet, and the mean traction on it x y z [Pa], which is spread as
+///                                             that load; each facet once at most
+///     binary, little-endian: float64          sum of f_i . u_i over the nodes of the elements, f being their forces
+///                                             [J]: over the resultant it is the displacement along it in the mean
+///                                             weighted with the tractions, as a load case with `press` prescribes it
+///             float32 (N,3)                   displacement of the nodes [m]
 ///
-/// What is not in the message has no traction; tractions on facets that are constrained move nothing. The first
+/// What is not in the message has no traction, and nothing has after a message without rows; tractions on facets that
+/// are constrained move nothing. The first
 /// solution pays for the factor of the stiffness, and so does the first one after another Poisson's ratio, unless
 /// another session has it already: they share it, see SharedFem. Solutions of several sessions wait for each other.
 /// Before a reply that takes long there are texts

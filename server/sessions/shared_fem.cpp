@@ -4,7 +4,6 @@
 #include <mutex>
 #include <utility>
 
-#include "fem_reference/linear/repeated_loads.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::server {
@@ -80,8 +79,8 @@ int SharedFem::count() {
     return static_cast<int>(std::ranges::count(known().all, false, &std::weak_ptr<SharedFem>::expired));
 }
 
-std::vector<core::Vector3> SharedFem::solve(const core::LoadCase &load_case, std::vector<double> &last,
-                                            const ReportProgress &report) {
+fem_reference::RepeatedLoads::Solution SharedFem::solve(const core::LoadCase &load_case, std::vector<double> &last,
+                                                        const ReportProgress &report) {
     const auto lock = alone(report);
     auto solution = impl_->loads.solve(load_case, last);
     if (!solution.is_unique)
@@ -90,7 +89,7 @@ std::vector<core::Vector3> SharedFem::solve(const core::LoadCase &load_case, std
             "result whose load case constrains it in all six ways");
     if (!solution.has_converged)
         throw support::InputError("the iterations do not come to an end; choose a smaller Poisson's ratio");
-    return std::move(solution.displacement);
+    return solution;
 }
 
 } // namespace livermark::server

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
+#include "fem_reference/linear/repeated_loads.hpp"
 #include "server/session.hpp"
 
 /// Finite elements that several sessions of the live page ask.
@@ -30,10 +31,10 @@ class SharedFem {
 
     /// @param load_case  constrains what was said
     /// @param last       of this session, see fem_reference::RepeatedLoads::solve()
-    /// @return shape (N) displacement of the nodes [m]
+    /// @return with displacements of the nodes, which have converged
     /// @throws support::InputError if the body is not constrained, or iterations do not come to an end
-    std::vector<core::Vector3> solve(const core::LoadCase &load_case, std::vector<double> &last,
-                                     const ReportProgress &report);
+    fem_reference::RepeatedLoads::Solution solve(const core::LoadCase &load_case, std::vector<double> &last,
+                                                 const ReportProgress &report);
 
   private:
     struct Impl;

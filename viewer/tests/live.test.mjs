@@ -133,9 +133,9 @@ test('what was done is saved step by step, with the numbers of the page', async 
   await set('nu', '0.3');
   await above('indentation', 0.001);
   const { head, rows } = await saved();
-  assert.equal(head.join(), 'kind,num_steps,tool,target_x,target_y,target_z,radius,node,law,keeps_volume,young_modulus,poisson_ratio,mass_damping,stiffness_damping,time_step,time,force_x,force_y,force_z,indentation,smallest_volume');
+  assert.equal(head.join(), 'kind,num_steps,tool,target_x,target_y,target_z,radius,node,law,keeps_volume,young_modulus,poisson_ratio,mass_damping,stiffness_damping,time_step,time,force_x,force_y,force_z,indentation,smallest_volume,disc_x,disc_y,disc_z');
   const chosen = rows.filter((row) => row.kind === 'choose');
-  assert.deepEqual(chosen.map((row) => [row.law, row.poisson_ratio]), [['patch', '0.45'], ['van_gelder', '0.45'], ['van_gelder', '0.3']]);
+  assert.deepEqual(chosen.map((row) => [row.law, row.poisson_ratio]), [['nodal_neo_hookean', '0.45'], ['van_gelder', '0.45'], ['van_gelder', '0.3']]);
   assert.ok(chosen.every((row) => Number(row.time_step) > 0));
   // Steps add up to the time, through all that was chosen.
   let [time, step] = [0, 0];

@@ -110,7 +110,7 @@ export function frameOf(answer) {
   let offset = 0;
   const number = () => view.getFloat64((offset += 8) - 8, true);
   const numbers = (count) => Array.from({ length: count }, number);
-  const frame = { time: number(), tool: numbers(3), force: numbers(3), indentation: number(), smallestVolume: number(), largestSpeed: number(), restarts: number() };
+  const frame = { time: number(), tool: numbers(3), force: numbers(3), disc: { middle: numbers(3), radius: number() }, indentation: number(), smallestVolume: number(), largestSpeed: number(), restarts: number() };
   number();
   const [numNodes, numLoaded, numFacets] = numbers(3);
   Object.assign(frame, {

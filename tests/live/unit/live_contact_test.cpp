@@ -1,9 +1,11 @@
+#include <cmath>
 #include <gtest/gtest.h>
-#include <numbers>
-#include <random>
+#include <string>
 
 #include "live/contact.hpp"
 #include "live/virtual_coupling.hpp"
+#include "load_cases/load_case_reader.hpp"
+#include "msm/nodal_conditions.hpp"
 #include "tests/test_meshes.hpp"
 
 namespace livermark::live {
@@ -11,104 +13,183 @@ namespace {
 
 using core::Vector3;
 
-/// A box of 40 x 40 x 10 mm whose sides can all be touched.
+constexpr double radius = 0.012; // [m]
+
+/// A box of 40 x 40 x 10 mm whose sides can be touched but for the bottom, and what its nodes have moved by.
 struct Box {
     core::TetraMesh mesh = tests::box_mesh({0.04, 0.04, 0.01}, {4, 4, 1});
-    Surface surface = touchable_surface(mesh, std::vector<bool>(mesh.boundary_triangles.size(), false));
-    double modulus = 2e6; // [Pa/m]
+    Surface surface = touchable_surface(mesh, [this] {
+        std::vector<bool> is_constrained;
+        for (const int patch : mesh.boundary_patch)
+            is_constrained.push_back(mesh.patch_names[patch] == "z_min");
+        return is_constrained;
+    }());
+    std::vector<Vector3> displacement = std::vector<Vector3>(mesh.points.size(), Vector3::Zero());
 
-    Load contact(const Sphere &sphere) const {
-        const auto position_of = [&](int node) { return mesh.points[node]; };
-        auto load = no_load(surface);
-        add_contact(surface, near_triangles(surface, sphere, 0.0, position_of), sphere, modulus, position_of, load);
-        return load;
-    }
-    /// A node in the middle of the top.
-    int top_node() const {
+    int node_at(const Vector3 &place) const {
         for (int i = 0; i < mesh.num_nodes(); ++i)
-            if ((mesh.points[i] - Vector3(0.02, 0.02, 0.01)).norm() < 1e-9)
+            if ((mesh.points[i] - place).norm() < 1e-9)
                 return i;
         return -1;
     }
+    /// In the middle of the top.
+    int top_node() const { return node_at({0.02, 0.02, 0.01}); }
+
+    Disc disc(const Place &place, double of_radius) const {
+        return disc_around(surface, mesh.points, triangles_around(surface, mesh.points, place.point, of_radius, 0.0),
+                           place, of_radius);
+    }
+    Disc on_top(double of_radius = radius) const {
+        return disc(place_of_node(surface, mesh.points, top_node()), of_radius);
+    }
+    Vector3 press(SphereContact &contact, const Sphere &sphere, int times = 1) const {
+        Vector3 found = Vector3::Zero();
+        for (int i = 0; i < times; ++i)
+            found = penetration(contact, surface, mesh.points, sphere, [&](int node) { return displacement[node]; });
+        return found;
+    }
+    /// Where the middle of a disc is now.
+    Vector3 now(const Disc &disc) const {
+        return disc.place.point + mean_over(disc, [&](int node) { return displacement[node]; });
+    }
 };
 
-/// Of the pressure over a triangle, cut into four by the middles of its edges, and each of these again.
-double contact_energy(const std::array<Vector3, 3> &corners, double area, const Sphere &sphere, double modulus,
-                      int num_cuts = 2) {
-    const auto &[a, b, c] = corners;
-    if (num_cuts == 0) {
-        const double depth = sphere.radius - ((a + b + c) / 3.0 - sphere.centre).norm();
-        return depth > 0.0 ? 0.5 * modulus * area * depth * depth : 0.0;
+void expect_on_top(const Box &box, const std::vector<int> &nodes) {
+    ASSERT_FALSE(nodes.empty());
+    for (const int node : nodes)
+        EXPECT_NEAR(box.mesh.points[node].z(), 0.01, 1e-12);
+}
+
+TEST(LiveDisc, SpreadsAForceAsTheLoadCaseOfThatRadiusDoes) {
+    const Box box;
+    const core::Problem problem{
+        .body = tests::make_body(box.mesh, {1060.0, 5e3, 0.45}),
+        .load_case = load_cases::parse_load_case(
+            "title = \"t\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"z_min\"\n"
+            "displacement = [0.0, 0.0, 0.0]\n[[condition]]\n"
+            "disc = { point = [0.017, 0.022, 0.01], radius = 0.012, profile = \"round\" }\n"
+            "force = [0.0, 0.0, -2.0]\n",
+            "tool.toml", box.mesh)};
+    const auto expected = msm::nodal_conditions(problem, std::vector<double>(box.mesh.points.size(), 0.0)).force;
+    SphereContact contact;
+    box.press(contact, {{0.017, 0.022, 0.01 + 0.9 * radius}, radius});
+    auto load = no_load(box.surface);
+    put_force(contact.disc, {0.0, 0.0, -2.0}, load);
+    const auto &tool = problem.load_case.round_loads.front();
+    EXPECT_NEAR((load.shape.middle - tool.middle).norm(), 0.0, 1e-12);
+    EXPECT_EQ(load.shape.radius, tool.radius);
+    for (std::size_t i = 0; i < expected.size(); ++i)
+        EXPECT_NEAR((load.nodal[i] - expected[i]).norm(), 0.0, 0.005 * 2.0) << i;
+    for (std::size_t t = 0; t < box.surface.triangles.size(); ++t) {
+        const int f = box.surface.facet[t];
+        const Vector3 traction = problem.load_case.value[f];
+        const Vector3 on_facet =
+            problem.load_case.round_load_on(f) ? Vector3(box.surface.area[t] * traction) : Vector3::Zero();
+        EXPECT_NEAR((load.facet[t] - on_facet).norm(), 0.0, 0.005 * 2.0) << t;
     }
-    const Vector3 ab = 0.5 * (a + b), bc = 0.5 * (b + c), ca = 0.5 * (c + a);
-    double energy = 0.0;
-    for (const auto &part : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
-        energy += contact_energy(part, area / 4.0, sphere, modulus, num_cuts - 1);
-    return energy;
+}
+
+TEST(LiveDisc, TakesWhatItSharesOutAndLeavesTheFarSideAlone) {
+    const Box box;
+    const auto disc = box.on_top(0.02); // reaches below the bottom
+    expect_on_top(box, disc.nodes);
+    const Vector3 force(0.3, -0.2, 1.0);
+    auto load = no_load(box.surface);
+    put_force(disc, {9.0, 9.0, 9.0}, load);
+    put_force(disc, force, load);
+    Vector3 over_nodes = Vector3::Zero(), over_facets = Vector3::Zero();
+    for (const auto &f : load.nodal)
+        over_nodes += f;
+    for (const auto &f : load.facet)
+        over_facets += f;
+    for (const auto &sum : {over_nodes, over_facets, load.total, mean_over(disc, [&](int) { return force; })})
+        EXPECT_NEAR((sum - force).norm(), 0.0, 1e-12);
+    const auto normal = mean_normal(disc, box.surface, [&](int node) { return box.mesh.points[node]; });
+    EXPECT_NEAR((normal - Vector3::UnitZ()).norm(), 0.0, 1e-12);
+}
+
+TEST(LiveDisc, IsOfItsTriangleAloneWhereTheMeshIsTooCoarseForIt) {
+    const Box box;
+    const Place place{
+        .point = {0.012, 0.021, 0.01}, .outwards = Vector3::UnitZ(), .triangle = box.on_top().triangles.front()};
+    const auto disc = box.disc(place, 1e-5);
+    EXPECT_EQ(disc.triangles.size(), 1U);
+    EXPECT_EQ(disc.nodes.size(), 3U);
+    const auto mean = mean_over(disc, [](int) { return Vector3(1.0, 2.0, 3.0); });
+    EXPECT_NEAR((mean - Vector3(1.0, 2.0, 3.0)).norm(), 0.0, 1e-12);
 }
 
 TEST(LiveContact, IsTheGradientOfAnEnergy) {
     Box box;
-    std::mt19937 random(1);
-    std::uniform_real_distribution<double> shift(-0.002, 0.002);
-    for (auto &x : box.mesh.points)
-        x += Vector3(shift(random), shift(random), shift(random));
-    const Sphere sphere{{0.017, 0.022, 0.016}, 0.009};
-    const auto load = box.contact(sphere);
+    SphereContact contact;
+    const Sphere sphere{{0.017, 0.022, 0.019}, radius};
+    for (std::size_t i = 0; i < box.displacement.size(); ++i)
+        box.displacement[i] = 5e-4 * Vector3(std::sin(1.0 * i), std::cos(2.0 * i), std::sin(3.0 * i));
+    const auto found = box.press(contact, sphere, 100);
+    ASSERT_TRUE(contact.touches);
+    const auto &disc = contact.disc;
     const auto energy = [&] {
-        double sum = 0.0;
-        for (std::size_t t = 0; t < box.surface.triangles.size(); ++t) {
-            const auto [a, b, c] = box.surface.triangles[t];
-            const auto &x = box.mesh.points;
-            if ((x[b] - x[a]).cross(x[c] - x[a]).dot(sphere.centre - (x[a] + x[b] + x[c]) / 3.0) > 0.0)
-                sum += contact_energy({x[a], x[b], x[c]}, box.surface.area[t], sphere, box.modulus);
-        }
-        return sum;
+        const double depth = sphere.radius - (box.now(disc) - sphere.centre).norm();
+        return 0.5 * depth * depth;
     };
-    ASSERT_GT(load.nodes.size(), 3U);
     const double step = 1e-7;
-    for (const int node : load.nodes)
+    for (std::size_t k = 0; k < disc.nodes.size(); ++k)
         for (int axis = 0; axis < 3; ++axis) {
-            double &x = box.mesh.points[node][axis];
-            const double before = x;
-            x = before + step;
+            double &u = box.displacement[disc.nodes[k]][axis];
+            const double before = u;
+            u = before + step;
             const double ahead = energy();
-            x = before - step;
+            u = before - step;
             const double behind = energy();
-            x = before;
-            EXPECT_NEAR(load.nodal[node][axis], -(ahead - behind) / (2.0 * step), 1e-5 * load.total.norm());
+            u = before;
+            EXPECT_NEAR(disc.weight[k] * found[axis], -(ahead - behind) / (2.0 * step), 1e-5 * found.norm());
         }
 }
 
-TEST(LiveContact, PushesTheSideThatLooksAtTheSphereAndNoOther) {
-    const Box box;
-    const auto load = box.contact({{0.02, 0.02, 0.015}, 0.02}); // reaches below the bottom
-    ASSERT_FALSE(load.triangles.empty());
-    Vector3 sum = Vector3::Zero(), over_facets = Vector3::Zero();
-    for (const int t : load.triangles) {
-        over_facets += load.facet[t];
-        for (const int node : box.surface.triangles[t])
-            EXPECT_NEAR(box.mesh.points[node].z(), 0.01, 1e-12);
-    }
-    for (const int node : load.nodes)
-        sum += load.nodal[node];
-    EXPECT_LT(load.total.z(), -1.0);
-    EXPECT_NEAR((sum - load.total).norm(), 0.0, 1e-12 * load.total.norm());
-    EXPECT_NEAR((over_facets - load.total).norm(), 0.0, 1e-12 * load.total.norm());
-}
-
-/// A shallow cap of a sphere in a plane displaces p times the volume of the cap.
-TEST(LiveContact, AddsUpToTheVolumeThatTheSphereTakes) {
+TEST(LiveContact, GoesAlongUnderASphereThatSlides) {
     Box box;
-    const double radius = 0.03, depth = 0.003;
-    const auto load = box.contact({{0.02, 0.02, 0.01 + radius - depth}, radius});
-    const double cap = std::numbers::pi * depth * depth * (radius - depth / 3.0);
-    EXPECT_NEAR(-load.total.z(), 2e6 * cap, 0.1 * 2e6 * cap);
+    SphereContact contact;
+    for (int i = 0; i < box.mesh.num_nodes(); ++i) // sheared and stretched
+        box.displacement[i] = {0.3 * box.mesh.points[i].z(), 0.5 * box.mesh.points[i].y(), 0.0};
+    Sphere sphere{{0.015, 0.020, 0.02}, radius};
+    for (int step = 0; step < 100; ++step) {
+        sphere.centre += Vector3(1e-4, 1e-4, 0.0);
+        box.press(contact, sphere);
+        EXPECT_TRUE(contact.touches);
+        EXPECT_LT((box.now(contact.disc) - sphere.centre).head<2>().norm(), 5e-4);
+    }
+    const auto found = box.press(contact, sphere, 50);
+    EXPECT_NEAR((box.now(contact.disc) - sphere.centre).head<2>().norm(), 0.0, 2e-4 * radius);
+    EXPECT_NEAR((found - Vector3(0.0, 0.0, -0.002)).norm(), 0.0, 1e-5);
 }
 
-TEST(LiveContact, LeavesAloneWhatTheSphereDoesNotReach) {
+TEST(LiveContact, LeavesAloneWhatTheSphereDoesNotReachOrHasItsCentreIn) {
     const Box box;
-    EXPECT_TRUE(box.contact({{0.02, 0.02, 0.03}, 0.0199}).triangles.empty());
+    for (const double height : {0.01 + 1.001 * radius, 0.01 - 0.001}) {
+        SphereContact contact;
+        EXPECT_TRUE(box.press(contact, {{0.02, 0.02, height}, radius}).isZero(0.0)) << height;
+        EXPECT_FALSE(contact.touches);
+    }
+}
+
+TEST(LiveContact, LosesASphereThatSlidesOffTheRimAndFindsTheSide) {
+    const Box box;
+    SphereContact contact;
+    Sphere sphere{{0.035, 0.02, 0.02}, radius};
+    box.press(contact, sphere);
+    ASSERT_TRUE(contact.touches);
+    double last = 0.002;
+    for (int step = 0; step < 400; ++step) {
+        sphere.centre += Vector3(5e-5, 0.0, 0.0);
+        const double depth = box.press(contact, sphere).norm();
+        EXPECT_NEAR(depth, last, 1e-4) << "it does not jump";
+        last = depth;
+    }
+    EXPECT_FALSE(contact.touches);
+    sphere.centre.z() = 0.005;
+    sphere.centre.x() = 0.04 + radius - 0.001;
+    const auto found = box.press(contact, sphere, 20);
+    EXPECT_NEAR((found - Vector3(-0.001, 0.0, 0.0)).norm(), 0.0, 1e-5);
 }
 
 TEST(LiveProxy, ComesToItsTargetWithoutSwinging) {
@@ -135,27 +216,6 @@ TEST(LiveProxy, IsNeitherStrongerNorFasterThanItMayBe) {
     EXPECT_NEAR(proxy.velocity.x(), strongest_coupling / coupling_mass * 1e-3, 1e-12);
     follow(proxy, {9.0, 0.0, 0.0}, 1e-3);
     EXPECT_NEAR(proxy.target.x(), 1.0 + fastest_target * 1e-3, 1e-12);
-}
-
-TEST(LiveGrip, HoldsTheSurfaceAroundItsNodeAndSharesTheForce) {
-    const Box box;
-    const auto grip = grip_around(box.surface, box.mesh.points, box.top_node(), 0.012);
-    ASSERT_GT(grip.triangles.size(), 4U);
-    for (const int t : grip.triangles)
-        for (const int node : box.surface.triangles[t])
-            EXPECT_NEAR(box.mesh.points[node].z(), 0.01, 1e-12) << "the far side is not held";
-    const Vector3 force(0.3, -0.2, 1.0);
-    auto load = no_load(box.surface);
-    add_pull(grip, box.surface, force, load);
-    EXPECT_NEAR((load.total - force).norm(), 0.0, 1e-12);
-    const auto mean = mean_over(grip, box.surface, [&](int) { return force; });
-    EXPECT_NEAR((mean - force).norm(), 0.0, 1e-12);
-}
-
-TEST(LiveGrip, HoldsTheTrianglesAtItsNodeHoweverSmallItIs) {
-    const Box box;
-    const auto grip = grip_around(box.surface, box.mesh.points, box.top_node(), 1e-3);
-    EXPECT_GE(grip.triangles.size(), 4U);
 }
 
 } // namespace

@@ -45,18 +45,20 @@ TEST(LiveMessages, SayWhatTheCallsSay) {
     EXPECT_EQ(number, chosen.time_step);
 
     const auto tool = box.poke(0.004);
-    const auto frame = called.move(tool, 100);
+    const auto frame = called.move(tool, 600);
     const auto bytes =
-        reply(*told, std::vector<double>{2, 1, tool.target.x(), tool.target.y(), tool.target.z(), tool.radius, 0, 100});
-    std::array<double, 15> head{};
+        reply(*told, std::vector<double>{2, 1, tool.target.x(), tool.target.y(), tool.target.z(), tool.radius, 0, 600});
+    std::array<double, 19> head{};
     ASSERT_GT(bytes.size(), sizeof head);
     std::memcpy(head.data(), bytes.data(), sizeof head);
     EXPECT_EQ(head[0], frame.time);
     EXPECT_EQ(Vector3(head[4], head[5], head[6]), frame.force);
-    EXPECT_EQ(head[7], frame.indentation);
-    EXPECT_EQ(head[9], frame.largest_speed);
+    EXPECT_EQ(Vector3(head[7], head[8], head[9]), frame.load.shape.middle);
+    EXPECT_EQ(head[10], tool.radius);
+    EXPECT_EQ(head[11], frame.indentation);
+    EXPECT_EQ(head[13], frame.largest_speed);
     EXPECT_GT(frame.largest_speed, 0.0);
-    EXPECT_EQ(head[12], box.body.mesh.num_nodes());
+    EXPECT_EQ(head[16], box.body.mesh.num_nodes());
     EXPECT_EQ(bytes.size(), sizeof head + sizeof(double) * 4 * (frame.load.nodes.size() + frame.load.triangles.size()) +
                                 sizeof(float) * 3 * box.body.mesh.num_nodes());
     EXPECT_TRUE(reply(*told, std::vector<double>{3}).empty());

@@ -27,15 +27,26 @@ namespace {
 namespace fs = std::filesystem;
 using Rows = std::vector<std::array<double, 4>>;
 
-server::Message binary(const Rows &rows) {
+/// How all tractions here are spread.
+const core::RoundLoad shape{{0.3, 0.2, 0.1}, 0.9};
+
+server::Message binary(Rows rows, const core::RoundLoad &load = shape) {
+    rows.insert(rows.begin(), {load.middle.x(), load.middle.y(), load.middle.z(), load.radius});
     return {true, {reinterpret_cast<const char *>(rows.data()), sizeof(rows[0]) * rows.size()}};
+}
+
+double work(const server::Message &reply) {
+    double value = 0.0;
+    std::memcpy(&value, reply.bytes.data(), sizeof value);
+    return value;
 }
 
 std::vector<Eigen::Vector3f> displacement(const server::Message &reply) {
     EXPECT_TRUE(reply.is_binary);
-    EXPECT_EQ(reply.bytes.size() % sizeof(Eigen::Vector3f), 0U);
-    std::vector<Eigen::Vector3f> rows(reply.bytes.size() / sizeof(Eigen::Vector3f));
-    std::memcpy(static_cast<void *>(rows.data()), reply.bytes.data(), reply.bytes.size());
+    const auto bytes = reply.bytes.size() - sizeof(double);
+    EXPECT_EQ(bytes % sizeof(Eigen::Vector3f), 0U);
+    std::vector<Eigen::Vector3f> rows(bytes / sizeof(Eigen::Vector3f));
+    std::memcpy(static_cast<void *>(rows.data()), reply.bytes.data() + sizeof(double), bytes);
     return rows;
 }
 
@@ -70,21 +81,27 @@ class LiveFemTest : public testing::Test {
     }
 
     /// The same by the model itself, on a body and a load case made here.
-    std::vector<core::Vector3> solved(const Rows &rows, double parenchyma, double tumour,
-                                      const std::array<double, 2> &poisson_ratios) const {
+    core::Solution solved(const Rows &rows, double parenchyma, double tumour,
+                          const std::array<double, 2> &poisson_ratios) const {
         auto body = std::make_shared<core::Body>(*result.problem.body);
         body->materials = {{1060.0, parenchyma, poisson_ratios[0]}, {1100.0, tumour, poisson_ratios[1]}};
         auto load_case = tests::empty_load_case(mesh);
         tests::prescribe(load_case, mesh, "x_min", core::Vector3::Zero());
+        load_case.round_loads = {shape};
+        load_case.round_load.assign(load_case.condition.size(), -1);
         for (const auto &[facet, x, y, z] : rows) {
+            load_case.round_load[static_cast<int>(facet)] = 0;
             load_case.condition[static_cast<int>(facet)] = core::FacetCondition::traction;
             load_case.value[static_cast<int>(facet)] = {x, y, z};
         }
         const auto models = models::all_models();
-        return std::ranges::find(models, "fem_p2", &core::Model::name)->solve({body, load_case}).displacement;
+        return std::ranges::find(models, "fem_p2", &core::Model::name)->solve({body, load_case});
     }
 
-    static void expect_same(const std::vector<Eigen::Vector3f> &found, const std::vector<core::Vector3> &expected) {
+    static void expect_same(const server::Message &reply, const core::Solution &solution) {
+        EXPECT_NEAR(work(reply), 2.0 * solution.strain_energy, 1e-6 * work(reply));
+        const auto found = displacement(reply);
+        const auto &expected = solution.displacement;
         ASSERT_EQ(found.size(), expected.size());
         double largest = 0.0;
         for (const auto &u : expected)
@@ -103,13 +120,13 @@ class LiveFemTest : public testing::Test {
 TEST_F(LiveFemTest, AnswersAsTheModelDoes) {
     const auto converse = begin();
     const Rows rows{{1.0 * free[0], 30.0, -20.0, 10.0}, {1.0 * sliding[1], 0.0, 0.0, -50.0}};
-    expect_same(displacement(converse(binary(rows))), solved(rows, 4000.0, 20000.0, {0.45, 0.48}));
+    expect_same(converse(binary(rows)), solved(rows, 4000.0, 20000.0, {0.45, 0.48}));
     EXPECT_EQ(converse({false, "young_modulus=6000&poisson_ratio=0.3"}).bytes, "chosen=fem_p2");
-    expect_same(displacement(converse(binary(rows))), solved(rows, 6000.0, 30000.0, {0.3, 0.3}));
+    expect_same(converse(binary(rows)), solved(rows, 6000.0, 30000.0, {0.3, 0.3}));
     const Rows others{{1.0 * free.back(), 5.0, 0.0, 0.0}};
-    expect_same(displacement(converse(binary(others))), solved(others, 6000.0, 30000.0, {0.3, 0.3}));
+    expect_same(converse(binary(others)), solved(others, 6000.0, 30000.0, {0.3, 0.3}));
     EXPECT_FALSE(converse({false, "poisson_ratio=0.3&young_modulus=1e3"}).is_binary);
-    expect_same(displacement(converse(binary(rows))), solved(rows, 1000.0, 5000.0, {0.3, 0.3}));
+    expect_same(converse(binary(rows)), solved(rows, 1000.0, 5000.0, {0.3, 0.3}));
 }
 
 TEST_F(LiveFemTest, SharesTheElementsOfABodyThatIsHeldAsAnother) {
@@ -154,6 +171,8 @@ TEST_F(LiveFemTest, ReportsWhatTheFirstSolutionWaitsFor) {
 TEST_F(LiveFemTest, LiesStillWhereNothingPullsAtWhatIsFree) {
     const auto converse = begin();
     const std::vector<Eigen::Vector3f> rest(mesh.points.size(), Eigen::Vector3f::Zero());
+    EXPECT_EQ(displacement(converse({true, ""})), rest);
+    EXPECT_EQ(work(converse({true, ""})), 0.0);
     EXPECT_EQ(displacement(converse(binary({}))), rest);
     EXPECT_EQ(displacement(converse(binary({{1.0 * constrained[0], 1e3, 1e3, 1e3}}))), rest);
     EXPECT_EQ(displacement(converse(binary({{1.0 * free[0], 0.0, 0.0, 0.0}}))), rest);
@@ -175,6 +194,14 @@ TEST_F(LiveFemTest, RefusesMessagesAndGoesOn) {
               "row 2: facet 2 has a traction already; send the sum of the two");
     EXPECT_EQ(fault_of_rows({{1.0 * free[0], 1e300, 0.0, 0.0}}),
               "the body moves farther than a float32 can say; send smaller tractions");
+    const double nowhere = std::numeric_limits<double>::quiet_NaN();
+    for (const auto &load : {core::RoundLoad{{nowhere, 0.0, 0.0}, 0.1},
+                             {{0.0, 0.0, 0.0}, 0.0},
+                             {{0.0, 0.0, 0.0}, -1.0},
+                             {{0.0, 0.0, 0.0}, 1e3},
+                             {{0.0, 0.0, 0.0}, nowhere}})
+        EXPECT_NE(fault_of([&] { converse(binary(rows, load)); }).find("is none; send a finite middle"),
+                  std::string::npos);
     for (const std::size_t size : {1U, 31U, 33U})
         EXPECT_NE(fault_of([&] {
                       converse({true, std::string(size, '\0')});

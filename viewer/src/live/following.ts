@@ -4,7 +4,7 @@ import { percent } from '../picture/scale.ts';
 import { tell } from './readings.ts';
 import type { Scene } from './scene.ts';
 import { femEngine } from './socket_engines.ts';
-import { startAsking, type Asking, type Truth } from './truth.ts';
+import { inWords, startAsking, stiffnessRatio, type Asking, type Truth } from './truth.ts';
 import type { LiveBody, LiveFrame, LiveSettings } from './types.ts';
 
 export interface Following {
@@ -19,17 +19,20 @@ export interface Following {
   follow(frame: LiveFrame): void;
 }
 
-const readings = ['live-fem-springs', 'live-fem-indentation', 'live-fem-elements', 'live-fem-off', 'live-fem-error'];
+const readings = ['live-fem-force', 'live-fem-springs', 'live-fem-indentation', 'live-fem-elements', 'live-fem-off', 'live-fem-error'];
 const tellProgress = (sentence: string) => (byId('live-fem-progress').textContent = sentence);
 const box = () => byId<HTMLInputElement>('live-fem');
 
-function tellTruth({ springs, elements, error, isAtRest }: Truth): void {
-  const off = springs / elements - 1;
+function tellTruth(truth: Truth): void {
+  const { force, springs, elements, error, isAtRest } = truth;
+  const off = stiffnessRatio(truth) - 1;
   const mm = (metres: number) => `${(1000 * metres).toFixed(2).replace('-', '−')} mm`;
+  tell('live-fem-force', force, `${force.toFixed(2)} N`);
   tell('live-fem-springs', springs, mm(springs));
   tell('live-fem-indentation', elements, mm(elements));
   tell('live-fem-elements', elements, mm(elements));
   tell('live-fem-off', off, `${off > 0 ? '+' : ''}${off < 0 ? '−' : ''}${percent(Math.abs(off))} %`);
+  byId('live-fem-words').textContent = inWords(truth);
   tell('live-fem-error', error, `${percent(error)} %`);
   tell('live-fem-state', Number(isAtRest), isAtRest ? 'at rest' : 'in motion: springs have inertia and damping, FEM has not');
 }
@@ -46,6 +49,7 @@ export function startFollowing(scene: Scene, answered: () => void, complain: (er
   function forget(): void {
     truth = null;
     for (const id of readings) tell(id, Number.NaN, '–');
+    byId('live-fem-words').textContent = '';
     tell('live-fem-state', Number.NaN, 'when the body is touched and FEM has answered');
     scene.showElements('at rest');
     answered();

@@ -5,7 +5,7 @@ export interface Move {
   kind: 'move';
   tool: Tool;
   numSteps: number;
-  frame: Pick<LiveFrame, 'time' | 'force' | 'indentation' | 'smallestVolume'>;
+  frame: Pick<LiveFrame, 'time' | 'force' | 'indentation' | 'smallestVolume' | 'disc'>;
 }
 export type Entry = Move | { kind: 'choose'; settings: LiveSettings; chosen: Chosen } | { kind: 'reset' | 'keep' | 'undo' };
 
@@ -13,16 +13,19 @@ const columns = [
   'kind', 'num_steps', 'tool', 'target_x', 'target_y', 'target_z', 'radius', 'node',
   'law', 'keeps_volume', 'young_modulus', 'poisson_ratio', 'mass_damping', 'stiffness_damping', 'time_step',
   'time', 'force_x', 'force_y', 'force_z', 'indentation', 'smallest_volume',
+  'disc_x', 'disc_y', 'disc_z',
 ] as const;
 type Row = Partial<Record<(typeof columns)[number], string | number>>;
 
-export function moveOf(tool: Tool, numSteps: number, { time, force, indentation, smallestVolume }: LiveFrame): Move {
-  return { kind: 'move', tool, numSteps, frame: { time, force, indentation, smallestVolume } };
+export function moveOf(tool: Tool, numSteps: number, { time, force, indentation, smallestVolume, disc }: LiveFrame): Move {
+  return { kind: 'move', tool, numSteps, frame: { time, force, indentation, smallestVolume, disc } };
 }
 
 function moveRow({ tool, numSteps, frame }: Move): Row {
   const [force_x, force_y, force_z] = frame.force;
-  const answer = { time: frame.time, force_x, force_y, force_z, indentation: frame.indentation, smallest_volume: frame.smallestVolume };
+  const [disc_x, disc_y, disc_z] = frame.disc.middle;
+  const place = frame.disc.radius > 0 ? { disc_x, disc_y, disc_z } : {};
+  const answer = { time: frame.time, force_x, force_y, force_z, indentation: frame.indentation, smallest_volume: frame.smallestVolume, ...place };
   const asked = { kind: 'move', num_steps: numSteps, tool: tool.kind };
   if (tool.kind === 'none') return { ...asked, ...answer };
   const [target_x, target_y, target_z] = tool.target;

@@ -7,14 +7,14 @@ import type { Chosen, LiveBody, LiveSettings } from './types.ts';
 
 export type EngineKind = 'wasm' | 'native';
 
-/** The springs that are taken first: the most accurate where they are fast enough, else the law that is the material at Poisson's ratio 1/4. */
-export const usualSprings: Record<EngineKind, string> = { native: 'nodal_neo_hookean', wasm: 'patch' };
+/** The springs that are taken first: the most accurate ones. C++ has the same name in live/scene.hpp. */
+const usualSprings = 'nodal_neo_hookean';
 
 /** Those of the file. */
-export function settingsOf(body: LiveBody, kind: EngineKind): LiveSettings {
+export function settingsOf(body: LiveBody): LiveSettings {
   const region = largestRegion(body);
   return {
-    springLaw: usualSprings[kind],
+    springLaw: usualSprings,
     keepsVolume: true,
     youngModulus: body.youngModulus[region]!,
     poissonRatio: Math.min(Math.max(body.poissonRatio[region]!, 0), 0.49),

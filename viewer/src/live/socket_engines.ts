@@ -39,13 +39,16 @@ export function femEngine(onProgress: (sentence: string) => void): TruthEngine {
       await opened(socket).ask(
         new URLSearchParams({ young_modulus: String(youngModulus), poisson_ratio: String(poissonRatio) }).toString());
     },
-    async solve(facets, tractions) {
-      const message = new Float64Array(4 * facets.length);
-      facets.forEach((facet, i) => {
-        message[4 * i] = facet;
-        message.set(tractions.subarray(3 * i, 3 * i + 3), 4 * i + 1);
+    async solve({ disc, loadedFacets, tractions }) {
+      const message = new Float64Array(4 * (1 + loadedFacets.length));
+      message.set([...disc.middle, disc.radius]);
+      loadedFacets.forEach((facet, i) => {
+        message[4 * (1 + i)] = facet;
+        message.set(tractions.subarray(3 * i, 3 * i + 3), 4 * (1 + i) + 1);
       });
-      return new Float32Array(asBytes(await opened(socket).ask(message)));
+      const answer = asBytes(await opened(socket).ask(message));
+      const length = Float64Array.BYTES_PER_ELEMENT;
+      return { work: new Float64Array(answer, 0, 1)[0]!, displacement: new Float32Array(answer, length) };
     },
     close: () => socket?.close(),
   };

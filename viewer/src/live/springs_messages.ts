@@ -73,6 +73,7 @@ export function readFrame(bytes: ArrayBuffer): LiveFrame {
     time: numbers.number(),
     tool: numbers.vector(),
     force: numbers.vector(),
+    disc: { middle: numbers.vector(), radius: numbers.number() },
     indentation: numbers.number(),
     smallestVolume: numbers.number(),
     largestSpeed: numbers.number(),

@@ -24,7 +24,8 @@ export interface ToolState {
 export const deepest = 0.03; // [m]
 const pushing = 0.05; // speed of a tool along the normal [m/s]
 
-export const atRest: ToolState = { kind: 'probe', radius: { probe: 0.01, pull: 0.015 }, start: { probe: 0.005, pull: 0 }, grasp: null };
+/** At first a finger, 24 mm across. */
+export const atRest: ToolState = { kind: 'probe', radius: { probe: 0.012, pull: 0.015 }, start: { probe: 0.005, pull: 0 }, grasp: null };
 
 export const plus = (a: Vector, b: Vector, factor = 1): Vector => [a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]];
 export const dot = (a: Vector, b: Vector) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

@@ -1,12 +1,14 @@
-// What finite elements say to the forces that the springs are under: one question under way, always about the latest frame.
+// What finite elements say to the round load that the springs are under: one question under way, always about the latest frame.
 import { nodalVolumes } from '../data/nodal_volumes.ts';
+import { length } from './tool_state.ts';
 import type { LiveBody, LiveFrame, LiveSettings, TruthEngine } from './types.ts';
 
 export interface Truth {
   displacement: Float32Array; // of finite elements, (N,3) [m]
   asked: Float32Array; // of the springs under these forces, (N,3) [m]
+  force: number; // [N]
   springs: number; // indentation [m]
-  elements: number; // the same forces over the displacements of finite elements [m]
+  elements: number; // the same of finite elements, in the mean over the disc weighted with the same round load [m]
   error: number; // of the displacement, weighted by volume as in the comparison of result files
   isAtRest: boolean; // the springs were
 }
@@ -23,18 +25,19 @@ export function relativeError(u: Float32Array, r: Float32Array, weights: Float64
   return Math.sqrt(off / size);
 }
 
-/** sum of f_i . u_i / |sum of f_i| [m] */
-export function indentation({ loadedNodes, nodalForces }: LiveFrame, displacement: Float32Array): number {
-  let work = 0;
-  const sum = [0, 0, 0];
-  loadedNodes.forEach((node, k) => {
-    for (let i = 0; i < 3; i++) {
-      work += nodalForces[3 * k + i]! * displacement[3 * node + i]!;
-      sum[i]! += nodalForces[3 * k + i]!;
-    }
-  });
-  const force = Math.hypot(...sum);
-  return force > 0 ? work / force : 0;
+/** Stiffness of the springs at the tool over that of finite elements: force over indentation, the force being the same. */
+export const stiffnessRatio = ({ springs, elements }: Pick<Truth, 'springs' | 'elements'>): number => elements / springs;
+
+/** By how much a force has to change for a hand to notice, as a part of it (Pang, Tan, Durlach 1991, Perception & Psychophysics 49). */
+const noticeable = 0.07;
+
+/** What a hand would say of the springs, in a sentence. */
+export function inWords(truth: Pick<Truth, 'springs' | 'elements'>): string {
+  const off = stiffnessRatio(truth) - 1;
+  if (!Number.isFinite(off)) return '';
+  const amount = Math.round(100 * Math.abs(off));
+  const how = amount === 0 ? 'as stiff as FEM here' : `${amount} % too ${off < 0 ? 'soft' : 'stiff'} here`;
+  return `The springs are ${how}; a hand tells ${Math.round(100 * noticeable)} %.`;
 }
 
 /** Whether a body goes less than a fiftieth of its displacement in a second. */
@@ -67,13 +70,14 @@ export function startAsking(engine: TruthEngine, body: LiveBody, settings: LiveS
 
   async function answer(frame: LiveFrame, isAtRest: boolean): Promise<void> {
     if (chosen !== wanted) await engine.choose((chosen = wanted));
-    const displacement = await engine.solve(frame.loadedFacets, frame.tractions);
+    const { displacement, work } = await engine.solve(frame);
     if (isClosed) return;
     onTruth({
       displacement,
       asked: frame.displacement,
+      force: length(frame.force),
       springs: frame.indentation,
-      elements: indentation(frame, displacement),
+      elements: work / length(frame.force),
       error: relativeError(frame.displacement, displacement, volumes),
       isAtRest,
     });

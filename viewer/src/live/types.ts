@@ -41,12 +41,14 @@ export interface LiveFrame {
   displacement: Float32Array; // (N,3) m
   tool: Vector; // centre of the probe, or of the patch that is pulled [m]
   force: Vector; // of the body on the tool [N]
-  /** How far the body gives way under the tool: sum of f_i . u_i / |sum of f_i| over its nodal forces [m]; 0 untouched. */
+  /** What the tool presses or holds: a round load (core/round_load.hpp) around a point of the surface at rest [m]; radius 0 untouched. */
+  disc: { middle: Vector; radius: number };
+  /** How far the body gives way, in the mean over the disc weighted with the round load: sum of f_i . u_i / |sum of f_i| over nodal forces [m]; 0 untouched. */
   indentation: number;
   loadedNodes: Int32Array; // (K)
   nodalForces: Float64Array; // (K,3) of the tool on the body [N]
   loadedFacets: Int32Array; // (L) index into the triangles
-  tractions: Float64Array; // (L,3) the same as the nodal forces, as the load cases say it [Pa]
+  tractions: Float64Array; // (L,3) the same as the nodal forces, as the load cases say it: means over the facets of a round load [Pa]
   smallestVolume: number; // of a tetrahedron, as a part of its volume at rest; below 0 it is inverted
   largestSpeed: number; // of all nodes, and of the tool [m/s]
   restarts: number; // how often the motion left all bounds and was set back to rest
@@ -70,12 +72,12 @@ export interface Engine {
   close(): void;
 }
 
-/** The linear finite element answer to the same forces. */
+/** The linear finite element answer to the same round load. */
 export interface TruthEngine {
   /** @param body  of a file in the server's list */
   open(body: LiveBody): Promise<void>;
   choose(settings: Pick<LiveSettings, 'youngModulus' | 'poissonRatio'>): Promise<void>;
-  /** @return (N,3) displacement [m] */
-  solve(facets: Int32Array, tractions: Float64Array): Promise<Float32Array>;
+  /** @return (N,3) displacement [m], and the work of the tractions in it, sum of f_i . u_i over all nodes of the elements [J] */
+  solve(load: Pick<LiveFrame, 'disc' | 'loadedFacets' | 'tractions'>): Promise<{ displacement: Float32Array; work: number }>;
   close(): void;
 }

@@ -4,6 +4,7 @@ import { byId } from '../page/elements.ts';
 import { savePicture } from '../page/save.ts';
 import type { Skin } from '../picture/body.ts';
 import { watchPageColours } from '../picture/page_colours.ts';
+import { showDisc } from './disc.ts';
 import { startFollowing, type Following } from './following.ts';
 import { atRest, goOn, letGo, take, toolOf, type ToolState } from './tool_state.ts';
 import { linkedLook, linkedSettings, writeLiveLink } from './live_link.ts';
@@ -14,7 +15,7 @@ import { createBudget, showFrame } from './readings.ts';
 import { csvOf, download, moveOf, type Entry } from './record.ts';
 import { createScene, sizeOf, type Scene } from './scene.ts';
 import { startSession, type Listener, type Session } from './session.ts';
-import { listenToSettings, settingsOf, showChosen, showLaws, showSettings, usualSprings, type EngineKind } from './settings_panel.ts';
+import { listenToSettings, settingsOf, showChosen, showLaws, showSettings, type EngineKind } from './settings_panel.ts';
 import { nativeEngine } from './socket_engines.ts';
 import { furthest, surfaceAt } from './surface.ts';
 import { listenToTools, nodeField, showToolState, stays } from './tools_panel.ts';
@@ -123,6 +124,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       scene.showSprings(next, tool);
       tellNode();
       showFrame(next, numSteps);
+      showDisc(body!, next);
       budget.spend(timing);
       trace();
     },
@@ -180,7 +182,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     try {
       const { springLaws } = await engine.open(of);
       if (mine !== numStarted) return engine.close();
-      settings = showLaws(springLaws, settings ?? settingsOf(of, engineKind()));
+      settings = showLaws(springLaws, settings ?? settingsOf(of));
       following.open(of, settings);
       session = startSession(engine, sizeOf(of), settings, listener);
       listener.paused(false);
@@ -193,12 +195,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
   listenToTools({ toolState: () => toolState, change, touch, letGo: letToolGo });
   listenToKeys(canvas, () => scene.stage, { ...handling, touch, pause, step, undo });
   listenToSettings(() => settings, (asked) => (say(''), note(fitting), session?.choose(asked)), say);
-  byId('live-engine').addEventListener('change', () => {
-    // Who has chosen other springs keeps them.
-    const before = engineKind() === 'native' ? 'wasm' : 'native';
-    if (settings?.springLaw === usualSprings[before]) settings = { ...settings, springLaw: usualSprings[engineKind()], timeStep: 0 };
-    if (body) void start(body);
-  });
+  byId('live-engine').addEventListener('change', () => body && void start(body));
   byId('live-pause').addEventListener('click', pause);
   byId('live-step-once').addEventListener('click', step);
   byId('live-reset').addEventListener('click', () => session?.reset());
@@ -225,7 +222,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       const native = byId<HTMLSelectElement>('live-engine');
       native.options[1]!.disabled = !isServed;
       if (!isServed) native.value = 'wasm';
-      settings = isLinked ? linkedSettings(view, settingsOf(next, engineKind())) : null;
+      settings = isLinked ? linkedSettings(view, settingsOf(next)) : null;
       await start(next);
       if (!isLinked || next !== body) return;
       const look = linkedLook(view);

@@ -1,0 +1,37 @@
+// The disc that a tool presses or holds, and what is said of it.
+import { byId } from '../page/elements.ts';
+import { tell } from './readings.ts';
+import { length, plus } from './tool_state.ts';
+import type { LiveBody, LiveFrame, Vector } from './types.ts';
+
+const pointOf = ({ points }: Pick<LiveBody, 'points'>, node: number): Vector => [points[3 * node]!, points[3 * node + 1]!, points[3 * node + 2]!];
+
+/** Mean length at rest of the edges of some triangles, those between two of them twice [m]; NaN of none. */
+export function edgeLength(body: Pick<LiveBody, 'points' | 'triangles'>, facets: ArrayLike<number>): number {
+  let sum = 0;
+  for (let k = 0; k < facets.length; k++) {
+    const corners = [0, 1, 2].map((i) => pointOf(body, body.triangles[3 * facets[k]! + i]!));
+    corners.forEach((corner, i) => (sum += length(plus(corner, corners[(i + 1) % 3]!, -1))));
+  }
+  return sum / (3 * facets.length);
+}
+
+const millimetres = (metres: number) => Number((1000 * metres).toFixed(1));
+
+/** One sentence where the mesh is too coarse for the tool, else none. @param radius, edge [m] */
+export function coarseness(radius: number, edge: number): string {
+  if (!(radius < edge)) return '';
+  return `The contact is smaller than an edge: its radius is ${millimetres(radius)} mm, the edges there are ${millimetres(edge)} mm long, and neither springs nor FEM resolve what happens under it.`;
+}
+
+/** Says where the tool presses or holds, as a load case would: disc = { point, radius, profile = "round" }. */
+export function showDisc(body: LiveBody, { disc, loadedFacets }: LiveFrame): void {
+  const isLoaded = loadedFacets.length > 0;
+  const number = (x: number) => (1000 * x).toFixed(1).replace('-', '−');
+  tell('live-disc', isLoaded ? disc.radius : Number.NaN, isLoaded ? `${number(disc.radius)} mm around (${disc.middle.map(number).join(', ')}) mm` : '–');
+  byId('live-disc').dataset['middle'] = isLoaded ? disc.middle.join() : '';
+  const sentence = isLoaded ? coarseness(disc.radius, edgeLength(body, loadedFacets)) : '';
+  const line = byId('live-coarse');
+  if (line.textContent !== sentence) line.textContent = sentence;
+  line.hidden = sentence === '';
+}

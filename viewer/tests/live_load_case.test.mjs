@@ -1,0 +1,114 @@
+// A tool of the live page and a load case with the same tool: both livers give way as far under the same force.
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+import * as hdf5 from 'h5wasm/node';
+import { livermark, shippedFolder, startBrowser, startServer } from './browser.mjs';
+import { createLivePage } from './live_page.mjs';
+
+const margin = 0.03; // of the force at the same indentation
+let browser;
+before(async () => {
+  await hdf5.ready;
+  browser = await startBrowser();
+});
+after(() => browser?.close());
+
+/** What `livermark run` says to the load case with the tool of the page. @return force that presses [N] */
+function forceOfRun(body, model, { middle, radius, way }) {
+  const folder = mkdtempSync(join(tmpdir(), 'livermark_live_'));
+  const numbers = (vector) => `[${vector.map((x) => x.toExponential(16)).join(', ')}]`;
+  const lines = [
+    'title = "What the live page did"', 'target_peak_displacement = 0.01',
+    '[[condition]]', 'patch = "posterior"', 'displacement = [0.0, 0.0, 0.0]',
+    '[[condition]]', 'name = "tool"', `disc = { point = ${numbers(middle)}, radius = ${radius.toExponential(16)}, profile = "round" }`, `press_along = ${numbers(way)}`, ''];
+  try {
+    writeFileSync(join(folder, 'live.toml'), lines.join('\n'));
+    execFileSync(livermark, ['run', '--static', '--no-uncertainty', '--body', body, '--load-case', join(folder, 'live.toml'), '--model', model, '--output', folder], { stdio: 'ignore' });
+    const file = new hdf5.File(join(folder, body, 'live.h5'), 'r');
+    const reactions = file.get(`solutions/${model}/reaction`).to_array();
+    file.close();
+    return Math.hypot(...reactions.at(-1));
+  } finally {
+    rmSync(folder, { recursive: true });
+  }
+}
+
+async function agreesWithRun(t, body) {
+  const shipped = shippedFolder(body);
+  const server = await startServer(shipped.folder);
+  const live = createLivePage(browser, `${server.address}#${encodeURIComponent(`${body}/palpation.h5`)}`);
+  try {
+    await live.open();
+    const { page } = live;
+    await page.check('#mode [value=live]', { force: true });
+    await live.moving();
+    // Seconds of motion take long where the page does all by itself, and the server moves the same springs.
+    await page.selectOption('#live-engine', 'native');
+    await page.waitForFunction(() => document.querySelector('#live').dataset.state === 'starting');
+    await live.moving();
+    const model = await page.locator('#live-law').inputValue();
+    assert.equal(await live.value('radius-shown'), 0.012, 'a finger at first');
+    await live.set('alpha', '40');
+    await page.check('#live-stays');
+    await page.click('#live-touch');
+    await live.above('indentation', 0.002);
+    await live.asleep();
+    const [force, indentation, radius] = [await live.value('force'), await live.value('indentation'), await live.value('disc')];
+    assert.equal(radius, 0.012);
+    const middle = (await page.locator('#live-disc').getAttribute('data-middle')).split(',').map(Number);
+    const { rows } = await live.saved();
+    const last = rows.at(-1);
+    const onTool = ['force_x', 'force_y', 'force_z'].map((name) => Number(last[name]));
+    const expected = forceOfRun(body, model, { middle, radius, way: onTool.map((x) => (-indentation * x) / force) });
+    t.diagnostic(`${model}: ${(1000 * indentation).toFixed(2)} mm, in Live ${force.toFixed(4)} N, in livermark run ${expected.toFixed(4)} N`);
+    assert.ok(Math.abs(force / expected - 1) < margin, `${force} N, and ${expected} N in livermark run`);
+  } finally {
+    await live.close();
+    await server.stop();
+    shipped.remove();
+  }
+}
+
+for (const body of ['liver_healthy', 'liver_tumours'])
+  test(`${body} at rest under a finger has the force and the indentation of livermark run`, (t) => agreesWithRun(t, body));
+
+test('a contact that is smaller than an edge is said in a sentence, and what finite elements say of the stiffness', async () => {
+  const shipped = shippedFolder('liver_healthy');
+  const server = await startServer(shipped.folder);
+  const live = createLivePage(browser, `${server.address}#${encodeURIComponent('liver_healthy/palpation.h5')}`);
+  try {
+    await live.open();
+    const { page } = live;
+    await page.check('#mode [value=live]', { force: true });
+    await live.moving();
+    await page.selectOption('#live-engine', 'native');
+    await page.waitForFunction(() => document.querySelector('#live').dataset.state === 'starting');
+    await live.moving();
+    await live.set('alpha', '40');
+    await page.check('#live-fem');
+    await page.check('#live-stays');
+    await page.click('#live-touch');
+    await live.above('indentation', 0.002);
+    assert.equal(await live.isShown('coarse'), false, 'a finger is larger than an edge');
+    await live.asleep();
+    await page.waitForFunction(() => document.querySelector('#live-fem-springs').dataset.value === document.querySelector('#live-indentation').dataset.value);
+    const [springs, elements, off] = [await live.value('fem-springs'), await live.value('fem-elements'), await live.value('fem-off')];
+    assert.ok(Math.abs(off - (elements / springs - 1)) < 1e-12);
+    assert.ok(Math.abs(off) < 0.25, `stiffness off by ${off}`);
+    assert.match(await live.text('fem-words'), new RegExp(`^The springs are (as stiff as FEM|\\d+ % too ${off < 0 ? 'soft' : 'stiff'}) here; a hand tells 7 %\\.$`));
+    await page.locator('#live-radius').fill('5');
+    await live.above('force', 0.01);
+    assert.match(await live.text('coarse'), /^The contact is smaller than an edge: its radius is 5 mm, the edges there are [\d.]+ mm long/);
+    await page.click('#live-let-go');
+    await live.below('force', 1e-12);
+    assert.equal(await live.isShown('coarse'), false);
+  } finally {
+    await live.close();
+    await server.stop();
+    shipped.remove();
+  }
+});
