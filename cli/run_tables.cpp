@@ -5,6 +5,7 @@
 #include <functional>
 #include <string>
 
+#include "results/one_reference.hpp"
 #include "results/tables/cohort_table.hpp"
 #include "results/tables/large_table.hpp"
 #include "results/tables/median_errors.hpp"
@@ -19,8 +20,8 @@ namespace livermark::cli {
 
 namespace {
 
-constexpr auto *small_title = "Small deformations, judged by linear elasticity\n";
-constexpr auto *large_title = "Large deformations, judged by hyperelasticity along the path of the load\n";
+constexpr auto *small_title = "Small deformations, judged by linear elasticity.";
+constexpr auto *large_title = "Large deformations, judged by hyperelasticity along the path of the load.";
 
 std::string medians_with_legend(std::span<const results::Result> results,
                                 const std::function<std::string(const results::Layout &)> &as_text) {
@@ -31,16 +32,34 @@ std::string medians_with_legend(std::span<const results::Result> results,
     return as_text(layout) + "\n" + results::median_legend(results);
 }
 
+/// @param statistics  of one regime and reference
 std::string cohort_with_legend(std::span<const results::CohortStatistics> statistics,
                                const std::function<std::string(const results::Layout &)> &as_text) {
     const auto layout = results::cohort_table(statistics);
     if (layout.rows.empty())
         throw support::InputError("there is no cohort here; give static results on bodies whose names end in their "
                                   "number, such as those of `livermark mesh liver --variant 7 -o liver_variant_7.msh`");
+    const auto reference = results::printable(statistics.front().reference);
     return as_text(layout) +
-           "\nover bodies, of the mean relative L2 error over load cases; in brackets the interval of "
-           "95 % by bootstrap; training: odd numbers, unseen: even ones\n" +
+           fmt::format(
+               "\nover bodies, of the mean relative L2 error{} over load cases; in brackets the interval of 95 % "
+               "by bootstrap, of {} bodies or more; training: odd numbers, unseen: even ones\n",
+               reference.empty() ? "" : " against " + reference, results::fewest_bodies_of_interval) +
            results::tool_legend();
+}
+
+/// Which reference the numbers of the tables belong to, and what is not as it should be.
+std::string judged_by(std::span<const results::Result> results, const std::string &bullet) {
+    auto text = " " + results::printable(results::reference_sentence(results)) + "\n";
+    const auto remarks = results::result_remarks(results);
+    text += remarks.empty() ? "" : "\n";
+    for (const auto &remark : remarks)
+        text += bullet + results::printable(remark) + "\n";
+    return text;
+}
+
+const char *title_of(core::Regime regime) {
+    return regime == core::Regime::small ? small_title : large_title;
 }
 
 class Printer {
@@ -62,11 +81,13 @@ class Printer {
     bool is_first_ = true;
 };
 
-/// @param results  of one regime, at least one
-void print_regime(Printer &printer, std::span<const results::Result> results, TableKind kind) {
+/// @param results  of one regime and reference, at least one
+void print_group(Printer &printer, std::span<const results::Result> results, TableKind kind) {
     const bool is_all = kind == TableKind::all;
-    const bool is_large = results.front().problem.load_case.regime == core::Regime::large;
+    const auto regime = results.front().problem.load_case.regime;
+    const bool is_large = regime == core::Regime::large;
     const auto legend = is_all ? "" : "\n" + results::tool_legend(); // all tables have it below the first
+    printer.print(title_of(regime) + judged_by(results, printer.is_markdown() ? "- " : ""));
     if (is_all || kind == TableKind::models) {
         if (is_large)
             printer.print(printer.as_text(results::large_table(results)) + "\n" + results::large_legend() +
@@ -75,7 +96,7 @@ void print_regime(Printer &printer, std::span<const results::Result> results, Ta
         else
             printer.print(printer.is_markdown() ? results::markdown_table(results) : results::text_table(results));
     }
-    if (kind == TableKind::forces && is_large)
+    if (kind == TableKind::forces)
         printer.print(results::force_table(results));
     if (is_all || kind == TableKind::summary)
         printer.print(printer.as_text(results::summary(results)) + legend);
@@ -86,9 +107,6 @@ void print_regime(Printer &printer, std::span<const results::Result> results, Ta
             medians_with_legend(results, [&](const results::Layout &layout) { return printer.as_text(layout); }));
     if (kind == TableKind::means)
         printer.print(printer.as_text(results::mean_errors(results)) + legend);
-    if (kind == TableKind::cohort)
-        printer.print(cohort_with_legend(results::cohort_statistics(results::cohort_errors(results)),
-                                         [&](const results::Layout &layout) { return printer.as_text(layout); }));
 }
 
 } // namespace
@@ -103,36 +121,36 @@ void print_left_out(const std::vector<studies::LeftOut> &left_out, bool markdown
 }
 
 void print_tables(std::span<const results::Result> results, TableKind kind, bool markdown) {
+    if (kind == TableKind::cohort)
+        return print_cohort(results::cohort_statistics(results::cohort_errors(results)), markdown);
     Printer printer(markdown);
-    const auto small = results::of_regime(results, core::Regime::small);
-    const auto large = results::of_regime(results, core::Regime::large);
-    if (kind == TableKind::forces && large.empty())
+    auto groups = results::of_one_reference(results);
+    if (kind == TableKind::forces)
+        std::erase_if(groups, [](const std::vector<results::Result> &group) {
+            return group.front().problem.load_case.regime == core::Regime::small;
+        });
+    if (kind == TableKind::forces && groups.empty())
         throw support::InputError("no path of large deformations is here to take forces from; give result files of "
                                   "load cases of the large regime");
-    if (large.empty())
-        return print_regime(printer, small, kind);
-    if (!small.empty()) {
-        printer.print(small_title);
-        print_regime(printer, small, kind);
-    }
-    printer.print(large_title);
-    print_regime(printer, large, kind);
+    for (const auto &group : groups)
+        print_group(printer, group, kind);
 }
 
 void print_cohort(std::span<const results::CohortStatistics> statistics, bool markdown) {
     Printer printer(markdown);
     const auto as_text = [&](const results::Layout &layout) { return printer.as_text(layout); };
-    const auto is_small = [](const results::CohortStatistics &group) { return group.regime == core::Regime::small; };
-    const auto num_small = static_cast<std::size_t>(std::ranges::count_if(statistics, is_small)); // they come first
-    const auto small = statistics.first(num_small), large = statistics.subspan(num_small);
-    if (large.empty())
-        return printer.print(cohort_with_legend(small, as_text));
-    if (!small.empty()) {
-        printer.print(small_title);
-        printer.print(cohort_with_legend(small, as_text));
+    if (statistics.empty())
+        return printer.print(cohort_with_legend({}, as_text)); // which refuses them
+    while (!statistics.empty()) {
+        const auto &first = statistics.front();
+        const auto is_other = [&](const results::CohortStatistics &group) {
+            return group.regime != first.regime || group.reference != first.reference;
+        };
+        const auto num = static_cast<std::size_t>(std::ranges::find_if(statistics, is_other) - statistics.begin());
+        printer.print(std::string(title_of(first.regime)) + "\n");
+        printer.print(cohort_with_legend(statistics.first(num), as_text));
+        statistics = statistics.subspan(num);
     }
-    printer.print(large_title);
-    printer.print(cohort_with_legend(large, as_text));
 }
 
 } // namespace livermark::cli

@@ -23,7 +23,8 @@ inline const std::map<std::string, TableKind> table_kinds{
 /// Poisson's ratio if a body is there with several of them, and the medians over load cases if a body has several of
 /// these. Each kind is also printed when it is asked for; the means over load cases by body, the forces along the paths
 /// of large deformations and the statistics over a cohort of bodies, only then. Small and large deformations are never
-/// in one table.
+/// in one table, nor are errors against different references: each group has its tables, below a sentence that names
+/// the reference. Nothing is printed where there are no results.
 /// @throws support::InputError if medians are asked for and there is no static load case, and if a cohort is asked for
 /// and no
 ///         body's name ends in a number

@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "results/one_reference.hpp"
 #include "results/quantile.hpp"
 #include "support/random_numbers.hpp"
 
@@ -18,8 +19,10 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// Regime, half, Poisson's ratio and model.
-using Group = std::tuple<core::Regime, std::string, double, std::string>;
+/// Regime, reference, half, Poisson's ratio and model.
+using Group = std::tuple<core::Regime, std::string, std::string, double, std::string>;
+/// Regime, Poisson's ratio and reference: what stands in one table at one ratio.
+using Judge = std::tuple<core::Regime, double, std::string>;
 /// By load case: relative L2 error, NaN where a model has not come to an end, and stiffness at the tool.
 struct ErrorsOfBody {
     std::map<std::string, double> relative_l2, stiffness;
@@ -27,7 +30,7 @@ struct ErrorsOfBody {
 using ErrorsOfBodies = std::map<std::string, ErrorsOfBody>; // by body
 
 bool is_in_cohort(const Result &result) {
-    return is_plain_static(result) && cohort_half(result.problem.body->name).has_value();
+    return is_plain_static(result) && !leaves_regime(result) && cohort_half(result.problem.body->name).has_value();
 }
 
 /// Of absolute values, where there is one; NaN of none.
@@ -57,9 +60,10 @@ std::vector<BodyMean> means_of(const ErrorsOfBodies &bodies, std::size_t num_loa
 
 CohortStatistics statistics_of(const Group &group, const ErrorsOfBodies &bodies, std::size_t num_load_cases) {
     CohortStatistics statistics{.regime = std::get<0>(group),
-                                .half = std::get<1>(group),
-                                .poisson_ratio = std::get<2>(group),
-                                .model = std::get<3>(group),
+                                .reference = std::get<1>(group),
+                                .half = std::get<2>(group),
+                                .poisson_ratio = std::get<3>(group),
+                                .model = std::get<4>(group),
                                 .means = means_of(bodies, num_load_cases),
                                 .median = nan,
                                 .median_interval = {nan, nan},
@@ -76,18 +80,21 @@ CohortStatistics statistics_of(const Group &group, const ErrorsOfBodies &bodies,
     for (const auto &mean : statistics.means)
         values.push_back(mean.error);
     statistics.median = quantile(values, 0.5);
-    statistics.median_interval = bootstrap_interval(values, 0.5);
     statistics.percentile_95 = quantile(values, 0.95);
-    statistics.percentile_95_interval = bootstrap_interval(values, 0.95);
     statistics.worst = *std::ranges::max_element(values);
+    if (values.size() >= fewest_bodies_of_interval) {
+        statistics.median_interval = bootstrap_interval(values, 0.5);
+        statistics.percentile_95_interval = bootstrap_interval(values, 0.95);
+    }
     values.clear();
     for (const auto &mean : statistics.means)
         if (!std::isnan(mean.stiffness))
             values.push_back(mean.stiffness);
     if (!values.empty()) {
         statistics.stiffness_median = quantile(values, 0.5);
-        statistics.stiffness_median_interval = bootstrap_interval(values, 0.5);
         statistics.stiffness_worst = *std::ranges::max_element(values);
+        if (values.size() >= fewest_bodies_of_interval)
+            statistics.stiffness_median_interval = bootstrap_interval(values, 0.5);
     }
     return statistics;
 }
@@ -130,26 +137,34 @@ std::vector<CohortError> cohort_errors(std::span<const Result> results) {
                                   .reaction_error = model.comparison ? model.comparison->reaction_error : nan,
                                   .stiffness = model.comparison && model.comparison->tool
                                                    ? model.comparison->tool->worst_stiffness()
-                                                   : nan});
+                                                   : nan,
+                                  .reference = reference_of(result)});
     }
     return errors;
 }
 
 std::vector<CohortStatistics> cohort_statistics(std::span<const CohortError> errors) {
+    std::map<Judge, std::string> first_reference; // by regime and ratio, the last empty
+    for (const auto &error : errors)
+        if (!error.reference.empty())
+            first_reference.emplace(Judge{error.regime, error.poisson_ratio, {}}, error.reference);
     std::map<Group, ErrorsOfBodies> groups;
-    std::map<std::pair<core::Regime, double>, std::set<std::string>> load_cases; // by regime and Poisson's ratio
+    std::map<Judge, std::set<std::string>> load_cases;
     for (const auto &error : errors) {
         const auto half = cohort_half(error.body);
         if (!half)
             continue;
-        load_cases[{error.regime, error.poisson_ratio}].insert(error.load_case);
-        auto &of_body = groups[{error.regime, *half, error.poisson_ratio, error.model}][error.body];
+        const auto reference =
+            error.reference.empty() ? first_reference[{error.regime, error.poisson_ratio, {}}] : error.reference;
+        load_cases[{error.regime, error.poisson_ratio, reference}].insert(error.load_case);
+        auto &of_body = groups[{error.regime, reference, *half, error.poisson_ratio, error.model}][error.body];
         of_body.relative_l2[error.load_case] = error.status == core::SolutionStatus::ok ? error.relative_l2 : nan;
         of_body.stiffness[error.load_case] = error.stiffness;
     }
     std::vector<CohortStatistics> statistics;
     for (const auto &[group, bodies] : groups)
-        statistics.push_back(statistics_of(group, bodies, load_cases[{std::get<0>(group), std::get<2>(group)}].size()));
+        statistics.push_back(statistics_of(
+            group, bodies, load_cases[{std::get<0>(group), std::get<3>(group), std::get<1>(group)}].size()));
     return statistics;
 }
 

@@ -252,6 +252,19 @@ class ResultFile:
         """model, reference_uncertainty and the rest; None where that was not found"""
         return _attributes(self._file["reference"]) if "reference" in self._file else None
 
+    @property
+    def compared_with(self) -> str:
+        """Name of the reference, the model that the displacements of the others are compared with; empty if none is."""
+        comparisons = self._file.get("comparisons", {})
+        return next((_attributes(group)["reference"] for group in comparisons.values()), "")
+
+    @property
+    def reference_on_mesh(self) -> bool:
+        """Whether that was solved on the mesh of the models itself: errors differ from those against a refined one."""
+        known = self.reference or {}
+        name = self.compared_with
+        return name != "" and not known.get("model") == known.get("refined_model") == name
+
     def errors(self) -> pandas.DataFrame:
         """A row for each model: status, degrees_of_freedom, setup_seconds, solve_seconds, and what its comparison has.
 

@@ -114,6 +114,7 @@ void write_errors(OutputFile &file, const std::vector<CohortBody> &bodies, const
     write_words(
         file, "/errors/status", errors, [](const CohortError &error) { return core::to_string(error.status); },
         statuses);
+    write_words(file, "/errors/reference", errors, &CohortError::reference);
     write_column(file, "/errors/poisson_ratio", errors, &CohortError::poisson_ratio);
     write_column(file, "/errors/relative_l2", errors, &CohortError::relative_l2);
     write_column(file, "/errors/reaction_error", errors, &CohortError::reaction_error);
@@ -128,6 +129,7 @@ void write_statistics(OutputFile &file, const std::vector<CohortStatistics> &sta
         file, "/statistics/regime", statistics, [](const Group &group) { return core::to_string(group.regime); },
         regimes);
     write_words(file, "/statistics/model", statistics, &Group::model);
+    write_words(file, "/statistics/reference", statistics, &Group::reference);
     write_column(file, "/statistics/poisson_ratio", statistics, &Group::poisson_ratio);
     write_column(file, "/statistics/bodies", statistics,
                  [](const Group &group) { return static_cast<int>(group.means.size()); });
@@ -183,10 +185,12 @@ std::vector<CohortError> read_errors(const InputFile &file) {
     const auto model = read_words(file, "/errors/model", num);
     const auto regime = read_values<core::Regime>(file, "/errors/regime", num, regimes);
     const auto status = read_values<core::SolutionStatus>(file, "/errors/status", num, statuses);
+    const auto reference =
+        file.has("/errors/reference") ? read_words(file, "/errors/reference", num) : std::vector<std::string>(num);
     std::vector<CohortError> errors;
     for (std::size_t e = 0; e < num; ++e)
         errors.push_back({body[e], regime[e], ratio[e], load_case[e], model[e], status[e], relative_l2[e],
-                          reaction_error[e], stiffness[e]});
+                          reaction_error[e], stiffness[e], reference[e]});
     return errors;
 }
 

@@ -5,9 +5,11 @@
 #include <fmt/format.h>
 #include <limits>
 #include <map>
+#include <set>
 #include <string>
 
 #include "core/units.hpp"
+#include "results/one_reference.hpp"
 #include "results/tables/overview.hpp"
 #include "results/tables/tool_cells.hpp"
 
@@ -32,9 +34,10 @@ std::vector<Standing> with_fronts(std::vector<Standing> standings) {
         // Itself first, so that its solution is the first.
         std::vector<CostAndError> group{standing.at};
         for (const auto &other : standings)
-            if (other.body == standing.body && other.load_case == standing.load_case)
+            if (other.is_ranked() && other.body == standing.body && other.load_case == standing.load_case &&
+                other.reference == standing.reference)
                 group.push_back(other.at);
-        standing.is_on_front = pareto_front(group).front();
+        standing.is_on_front = standing.is_ranked() && pareto_front(group).front();
     }
     return standings;
 }
@@ -43,7 +46,9 @@ std::vector<Standing> with_fronts(std::vector<Standing> standings) {
 void add_numbers(std::vector<std::string> &row, const Standing &standing) {
     row.push_back(number(standing.time_step, milliseconds));
     row.push_back(number(standing.at.cost, 1.0));
-    row.push_back(std::isnan(standing.at.error) ? "-" : fixed(percent * standing.at.error, 2));
+    row.push_back(std::isnan(standing.at.error)
+                      ? "-"
+                      : over_some(fixed(percent * standing.at.error, 2), standing.num_cases, standing.num_in_table));
     row.emplace_back(standing.is_on_front ? "front" : "");
 }
 
@@ -61,12 +66,14 @@ struct Moving {
     double history_step = nan, history_cost = nan;
 };
 
-void enter(Moving &moving, const ModelResult &model, const std::string &load_case) {
+void enter(Moving &moving, const ModelResult &model, const Result &result) {
     const auto &solution = model.solution;
-    moving.has_failed |= solution.status != core::SolutionStatus::ok;
-    if (model.comparison) {
-        moving.errors[load_case] = model.comparison->relative_l2;
-        moving.stiffness[load_case] = stiffness_at_tool(model);
+    if (counts_in_means(result)) {
+        moving.has_failed |= solution.status != core::SolutionStatus::ok;
+        if (model.comparison) {
+            moving.errors[result.problem.load_case.name] = model.comparison->relative_l2;
+            moving.stiffness[result.problem.load_case.name] = stiffness_at_tool(model);
+        }
     }
     if (solution.explicit_steps) {
         moving.critical_step = std::min(moving.critical_step, solution.explicit_steps->critical_time_step);
@@ -94,9 +101,12 @@ std::vector<bool> pareto_front(std::span<const CostAndError> points) {
 std::vector<Standing> standings_at_rest(std::span<const Result> results) {
     std::vector<Standing> standings;
     std::vector<Moving> moving;
-    for (const auto &result : results)
+    std::map<std::string, std::set<std::string>> in_table; // load cases that count, by body
+    for (const auto &result : results) {
+        const auto label = body_label(result, results);
+        if (counts_in_means(result))
+            in_table[label].insert(result.problem.load_case.name);
         for (const auto &model : result.models) {
-            const auto label = body_label(result, results);
             const auto found = std::ranges::find_if(standings, [&](const Standing &standing) {
                 return standing.body == label && standing.model == model.name;
             });
@@ -111,8 +121,9 @@ std::vector<Standing> standings_at_rest(std::span<const Result> results) {
                                      .is_on_front = false});
                 moving.emplace_back();
             }
-            enter(moving[at], model, result.problem.load_case.name);
+            enter(moving[at], model, result);
         }
+    }
     std::vector<Standing> known;
     for (std::size_t i = 0; i < standings.size(); ++i) {
         const auto &model = moving[i];
@@ -122,6 +133,8 @@ std::vector<Standing> standings_at_rest(std::span<const Result> results) {
         standing.at.cost = is_explicit ? model.seconds_per_step / standing.time_step : model.history_cost;
         if (!model.has_failed && !model.errors.empty()) {
             standing.at.error = 0.0;
+            standing.num_cases = model.errors.size();
+            standing.num_in_table = in_table[standing.body].size();
             for (const auto &[load_case, error] : model.errors)
                 standing.at.error += error / static_cast<double>(model.errors.size());
             StiffnessCases cases;
@@ -148,7 +161,8 @@ std::vector<Standing> standings_in_motion(std::span<const Result> results) {
                      .time_step = history->time_step,
                      .at = {cost_of(*history), model.comparison->history->relative_l2},
                      .is_on_front = false,
-                     .uncertainty = result.motion_uncertainty ? result.motion_uncertainty->relative_l2 : nan});
+                     .uncertainty = result.motion_uncertainty ? result.motion_uncertainty->relative_l2 : nan,
+                     .reference = model.comparison->history->reference});
     return with_fronts(std::move(standings));
 }
 
@@ -178,13 +192,15 @@ Layout motion_accuracy(std::span<const Result> results) {
                    {"cost [s/s]", true},
                    {"error [%]", true},
                    {""},
-                   {"+- [%]", true}},
+                   {"+- [%]", true},
+                   {"against"}},
                   {}};
     for (const auto &standing : standings_in_motion(results)) {
         auto &row = layout.rows.emplace_back(
             std::vector{standing.body, standing.load_case, standing.model, standing.integrator});
         add_numbers(row, standing);
         row.push_back(number(standing.uncertainty, percent));
+        row.push_back(standing.reference);
     }
     return layout;
 }

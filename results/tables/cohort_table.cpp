@@ -15,6 +15,8 @@ namespace {
 using core::percent;
 
 std::string with_interval(double value, const Interval &interval) {
+    if (std::isnan(interval.low))
+        return fixed(percent * value, 2);
     return fmt::format("{} ({} to {})", fixed(percent * value, 2), fixed(percent * interval.low, 2),
                        fixed(percent * interval.high, 2));
 }

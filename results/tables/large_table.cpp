@@ -8,6 +8,7 @@
 
 #include "core/deformation.hpp"
 #include "core/units.hpp"
+#include "results/one_reference.hpp"
 #include "results/tables/overview.hpp"
 #include "results/tables/tool_cells.hpp"
 
@@ -72,7 +73,7 @@ std::vector<std::string> row_of(const ModelResult &model, const Result &result, 
     row.push_back(fixed(deformed.smallest_jacobian, 2));
     row.push_back(fmt::format("{}", deformed.num_inverted));
     row.push_back(fmt::format("{:.3g}", solution.setup_seconds + solution.solve_seconds));
-    row.emplace_back(core::to_string(solution.status));
+    row.push_back(shown_status(model, result));
     return row;
 }
 
@@ -122,14 +123,6 @@ DeadLoad dead_load(const core::LoadCase &load_case, const core::TetraMesh &mesh)
 }
 
 } // namespace
-
-std::vector<Result> of_regime(std::span<const Result> results, core::Regime regime) {
-    std::vector<Result> chosen;
-    for (const auto &result : results)
-        if (result.problem.load_case.regime == regime)
-            chosen.push_back(result);
-    return chosen;
-}
 
 Layout large_table(std::span<const Result> results) {
     Layout layout{{{"body"}, {"load case"}, {"model"}}, {}};

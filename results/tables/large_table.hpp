@@ -9,9 +9,6 @@
 
 namespace livermark::results {
 
-/// Those of one regime: what is judged by linear elasticity never stands beside what is judged by hyperelasticity.
-std::vector<Result> of_regime(std::span<const Result> results, core::Regime regime);
-
 /// One row per body, load case and model of the large regime: displacement, position of tumours, reactions, volume and
 /// the shape of tetrahedra, see core::PathComparison and core::Deformation.
 Layout large_table(std::span<const Result> results);

@@ -5,11 +5,10 @@
 #include <functional>
 #include <map>
 #include <set>
-#include <tuple>
-#include <utility>
 #include <vector>
 
 #include "core/units.hpp"
+#include "results/one_reference.hpp"
 #include "results/quantile.hpp"
 #include "results/tables/overview.hpp"
 #include "results/tables/tool_cells.hpp"
@@ -22,19 +21,20 @@ using core::percent;
 /// Part of a traction that may lie in the facet: nodes are rounded where they are written.
 constexpr double largest_tangential_part = 1e-6;
 
-/// Body, Poisson's ratio and load case.
-using Key = std::tuple<std::string, double, std::string>;
-
 bool has_pressure(const Result &result) {
     return is_pressure_on_whole_surface(result.problem.load_case, result.problem.body->mesh);
 }
 
-std::map<Key, const Result *> last_of_each(std::span<const Result> results) {
-    std::map<Key, const Result *> last;
+/// A result for each load case that counts.
+std::vector<const Result *> last_of_load_cases(std::span<const Result> results, const std::string &body, double ratio) {
+    std::map<std::string, const Result *> last;
     for (const auto &result : results)
-        if (is_plain_static(result))
-            last[{result.problem.body->name, poisson_ratio(result), result.problem.load_case.name}] = &result;
-    return last;
+        if (result.problem.body->name == body && poisson_ratio(result) == ratio && counts_in_means(result))
+            last[result.problem.load_case.name] = &result;
+    std::vector<const Result *> found;
+    for (const auto &[name, result] : last)
+        found.push_back(result);
+    return found;
 }
 
 /// What there is of one model over some load cases.
@@ -45,6 +45,7 @@ struct MedianCases {
     StiffnessCases stiffness;
     std::vector<double> own_stiffness; ///< how uncertain that is where the model is the reference
     std::string failure;               ///< a status other than ok
+    std::size_t num_in_table = 0;      ///< load cases, of all models
 };
 
 void enter_medians(MedianCases &cases, const ModelResult &model, const Result &result) {
@@ -69,10 +70,14 @@ std::string cell_of(const MedianCases &cases) {
     if (!cases.errors.empty()) {
         const double error = median(cases.errors);
         const bool is_known = cases.uncertainties.size() == cases.errors.size();
-        const bool is_within = is_known && error < median(cases.uncertainties);
-        return fmt::format("{}{}", is_within ? "within " : "", fixed(percent * error, 2));
+        const bool is_of_all = cases.errors.size() == cases.num_in_table;
+        const bool is_within = is_known && is_of_all && error < median(cases.uncertainties);
+        return fmt::format("{}{}", is_within ? "within " : "",
+                           over_some(fixed(percent * error, 2), cases.errors.size(), cases.num_in_table));
     }
-    return cases.own_uncertainties.empty() ? "-" : "+- " + fixed(percent * median(cases.own_uncertainties), 2);
+    return cases.own_uncertainties.empty() ? "-"
+                                           : "+- " + over_some(fixed(percent * median(cases.own_uncertainties), 2),
+                                                               cases.own_uncertainties.size(), cases.num_in_table);
 }
 
 /// The median of stiffness at the tool.
@@ -86,7 +91,7 @@ std::string tool_cell_of(const MedianCases &cases) {
 std::set<std::string> names_where(std::span<const Result> results, const std::function<bool(const Result &)> &is_one) {
     std::set<std::string> names;
     for (const auto &result : results)
-        if (is_plain_static(result) && is_one(result))
+        if (counts_in_means(result) && is_one(result))
             names.insert(result.problem.load_case.name);
     return names;
 }
@@ -110,24 +115,25 @@ bool is_pressure_on_whole_surface(const core::LoadCase &load_case, const core::T
 }
 
 Layout median_errors(std::span<const Result> results) {
-    const auto last = last_of_each(results);
     std::set<double, std::greater<>> ratios;
     for (const auto &result : results)
-        if (is_plain_static(result))
+        if (counts_in_means(result))
             ratios.insert(poisson_ratio(result));
     Layout layout{{{"body"}, {"model"}}, {}};
     for (const double ratio : ratios)
         for (const auto *const title : {"median [%]", "tool [%]", "worst tool [%]", "pressure [%]"})
             layout.columns.push_back({fmt::format("nu {:g}: {}", ratio, title), true});
-    for (const auto &[body, name] : bodies_and_models(results, is_plain_static)) {
+    for (const auto &[body, name] : bodies_and_models(results, counts_in_means)) {
         auto &row = layout.rows.emplace_back(std::vector{body, name});
         for (const double ratio : ratios) {
             MedianCases others, pressed;
-            for (const auto &[key, result] : last)
-                if (std::get<0>(key) == body && std::get<1>(key) == ratio)
-                    for (const auto &model : result->models)
-                        if (model.name == name)
-                            enter_medians(has_pressure(*result) ? pressed : others, model, *result);
+            const auto of_kind = [&](const Result &result) -> MedianCases & {
+                return has_pressure(result) ? pressed : others;
+            };
+            for (const auto *const result : last_of_load_cases(results, body, ratio))
+                ++of_kind(*result).num_in_table;
+            for (const auto &[model, result] : counted_cases(results, body, ratio, name))
+                enter_medians(of_kind(*result), *model, *result);
             row.push_back(cell_of(others));
             row.push_back(tool_cell_of(others));
             row.push_back(others.failure.empty() ? others.stiffness.worst_cell() : "-");
@@ -138,11 +144,9 @@ Layout median_errors(std::span<const Result> results) {
 }
 
 bool has_several_load_cases(std::span<const Result> results) {
-    std::map<std::pair<std::string, double>, int> numbers;
-    for (const auto &[key, result] : last_of_each(results))
-        if (++numbers[{std::get<0>(key), std::get<1>(key)}] > 1)
-            return true;
-    return false;
+    return std::ranges::any_of(results, [&](const Result &result) {
+        return counted_load_cases(results, result.problem.body->name, poisson_ratio(result)).size() > 1;
+    });
 }
 
 std::string median_legend(std::span<const Result> results) {

@@ -1,5 +1,4 @@
 #include "results/tables/overview.hpp"
-#include "results/tables/tool_cells.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +9,8 @@
 #include <vector>
 
 #include "core/units.hpp"
+#include "results/one_reference.hpp"
+#include "results/tables/tool_cells.hpp"
 
 namespace livermark::results {
 
@@ -23,7 +24,8 @@ using core::percent;
 struct Cases {
     std::vector<double> errors, reaction_errors, uncertainties, critical_steps, step_seconds;
     StiffnessCases stiffness;
-    std::string failure; ///< a status other than ok
+    std::string failure;          ///< a status other than ok
+    std::size_t num_in_table = 0; ///< of all models: load cases that count
 };
 
 void enter(Cases &cases, const ModelResult &model, const Result &result) {
@@ -37,10 +39,6 @@ void enter(Cases &cases, const ModelResult &model, const Result &result) {
     } else if (result.reference_uncertainty && result.reference_uncertainty->reference == model.name) {
         cases.uncertainties.push_back(result.reference_uncertainty->relative_l2);
     }
-    if (const auto &steps = model.solution.explicit_steps) {
-        cases.critical_steps.push_back(steps->critical_time_step);
-        cases.step_seconds.push_back(steps->seconds_per_step);
-    }
 }
 
 Cases collect(std::span<const Result> results, const std::string &body, double ratio, const std::string &name) {
@@ -48,8 +46,13 @@ Cases collect(std::span<const Result> results, const std::string &body, double r
     for (const auto &result : results)
         if (result.problem.body->name == body && poisson_ratio(result) == ratio)
             for (const auto &model : result.models)
-                if (model.name == name)
-                    enter(cases, model, result);
+                if (const auto &steps = model.solution.explicit_steps; steps && model.name == name) {
+                    cases.critical_steps.push_back(steps->critical_time_step);
+                    cases.step_seconds.push_back(steps->seconds_per_step);
+                }
+    cases.num_in_table = counted_load_cases(results, body, ratio).size();
+    for (const auto &[model, result] : counted_cases(results, body, ratio, name))
+        enter(cases, *model, *result);
     return cases;
 }
 
@@ -72,8 +75,9 @@ std::vector<std::string> cells_of(const Cases &cases) {
     const bool is_reference = cases.errors.empty() && !cases.uncertainties.empty();
     const auto plus_minus = [&](const std::string &text) { return is_reference ? "+- " + text : text; };
     const auto &errors = is_reference ? cases.uncertainties : cases.errors;
+    const auto mean = errors.empty() ? "-" : over_some(mean_in_percent(errors), errors.size(), cases.num_in_table);
     const bool has_ended = cases.failure.empty();
-    return {has_ended ? plus_minus(mean_in_percent(errors)) : "-",
+    return {has_ended ? plus_minus(mean) : "-",
             has_ended ? plus_minus(largest(errors)) : cases.failure,
             has_ended ? cases.stiffness.mean_cell() : "-",
             has_ended ? cases.stiffness.worst_cell() : "-",

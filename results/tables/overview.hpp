@@ -22,7 +22,8 @@ std::vector<std::pair<std::string, std::string>> bodies_and_models(std::span<con
 /// Whether a body is there with several Poisson's ratios.
 bool has_several_poisson_ratios(std::span<const Result> results);
 
-/// One row per body and model, in the order in which they appear, and for each Poisson's ratio over all load cases: the
+/// One row per body and model, in the order in which they appear, and for each Poisson's ratio over all load cases that
+/// count (see counts_in_means()), with their number behind the mean of a model that has not solved all of them: the
 /// mean and the worst relative L2 error of the static solution [%], those of the absolute value of stiffness_at_tool()
 /// [%], the mean and the worst error of the reactions [%]
 /// and the shortest critical time step of explicit stepping [ms]; at the end the time that such a step takes [us]. The
@@ -30,7 +31,7 @@ bool has_several_poisson_ratios(std::span<const Result> results);
 /// status the worst.
 Layout overview(std::span<const Result> results);
 
-/// One row per model and two columns per body_label(), in the order in which they appear: the means over all load cases
+/// One row per model and two columns per body_label(), in the order in which they appear: the means over the load cases
 /// of the relative L2 error of the static solution and of the absolute value of stiffness_at_tool() [%], as in
 /// overview().
 Layout mean_errors(std::span<const Result> results);

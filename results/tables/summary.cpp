@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/units.hpp"
+#include "results/one_reference.hpp"
 #include "results/tables/overview.hpp"
 #include "results/tables/tool_cells.hpp"
 
@@ -25,6 +26,11 @@ template <class T> void note(std::vector<T> &seen, const T &value) {
         seen.push_back(value);
 }
 
+void append(std::vector<double> &values, const std::optional<double> &value) {
+    if (value)
+        values.push_back(*value);
+}
+
 double mean(const std::vector<double> &values) {
     return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
@@ -34,32 +40,45 @@ std::vector<std::string> row_of(std::span<const Result> results, const std::stri
     std::vector<std::string> row{body, name};
     std::vector<double> errors, uncertainties, reactions, seconds;
     StiffnessCases stiffness;
+    std::size_t num_in_table = 0; // load cases that count
     for (const auto &load_case : load_cases) {
         std::string cell = "-";
+        bool any_counts = false;
+        std::optional<double> error, at_tool, uncertainty, reaction; // of the last result
         for (const auto &result : results) {
             if (body_label(result, results) != body || result.problem.load_case.name != load_case)
                 continue;
+            const bool counts = counts_in_means(result);
+            any_counts = any_counts || counts;
             const auto model = std::ranges::find(result.models, name, &ModelResult::name);
             if (model == result.models.end())
                 continue;
             seconds.push_back(model->solution.solve_seconds);
-            if (result.reference_uncertainty && result.reference_uncertainty->reference == name)
-                uncertainties.push_back(result.reference_uncertainty->relative_l2);
+            if (counts && result.reference_uncertainty && result.reference_uncertainty->reference == name)
+                uncertainty = result.reference_uncertainty->relative_l2;
             if (model->solution.status != core::SolutionStatus::ok) {
                 cell = core::to_string(model->solution.status);
             } else if (!model->comparison) {
-                cell = "reference";
+                cell = reference_of(result) == name ? "reference" : "not compared";
             } else {
-                errors.push_back(model->comparison->relative_l2);
-                stiffness.enter(stiffness_at_tool(*model), load_case);
+                cell = fixed(percent * model->comparison->relative_l2, 2) + (leaves_regime(result) ? " !" : "");
+                if (!counts)
+                    continue;
+                error = model->comparison->relative_l2;
+                at_tool = stiffness_at_tool(*model);
                 if (!std::isnan(model->comparison->reaction_error))
-                    reactions.push_back(model->comparison->reaction_error);
-                cell = fixed(percent * errors.back(), 2);
+                    reaction = model->comparison->reaction_error;
             }
         }
+        num_in_table += any_counts ? 1 : 0;
+        append(errors, error);
+        if (at_tool)
+            stiffness.enter(*at_tool, load_case);
+        append(uncertainties, uncertainty);
+        append(reactions, reaction);
         row.push_back(cell);
     }
-    row.push_back(errors.empty() ? "-" : fixed(percent * mean(errors), 2));
+    row.push_back(errors.empty() ? "-" : over_some(fixed(percent * mean(errors), 2), errors.size(), num_in_table));
     row.push_back(uncertainties.empty() ? "-" : fixed(percent * mean(uncertainties), 2));
     row.push_back(stiffness.mean_cell());
     row.push_back(stiffness.worst_cell());

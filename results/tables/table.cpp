@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/units.hpp"
+#include "results/one_reference.hpp"
 #include "results/tables/overview.hpp"
 #include "results/tables/table_layout.hpp"
 #include "results/tables/tool_cells.hpp"
@@ -82,7 +83,7 @@ Row row_of(const ModelResult &model, const Result &result, const std::string &bo
             std::isnan(solution.nonlinearity) ? "-" : fixed(percent * solution.nonlinearity, 2),
             fmt::format("{:.3g}", solution.setup_seconds),
             fmt::format("{:.3g}", solution.solve_seconds),
-            core::to_string(solution.status),
+            shown_status(model, result),
             reference && !model.band ? "-" : verdict(model)};
     if (const auto &comparison = model.comparison) {
         row[4] = fixed(percent * comparison->relative_l2, 2);

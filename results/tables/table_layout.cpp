@@ -85,6 +85,10 @@ std::string to_markdown(const Layout &layout) {
     return text;
 }
 
+std::string over_some(const std::string &mean, std::size_t part, std::size_t whole) {
+    return part == whole ? mean : fmt::format("{} ({} of {})", mean, part, whole);
+}
+
 std::string fixed(double value, int decimals) {
     return std::abs(value) < largest_fixed || !std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals)
                                                                     : fmt::format("{:.1e}", value);

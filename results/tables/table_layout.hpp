@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,10 @@ std::string to_text(const Layout &layout);
 
 /// A table in GitHub's Markdown, all printable().
 std::string to_markdown(const Layout &layout);
+
+/// A mean as it stands in a table: with the number of load cases behind it where it is not over all of them, "5.32 (3
+/// of 11)": such a mean is not to be ranked.
+std::string over_some(const std::string &mean, std::size_t part, std::size_t whole);
 
 /// A number with some decimals; where that would be too wide, in the form 1.2e+34.
 std::string fixed(double value, int decimals);

@@ -10,6 +10,7 @@
 
 #include "meshes/liver_variation.hpp"
 #include "results/cohort.hpp"
+#include "results/one_reference.hpp"
 #include "results/provenance.hpp"
 #include "studies/cohort/cohort_body.hpp"
 #include "studies/run/benchmark_case.hpp"
@@ -99,6 +100,7 @@ void add_outcomes(Outcomes &&outcomes, const std::string &body, CohortOutcome &a
     for (auto &outcome : outcomes.of_problem) {
         kept.num_kept += outcome.num_kept;
         kept.num_load_cases += static_cast<int>(outcome.done.size());
+        std::ranges::move(results::result_remarks(outcome.done), std::back_inserter(all.notes));
         std::ranges::move(results::cohort_errors(outcome.done), std::back_inserter(all.cohort.errors));
         std::ranges::move(outcome.failures, std::back_inserter(all.cohort.failures));
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <iterator>
+#include <map>
 #include <numeric>
 #include <system_error>
 #include <utility>
@@ -12,6 +13,7 @@
 #include "results/hdf5/file_kind.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/result_files.hpp"
+#include "results/one_reference.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::studies {
@@ -33,6 +35,32 @@ void sort_results(ReportData &data) {
     }
     data.results = std::move(sorted.results);
     data.files.results = std::move(sorted.files.results);
+}
+
+/// Numbers of two references are never in one table, so only the results of the one that most files have stay.
+void keep_one_reference(std::vector<results::Result> &all, std::vector<std::string> &files,
+                        std::vector<std::string> &faults) {
+    std::map<std::string, int> counts;
+    for (const auto &result : all)
+        if (const auto reference = results::reference_of(result); !reference.empty())
+            ++counts[reference];
+    if (counts.size() < 2)
+        return;
+    const auto kept = std::ranges::max_element(counts, {}, [](const auto &count) { return count.second; })->first;
+    std::vector<results::Result> stay;
+    std::vector<std::string> names;
+    for (std::size_t r = 0; r < all.size(); ++r)
+        if (const auto reference = results::reference_of(all[r]); reference == kept || reference.empty()) {
+            stay.push_back(std::move(all[r]));
+            names.push_back(std::move(files[r]));
+        } else {
+            faults.push_back(
+                fmt::format("{}: its errors are against {}, and those of most files here against {}, which "
+                            "are never in one table; make a report of a folder of its own",
+                            files[r], reference, kept));
+        }
+    all = std::move(stay);
+    files = std::move(names);
 }
 
 /// A cohort file speaks for the result files of its bodies below it.
@@ -118,6 +146,8 @@ ReportData read_report_data(const std::filesystem::path &folder) {
                                               "--output {0}`",
                                               folder.string())
                                 : data.faults.front());
+    keep_one_reference(data.results, data.files.results, data.faults);
+    keep_one_reference(data.large, data.files.large, data.faults);
     // Small and large deformations of one body are of one body.
     std::vector<results::Result> all = std::move(data.results);
     const auto num_small = static_cast<std::ptrdiff_t>(all.size());

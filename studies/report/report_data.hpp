@@ -34,7 +34,8 @@ struct ReportData {
 };
 
 /// Reads every .h5 below a folder. Result files of the bodies of a cohort stand below its file and are left out: they
-/// are many, and what they come to is in that file.
+/// are many, and what they come to is in that file. Of results against several references those of the one that most
+/// files have stay; the others are faults.
 /// @throws support::InputError if the folder cannot be listed, or none of the files has anything for a report
 ReportData read_report_data(const std::filesystem::path &folder);
 

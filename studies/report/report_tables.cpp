@@ -5,6 +5,7 @@
 #include <toml++/toml.h>
 
 #include "results/cohort.hpp"
+#include "results/one_reference.hpp"
 #include "results/tables/accuracy.hpp"
 #include "results/tables/arena_table.hpp"
 #include "results/tables/cohort_table.hpp"
@@ -46,6 +47,7 @@ toml::array json_of(const std::vector<results::Standing> &standings) {
                                     {"integrator", standing.integrator},
                                     {"cost", standing.at.cost},
                                     {"error", standing.at.error},
+                                    {"is_ranked", standing.is_ranked()},
                                     {"is_on_front", standing.is_on_front}});
     return array;
 }
@@ -53,7 +55,11 @@ toml::array json_of(const std::vector<results::Standing> &standings) {
 toml::array files_with_labels(const std::vector<std::string> &files, const std::vector<results::Result> &results) {
     toml::array array;
     for (std::size_t r = 0; r < results.size(); ++r)
-        array.push_back(toml::table{{"file", files[r]}, {"label", results::body_label(results[r], results)}});
+        array.push_back(toml::table{{"file", files[r]},
+                                    {"label", results::body_label(results[r], results)},
+                                    {"counts", results::counts_in_means(results[r])},
+                                    {"leaves_regime", results::leaves_regime(results[r])},
+                                    {"remarks", array_of(results::result_remarks({&results[r], 1}))}});
     return array;
 }
 
@@ -100,17 +106,19 @@ toml::table json_of(const std::vector<results::CohortStatistics> &group) {
                                          {"median_high", one.median_interval.high}});
     }
     return toml::table{{"regime", core::to_string(group.front().regime)},
+                       {"reference", group.front().reference},
                        {"poisson_ratio", group.front().poisson_ratio},
                        {"statistics", std::move(statistics)},
                        {"table", json_of(results::cohort_table(group))}};
 }
 
-/// What is of one regime and Poisson's ratio stands together.
+/// What is of one regime, reference and Poisson's ratio stands together.
 toml::array cohort_groups(const results::Cohort &cohort) {
     std::vector<std::vector<results::CohortStatistics>> groups;
     for (auto &statistics : results::cohort_statistics(cohort.errors)) {
         const auto same = std::ranges::find_if(groups, [&](const auto &group) {
-            return group.front().regime == statistics.regime && group.front().poisson_ratio == statistics.poisson_ratio;
+            return group.front().regime == statistics.regime && group.front().reference == statistics.reference &&
+                   group.front().poisson_ratio == statistics.poisson_ratio;
         });
         if (same == groups.end())
             groups.push_back({std::move(statistics)});
@@ -194,6 +202,8 @@ std::string report_tables(const ReportData &data, const std::string &command_lin
         {"large_legend", results::large_legend()},
         {"tool_legend", results::tool_legend()},
         {"smallest_felt_difference", core::smallest_felt_difference},
+        {"reference", results::reference_sentence(data.results)},
+        {"large_reference", results::reference_sentence(data.large)},
         {"paper", papers_of(data)},
         {"standings", toml::table{{"rest", json_of(results::standings_at_rest(data.results))},
                                   {"motion", json_of(results::standings_in_motion(data.results))}}},

@@ -1,6 +1,7 @@
 """Result files as numpy arrays, tables and grids, without any compiled module."""
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 
@@ -34,6 +35,7 @@ def test_arrays_are_those_of_the_file():
         assert result["fem_p1"].springs is None and not result["fem_p1"].moves_in_steps
         assert result["fem_p2p1"].error is None and result["fem_p2p1"].comparison is None
         assert lloyd.frames is None and result.reference is None
+        assert result.compared_with == "fem_p2p1" and result.reference_on_mesh
 
 
 def test_models_are_in_the_order_in_which_they_were_run():
@@ -82,6 +84,16 @@ def test_a_diverged_model_is_a_row_like_any_other():
         assert errors.loc["blown_up", "status"] == "diverged"
         assert errors.loc["springs", "relative_l2"] == pytest.approx(0.2, rel=1e-3)
         assert result.reference["model"] in result.models
+        assert result.compared_with == result.reference["model"] and result.reference_on_mesh
+
+
+def test_a_reference_on_refined_meshes_is_known_as_such(tmp_path):
+    path = tmp_path / "refined.h5"
+    shutil.copy(SAMPLES / "sample_result.h5", path)
+    with h5py.File(path, "r+") as file:
+        file["reference"].attrs["refined_model"] = file["reference"].attrs["model"]
+    with livermark.open(path) as result:
+        assert not result.reference_on_mesh
 
 
 def test_stiffness_at_the_tool_has_its_places_and_its_path():

@@ -57,7 +57,7 @@ class Model:
     reference: str  #: that it is compared with; empty where it is not
     relative_l2: float  #: NaN where it was not compared
     max_error: float  #: [m]
-    stiffness: float  #: at the tool, force over displacement of the model over that of the reference, minus 1; NaN without one
+    stiffness: float  #: at the tool, force over displacement over that of the reference, minus 1; NaN without one
     is_within_uncertainty: bool
     is_spring_model: bool  #: is made of springs or moves in explicit steps: finite elements are what it is measured by
 
@@ -82,6 +82,9 @@ class Result:
     provenance: dict[str, Any]
     uncertainty: Optional[dict[str, Any]]  #: of the reference, as /reference has it
     models: dict[str, Model]
+    counts: bool  #: in means of static errors: no motion, no multiple of a load, compared, and inside its regime
+    leaves_regime: bool
+    remarks: list[str]  #: why its models are not what they were meant to be, a sentence each
 
     def open(self) -> ResultFile:
         return ResultFile(self.path)
@@ -96,10 +99,21 @@ class Result:
         return next((model.reference for model in self.models.values() if model.reference), "")
 
     @property
+    def reference_error(self) -> float:
+        """What relative_l2 of the reference itself is known to be; 0 where that is not known."""
+        return self.uncertainty["reference_uncertainty"] if self.uncertainty else 0.0
+
+    @property
     def best_springs(self) -> Optional[Model]:
         """The spring model with the smallest error; None if there is none with an error."""
         springs = [model for model in self.models.values() if model.is_spring_model and math.isfinite(model.error)]
         return min(springs, key=lambda model: model.error, default=None)
+
+
+def not_told_from_best(errors: dict[str, float], uncertainty: float) -> list[str]:
+    """Who has the smallest error, and whose error differs from that by less than the uncertainty of the reference."""
+    best = min(errors.values(), default=math.nan)
+    return [name for name, error in errors.items() if error == best or error - best < uncertainty]
 
 
 def _model(file: ResultFile, name: str) -> Model:
@@ -113,15 +127,17 @@ def _model(file: ResultFile, name: str) -> Model:
                  is_spring_model=model.moves_in_steps)
 
 
-def read_result(path: pathlib.Path, file: str, label: str) -> Result:
+def read_result(path: pathlib.Path, told: dict) -> Result:
+    """told: what report_tables() says of the file"""
     with ResultFile(path) as result:
         load_case = result.load_case_attributes
         models = [_model(result, name) for name in result.models]
-        return Result(path=path, file=file, label=label, body=cleaned(result.body),
+        return Result(path=path, file=told["file"], label=told["label"], body=cleaned(result.body),
                       load_case=cleaned(load_case["name"]), title=cleaned(load_case["title"]),
                       has_motion=result.has_motion, poisson_ratio=float(result.materials["poisson_ratio"][0]),
                       assumptions=cleaned(result.assumptions), provenance=cleaned(result.provenance),
-                      uncertainty=cleaned(result.reference), models={model.name: model for model in models})
+                      uncertainty=cleaned(result.reference), models={model.name: model for model in models},
+                      counts=told["counts"], leaves_regime=told["leaves_regime"], remarks=told["remarks"])
 
 
 def attributes_of(group) -> dict[str, Any]:
@@ -145,7 +161,7 @@ class ReportData:
         self.told = told  #: the rest, as livermark::studies::report_tables() says
 
     def _result(self, entry: dict) -> Result:
-        return read_result(self.folder / entry["file"], entry["file"], entry["label"])
+        return read_result(self.folder / entry["file"], entry)
 
     def open(self, file: str) -> h5py.File:
         """A file that is no result file; file is relative to the folder."""

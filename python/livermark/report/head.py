@@ -5,7 +5,7 @@ import math
 
 from markupsafe import Markup
 
-from livermark.report.data import Column, ReportData, Result, Table
+from livermark.report.data import Column, ReportData, Result, Table, not_told_from_best
 from livermark.report.parts import figure, table
 from livermark.report.units import PERCENT, fixed, mean, percent
 
@@ -19,6 +19,7 @@ def _row(label: str, cases: list[Result]) -> list[str]:
     springs: dict[str, list[float]] = {}
     stiffness: dict[str, list[float]] = {}
     baseline = []
+    cases = [result for result in cases if result.counts]
     for result in cases:
         for model in result.models.values():
             if math.isfinite(model.error):
@@ -28,23 +29,27 @@ def _row(label: str, cases: list[Result]) -> list[str]:
                         stiffness.setdefault(model.name, []).append(abs(model.stiffness))
                 elif model.name == "fem_p1":
                     baseline.append(model.error)
-    uncertainties = [result.uncertainty["reference_uncertainty"] for result in cases if result.uncertainty]
+    uncertainties = [result.reference_error for result in cases if result.uncertainty]
     of_all = {name: mean(errors) for name, errors in sorted(springs.items()) if len(errors) == len(cases)}
-    best = min(of_all, key=of_all.__getitem__, default=None)
-    return [label, str(len(cases)), best or "none solved every load case", percent(of_all[best]) if best else "-",
-            fixed(PERCENT * mean(stiffness[best]), 1) if best in stiffness else "-",
+    best = not_told_from_best(of_all, mean([result.reference_error for result in cases])) if of_all else []
+    best.sort(key=of_all.__getitem__)
+    return [label, str(len(cases)), ", ".join(best) or "none solved every load case",
+            ", ".join(percent(of_all[name]) for name in best) or "-",
+            ", ".join(fixed(PERCENT * mean(stiffness[name]), 1) if name in stiffness else "-" for name in best) or "-",
             _mean_of_all(baseline, len(cases)), _mean_of_all(uncertainties, len(cases))]
 
 
 def findings(data: ReportData) -> Markup:
-    """A row for each body: the springs that are best in the mean, of those that came through every load case."""
+    """A row for each body: the springs that are best in the mean, of those that came through every load case that
+    counts; several where they differ by less than the uncertainty of the reference."""
     if not data.results:
         return Markup("")
     columns = [Column("body"), Column("load cases", True), Column("nearest springs"), Column("mean error [%]", True),
                Column("at the tool [%]", True),
                Column("of linear finite elements [%]", True), Column("uncertainty of the reference [%]", True)]
     rows = [_row(label, cases) for label, cases in data.by_label()]
-    return figure("table", table(Table(columns, rows)), "In short: means over the load cases of each body.")
+    return figure("table", table(Table(columns, rows)), "In short: means over the static load cases of each body. "
+                  + data.told["reference"])
 
 
 def facts(data: ReportData) -> list[tuple[str, str]]:

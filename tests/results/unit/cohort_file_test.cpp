@@ -42,6 +42,7 @@ TEST_F(CohortFile, HoldsWhatWasWritten) {
         EXPECT_EQ(read.errors[e].model, written.errors[e].model);
         EXPECT_EQ(read.errors[e].regime, written.errors[e].regime);
         EXPECT_EQ(read.errors[e].status, written.errors[e].status);
+        EXPECT_EQ(read.errors[e].reference, written.errors[e].reference);
         EXPECT_TRUE(read.errors[e].relative_l2 == written.errors[e].relative_l2 ||
                     (std::isnan(read.errors[e].relative_l2) && std::isnan(written.errors[e].relative_l2)));
         EXPECT_TRUE(read.errors[e].stiffness == written.errors[e].stiffness ||

@@ -150,5 +150,20 @@ TEST(MedianErrors, CountARepeatedLoadCaseOnceAndLeaveMotionAndMultiplesOut) {
     EXPECT_TRUE(median_errors(std::vector<Result>{tests::sample_result()}).rows.empty());
 }
 
+TEST(MedianErrors, SayOverHowManyLoadCasesTheyAreWhereAModelLacksSome) {
+    std::vector<Result> results{named("a", 0.004, 0.01), named("b", 0.30, 0.01), named("c", 0.20, 0.01)};
+    results[1].models.resize(1);
+    results[2].models.resize(1);
+    for (const auto r : {1, 2}) { // somebody else was compared there
+        auto other = named("x", 0.5, 0.01).models[springs];
+        other.name = "other";
+        results[r].models.push_back(other);
+    }
+    const auto layout = median_errors(results);
+    EXPECT_EQ(median_row_of(layout, "springs").at(2), "0.40 (1 of 3)"); // and not "within"
+    EXPECT_EQ(median_row_of(layout, "other").at(2), "50.00 (2 of 3)");
+    EXPECT_EQ(median_row_of(layout, "fem_p2").at(2), "+- 1.00");
+}
+
 } // namespace
 } // namespace livermark::results

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <gtest/gtest.h>
+#include <memory>
 
+#include "results/tables/summary.hpp"
 #include "tests/sample_result.hpp"
 
 namespace livermark::results {
@@ -10,7 +12,7 @@ namespace {
 
 /// Two load cases at 0.3, and one at 0.45.
 std::vector<Result> three_results() {
-    std::vector<Result> results(3, tests::sample_result());
+    std::vector<Result> results(3, tests::without_motion(tests::sample_result()));
     results[1].problem.load_case.name = "gravity";
     for (auto &result : results) {
         auto body = *result.problem.body;
@@ -69,6 +71,65 @@ TEST(Overview, NamesPoissonsRatioOnlyWhereThereAreSeveral) {
     const std::span one(results.data(), 2);
     EXPECT_FALSE(has_several_poisson_ratios(one));
     EXPECT_EQ(body_label(results[0], one), "box");
+}
+
+/// A release starts as the pull before it does: its error would count twice.
+TEST(Overview, CountsNoStaticStartOfAMotionAndNoMultipleOfALoad) {
+    auto results = three_results();
+    results.push_back(tests::sample_result());
+    results.push_back(results[0]);
+    results.back().problem.load_case.name += "@10";
+    for (const auto r : {3, 4}) {
+        auto body = *results[r].problem.body;
+        body.materials.front().poisson_ratio = 0.3;
+        results[r].problem.body = std::make_shared<const core::Body>(std::move(body));
+        results[r].models[1].comparison->relative_l2 = 0.9;
+        results[r].models[1].comparison->reaction_error = 0.9;
+        for (auto &place : results[r].models[1].comparison->tool.value().places) {
+            place.stiffness = 0.9;
+            place.path.clear();
+        }
+    }
+    EXPECT_EQ(overview(results).rows, overview(three_results()).rows);
+    EXPECT_EQ(mean_errors(results).rows, mean_errors(three_results()).rows);
+    const auto layout = summary(results);
+    EXPECT_EQ(row_of(layout, "springs")[2], "90.00"); // of the motion, whose load case has the same name
+    EXPECT_EQ(row_of(layout, "springs")[5], "20.00"); // the mean
+    EXPECT_EQ(row_of(layout, "springs")[7], row_of(summary(three_results()), "springs")[6]); // and at the tool
+}
+
+TEST(Overview, SaysOverHowManyLoadCasesAMeanIsThatIsNotOverAll) {
+    auto results = three_results();
+    auto guest = results[0].models[1];
+    guest.name = "guest";
+    results[0].models.push_back(guest);
+    EXPECT_EQ(row_of(overview(results), "guest")[2], "10.00 (1 of 2)");
+    EXPECT_EQ(row_of(overview(results), "guest")[9], "-");
+    EXPECT_EQ(mean_errors(results).rows.back(),
+              (std::vector<std::string>{"guest", "10.00 (1 of 2)", "20.0 !", "-", "-"}));
+    EXPECT_EQ(row_of(summary(results), "guest")[4], "10.00 (1 of 2)");
+}
+
+TEST(Overview, TakesAModelFromTheFileThatHasIt) {
+    auto all = three_results();
+    all.resize(2); // at one ratio
+    auto apart = all;
+    for (const auto r : {0, 1}) { // the springs in files of their own
+        apart.push_back(all[r]);
+        apart[r].models.erase(apart[r].models.begin() + 1);
+        apart.back().models.resize(2);
+    }
+    EXPECT_EQ(row_of(overview(apart), "springs"), row_of(overview(all), "springs"));
+    EXPECT_EQ(row_of(summary(apart), "springs")[4], row_of(summary(all), "springs")[4]);
+}
+
+TEST(Overview, CallsNoModelTheReferenceWhereNothingWasCompared) {
+    auto results = three_results();
+    results.resize(1);
+    for (auto &model : results[0].models)
+        model.comparison.reset();
+    EXPECT_EQ(row_of(summary(results), "fem_p2")[2], "not compared");
+    EXPECT_EQ(row_of(summary(three_results()), "fem_p2")[2], "reference");
 }
 
 } // namespace

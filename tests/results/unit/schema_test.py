@@ -79,7 +79,9 @@ def sizes_of(file):
         sizes = {"U": file["/bodies/number"].shape[0], "O": file["/lesions/body"].shape[0],
                  "E": file["/errors/body"].shape[0], "H": file["/statistics/half"].shape[0],
                  "J": len(file["/errors/load_case"].attrs["names"]), "W": len(file["/errors/model"].attrs["names"]),
-                 "X": len(file["/statistics/model"].attrs["names"]), "Z": file["/failures"].shape[0]}
+                 "X": len(file["/statistics/model"].attrs["names"]),
+                 "G": len(file["/errors/reference"].attrs["names"]),
+                 "Y": len(file["/statistics/reference"].attrs["names"]), "Z": file["/failures"].shape[0]}
         assert sizes["U"] != sizes["E"] != sizes["H"] != sizes["O"], f"{sizes}"
         return sizes
     if "tool" in file:

@@ -1,6 +1,7 @@
 """Errors over the bodies of a cohort: how they are distributed, and their statistics."""
 from __future__ import annotations
 
+import math
 from typing import Optional
 
 import matplotlib
@@ -8,7 +9,7 @@ from markupsafe import Markup
 from matplotlib.lines import Line2D
 
 from livermark.report import colours, figures
-from livermark.report.data import ReportData, attributes_of, cleaned, table_of
+from livermark.report.data import ReportData, attributes_of, cleaned, number, table_of
 from livermark.report.parts import Section, figure, missing, paragraph, table
 from livermark.report.units import PERCENT
 
@@ -30,8 +31,9 @@ def _by_model(statistics: list[dict]) -> dict[str, dict[str, dict]]:
 
 
 def _draw_strip(axes, one: dict, style: colours.Style, y: float) -> None:
-    low, median, high = (PERCENT * one[name] for name in ("median_low", "median", "median_high"))
-    axes.fill_between([low, high], y - 0.11, y + 0.11, color=colours.BAND, linewidth=0, zorder=1)
+    low, median, high = (PERCENT * number(one[name]) for name in ("median_low", "median", "median_high"))
+    if not math.isnan(low):
+        axes.fill_between([low, high], y - 0.11, y + 0.11, color=colours.BAND, linewidth=0, zorder=1)
     axes.plot([PERCENT * error for error in one["errors"]], [y] * len(one["errors"]), linestyle="", marker=style.marker,
               markersize=6, color=style.colour, alpha=0.75, zorder=2)
     axes.plot([median, median], [y - 0.15, y + 0.15], color=colours.INK, linewidth=2, zorder=3)
@@ -78,11 +80,14 @@ def _cohort(data: ReportData, told: dict) -> Markup:
     for group in told["groups"]:
         if plot := _plot(group):
             html += figure("figure", plot,
-                           f"Deformations of the {group['regime']} regime: a marker for each body, a stroke for the median "
-                           "and a bar for its interval of 95 %. The smallest median comes first.", [command])
+                           f"Deformations of the {group['regime']} regime: a marker for each body, a stroke for the "
+                           "median and a bar for its interval of 95 %, where there are bodies enough. The smallest "
+                           "median comes first.", [command])
         html += figure("table", table(table_of(group["table"])),
-                       f"Deformations of the {group['regime']} regime: mean relative L2 error over load cases, in brackets "
-                       f"the interval of 95 % by bootstrap; tool: the same of the absolute value of the stiffness at the tool. Load cases: {', '.join(sorted(cases))}.", [command])
+                       f"Deformations of the {group['regime']} regime: mean relative L2 error over load cases"
+                       + (f", against {group['reference']}" if group["reference"] else "") + ", in brackets the interval "
+                       "of 95 % by bootstrap where there are bodies enough; tool: the same of the absolute value of the "
+                       f"stiffness at the tool. Load cases: {', '.join(sorted(cases))}.", [command])
     for failure in failures:
         html += missing("Failed: " + failure)
     return html

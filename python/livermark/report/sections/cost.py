@@ -27,7 +27,7 @@ def _plot(title: str, group: list[dict], models: list[str], error_label: str) ->
     """The points of a group, and the front as a line behind them."""
     cost = [number(standing["cost"]) for standing in group]
     error = [PERCENT * number(standing["error"]) for standing in group]
-    shown = [k for k in range(len(group)) if figures.has_points([cost[k]], [error[k]])]
+    shown = [k for k in range(len(group)) if figures.has_points([cost[k]], [error[k]]) and group[k]["is_ranked"]]
     if not shown:
         return Markup("")
     axes = figures.new_plot(title, "seconds of one core for a simulated second", error_label, height=340)
@@ -53,9 +53,10 @@ def section(data: ReportData) -> Section:
     commands = commands_of(data.results)
     standings = data.told["standings"]
     html = paragraph("Below and to the left is better. The dashed line joins the Pareto front: no other point has a smaller "
-                     "error at the same cost. Costs are of one machine, in one run.")
+                     "error at the same cost. A mean over some of the load cases is not drawn. Costs are of one machine, in one "
+                     f"run. {data.told['reference']}")
     if standings["rest"]:
-        caption = ("Mean error at rest over the load cases of each body, against the cost of a simulated second in explicit "
+        caption = ("Mean error at rest over the static load cases of each body, against the cost of a simulated second in explicit "
                    "steps of 0.8 of the critical one; for finite elements in the steps of their motion.")
         html += figure("figure", _plots(standings["rest"], data.models, "mean error at rest [%]"), caption, commands)
         html += figure("table", table(data.tables["rest"]), "The same in numbers.")

@@ -6,7 +6,7 @@ from typing import Optional
 
 from markupsafe import Markup
 
-from livermark.report.data import Column, ReportData, Result, Table, commands_of
+from livermark.report.data import Column, ReportData, Result, Table, commands_of, not_told_from_best
 from livermark.report.parts import Section, figure, missing, paragraph, subsection, table
 from livermark.report.units import PERCENT, fixed, mean, percent
 
@@ -21,29 +21,35 @@ def _cell(result: Result, name: str) -> str:
         return model.status
     if not model.reference:
         return "ref." if name == result.reference else "not compared"
-    return percent(model.relative_l2) + (" *" if model.is_within_uncertainty else "")
+    return percent(model.relative_l2) + (" !" if result.leaves_regime else " *" if model.is_within_uncertainty else "")
 
 
-def _mean(cases: list[Result], name: str) -> Optional[float]:
-    """Of a model that came through all load cases."""
-    errors = [result.models[name].error for result in cases if name in result.models]
-    return mean(errors) if len(errors) == len(cases) and all(map(math.isfinite, errors)) else None
+def _errors(cases: list[Result], name: str) -> list[float]:
+    """Of the load cases that count, those of a model that came through all in which it took part; else none."""
+    errors = [result.models[name].error for result in cases if name in result.models and name != result.reference]
+    return errors if all(map(math.isfinite, errors)) else []
 
 
 def _table(data: ReportData, cases: list[Result]) -> Markup:
-    """A row for each model, a column for each load case, and the mean of those that came through all; the smallest of
-    what is no finite element is strong."""
+    """A row for each model, a column for each load case, and the mean over those that count; of what is no finite
+    element, what is smallest within the uncertainty of the reference is strong."""
     names = [name for name in data.models if any(name in result.models for result in cases)]
+    counted = [result for result in cases if result.counts]
     rows, strong, means = [], set(), {}
-    for r, name in enumerate(names):
-        found = _mean(cases, name)
-        rows.append([name, *(_cell(result, name) for result in cases), "-" if found is None else percent(found)])
-        strong |= {(r, 1 + c) for c, result in enumerate(cases)
-                   if result.best_springs and result.best_springs.name == name}
-        if found is not None and any(result.models[name].is_spring_model for result in cases):
-            means[r] = found
-    if means:
-        strong.add((min(means, key=means.__getitem__), len(cases) + 1))
+    for name in names:
+        errors = _errors(counted, name)
+        cell = percent(mean(errors)) if errors else "-"
+        if errors and len(errors) < len(counted):
+            cell += f" ({len(errors)} of {len(counted)})"
+        elif errors and any(result.models[name].is_spring_model for result in counted):
+            means[name] = mean(errors)
+        rows.append([name, *(_cell(result, name) for result in cases), cell])
+    for c, result in enumerate(cases):
+        springs = {model.name: model.error for model in result.models.values()
+                   if model.is_spring_model and math.isfinite(model.error) and not result.leaves_regime}
+        strong |= {(names.index(name), 1 + c) for name in not_told_from_best(springs, result.reference_error)}
+    uncertainty = mean([result.reference_error for result in counted]) if counted else 0.0
+    strong |= {(names.index(name), len(cases) + 1) for name in not_told_from_best(means, uncertainty)}
     uncertainties = ["± " + percent(result.uncertainty["reference_uncertainty"]) if result.uncertainty else "not known"
                      for result in cases]
     rows.append(["uncertainty of the reference", *uncertainties, ""])
@@ -57,20 +63,32 @@ def _stiffness(value: float, felt: float, sign: str = "+") -> str:
     return (sign if value > 0.0 else "") + fixed(PERCENT * value, 1) + (" !" if abs(value) > felt else "")
 
 
+def _sizes(counted: list[Result], name: str) -> list[float]:
+    """Of the load cases that count, absolute values of a model that came through all where it took part; else none."""
+    models = [result.models[name] for result in counted if name in result.models and name != result.reference]
+    if any(model.status != "ok" for model in models):
+        return []
+    return [abs(model.stiffness) for model in models if math.isfinite(model.stiffness)]
+
+
 def _tool_table(data: ReportData, cases: list[Result]) -> Optional[Markup]:
-    """Stiffness at the tool, a row for each model and a column for each load case that has one; None where none has."""
+    """Stiffness at the tool, a row for each model, a column for each load case that has one, and the mean size over those
+    that count; None where none has."""
     cases = [result for result in cases if any(math.isfinite(model.stiffness) for model in result.models.values())]
     if not cases:
         return None
+    counted = [result for result in cases if result.counts]
     rows = []
     for name in data.models:
         models = [result.models.get(name) for result in cases]
         if not any(model and model.reference for model in models):
             continue
         found = [model.stiffness if model and model.status == "ok" else math.nan for model in models]
-        sizes = [abs(value) for value in found if math.isfinite(value)]
-        rows.append([name, *(_stiffness(value, data.smallest_felt_difference) for value in found),
-                     _stiffness(mean(sizes), data.smallest_felt_difference, "") if sizes else "-"])
+        sizes = _sizes(counted, name)
+        cell = _stiffness(mean(sizes), data.smallest_felt_difference, "") if sizes else "-"
+        if sizes and len(sizes) < len(counted):
+            cell += f" ({len(sizes)} of {len(counted)})"
+        rows.append([name, *(_stiffness(value, data.smallest_felt_difference) for value in found), cell])
     known = [(result.uncertainty or {}).get("stiffness_uncertainty", math.nan) for result in cases]
     rows.append(["uncertainty of the reference",
                  *(f"± {PERCENT * value:.1f}" if math.isfinite(value) else "not known" for value in known), ""])
@@ -81,13 +99,15 @@ def _tool_table(data: ReportData, cases: list[Result]) -> Optional[Markup]:
 def _remarks(cases: list[Result]) -> Markup:
     html = Markup("")
     for result in cases:
+        for remark in result.remarks:
+            html += missing(remark)
         for model in result.models.values():
             if model.status != "ok":
                 html += missing(f"{result.load_case}, {model.name}: {model.status}: {model.message}")
     unsure = [result.load_case for result in cases if not result.uncertainty]
     if unsure:
-        html += missing(f"The uncertainty of the reference is unknown under {', '.join(unsure)}: it was not solved on the "
-                        "refined mesh.", "livermark run, without --no-uncertainty")
+        html += missing(f"The uncertainty of the reference is unknown under {', '.join(unsure)}: it was not solved on "
+                        "the refined mesh.", "livermark run, without --reference-on-mesh")
     return html
 
 
@@ -95,17 +115,19 @@ def section(data: ReportData) -> Section:
     if not data.results:
         return Section("errors", TITLE, missing("There are no result files of small deformations here.", "livermark run"))
     html = paragraph(
-        "Relative L2 error of the displacement at rest against the reference, weighted by nodal volume. The smallest error "
-        "among the springs is in bold type, and so is their smallest mean. A star marks a model that is closer to the "
-        "reference than the uncertainty of the reference: such models are not ranked. A load case with motion shows its "
-        "static start here.") + paragraph(
+        f"Relative L2 error of the displacement at rest, weighted by nodal volume. {data.told['reference']} The "
+        "smallest error among the springs is in bold type, and so are all that differ from it by less than the "
+        "uncertainty of the reference; the same goes for means. A star marks a model that is closer to the reference "
+        "than that uncertainty. A load case with motion shows its static start here, which no mean counts. A mean over "
+        "some of the load cases has their number behind it, and is not ranked. An exclamation mark behind an error "
+        "stands where a load leaves its regime.") + paragraph(
         "Tissue under a tool is a small part of the volume, so this error hardly sees it. " + data.told["tool_legend"])
     for label, cases in data.by_label():
         caption = f"{label}: error of each model under each load case [%], and uncertainty of the reference."
         content = figure("table matrix", _table(data, cases), caption, commands_of(cases))
         if at_tool := _tool_table(data, cases):
             content += figure("table matrix", at_tool,
-                              f"{label}: stiffness at the tool of each model under each load case that has one [%]; positive "
-                              "is too stiff.", commands_of(cases))
+                              f"{label}: stiffness at the tool of each model under each load case that has one [%]; "
+                              "positive is too stiff.", commands_of(cases))
         html += subsection(label, content + _remarks(cases))
     return Section("errors", TITLE, html)

@@ -51,7 +51,7 @@ def section(data: ReportData) -> Section:
     if not data.large:
         return Section("large", TITLE, missing("There are no result files of large deformations here.",
                                                "livermark run --regime large"))
-    html = paragraph(data.told["large_legend"]) + figure(
+    html = paragraph(data.told["large_legend"]) + paragraph(data.told["large_reference"]) + figure(
         "table matrix", table(data.tables["summary"]),
         "Relative L2 error of the displacement at the whole load [%], against hyperelastic elements.",
         commands_of(data.large))

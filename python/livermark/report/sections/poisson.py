@@ -16,7 +16,7 @@ Cases = dict[float, dict[str, Result]]  # by Poisson's ratio and load case
 
 def _by_body(data: ReportData) -> dict[str, Cases]:
     bodies: dict[str, Cases] = {}
-    for result in data.results:
+    for result in filter(lambda result: result.counts, data.results):
         bodies.setdefault(result.body, {}).setdefault(result.poisson_ratio, {})[result.load_case] = result
     return dict(sorted(bodies.items()))
 
@@ -59,5 +59,6 @@ def section(data: ReportData) -> Section:
     if drawn:
         html += figure("figure", plots(drawn), "Mean error at rest over the load cases that were run at every ratio "
                        f"({'; '.join(remarks)}).", commands_of(data.results))
-    html += figure("table", table(data.tables["means"]), "Mean error over all load cases of each body and ratio.")
+    html += figure("table", table(data.tables["means"]), "Mean error over the static load cases of each body and ratio. "
+                   + data.told["reference"])
     return Section("poisson", TITLE, html)

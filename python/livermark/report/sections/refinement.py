@@ -56,7 +56,7 @@ def _reference(data: ReportData) -> Markup:
             for result in data.results if result.uncertainty]
     if not rows:
         return missing("The reference was solved on one mesh only, so its change by refinement is unknown.",
-                       "livermark run, without --no-uncertainty")
+                       "livermark run, without --reference-on-mesh")
     columns = [Column("body"), Column("load case"), Column("reference"), Column("change by refinement [%]", True),
                Column("uncertainty [%]", True)]
     return figure("table", table(Table(columns, rows)), "The change of the reference when each tetrahedron is cut into "

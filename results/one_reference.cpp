@@ -1,0 +1,154 @@
+#include "results/one_reference.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <iterator>
+#include <map>
+#include <set>
+
+#include "core/bounding_box.hpp"
+#include "core/units.hpp"
+
+namespace livermark::results {
+
+namespace {
+
+double largest_length(const std::vector<core::Vector3> &displacement) {
+    double largest = 0.0;
+    for (const auto &u : displacement)
+        largest = std::max(largest, u.norm());
+    return largest;
+}
+
+bool has_known_uncertainty(const Result &result) {
+    return result.reference_uncertainty && result.reference_uncertainty->reference == reference_of(result);
+}
+
+/// Body, Poisson's ratio and load case, in words.
+std::string place_of_result(const Result &result) {
+    return fmt::format("{}, nu {:g}, {}", result.problem.body->name, poisson_ratio(result),
+                       result.problem.load_case.name);
+}
+
+} // namespace
+
+std::string reference_of(const Result &result) {
+    const auto found =
+        std::ranges::find_if(result.models, [](const ModelResult &model) { return model.comparison.has_value(); });
+    return found == result.models.end() ? "" : found->comparison->reference;
+}
+
+bool is_reference_on_mesh(const Result &result) {
+    const auto name = reference_of(result);
+    return !name.empty() && !(has_known_uncertainty(result) && result.reference_uncertainty->refined == name);
+}
+
+std::vector<std::vector<Result>> of_one_reference(std::span<const Result> results) {
+    std::vector<std::vector<Result>> groups;
+    for (const auto regime : {core::Regime::small, core::Regime::large}) {
+        std::vector<std::string> names;
+        std::vector<std::vector<Result>> of_regime;
+        bool has_any = false;
+        for (const auto &result : results) {
+            if (result.problem.load_case.regime != regime)
+                continue;
+            has_any = true;
+            if (const auto name = reference_of(result); !name.empty() && std::ranges::find(names, name) == names.end())
+                names.push_back(name);
+        }
+        if (names.empty())
+            names.emplace_back();
+        of_regime.resize(has_any ? names.size() : 0);
+        for (const auto &result : results) {
+            if (result.problem.load_case.regime != regime)
+                continue;
+            const auto at = std::ranges::find(names, reference_of(result)) - names.begin();
+            of_regime[at == std::ssize(names) ? 0 : at].push_back(result);
+        }
+        std::ranges::move(of_regime, std::back_inserter(groups));
+    }
+    return groups;
+}
+
+std::string reference_sentence(std::span<const Result> results) {
+    const Result *compared = nullptr;
+    bool is_known = true;
+    for (const auto &result : results)
+        if (!reference_of(result).empty()) {
+            compared = compared ? compared : &result;
+            is_known = is_known && has_known_uncertainty(result);
+        }
+    if (!compared)
+        return "Nothing is compared, because no reference has come to an end.";
+    return fmt::format("Errors are against {}, which was solved on {}; {}.", reference_of(*compared),
+                       is_reference_on_mesh(*compared) ? "the mesh of the models itself" : "refined meshes",
+                       is_known ? "+- is its own uncertainty" : "its own error is not known");
+}
+
+double peak_of_reference(const Result &result) {
+    const auto found = std::ranges::find(result.models, reference_of(result), &ModelResult::name);
+    return found == result.models.end() ? 0.0 : largest_length(found->solution.displacement);
+}
+
+bool leaves_regime(const Result &result) {
+    const auto &load_case = result.problem.load_case;
+    if (load_case.regime != core::Regime::small || !(load_case.target_peak_displacement > 0.0))
+        return false;
+    const double peak = peak_of_reference(result);
+    return peak > farthest_beyond_target * load_case.target_peak_displacement &&
+           peak > largest_small_part * core::extent(result.problem.body->mesh.points);
+}
+
+bool counts_in_means(const Result &result) {
+    return is_plain_static(result) && !reference_of(result).empty() && !leaves_regime(result);
+}
+
+std::vector<std::string> counted_load_cases(std::span<const Result> results, const std::string &body, double ratio) {
+    std::set<std::string> names;
+    for (const auto &result : results)
+        if (result.problem.body->name == body && poisson_ratio(result) == ratio && counts_in_means(result))
+            names.insert(result.problem.load_case.name);
+    return {names.begin(), names.end()};
+}
+
+std::vector<CountedCase> counted_cases(std::span<const Result> results, const std::string &body, double ratio,
+                                       const std::string &model) {
+    std::map<std::string, CountedCase> last;
+    for (const auto &result : results) {
+        if (result.problem.body->name != body || poisson_ratio(result) != ratio || !counts_in_means(result))
+            continue;
+        const auto found = std::ranges::find(result.models, model, &ModelResult::name);
+        if (found != result.models.end())
+            last[result.problem.load_case.name] = {&*found, &result};
+    }
+    std::vector<CountedCase> cases;
+    for (const auto &[name, counted] : last)
+        cases.push_back(counted);
+    return cases;
+}
+
+std::string shown_status(const ModelResult &model, const Result &result) {
+    if (model.solution.status != core::SolutionStatus::ok)
+        return core::to_string(model.solution.status);
+    if (reference_of(result).empty())
+        return "not compared";
+    return leaves_regime(result) ? "out of regime" : "ok";
+}
+
+std::vector<std::string> result_remarks(std::span<const Result> results) {
+    std::vector<std::string> remarks;
+    for (const auto &result : results)
+        if (reference_of(result).empty() && !result.models.empty())
+            remarks.push_back(
+                fmt::format("{}: no reference has come to an end, so no model is compared", place_of_result(result)));
+        else if (leaves_regime(result))
+            remarks.push_back(fmt::format(
+                "{} moves {:.3g} mm where {:.3g} mm were meant: small deformations end before that, so its errors "
+                "count "
+                "in no mean; give a smaller load, 'scale_to_target = true', or a load case of the large regime",
+                place_of_result(result), core::millimetres * peak_of_reference(result),
+                core::millimetres * result.problem.load_case.target_peak_displacement));
+    return remarks;
+}
+
+} // namespace livermark::results

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "results/result.hpp"
+
+/// Which reference numbers belong to, and which results may count together. Errors against a reference on refined
+/// meshes and against one on the mesh of the models differ by more than many models do (`fem_p2` under traction: 4.2
+/// and 1.4 %), so they are never in one table, as those of the two regimes are not.
+namespace livermark::results {
+
+/// The name of the model that the displacements of the others are compared with; empty where nothing was compared.
+std::string reference_of(const Result &result);
+
+/// Whether the reference was solved on the mesh of the models and not on refined ones. False where nothing was
+/// compared.
+bool is_reference_on_mesh(const Result &result);
+
+/// The results of each table: those of one regime and one reference, small deformations first, references in the order
+/// in which they appear. Where nothing was compared there is no number to confuse: such results stand with the first
+/// of their regime.
+std::vector<std::vector<Result>> of_one_reference(std::span<const Result> results);
+
+/// "Errors are against fem_p2p1_refined, which was solved on refined meshes; +- is its own uncertainty."
+/// @param results  of one reference
+std::string reference_sentence(std::span<const Result> results);
+
+/// A load of the small regime is too large for it where the reference moves further than this many times the target of
+/// the load case, and than this part of the size of the body: linear elasticity judges nothing there. A target alone
+/// would not do, since a pressure of 0.1 mm at a Poisson's ratio of 0.45 is one of 0.5 mm at 0.25.
+inline constexpr double farthest_beyond_target = 3.0, largest_small_part = 0.01;
+
+/// The largest displacement of the reference at rest [m]; 0 where nothing was compared.
+double peak_of_reference(const Result &result);
+
+/// Whether a load case of small deformations moves the body too far to be one, see above.
+bool leaves_regime(const Result &result);
+
+/// Whether means and medians of static errors count a result: as is_plain_static() says, compared with a reference, and
+/// inside its regime.
+bool counts_in_means(const Result &result);
+
+/// The names of the load cases of a body that count, in alphabetical order.
+std::vector<std::string> counted_load_cases(std::span<const Result> results, const std::string &body,
+                                            double poisson_ratio);
+
+/// One model under one load case.
+struct CountedCase {
+    const ModelResult *model;
+    const Result *result;
+};
+
+/// Of each of these load cases that has the model; of several results the last. They point into the results.
+std::vector<CountedCase> counted_cases(std::span<const Result> results, const std::string &body, double poisson_ratio,
+                                       const std::string &model);
+
+/// What a table says of a model: its status, but "not compared" and "out of regime" where it has found a solution and
+/// the reference has not, or the load leaves its regime.
+std::string shown_status(const ModelResult &model, const Result &result);
+
+/// A sentence for each result whose models are not "ok" for such a reason.
+std::vector<std::string> result_remarks(std::span<const Result> results);
+
+} // namespace livermark::results
