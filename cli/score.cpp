@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "cli/commands.hpp"
+#include "cli/common_options.hpp"
 #include "cli/progress.hpp"
 #include "cli/run_tables.hpp"
 #include "results/tables/arena_table.hpp"
@@ -66,9 +67,7 @@ Command add_score(CLI::App &parent, const std::string &command_line) {
     command->add_option("--model", options->models, "Models to compare it with, as in 'livermark list models'")
         ->capture_default_str();
     command->add_option("--output", options->output, "Folder for <body>/<load case>.<name>.h5")->capture_default_str();
-    command->add_flag(
-        "--no-uncertainty", options->no_uncertainty,
-        "Do not solve the reference on the refined mesh: quicker, but the uncertainty of the reference stays unknown");
+    add_reference_on_mesh(*command, options->reference_on_mesh);
     command->add_flag("--solve-reference", options->solve_reference,
                       "Solve the reference of a large deformation, also where its solution is stored in "
                       "results/references");

@@ -52,7 +52,7 @@ def main(body, load_case, folder):
         for number, x in nodes.items():
             print(",".join([*x, *displacements[number]]), file=csv)
     subprocess.run([LIVERMARK, "score", body, load_case, solution, "--name", "calculix", "--model", "fem_p1_neo_hookean",
-                    "--no-uncertainty", "--markdown", "--output", folder], check=True)
+                    "--reference-on-mesh", "--markdown", "--output", folder], check=True)
 
 
 if __name__ == "__main__":

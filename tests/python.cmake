@@ -12,11 +12,11 @@ if(NOT missing STREQUAL "0")
 endif()
 
 set(python_runs ${CMAKE_CURRENT_BINARY_DIR}/python_runs)
-add_test(NAME Python.ProgramRuns COMMAND livermark run --jobs 1 --no-uncertainty --body beam
+add_test(NAME Python.ProgramRuns COMMAND livermark run --jobs 1 --reference-on-mesh --body beam
   --load-case beam_bend ${CMAKE_CURRENT_SOURCE_DIR}/python/beam_release.toml
   --model lloyd van_gelder patch uniform van_gelder_nodal_volume van_gelder_tetrahedral_volume nodal_springs nodal_neo_hookean
   --kernel simd_double --integrator velocity_verlet --output ${python_runs})
-add_test(NAME Python.ProgramRunsOneLoadCase COMMAND livermark run --jobs 1 --no-uncertainty --body beam --load-case beam_bend
+add_test(NAME Python.ProgramRunsOneLoadCase COMMAND livermark run --jobs 1 --reference-on-mesh --body beam --load-case beam_bend
   --model lloyd van_gelder van_gelder_nodal_volume nodal_springs --output ${python_runs}/alone)
 set_tests_properties(Python.ProgramRuns Python.ProgramRunsOneLoadCase PROPERTIES LABELS python TIMEOUT 600 FIXTURES_SETUP python_runs)
 

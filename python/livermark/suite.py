@@ -58,12 +58,14 @@ def solve(body: Path, load_case: Path, model: str) -> Solution:
 
 
 def score(displacement: ArrayLike, body: Path, load_case: Path, name: str = "mine", models: Sequence[str] = ("fem_p1",),
-          with_uncertainty: bool = True, output: Optional[Path] = None) -> Score:
+          *, reference_on_mesh: bool = False, output: Optional[Path] = None, with_uncertainty: None = None) -> Score:
     """How far displacements of the nodes are from the reference, which is solved.
 
     displacement: (N, 3) [m], at the nodes of problem(body, load_case).points. name: of the model. models: to compare
-    beside it. with_uncertainty: solve the refined reference too, which takes most of the time. output: path of a result
-    file to write. Raises InputError.
+    beside it. reference_on_mesh: compare with the reference on the mesh itself, not on refined meshes: quicker, but its
+    own error stays unknown. output: path of a result file to write. with_uncertainty: is refused, it was the opposite of
+    reference_on_mesh. Raises InputError.
     """
     path = None if output is None else os.fspath(output)
-    return problem(body, load_case).score(displacement, name, list(models), with_uncertainty, path)
+    return problem(body, load_case).score(displacement, name, list(models), reference_on_mesh=reference_on_mesh,
+                                          output=path, with_uncertainty=with_uncertainty)

@@ -9,7 +9,9 @@
 #include "python/bindings/released_interpreter.hpp"
 #include "python/suite/problem.hpp"
 #include "results/hdf5/result_file.hpp"
+#include "results/one_reference.hpp"
 #include "studies/progress.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::python {
 
@@ -27,7 +29,11 @@ struct Scored {
 };
 
 Scored score(const LoadedBody &loaded, const py::object &displacement, const std::string &name,
-             const std::vector<std::string> &models, bool with_uncertainty, const std::optional<std::string> &output) {
+             const std::vector<std::string> &models, bool reference_on_mesh, const std::optional<std::string> &output,
+             const py::object &with_uncertainty) {
+    if (!with_uncertainty.is_none())
+        throw support::InputError("with_uncertainty is now reference_on_mesh, its opposite, because errors are then "
+                                  "against another reference; write reference_on_mesh=True for with_uncertainty=False");
     const auto given = to_vectors(displacement, "displacement", loaded.problem.body->mesh.points.size());
     const studies::ScoreOptions options{.body = loaded.problem.body->name,
                                         .load_case = loaded.problem.load_case.name,
@@ -35,7 +41,7 @@ Scored score(const LoadedBody &loaded, const py::object &displacement, const std
                                         .name = name,
                                         .models = models,
                                         .output = {},
-                                        .no_uncertainty = !with_uncertainty};
+                                        .reference_on_mesh = reference_on_mesh};
     const ReleasedInterpreter released;
     Scored scored{name, studies::score_displacement(loaded.problem, given, options, "livermark.score()", {})};
     if (!scored.model().comparison)
@@ -64,6 +70,9 @@ void add_score(py::module_ &module, py::class_<LoadedBody> &problem) {
         .def_readonly("name", &Scored::name, "of the model")
         .def_property_readonly(
             "reference", [](const Scored &s) { return s.comparison().reference; }, "name of the reference")
+        .def_property_readonly(
+            "reference_on_mesh", [](const Scored &s) { return results::is_reference_on_mesh(s.result); },
+            "whether the reference was solved on the mesh itself, not on refined meshes")
         .def_property_readonly("relative_l2", number(&core::Comparison::relative_l2),
                                "sqrt(sum V_i |u_i - r_i|^2 / sum V_i |r_i|^2), V_i the volume of node i")
         .def_property_readonly(
@@ -95,13 +104,15 @@ void add_score(py::module_ &module, py::class_<LoadedBody> &problem) {
             return fmt::format("<livermark.Score {}: {:.2f} % off {}>", s.name, 100.0 * s.comparison().relative_l2,
                                s.comparison().reference);
         });
-    problem.def("score", &score, py::arg("displacement"), py::arg("name") = "mine",
-                py::arg("models") = std::vector<std::string>{std::string(models::baseline_model)},
-                py::arg("with_uncertainty") = true, py::arg("output") = py::none(),
-                "Compares displacements of the nodes with the reference, which it solves.\n\n"
-                "displacement: (N, 3) [m]. name: of the model. models: to compare beside it. with_uncertainty: solve "
-                "the refined\nreference too, which takes most of the time. output: path of a result file to write. "
-                "Returns Score. Raises InputError.");
+    problem.def(
+        "score", &score, py::arg("displacement"), py::arg("name") = "mine",
+        py::arg("models") = std::vector<std::string>{std::string(models::baseline_model)}, py::kw_only(),
+        py::arg("reference_on_mesh") = false, py::arg("output") = py::none(), py::arg("with_uncertainty") = py::none(),
+        "Compares displacements of the nodes with the reference, which it solves.\n\n"
+        "displacement: (N, 3) [m]. name: of the model. models: to compare beside it. reference_on_mesh: compare "
+        "with the\nreference on the mesh itself, not on refined meshes: quicker, but its own error stays "
+        "unknown. output: path of a\nresult file to write. with_uncertainty: is refused, it was the opposite "
+        "of reference_on_mesh. Returns Score.\nRaises InputError.");
 }
 
 } // namespace livermark::python

@@ -36,7 +36,7 @@ void add_proposals(BandProposals &result, const Result &from, std::span<const st
     const auto &load_case = from.problem.load_case.name;
     if (!from.reference_uncertainty) {
         result.passed_over.push_back(fmt::format("{} under {}: the uncertainty of its reference is not known; "
-                                                 "run it without --no-uncertainty",
+                                                 "run it without --reference-on-mesh",
                                                  body, load_case));
         return;
     }

@@ -56,7 +56,7 @@ std::string command_of_body(const RunOptions &options, const std::string &body_f
         command += fmt::format(" --sweep {}={}", constant, fmt::join(values, ","));
     if (!options.poisson_ratios.empty())
         command += fmt::format(" --poisson {}", fmt::join(options.poisson_ratios, ","));
-    return command + (options.no_uncertainty ? " --no-uncertainty" : "") + " --output .";
+    return command + (options.reference_on_mesh ? " --reference-on-mesh" : "") + " --output .";
 }
 
 /// Everything that a user may have got wrong: on the livers that ship, which have the places of all others.

@@ -37,7 +37,7 @@ core::Model outside_model(const ScoreOptions &options, const std::vector<core::V
 
 /// The reference and what else an outside model is compared with.
 std::vector<core::Model> models_beside(const ScoreOptions &options) {
-    auto models = choose_models(options.models, {}, !options.no_uncertainty);
+    auto models = choose_models(options.models, {}, !options.reference_on_mesh);
     if (!options.solve_reference)
         use_stored_references(models, stored_references_folder());
     for (const auto &model : models)

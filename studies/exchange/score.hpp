@@ -19,7 +19,7 @@ struct ScoreOptions {
     std::string name = "mine";
     std::vector<std::string> models{std::string(models::baseline_model)};
     std::string output; ///< folder for <body>/<load case>.<name>.h5
-    bool no_uncertainty = false;
+    bool reference_on_mesh = false;
     bool solve_reference = false; ///< also where a solution is stored
 };
 

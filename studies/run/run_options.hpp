@@ -19,7 +19,7 @@ struct RunOptions {
     std::vector<double> poisson_ratios; ///< of every region; as the bodies say if there are none
     std::string calibration;            ///< a file; none if empty
     std::string output;
-    bool no_uncertainty = false;
+    bool reference_on_mesh = false;
     bool solve_reference = false; ///< also where a solution is stored
     bool only_static = false;
     bool resume = false;

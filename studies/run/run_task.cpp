@@ -22,7 +22,7 @@ namespace {
 /// Error bands hold for the bodies as they ship, not for other materials, and against the reference that is chosen
 /// when its uncertainty is known.
 results::ErrorBands read_bands(const RunOptions &options) {
-    if (options.young_modulus || !options.poisson_ratios.empty() || options.no_uncertainty)
+    if (options.young_modulus || !options.poisson_ratios.empty() || options.reference_on_mesh)
         return {};
     return results::read_error_bands(support::root_folder() / "results" / "error_bands.toml");
 }
@@ -82,7 +82,7 @@ RunTask read_task(const RunOptions &options) {
         throw support::InputError("--fem-solver direct works on one rank only; leave it out or start without mpirun");
     if (support::mpi_num_ranks() > 1 && options.jobs.value_or(1) > 1)
         throw support::InputError("--jobs works on one rank only; leave it out or start without mpirun");
-    RunTask task{choose_models(wanted_models(options), model_options(options), !options.no_uncertainty),
+    RunTask task{choose_models(wanted_models(options), model_options(options), !options.reference_on_mesh),
                  {},
                  read_bands(options),
                  {},

@@ -41,7 +41,7 @@ TEST(CalculixExample, ScoresAsLinearElements) {
                        u[i].z());
     }
     const auto scored =
-        tests::livermark(fmt::format("score liver_healthy palpation {} --name calculix --no-uncertainty --output {}",
+        tests::livermark(fmt::format("score liver_healthy palpation {} --name calculix --reference-on-mesh --output {}",
                                      (here / "solution.csv").string(), folder.string()));
     ASSERT_EQ(scored.status, 0) << scored.output;
     const auto result = results::read_result(folder / "liver_healthy" / "palpation.calculix.h5");

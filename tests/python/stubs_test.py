@@ -22,7 +22,8 @@ def arguments_in_docstring(function):
 def arguments_in_stub(function):
     names = [argument.arg for argument in function.args.args]
     with_default = names[len(names) - len(function.args.defaults):]
-    return [name for name in names if name != "self"], with_default
+    only_by_name = [argument.arg for argument in function.args.kwonlyargs]  # all have a default
+    return [name for name in names if name != "self"] + only_by_name, with_default + only_by_name
 
 
 def public(names):

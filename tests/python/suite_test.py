@@ -58,7 +58,7 @@ def test_arrays_of_a_problem_are_enough_to_find_its_equilibrium(bent):
 
 def test_score_is_that_of_the_program_to_the_last_bit(bent, alone, tmp_path):
     displacement = alone["solutions/lloyd/displacement"][:]
-    score = bent.score(displacement, with_uncertainty=False, models=["van_gelder"], output=str(tmp_path / "mine.h5"))
+    score = bent.score(displacement, reference_on_mesh=True, models=["van_gelder"], output=str(tmp_path / "mine.h5"))
     theirs = alone["comparisons/lloyd"]
     assert (score.name, score.reference) == ("mine", theirs.attrs["reference"].decode())
     for name in ("relative_l2", "max_error", "max_error_relative"):
@@ -66,15 +66,21 @@ def test_score_is_that_of_the_program_to_the_last_bit(bent, alone, tmp_path):
     assert score.stiffness_at_tool == theirs.attrs["stiffness_at_tool"]
     assert numpy.array_equal(score.error, theirs["error"][:])
     assert score.relative_l2_of_models["van_gelder"] == alone["comparisons/van_gelder"].attrs["relative_l2"]
-    assert score.uncertainty is None and not score.within_uncertainty
+    assert score.uncertainty is None and not score.within_uncertainty and score.reference_on_mesh
     with livermark.open(tmp_path / "mine.h5") as file:
         assert numpy.array_equal(file["mine"].displacement, displacement)
 
 
 def test_score_of_the_reference_itself_is_within_its_uncertainty(bent):
     score = livermark.score(bent.solve("fem_p2p1").displacement, "beam", "beam_bend")
-    assert score.reference == "fem_p2p1_refined"
+    assert score.reference == "fem_p2p1_refined" and not score.reference_on_mesh
     assert 0.0 < score.relative_l2 and 0.0 < score.uncertainty < 0.01
+
+
+def test_the_old_name_of_the_reference_on_the_mesh_is_refused(bent):
+    for old in (True, False):
+        with pytest.raises(livermark.InputError, match="reference_on_mesh"):
+            bent.score(bent.points, with_uncertainty=old)
 
 
 def test_score_of_the_program_is_the_same(bent, tmp_path):
@@ -82,11 +88,11 @@ def test_score_of_the_program_is_the_same(bent, tmp_path):
     lines = ["x,y,z,ux,uy,uz"] + [",".join(repr(float(v)) for v in row)
                                   for row in numpy.hstack([bent.points, displacement])]
     (tmp_path / "solution.csv").write_text("\n".join(lines) + "\n")
-    subprocess.run([BINARY, "score", "beam", "beam_bend", tmp_path / "solution.csv", "--no-uncertainty", "--output",
+    subprocess.run([BINARY, "score", "beam", "beam_bend", tmp_path / "solution.csv", "--reference-on-mesh", "--output",
                     tmp_path], check=True, capture_output=True)
     with h5py.File(tmp_path / "beam" / "beam_bend.mine.h5") as file:
         theirs = file["comparisons/mine"].attrs["relative_l2"]
-    assert livermark.score(displacement, "beam", "beam_bend", with_uncertainty=False).relative_l2 == theirs
+    assert livermark.score(displacement, "beam", "beam_bend", reference_on_mesh=True).relative_l2 == theirs
 
 
 def test_motion_is_that_of_the_program(release):
@@ -138,7 +144,7 @@ def test_h5py_and_the_suite_live_in_one_process(order, tmp_path):
     code = f"""{order}
 import numpy
 problem = livermark.problem("beam", "beam_bend")
-score = problem.score(problem.solve("lloyd").displacement, with_uncertainty=False, output="{tmp_path}/a.h5")
+score = problem.score(problem.solve("lloyd").displacement, reference_on_mesh=True, output="{tmp_path}/a.h5")
 with h5py.File("{tmp_path}/a.h5") as file:
     assert numpy.array_equal(file["comparisons/mine/error"][:], score.error)
 """

@@ -114,8 +114,8 @@ TEST_F(MadeAgain, SurfacesOfALiverAndALesionGoStraightToTheTable) {
     write_ball("liver.off", 70.0, 0.0);
     write_ball("lesion.off", 20.0, 30.0);
     write_hanging_case();
-    const std::vector<std::string> command{"run",       "--body",  "liver.off", "lesion.off",       "--load-case",
-                                           "hang.toml", "--model", "fem_p1",    "--no-uncertainty", "--output",
+    const std::vector<std::string> command{"run",       "--body",  "liver.off", "lesion.off",          "--load-case",
+                                           "hang.toml", "--model", "fem_p1",    "--reference-on-mesh", "--output",
                                            "runs"};
     auto end = livermark(command);
     EXPECT_EQ(end.status, 0) << end.errors;

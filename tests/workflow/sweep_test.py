@@ -25,7 +25,7 @@ def snakemake(folder, profile, livermark, environment=None, load_cases="[tractio
     command = ["snakemake", "--snakefile", WORKFLOW / "Snakefile", "--profile", WORKFLOW / "profiles" / profile,
                "--directory", folder, "--config", "output=sweep", "bodies=[]", "variants=1", "tetrahedra=2000",
                "contrasts=[5,10]", "poisson_ratios=[0.45]", f"load_cases={load_cases}", "models=[lloyd,fem_p1]",
-               "run_options=--no-uncertainty", "mem_mb=500", f"livermark={livermark}"]
+               "run_options=--reference-on-mesh", "mem_mb=500", f"livermark={livermark}"]
     folder.mkdir(exist_ok=True)
     return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 

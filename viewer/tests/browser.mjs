@@ -31,7 +31,7 @@ export function sampleFolder() {
 export function shippedFolder(name) {
   const run = program(livermark);
   const folder = mkdtempSync(join(tmpdir(), 'livermark_shipped_'));
-  execFileSync(run, ['run', '--static', '--no-uncertainty', '--body', name, '--load-case', 'palpation', '--model', 'lloyd', '--output', folder]);
+  execFileSync(run, ['run', '--static', '--reference-on-mesh', '--body', name, '--load-case', 'palpation', '--model', 'lloyd', '--output', folder]);
   return { folder, remove: () => rmSync(folder, { recursive: true }) };
 }
 

@@ -64,7 +64,7 @@ name = "end"
 patch = "x_max"
 )";
 
-const std::string good_run = "run --body bar.toml --load-case case.toml --model lloyd --no-uncertainty --output out";
+const std::string good_run = "run --body bar.toml --load-case case.toml --model lloyd --reference-on-mesh --output out";
 
 void write_bar(const fs::path &folder) {
     if (!fs::exists(folder / "bar.toml"))

@@ -67,7 +67,7 @@ BadInput to_full_output(BadInput row) {
 
 std::vector<BadInput> bad_places() {
     const std::string box = "mesh box --size 1 1 1 --edge 0.2 --topology kuhn -o ";
-    const std::string run_to = "run --body bar.toml --load-case case.toml --model lloyd --no-uncertainty --output ";
+    const std::string run_to = "run --body bar.toml --load-case case.toml --model lloyd --reference-on-mesh --output ";
     return {
         without_rights("UnreadableMesh", "a mesh that may not be read", "mesh check two.msh",
                        "two.msh:", "who may read it", "two.msh"),

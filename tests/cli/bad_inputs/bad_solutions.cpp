@@ -11,7 +11,7 @@ BadInput solution(std::string name, std::string what, const std::string &file, s
                   std::string remedy) {
     return {.name = std::move(name),
             .what = std::move(what),
-            .arguments = "score bar.toml case.toml " + file + " --no-uncertainty --output scores",
+            .arguments = "score bar.toml case.toml " + file + " --reference-on-mesh --output scores",
             .file = file + ":",
             .place = std::move(place),
             .remedy = std::move(remedy),

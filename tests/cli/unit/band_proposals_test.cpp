@@ -75,7 +75,7 @@ TEST(BandProposals, AreNoneWhereAnotherReferenceMightBeChosenOrAnErrorIsNotFinit
     const auto found = propose_bands(results, {}, {});
     EXPECT_TRUE(found.proposals.empty());
     ASSERT_EQ(found.passed_over.size(), 1u);
-    EXPECT_NE(found.passed_over[0].find("run it without --no-uncertainty"), std::string::npos);
+    EXPECT_NE(found.passed_over[0].find("run it without --reference-on-mesh"), std::string::npos);
 }
 
 TEST(BandProposals, RefuseTwoResultsOfOneProblem) {

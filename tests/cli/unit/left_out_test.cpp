@@ -29,7 +29,7 @@ class LeftOut : public tests::ResultFolder {
     }
 
     tests::ChildEnd run(std::vector<std::string> words) const {
-        words.insert(words.begin(), {LIVERMARK_BINARY, "run", "--model", "fem_p1", "--no-uncertainty", "--static",
+        words.insert(words.begin(), {LIVERMARK_BINARY, "run", "--model", "fem_p1", "--reference-on-mesh", "--static",
                                      "--output", "runs"});
         return tests::run_child(words, {.folder = directory_});
     }

@@ -38,7 +38,7 @@ class CalibrateCommand : public testing::Test {
 
     tests::Outcome run(const std::string &arguments) const {
         return livermark("run --body " + in_folder("box.toml") + " --load-case " + in_folder("pull.toml") +
-                         " --no-uncertainty --output " + in_folder("runs") + " " + arguments);
+                         " --reference-on-mesh --output " + in_folder("runs") + " " + arguments);
     }
 
     std::filesystem::path folder_;

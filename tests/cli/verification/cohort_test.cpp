@@ -21,7 +21,7 @@ class CohortCommand : public tests::ResultFolder {
   protected:
     tests::Outcome run(int jobs = 1, const std::string &more = "") const {
         return tests::livermark(fmt::format("cohort --bodies 1-2 --tetrahedra 2000 --load-case palpation "
-                                            "--model lloyd --no-uncertainty --jobs {} --output {} {}",
+                                            "--model lloyd --reference-on-mesh --jobs {} --output {} {}",
                                             jobs, output(), more));
     }
     std::string output() const { return (directory_ / "cohort").string(); }
@@ -116,7 +116,7 @@ TEST_F(CohortCommand, RefusesBodiesThatWereMadeOtherwiseAndWritesNothing) {
 TEST_F(CohortCommand, LetsASweptConstantBeAModelOfItsOwn) {
     const auto outcome =
         tests::livermark(fmt::format("cohort --bodies 1 --tetrahedra 2000 --load-case palpation --model nodal_springs "
-                                     "--sweep nodal_springs.a=0.2,0.4 --no-uncertainty --jobs 1 --output {}",
+                                     "--sweep nodal_springs.a=0.2,0.4 --reference-on-mesh --jobs 1 --output {}",
                                      output()));
     ASSERT_EQ(outcome.status, 0) << outcome.output;
     const auto cohort = results::read_cohort(in("cohort.h5"));

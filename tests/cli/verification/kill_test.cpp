@@ -40,7 +40,7 @@ class KilledRun : public testing::Test {
                                        "--load-case"};
         for (int l = 0; l < num_load_cases; ++l)
             words.push_back((folder_ / fmt::format("pull_{}.toml", l)).string());
-        for (const char *word : {"--model", "lloyd", "--no-uncertainty", "--output", "runs"})
+        for (const char *word : {"--model", "lloyd", "--reference-on-mesh", "--output", "runs"})
             words.emplace_back(word);
         words.insert(words.end(), more.begin(), more.end());
         return tests::run_child(words, {.folder = place, .killed_when = killed_when});

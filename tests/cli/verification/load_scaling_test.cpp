@@ -40,7 +40,7 @@ class ScaledRun : public testing::Test {
 
     tests::Outcome run(const std::string &options) const {
         return tests::livermark(
-            fmt::format("run --no-uncertainty --model lloyd --body {} --load-case {} --output {} {}",
+            fmt::format("run --reference-on-mesh --model lloyd --body {} --load-case {} --output {} {}",
                         (folder_ / "box.toml").string(), (folder_ / "all.toml").string(), folder_.string(), options));
     }
     results::Result result(const std::string &name) const {
@@ -111,7 +111,7 @@ TEST_F(ScaledRun, LoadCasesThatDoNotFitABodyAreLeftOutUnlessBothWereNamed) {
     ASSERT_EQ(setenv("LIVERMARK_ROOT", root.c_str(), 1), 0);
     const auto in_root = [&](const std::string &names) {
         return tests::livermark(
-            fmt::format("run --no-uncertainty --model lloyd --output {} {}", folder().string(), names));
+            fmt::format("run --reference-on-mesh --model lloyd --output {} {}", folder().string(), names));
     };
     const auto all = in_root(""), body = in_root("--body box"), both = in_root("--body box --load-case nowhere"),
                load_case = in_root("--load-case nowhere");

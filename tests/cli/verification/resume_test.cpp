@@ -31,8 +31,8 @@ class Resume : public testing::Test {
     tests::Outcome run(const std::string &more) const {
         const auto at = [&](const char *name) { return (folder_ / name).string(); };
         return tests::livermark(
-            fmt::format("run --body {} --load-case {} {} --model lloyd --no-uncertainty --output {}{}", at("bar.toml"),
-                        at("first.toml"), at("second.toml"), at("runs"), more));
+            fmt::format("run --body {} --load-case {} {} --model lloyd --reference-on-mesh --output {}{}",
+                        at("bar.toml"), at("first.toml"), at("second.toml"), at("runs"), more));
     }
 
     fs::path file(const std::string &name) const { return folder_ / "runs" / "bar" / (name + ".h5"); }

@@ -72,7 +72,7 @@ TEST(Listening, DuringARunIsNobody) {
     };
     const auto end = tests::run_child({LIVERMARK_BINARY, "run", "--body", (folder / "bar.toml").string(), "--load-case",
                                        (folder / "pull.toml").string(), "--model", "fem_p2", "--fem-solver",
-                                       "iterative", "--no-uncertainty", "--output", (folder / "runs").string()},
+                                       "iterative", "--reference-on-mesh", "--output", (folder / "runs").string()},
                                       {.killed_when = look});
     EXPECT_EQ(end.status, 0) << end.output << end.errors;
     EXPECT_GT(num_looks, 10U);
