@@ -67,7 +67,8 @@ int run(const studies::RunOptions &options, bool markdown, const std::string &co
         std::ranges::move(outcome.done, std::back_inserter(done));
         std::ranges::move(outcome.failures, std::back_inserter(failures));
     }
-    print_all(done, options.amplitudes, markdown);
+    if (!done.empty())
+        print_all(done, options.amplitudes, markdown);
     print_left_out(task.left_out, markdown);
     fmt::print(stderr, "\n{}\n", spent.text());
     for (const auto &failure : failures)
