@@ -83,7 +83,7 @@ TEST_F(MadeAgain, TwoPatientsWithFilesOfOneNameAreTwoBodies) {
     write_hanging_case();
     const auto run = [&](const std::string &file) {
         const auto end = livermark({"run", "--body", file, "--load-case", "hang.toml", "--model", "fem_p1",
-                                    "--no-uncertainty", "--output", "runs"});
+                                    "--reference-on-mesh", "--output", "runs"});
         EXPECT_EQ(end.status, 0) << end.errors;
         return end;
     };

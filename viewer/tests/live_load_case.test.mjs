@@ -27,7 +27,7 @@ function forceOfRun(body, model, { middle, radius, way }) {
     '[[condition]]', 'name = "tool"', `disc = { point = ${numbers(middle)}, radius = ${radius.toExponential(16)}, profile = "round" }`, `press_along = ${numbers(way)}`, ''];
   try {
     writeFileSync(join(folder, 'live.toml'), lines.join('\n'));
-    execFileSync(livermark, ['run', '--static', '--no-uncertainty', '--body', body, '--load-case', join(folder, 'live.toml'), '--model', model, '--output', folder], { stdio: 'ignore' });
+    execFileSync(livermark, ['run', '--static', '--reference-on-mesh', '--body', body, '--load-case', join(folder, 'live.toml'), '--model', model, '--output', folder], { stdio: 'ignore' });
     const file = new hdf5.File(join(folder, body, 'live.h5'), 'r');
     const reactions = file.get(`solutions/${model}/reaction`).to_array();
     file.close();
