@@ -15,8 +15,6 @@ using core::Vector3;
 constexpr double part_of_radius = 0.1;
 /// A disc stays where it is until its middle is off by so many parts of its radius.
 constexpr double off_middle = 1e-5;
-/// How much of the way to where it should be the middle of a disc goes at once: the surface may be stretched.
-constexpr double tracking = 0.5;
 /// How often the nearest point of the surface is searched for while nothing is touched.
 constexpr int misses_between_searches = 8;
 constexpr double search_margin = 0.008; ///< [m]
@@ -26,9 +24,6 @@ constexpr double shallow = 0.25, least_shallow = 0.002;
 /// Cosine of the angle by which a disc may have turned since it was at rest: the normal of a dent that a sphere is in
 /// tells nothing, so that the force has the direction of the normal at rest.
 constexpr double most_turned = 0.5;
-/// Height of the centre over the surface, as a part of the radius, below which the force is along the normal of the
-/// disc, because the way from the surface to the centre has no direction any more where it ends.
-constexpr double low = 0.25;
 
 core::Corners corners_of(const Surface &surface, int triangle, const PositionOf &position_of) {
     const auto &[a, b, c] = surface.triangles[triangle];
@@ -234,7 +229,7 @@ void put_force(const Disc &disc, const Vector3 &force, Load &load) {
 }
 
 Vector3 penetration(SphereContact &contact, const Surface &surface, const std::vector<Vector3> &points,
-                    const Sphere &sphere, const PositionOf &displacement_of) {
+                    const Sphere &sphere, double tracking, const PositionOf &displacement_of) {
     auto &disc = contact.disc;
     const auto position_of = [&](int node) -> Vector3 { return points[node] + displacement_of(node); };
     if (!contact.touches && contact.num_misses % misses_between_searches == 0) {
@@ -248,31 +243,33 @@ Vector3 penetration(SphereContact &contact, const Surface &surface, const std::v
     const auto at_rest = [&](int node) { return points[node]; };
     const Vector3 normal = mean_normal(disc, surface, at_rest);
     const double turned = normal.dot(mean_normal(disc, surface, position_of));
-    const Vector3 aside = to_centre() - to_centre().dot(normal) * normal;
-    if (aside.norm() > off_middle * sphere.radius) {
-        const auto place = nearest_place(surface, points, contact.near, disc.place.outwards, at_rest,
-                                         disc.place.point + tracking * aside);
-        if ((place.point - disc.place.point).norm() > off_middle * sphere.radius * tracking)
-            move_disc(contact, surface, points, place, sphere.radius);
-    }
+    const auto along = [&](const Vector3 &way) -> Vector3 { return way - way.dot(normal) * normal; };
+    const Vector3 way = contact.touches ? Vector3(sphere.centre - contact.last_centre) : Vector3::Zero();
+    const Vector3 aside = along(to_centre()), shift = along(way) + tracking * (aside - along(way));
+    if (aside.norm() > off_middle * sphere.radius)
+        move_disc(contact, surface, points,
+                  nearest_place(surface, points, contact.near, disc.place.outwards, at_rest, disc.place.point + shift),
+                  sphere.radius);
+    contact.last_centre = sphere.centre;
     const Vector3 from_surface = to_centre();
-    const double height = from_surface.dot(normal), distance = from_surface.norm();
+    const double height = from_surface.dot(normal);
+    const double off_square = (from_surface - height * normal).squaredNorm(),
+                 radius_square = sphere.radius * sphere.radius;
     // What touches already is driven out also where its centre has got below the surface, as under a body in motion.
     // What does not touch begins to where it is shallow: a body that swings would gain energy of a sphere in it.
-    const double depth = sphere.radius - distance;
+    const double depth = off_square < radius_square ? std::sqrt(radius_square - off_square) - height : 0.0;
     const bool is_taken_up = !contact.touches && contact.num_misses == 0;
     const bool may_begin = height > 0.0 && (is_taken_up || depth < std::max(shallow * sphere.radius, least_shallow));
     if (is_taken_up)
         contact.first_depth = std::max(depth, 0.0);
     else if (!contact.touches)
         contact.first_depth = 0.0;
-    contact.touches = depth > 0.0 && turned > most_turned && (contact.touches || may_begin);
+    contact.touches =
+        depth > 0.0 && depth < 2.0 * sphere.radius && turned > most_turned && (contact.touches || may_begin);
     contact.num_misses = contact.touches ? 0 : contact.num_misses + 1;
     if (!contact.touches)
         return Vector3::Zero();
-    if (height < low * sphere.radius)
-        return (height - sphere.radius) * normal;
-    return -depth / distance * from_surface;
+    return -depth * normal;
 }
 
 } // namespace livermark::live

@@ -58,25 +58,29 @@ core::Vector3 mean_normal(const Disc &disc, const Surface &surface, const Positi
 /// Puts a force on a disc, in place of what was loaded before.
 void put_force(const Disc &disc, const core::Vector3 &force, Load &load);
 
-/// A sphere that touches one place of the surface. While it touches, the disc goes along under it: its middle m is
-/// where the sphere's centre c is straight above x = m + u, u being the mean displacement of the disc, along the normal
-/// of the disc. Where it does not, m is the nearest point of the surface as it is deformed now.
+/// A sphere that touches one place of the surface. While it touches, the disc goes along with it and towards the place
+/// under it, where the sphere's centre c is straight above x = m + u along the normal of the disc at rest, m being its
+/// middle and u its mean displacement. Where it does not touch, m is the nearest point of the surface as it is now.
 struct SphereContact {
     Disc disc;
-    std::vector<int> near;                            ///< see triangles_around()
-    core::Vector3 near_point = core::Vector3::Zero(); ///< around which these are [m]
+    std::vector<int> near;                             ///< see triangles_around()
+    core::Vector3 near_point = core::Vector3::Zero();  ///< around which these are [m]
+    core::Vector3 last_centre = core::Vector3::Zero(); ///< of the sphere, if it touches [m]
     bool touches = false;
     double first_depth = 0.0; ///< how deep it was in the surface if it was put down in it [m]
     double time = 0.0;        ///< since the touch began [s]
     int num_misses = 0;       ///< how often it has not touched since it was taken up
 };
 
-/// Moves the disc on, and tells how deep the sphere is in the surface.
+/// Moves the disc on, as far as the sphere has moved along it and towards the place under it, and tells how deep the
+/// sphere is in the surface.
+/// @param tracking  part of the way to the place under the sphere that the disc goes at once, at most 1/2
 /// @param displacement_of  of nodes now [m]
-/// @return along the force of the sphere on the body, (r - |c - x|) long [m]: with a stiffness as a factor, the force
-/// is the gradient of an energy of the displacement while the disc stays. It is zero where the sphere does not touch,
-/// or is put down with its centre below the surface.
+/// @return how far the sphere reaches below x along the normal of the disc at rest, against that [m]: with a stiffness
+/// as a factor, the force of the sphere on the body, and the gradient of an energy of the displacement while the disc
+/// stays under the sphere. It is zero where the sphere does not touch. A touch begins where the sphere is shallow in
+/// the surface, or is put down with its centre above it.
 core::Vector3 penetration(SphereContact &contact, const Surface &surface, const std::vector<core::Vector3> &points,
-                          const Sphere &sphere, const PositionOf &displacement_of);
+                          const Sphere &sphere, double tracking, const PositionOf &displacement_of);
 
 } // namespace livermark::live

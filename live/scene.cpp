@@ -33,6 +33,9 @@ constexpr double least_stretch = 0.4;
 /// A probe may be put down deep in the body: how deep that was counts less and less in this time, so that it parts the
 /// body and does not burst it [s].
 constexpr double soft_start = 0.02;
+/// A disc goes along with its probe at once, but follows what the body does in this time: so it stays nearly where it
+/// is while the body swings, and the contact takes as much energy as it gives [s].
+constexpr double tracking_time = 0.05;
 /// Steps that are divided after something was pressed: to change their length at each oscillation would add energy.
 constexpr int num_divided = 16;
 /// A body that has moved by so many times its size is lost.
@@ -120,8 +123,8 @@ core::Vector3 Scene::force_of_tool(double part) {
     const auto displacement_of = [&](int node) { return steps_->displacement(node); };
     if (tool_.kind == ToolKind::probe) {
         const bool touched = contact_.touches;
-        const auto inwards =
-            penetration(contact_, surface_, body_.mesh.points, {proxy_.position, tool_.radius}, displacement_of);
+        const auto inwards = penetration(contact_, surface_, body_.mesh.points, {proxy_.position, tool_.radius},
+                                         contact_.touches ? std::min(0.5, part / tracking_time) : 0.5, displacement_of);
         contact_.time = touched ? contact_.time + part : 0.0;
         const double pardoned = contact_.first_depth * std::max(0.0, 1.0 - contact_.time / soft_start);
         const double depth = inwards.norm() - pardoned;

@@ -101,7 +101,7 @@ test('a contact that is smaller than an edge is said in a sentence, and what fin
     assert.ok(Math.abs(off) < 0.25, `stiffness off by ${off}`);
     assert.match(await live.text('fem-words'), new RegExp(`^The springs are (as stiff as FEM|\\d+ % too ${off < 0 ? 'soft' : 'stiff'}) here; a hand tells 7 %\\.$`));
     await page.locator('#live-radius').fill('5');
-    await live.above('force', 0.01);
+    await page.waitForSelector('#live-coarse:not([hidden])');
     assert.match(await live.text('coarse'), /^The contact is smaller than an edge: its radius is 5 mm, the edges there are [\d.]+ mm long/);
     await page.click('#live-let-go');
     await live.below('force', 1e-12);

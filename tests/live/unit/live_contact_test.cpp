@@ -45,7 +45,8 @@ struct Box {
     Vector3 press(SphereContact &contact, const Sphere &sphere, int times = 1) const {
         Vector3 found = Vector3::Zero();
         for (int i = 0; i < times; ++i)
-            found = penetration(contact, surface, mesh.points, sphere, [&](int node) { return displacement[node]; });
+            found =
+                penetration(contact, surface, mesh.points, sphere, 0.5, [&](int node) { return displacement[node]; });
         return found;
     }
     /// Where the middle of a disc is now.
