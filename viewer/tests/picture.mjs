@@ -26,7 +26,7 @@ try {
   await page.click('#live-view');
   const { x, y, width, height } = await page.locator('#live-stage canvas').boundingBox();
   await page.mouse.click(x + 0.17 * width, y + 0.5 * height);
-  await page.locator('#live-depth').fill('18');
+  await page.locator('#live-depth').fill('10');
   await page.locator('#live-stage canvas').focus();
   for (let i = 0; i < 4; i++) await page.keyboard.press('ArrowLeft');
   for (let i = 0; i < 2; i++) await page.keyboard.press('ArrowDown');
