@@ -28,7 +28,8 @@ export function coarseness(radius: number, edge: number): string {
 export function showDisc(body: LiveBody, { disc, loadedFacets }: LiveFrame): void {
   const isLoaded = loadedFacets.length > 0;
   const number = (x: number) => (1000 * x).toFixed(1).replace('-', '−');
-  tell('live-disc', isLoaded ? disc.radius : Number.NaN, isLoaded ? `${number(disc.radius)} mm around (${disc.middle.map(number).join(', ')}) mm` : '–');
+  tell('live-disc', isLoaded ? disc.radius : Number.NaN, isLoaded ? `${number(disc.radius)} mm` : '–');
+  byId('live-disc-middle').textContent = isLoaded ? `The disc is around (${disc.middle.map(number).join(', ')}) mm.` : '';
   byId('live-disc').dataset['middle'] = isLoaded ? disc.middle.join() : '';
   const sentence = isLoaded ? coarseness(disc.radius, edgeLength(body, loadedFacets)) : '';
   const line = byId('live-coarse');
