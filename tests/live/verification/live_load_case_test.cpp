@@ -8,7 +8,7 @@
 #include "live/springs.hpp"
 #include "load_cases/load_case_reader.hpp"
 #include "meshes/body_reader.hpp"
-#include "msm/hyperelastic_springs.hpp"
+#include "msm/coupled_springs.hpp"
 #include "msm/inversion_guard.hpp"
 #include "msm/spring_energy.hpp"
 #include "msm/statics/equilibrium.hpp"
@@ -44,9 +44,7 @@ press_along = [{:.16e}, {:.16e}, {:.16e}]
                                   middle.x(), middle.y(), middle.z(), radius, way.x(), way.y(), way.z());
     const core::Problem problem{.body = std::make_shared<core::Body>(body),
                                 .load_case = load_cases::parse_load_case(text, "live.toml", body.mesh)};
-    const auto energies = msm::all_spring_energies();
-    const auto energy = std::ranges::find(energies, "neo_hookean", &msm::SpringEnergy::name);
-    auto model = msm::hyperelastic_springs_with_volume(body, *energy);
+    auto model = msm::coupled_springs_with_volume(body, msm::find_coupled_springs("nodal_neo_hookean"));
     if (has_guard)
         model.terms.push_back(msm::inversion_guard(with_material_of_guard(body)));
     const auto conditions = msm::nodal_conditions(problem, model.node_mass);
