@@ -179,12 +179,12 @@ TEST(ObservedError, OfEnergyAndReactionsBelievesNoOrderBetterThanTheFirst) {
         solution.reaction = {{0.0, 1.0 + error, 0.0}};
         solution.strain_energy = 1.0 - error;
     }
-    const auto observed = core::observed_error(mesh, levels);
+    const auto observed = core::observed_error(mesh, {}, levels);
     EXPECT_NEAR(observed.energy, 0.01, 1e-12);
     EXPECT_NEAR(observed.reaction, 0.01, 1e-12);
     // A slow displacement does not make them slow.
     levels[0].displacement[0].x() = 2.0;
-    EXPECT_EQ(core::observed_error(mesh, levels).energy, observed.energy);
+    EXPECT_EQ(core::observed_error(mesh, {}, levels).energy, observed.energy);
 }
 
 /// Solutions 1 + error in x, with a path of one point at half of it.
