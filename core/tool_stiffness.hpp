@@ -42,9 +42,9 @@ struct PlaceErrors {
     std::string name;
     /// Force over displacement of the model over that of the reference, minus one; positive is too stiff. With a given
     /// traction t it is w_r / w - 1 with w the integral of t . u over the place at rest; else F . F_r / |F_r|^2 - 1 of
-    /// the forces. At the whole load w is each model's own (Solution::load_work) where the reference says it; otherwise,
-    /// and along the path, u is linear on facets for both. NaN where the reference has no such work or force, and where the model says
-    /// nothing of it.
+    /// the forces. At the whole load w is each model's own (Solution::load_work) where the reference says it;
+    /// otherwise, and along the path, u is linear on facets for both. NaN where the reference has no such work or
+    /// force, and where the model says nothing of it.
     double stiffness = 0.0;
     /// Comparison::relative_l2 over the nodes within two radii of the middle; NaN if there are none that move.
     double relative_l2 = 0.0;
