@@ -34,7 +34,7 @@ bool is_made_of(const BodySources &sources, const fs::path &body_file) {
 
 /// The body file of these sources: the one that is there, or a name that no other body has.
 fs::path place_of(const fs::path &folder, const std::string &stem, const BodySources &sources) {
-    const auto plain = folder / (stem + ".toml");
+    auto plain = folder / (stem + ".toml");
     std::error_code error;
     if (!fs::exists(plain, error) || is_made_of(sources, plain))
         return plain;
