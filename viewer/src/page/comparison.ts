@@ -93,7 +93,7 @@ function sayRoles(table: HTMLTableElement): void {
   }
 }
 
-const heads = (result: Result) => ['', '', 'Error [%]', ...(hasTool(result) ? ['At the tool [%]'] : []), 'Largest [mm]', 'Energy [%]', 'Reaction [%]',
+const heads = (result: Result) => ['', '', 'Error [%]', ...(hasTool(result) ? ['Tool [%]'] : []), 'Largest [mm]', 'Energy [%]', 'Reaction [%]',
   ...(result.motionReference ? ['Motion [%]', 'Lag [ms]'] : []), 'Solved in [s]', 'State'];
 
 /**
@@ -114,7 +114,7 @@ export function comparison(result: Result, shown: string[], load: string, onChoo
   const uncertainty = result.referenceUncertainty > 0
     ? ` The shaded part is within what the reference itself is uncertain by, ${percent(result.referenceUncertainty)} %.` : '';
   const tool = hasTool(result)
-    ? ` At the tool is how much stiffer the model feels where the load case presses, pulls or moves it; ! marks what fingers tell apart, above ${percent(smallestFelt)} %.` : '';
+    ? ` Tool is how much stiffer the model feels where the load case presses, pulls or moves it; ! marks what fingers tell apart, above ${percent(smallestFelt)} %.` : '';
   const motion = result.motionReference
     ? ` Motion and lag are those of the probes, against ${result.motionReference}.` : '';
   return [
