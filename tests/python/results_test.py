@@ -165,7 +165,7 @@ def test_other_files_are_refused_with_a_sentence(tmp_path, make, sentence):
 
 def test_unknown_models_and_missing_files_are_refused(tmp_path):
     with livermark.open(BENDING) as result:
-        with pytest.raises(livermark.InputError, match="there is no model 'loyd'; it has fem_p1, "):
+        with pytest.raises(livermark.InputError, match="there is no model 'loyd'; it has .*fem_p1, "):
             result["loyd"]
         with pytest.raises(livermark.InputError, match="there are no modes of 'lloyd'"):
             result.modes("lloyd")
