@@ -29,6 +29,7 @@ from livermark.report.data import ReportData  # noqa: E402
 of_files = {name: [] for name in ("faults", "others", "results", "large", "arenas", "cohorts", "stability", "histories",
                                   "timings", "large_bodies", "paper")}
 html = page.make(ReportData({"folder": "runs", "command": "livermark report runs", "tables": {}, **of_files,
-                             "smallest_felt_difference": 0.07,
+                             "smallest_felt_difference": 0.07, "reference": "", "large_reference": "", "tool_legend": "",
+                             "large_legend": "",
                              "standings": {"rest": [], "motion": []}}))
 assert html.startswith("<!DOCTYPE html>") and "There are no result files of small deformations here." in html
