@@ -17,8 +17,7 @@ StrainOfMean::Stiffness StrainOfMean::stiffness(const SpringEnergy &energy, doub
 }
 
 SquaredLengths::SquaredLengths(const std::array<int, 4> &nodes, const Eigen::VectorXd &rest)
-    : nodes_(nodes), rest_square_(squared_lengths(edge_spans(nodes, rest))),
-      strain_of_stretch_(strain_of_stretches(rest, nodes)) {}
+    : StrainOfEdges(nodes, rest), rest_square_(squared_lengths(edge_spans(nodes, rest))) {}
 
 Vector6 SquaredLengths::of(const Eigen::VectorXd &x) const {
     return strain_of_stretch_ * (squared_lengths(edge_spans(nodes_, x)) - rest_square_);
@@ -52,8 +51,7 @@ Matrix12 SquaredLengths::curvature(const Eigen::VectorXd & /*x*/, const Value &s
 }
 
 Elongations::Elongations(const std::array<int, 4> &nodes, const Eigen::VectorXd &rest)
-    : nodes_(nodes), rest_length_(squared_lengths(edge_spans(nodes, rest)).cwiseSqrt()),
-      strain_of_stretch_(strain_of_stretches(rest, nodes)) {}
+    : StrainOfEdges(nodes, rest), rest_length_(squared_lengths(edge_spans(nodes, rest)).cwiseSqrt()) {}
 
 Elongations::Edges Elongations::edges(const Eigen::VectorXd &x) const {
     Edges result{.length = {}, .pull = edge_spans(nodes_, x)};

@@ -45,8 +45,21 @@ struct StrainOfMean {
     static Stiffness stiffness(const SpringEnergy &energy, double mu, const Value &strain, Tangent tangent);
 };
 
+/// What both measures of lengths know of a tetrahedron.
+class StrainOfEdges : public StrainOfMean {
+  protected:
+    StrainOfEdges(const std::array<int, 4> &nodes, const Eigen::VectorXd &rest)
+        : nodes_(nodes), strain_of_stretch_(strain_of_stretches(rest, nodes)) {}
+
+    /// 2 dU/dq of each edge [N/m], of a stress times a volume.
+    Vector6 tensions(const Value &stress) const { return 2.0 * (strain_of_stretch_.transpose() * stress); }
+
+    std::array<int, 4> nodes_;
+    Matrix6 strain_of_stretch_; // [1/m^2]
+};
+
 /// StrainMeasure::cauchy_green
-class SquaredLengths : public StrainOfMean {
+class SquaredLengths : public StrainOfEdges {
   public:
     SquaredLengths(const std::array<int, 4> &nodes, const Eigen::VectorXd &rest);
 
@@ -59,15 +72,11 @@ class SquaredLengths : public StrainOfMean {
     Matrix12 curvature(const Eigen::VectorXd &x, const Value &stress, Tangent tangent) const;
 
   private:
-    Vector6 tensions(const Value &stress) const { return 2.0 * (strain_of_stretch_.transpose() * stress); }
-
-    std::array<int, 4> nodes_;
-    Vector6 rest_square_;       // l0^2 of each edge [m^2]
-    Matrix6 strain_of_stretch_; // [1/m^2]
+    Vector6 rest_square_; // l0^2 of each edge [m^2]
 };
 
 /// StrainMeasure::elongation
-class Elongations : public StrainOfMean {
+class Elongations : public StrainOfEdges {
   public:
     Elongations(const std::array<int, 4> &nodes, const Eigen::VectorXd &rest);
 
@@ -86,11 +95,8 @@ class Elongations : public StrainOfMean {
         EdgeVectors pull;
     };
     Edges edges(const Eigen::VectorXd &x) const;
-    Vector6 tensions(const Value &stress) const { return 2.0 * (strain_of_stretch_.transpose() * stress); }
 
-    std::array<int, 4> nodes_;
-    Vector6 rest_length_;       // l0 of each edge [m]
-    Matrix6 strain_of_stretch_; // [1/m^2]
+    Vector6 rest_length_; // l0 of each edge [m]
 };
 
 /// StrainMeasure::deformation_gradient: m is F - I, column after column, so that small strains keep all their digits.
