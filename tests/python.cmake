@@ -18,13 +18,13 @@ add_test(NAME Python.ProgramRuns COMMAND livermark run --jobs 1 --reference-on-m
   --kernel simd_double --integrator velocity_verlet --output ${python_runs})
 add_test(NAME Python.ProgramRunsOneLoadCase COMMAND livermark run --jobs 1 --reference-on-mesh --body beam --load-case beam_bend
   --model lloyd van_gelder van_gelder_nodal_volume nodal_springs --output ${python_runs}/alone)
-set_tests_properties(Python.ProgramRuns Python.ProgramRunsOneLoadCase PROPERTIES LABELS python TIMEOUT 600 FIXTURES_SETUP python_runs)
+set_tests_properties(Python.ProgramRuns Python.ProgramRunsOneLoadCase PROPERTIES LABELS full TIMEOUT 600 FIXTURES_SETUP python_runs)
 
 file(GLOB parts CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR}/python ${CMAKE_CURRENT_SOURCE_DIR}/python/*_test.py)
 foreach(part IN LISTS parts)
   string(REPLACE "_test.py" "" name ${part})
   add_test(NAME Python.${name}
     COMMAND ${LIVERMARK_PYTHON} -m pytest -q -p no:cacheprovider ${CMAKE_CURRENT_SOURCE_DIR}/python/${part})
-  set_tests_properties(Python.${name} PROPERTIES LABELS python TIMEOUT 600 FIXTURES_REQUIRED "python_runs;sample_result"
+  set_tests_properties(Python.${name} PROPERTIES LABELS full TIMEOUT 600 FIXTURES_REQUIRED "python_runs;sample_result"
     ENVIRONMENT "PYTHONPATH=${PROJECT_BINARY_DIR}/python;PYTHONDONTWRITEBYTECODE=1;LIVERMARK_BINARY=$<TARGET_FILE:livermark>;LIVERMARK_SOURCE_DIR=${PROJECT_SOURCE_DIR};LIVERMARK_PYTHON_RUNS=${python_runs};LIVERMARK_SAMPLES=${CMAKE_CURRENT_BINARY_DIR}")
 endforeach()

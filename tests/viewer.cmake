@@ -22,8 +22,14 @@ if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64" AND NOT CMAKE_BUILD_TYPE STREQUAL "D
   list(APPEND parts springs)
 endif()
 set(not_there 77)
+# A thousand pokes and pulls, and pictures of every frame, take minutes.
+set(nightly_parts live_rest live_picture springs)
 foreach(part IN LISTS parts)
+  set(tier full)
+  if(part IN_LIST nightly_parts)
+    set(tier nightly)
+  endif()
   add_test(NAME Viewer.${part} COMMAND ${NODE} ${PROJECT_SOURCE_DIR}/viewer/tests/when_built.mjs ${part}.test.mjs ${not_there})
-  set_tests_properties(Viewer.${part} PROPERTIES LABELS viewer TIMEOUT 1500 SKIP_RETURN_CODE ${not_there}
+  set_tests_properties(Viewer.${part} PROPERTIES LABELS ${tier} TIMEOUT 1500 SKIP_RETURN_CODE ${not_there}
     ENVIRONMENT "LIVERMARK_BUILD=${CMAKE_BINARY_DIR};LIVERMARK_ROOT=${PROJECT_SOURCE_DIR};PYTHON=${vtk_python}")
 endforeach()

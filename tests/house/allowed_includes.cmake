@@ -21,7 +21,7 @@ set(may_include_server/sessions support core live fem_reference models results s
 set(may_include_studies/exchange/formats support core)
 set(may_include_studies support core meshes load_cases msm fem_reference models results results/tables
   studies/exchange/formats)
-set(may_include_cli support core meshes segmentation load_cases msm fem_reference models results results/tables
+set(may_include_cli support core meshes load_cases msm fem_reference models results results/tables
   server server/sessions studies studies/exchange/formats)
 set(may_include_python support core msm)
 set(may_include_python/suite support core meshes load_cases msm fem_reference models results studies

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <gtest/gtest.h>
 #include <map>
@@ -37,7 +38,9 @@ const std::map<std::string, std::map<std::string, Found>> found_elsewhere{
 class LargeDeformations : public testing::TestWithParam<std::string> {
   protected:
     void SetUp() override {
-        result = results::read_result(std::filesystem::path(LIVERMARK_VALIDATION_RUNS) / "large" / "liver_healthy" /
+        result = results::read_result(std::filesystem::path(std::getenv("LIVERMARK_VALIDATION_RUNS")) /
+                                      "liver_healthy" / // NOLINT(concurrency-mt-unsafe)
+
                                       (GetParam() + ".h5"));
     }
 

@@ -1,0 +1,178 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <numeric>
+#include <vector>
+
+#include "core/local_refinement.hpp"
+#include "core/refinement.hpp"
+#include "core/round_load.hpp"
+#include "tests/fem_reference/fem_test_bodies.hpp"
+#include "tests/test_meshes.hpp"
+
+namespace livermark {
+namespace {
+
+using core::Vector3;
+
+const core::RoundLoad tool{{0.05, 0.04, 0.1}, 0.03};
+
+/// A box that the tool presses from above.
+core::Problem box_under_a_tool() {
+    const auto body = tests::make_body(tests::shaken_box_mesh({0.1, 0.1, 0.1}, {3, 4, 3}), {1000.0, 2000.0, 0.45});
+    auto load_case = tests::empty_load_case(body->mesh);
+    tests::prescribe(load_case, body->mesh, "z_min", Vector3::Zero());
+    tests::pull(load_case, body->mesh, "z_max", {0.0, 0.0, -100.0});
+    load_case.round_loads = {tool};
+    load_case.round_load.assign(load_case.condition.size(), -1);
+    for (int f = 0; f < body->mesh.num_boundary_triangles(); ++f)
+        if (load_case.condition[f] == core::FacetCondition::traction) {
+            load_case.round_load[f] = 0;
+            load_case.value[f] *= core::mean_height(tool, core::corners_of(body->mesh, f));
+        }
+    return {body, load_case};
+}
+
+/// What corners take has the integrals of linear functions: the force, and its moment about the corners.
+TEST(RoundLoad, PartsHaveForceAndMomentOfTheTraction) {
+    const core::Corners corners{Vector3(0.05, 0.04, 0.1), Vector3(0.09, 0.05, 0.1), Vector3(0.04, 0.09, 0.1)};
+    const auto linear = core::linear_parts(&tool, corners);
+    const auto quadratic = core::quadratic_parts(&tool, corners);
+    EXPECT_NEAR(std::accumulate(linear.begin(), linear.end(), 0.0), 1.0, 1e-12);
+    EXPECT_NEAR(std::accumulate(quadratic.begin(), quadratic.end(), 0.0), 1.0, 1e-12);
+    EXPECT_GT(linear[0], linear[1]); // the middle of the tool is at the first corner
+    EXPECT_GT(linear[0], linear[2]);
+    // Linear functions are quadratic ones, too: a corner has half of the sides that end there.
+    for (std::size_t k = 0; k < 3; ++k)
+        EXPECT_NEAR(quadratic[k] + 0.5 * (quadratic[3 + k] + quadratic[3 + (k + 2) % 3]), linear[k], 1e-12);
+}
+
+TEST(RoundLoad, IsEvenWhereThereIsNoTool) {
+    const core::Corners corners{Vector3(0.0, 0.0, 0.0), Vector3(1.0, 0.0, 0.0), Vector3(0.0, 1.0, 0.0)};
+    for (const auto *load : {static_cast<const core::RoundLoad *>(nullptr), &tool}) { // which is elsewhere
+        const core::Corners away{corners[0] + Vector3(1.0, 1.0, 1.0), corners[1] + Vector3(1.0, 1.0, 1.0),
+                                 corners[2] + Vector3(1.0, 1.0, 1.0)};
+        EXPECT_EQ(core::linear_parts(load, away), (std::array<double, 3>{1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0}));
+        EXPECT_EQ(core::quadratic_parts(load, away),
+                  (std::array<double, 6>{0.0, 0.0, 0.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0}));
+    }
+}
+
+/// The force, and that on linear functions: of each node the corners' parts times its place.
+std::array<Vector3, 2> force_and_moment(const core::Problem &problem) {
+    std::array<Vector3, 2> sum{Vector3::Zero(), Vector3::Zero()};
+    const auto &[body, load_case] = problem;
+    for (int f = 0; f < body->mesh.num_boundary_triangles(); ++f) {
+        if (load_case.condition[f] != core::FacetCondition::traction)
+            continue;
+        const Vector3 force = core::area_vector(body->mesh, f).norm() * load_case.value[f];
+        const auto corners = core::corners_of(body->mesh, f);
+        const auto parts = core::linear_parts(load_case.round_load_on(f), corners);
+        sum[0] += force;
+        for (std::size_t k = 0; k < 3; ++k)
+            sum[1] += parts[k] * force.norm() * corners[k];
+    }
+    return sum;
+}
+
+/// The same load on a finer mesh of the same body.
+TEST(RoundLoad, StaysWhereItIsWhenTheMeshIsRefined) {
+    const auto problem = box_under_a_tool();
+    const auto [force, moment] = force_and_moment(problem);
+    ASSERT_LT(force.z(), 0.0);
+    for (const auto &fine : {core::refine(problem), core::refine_at_rims(problem, 2)}) {
+        ASSERT_GT(fine.body->mesh.num_boundary_triangles(), problem.body->mesh.num_boundary_triangles());
+        const auto [fine_force, fine_moment] = force_and_moment(fine);
+        EXPECT_LT((fine_force - force).norm(), 1e-12 * force.norm());
+        EXPECT_LT((fine_moment - moment).norm(), 1e-4 * force.norm() * tool.radius);
+        // On each part the traction has the mean of the tool, as on the whole.
+        double most = 0.0;
+        for (int f = 0; f < fine.body->mesh.num_boundary_triangles(); ++f)
+            if (fine.load_case.round_load_on(f)) {
+                const double height = core::mean_height(tool, core::corners_of(fine.body->mesh, f));
+                most = std::max(most, std::abs(fine.load_case.value[f].z() + 100.0 * height));
+            }
+        EXPECT_LT(most, 0.5); // of 100 Pa; both means are sums over small triangles
+    }
+}
+
+/// @return the longest edge of each tetrahedron [m]
+std::vector<double> longest_edges(const core::TetraMesh &mesh) {
+    std::vector<double> longest;
+    for (const auto &nodes : mesh.tetrahedra) {
+        longest.push_back(0.0);
+        for (const auto &[i, j] : core::tetrahedron_edges)
+            longest.back() = std::max(longest.back(), (mesh.points[nodes[i]] - mesh.points[nodes[j]]).norm());
+    }
+    return longest;
+}
+
+bool is_below_the_tool(const core::TetraMesh &mesh, const std::array<int, 4> &nodes) {
+    const auto &[a, b, c, d] = nodes;
+    const Vector3 centroid = 0.25 * (mesh.points[a] + mesh.points[b] + mesh.points[c] + mesh.points[d]);
+    return (centroid - tool.middle).norm() < tool.radius;
+}
+
+TEST(RefinementBelowTools, EndsAtAPartOfTheRadius) {
+    auto problem = box_under_a_tool();
+    const auto longest = [&] {
+        const auto edges = longest_edges(problem.body->mesh);
+        double of_all = 0.0;
+        for (std::size_t t = 0; t < edges.size(); ++t)
+            if (is_below_the_tool(problem.body->mesh, problem.body->mesh.tetrahedra[t]))
+                of_all = std::max(of_all, edges[t]);
+        return of_all;
+    };
+    const double most = core::longest_edge_below_tools * tool.radius;
+    ASSERT_GT(longest(), 2.0 * most);
+    for (int level = 0; level < 4; ++level)
+        problem = core::refine_at_rims_and_tools(problem).problem;
+    EXPECT_LE(longest(), most);
+    const auto &mesh = problem.body->mesh;
+    const auto again = core::refine_at_rims_and_tools(problem);
+    std::vector<int> num_parts(mesh.tetrahedra.size(), 0);
+    for (const int parent : again.parent_tetrahedron)
+        ++num_parts[parent];
+    for (std::size_t t = 0; t < num_parts.size(); ++t)
+        if (is_below_the_tool(mesh, mesh.tetrahedra[t])) {
+            EXPECT_EQ(num_parts[t], 1); // away from the constrained surface nothing is cut any more
+        }
+}
+
+TEST(RefinementBelowTools, LeavesAMeshThatFitsTogether) {
+    auto problem = box_under_a_tool();
+    for (int level = 0; level < 3; ++level)
+        problem = core::refine_at_rims_and_tools(problem).problem;
+    const auto sorted = [](std::vector<std::array<int, 3>> triangles) {
+        for (auto &nodes : triangles)
+            std::ranges::sort(nodes);
+        std::ranges::sort(triangles);
+        return triangles;
+    };
+    EXPECT_EQ(sorted(core::outer_faces(problem.body->mesh.tetrahedra)), sorted(problem.body->mesh.boundary_triangles));
+    EXPECT_GT(std::ranges::min(core::tetrahedron_volumes(problem.body->mesh)), 0.0);
+}
+
+/// Facets are pressed as far as the disc touches them. Where they end there is no pressure any more, so no rim.
+TEST(RefinementBelowTools, TakesTheOutlineOfPressedFacetsForNoRim) {
+    const auto problem = box_under_a_tool();
+    const auto &mesh = problem.body->mesh;
+    const auto top_corners_cut = [&](const core::BisectedProblem &refined) {
+        std::vector<int> num_parts(mesh.tetrahedra.size(), 0);
+        for (const int parent : refined.parent_tetrahedron)
+            ++num_parts[parent];
+        int num_cut = 0;
+        for (std::size_t t = 0; t < num_parts.size(); ++t)
+            for (const int node : mesh.tetrahedra[t])
+                if ((mesh.points[node] - Vector3(0.1, 0.1, 0.1)).norm() < 1e-9 && num_parts[t] == 8)
+                    ++num_cut;
+        return num_cut;
+    };
+    EXPECT_GT(top_corners_cut(core::refine_at_rims(problem)), 0);
+    constexpr double any_length_will_do = 100.0;
+    EXPECT_EQ(top_corners_cut(core::refine_at_rims_and_tools(problem, any_length_will_do)), 0);
+}
+
+} // namespace
+} // namespace livermark

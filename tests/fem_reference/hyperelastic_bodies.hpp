@@ -1,0 +1,71 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "fem_reference/hyperelastic/hyperelasticity.hpp"
+#include "tests/fem_reference/fem_test_bodies.hpp"
+
+/// What the tests of hyperelastic paths hold and pull.
+namespace livermark::tests {
+
+inline constexpr double free_component = std::numeric_limits<double>::quiet_NaN();
+inline const core::Material soft_material{1000.0, 5000.0, 0.45};
+
+/// Every kind of hyperelastic elements.
+inline const std::array<hyperelastic::Discretisation, 3> hyperelastic_kinds{
+    {{.degree = 1}, {.degree = 2}, {.degree = 2, .formulation = fem_reference::Formulation::mixed}}};
+
+/// A block of 100 x 120 x 80 mm.
+inline const core::Vector3 block_size{0.1, 0.12, 0.08}; ///< [m]
+inline std::shared_ptr<const core::Body> soft_block() {
+    return make_body(shaken_box_mesh(block_size, {2, 2, 2}), soft_material);
+}
+
+/// A body whose three sides at the origin slide.
+inline core::LoadCase on_rollers(const core::TetraMesh &mesh) {
+    auto load_case = empty_load_case(mesh);
+    prescribe(load_case, mesh, "x_min", {0.0, free_component, free_component});
+    prescribe(load_case, mesh, "y_min", {free_component, 0.0, free_component});
+    prescribe(load_case, mesh, "z_min", {free_component, free_component, 0.0});
+    return load_case;
+}
+
+/// A bar that is clamped at one end.
+struct Bar {
+    std::shared_ptr<const core::Body> body = make_body(shaken_box_mesh({0.1, 0.03, 0.03}, {5, 2, 2}), soft_material);
+    core::LoadCase clamped = [this] {
+        auto load_case = empty_load_case(body->mesh);
+        prescribe(load_case, body->mesh, "x_min", core::Vector3::Zero());
+        return load_case;
+    }();
+
+    core::LoadCase pulled(const core::Vector3 &traction) const {
+        auto load_case = clamped;
+        pull(load_case, body->mesh, "x_max", traction);
+        return load_case;
+    }
+};
+
+/// Shape (T) [Pa], on one patch alone.
+inline std::vector<double> pressure_on(const core::TetraMesh &mesh, const std::string &patch, double pressure) {
+    std::vector<double> result(mesh.boundary_triangles.size(), 0.0);
+    for (std::size_t f = 0; f < result.size(); ++f)
+        if (mesh.patch_names[mesh.boundary_patch[f]] == patch)
+            result[f] = pressure;
+    return result;
+}
+
+inline double largest(const std::vector<core::Vector3> &displacement) {
+    double result = 0.0;
+    for (const auto &u : displacement)
+        result = std::max(result, u.norm());
+    return result;
+}
+
+} // namespace livermark::tests

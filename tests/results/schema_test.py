@@ -1,0 +1,166 @@
+"""schema_test.py <schema.md> <folder>: the tables of schema.md and files that hold everything say the same.
+
+A result file is what all sections say but those of other files; one of these is the section named and where it comes from.
+"""
+
+import math
+import re
+import sys
+
+import h5py
+
+OTHER_FILES = {
+    "Cohort files": "sample_cohort.h5",
+    "Arena files": "sample_arena.h5",
+    "Tool scenes": "sample_scene.h5",
+    "Stability files": "sample_stability.h5",
+    "History files": "sample_histories.h5",
+    "Calibration files": "sample_calibration.h5",
+    "Timing files": "sample_timings.h5",
+}
+PROVENANCE = "Where it comes from"
+TYPES = {"float64": "<f8", "float32": "<f4", "int64": "<i8", "int32": "<i4", "uint8": "|u1"}
+
+
+def read_tables(path, wanted_section):
+    """{path: (shape, type, unit)} of all lines of the tables that say what is in the file."""
+    lines = {}
+    section = ""
+    for line in open(path, encoding="utf-8"):
+        if line.startswith("## "):
+            section = line[3:].strip()
+        if section not in (wanted_section, PROVENANCE) if wanted_section else section in OTHER_FILES:
+            continue
+        cells = [cell.strip() for cell in line.strip().strip("|").split(" |")]
+        if match := re.fullmatch(r"`(/.*)`", cells[0]):
+            assert len(cells) == 5, line
+            assert match[1] not in lines, f"{match[1]} stands twice in {path}"
+            lines[match[1]] = tuple(cells[1:4])
+    return lines
+
+
+def general(path, file):
+    """The path with <model> for the name of a model, <case> for that of a history, <n> for the number of a step, and
+    <benchmark> for that of a benchmark."""
+    path = re.sub(r"^/timings/[^@]+?(/seconds)?(?=@|$)", r"/timings/<benchmark>\1", path)
+    path = re.sub(r"^/histories/[^/@]+(/\d+)?", lambda found: "/histories/<case>" + ("/<n>" if found[1] else ""), path)
+    for model in file.get("/solutions", ()):
+        path = re.sub(rf"(/solutions/|/comparisons/|/modes/|displacement_|error_){model}(?=[/@]|$)", r"\1<model>", path)
+    return path
+
+
+def entries(file):
+    """(path, shape, dtype, units) of every dataset and attribute, under each of its names."""
+
+    def walk(group, prefix):
+        yield from attributes(group, prefix or "/")
+        for name, item in group.items():
+            if isinstance(item, h5py.Group):
+                yield from walk(item, f"{prefix}/{name}")
+            else:
+                yield f"{prefix}/{name}", item.shape, item.dtype, item.attrs.get("units", b"").decode()
+                yield from attributes(item, f"{prefix}/{name}")
+
+    def attributes(item, path):
+        for name in item.attrs:
+            if name != "units":
+                attribute = item.attrs.get_id(name)
+                yield f"{path}@{name}", attribute.shape, attribute.dtype, ""
+
+    yield from walk(file, "")
+
+
+def check_type(path, dtype, said):
+    text = h5py.check_string_dtype(dtype)
+    if said == "text":
+        assert text and text.length is not None and text.encoding == "utf-8", f"{path} is {dtype}"
+    elif said == "ASCII":
+        assert text and text.length is not None and text.encoding == "ascii", f"{path} is {dtype}"
+    else:
+        assert not text and dtype.str == TYPES[said], f"{path} is {dtype} and not {said}"
+
+
+def sizes_of(file):
+    if "critical_time_step" in file:
+        return {"I": len(file["/critical_time_step"].attrs["integrators"])}
+    if "statistics" in file:
+        sizes = {"U": file["/bodies/number"].shape[0], "O": file["/lesions/body"].shape[0],
+                 "E": file["/errors/body"].shape[0], "H": file["/statistics/half"].shape[0],
+                 "J": len(file["/errors/load_case"].attrs["names"]), "W": len(file["/errors/model"].attrs["names"]),
+                 "X": len(file["/statistics/model"].attrs["names"]),
+                 "G": len(file["/errors/reference"].attrs["names"]),
+                 "Y": len(file["/statistics/reference"].attrs["names"]), "Z": file["/failures"].shape[0]}
+        assert sizes["U"] != sizes["E"] != sizes["H"] != sizes["O"], f"{sizes}"
+        return sizes
+    if "tool" in file:
+        return {"N": file["/points"].shape[0], "M": file["/tetrahedra"].shape[0],
+                "R": file["/materials/density"].shape[0], "H": file["/held"].shape[0],
+                "T": file["/tool/nodes"].shape[0], "K": file["/tool/time"].shape[0]}
+    if "arena" in file:
+        return {"M": file["/arena/budget"].shape[0], "K": file["/arena/time"].shape[0],
+                "F": file["/arena/error_over_time"].shape[1]}
+    if "springs" in file:
+        return {"R": file["/materials/density"].shape[0], "S": file["/springs/edges"].shape[0],
+                "L": file["/loads/held_out"].shape[0]}
+    if "timings" in file:
+        return {"K": file["/timings/step/newmark/fem_p1/box/seconds"].shape[0]}
+    if "histories" in file:
+        return {"K": file["/histories/release/0/time"].shape[0]}
+    sizes = sizes_of_result(file)
+    assert len(set(sizes.values())) == len(sizes) - 2, f"{sizes}: only R, P and G may be equal"
+    return sizes
+
+
+def sizes_of_result(file):
+    return {"N": file["/mesh/points"].shape[0], "M": file["/mesh/tetrahedra"].shape[0],
+            "T": file["/mesh/boundary_triangles"].shape[0], "R": file["/materials/density"].shape[0],
+            "A": len(file["/mesh"].attrs["assumptions"]), "B": len(file["/mesh/boundary_patch"].attrs["names"]),
+            "P": len(file["/load_case/constraint"].attrs["names"]),
+            "S": file["/solutions/springs/edges"].shape[0],
+            "Q": file["/load_case/release/probe"].shape[0],
+            "K": file["/load_case/release"].attrs["num_steps"] + 1,
+            "L": file["/load_case/path"].shape[0], "D": file["/load_case/round_load/radius"].shape[0],
+            "E": len(file["/load_case/load"].attrs["names"]), "G": file["/load_case/tool/radius"].shape[0], "Y": file["/load_case/yielded"].shape[0],
+            "F": file["/VTKHDF/Steps"].attrs["NSteps"],
+            "C": file["/modes/fem_p2/angular_frequency"].shape[0]}
+
+
+def size(text, sizes):
+    """Of 3, N, 4M, FN or M+1."""
+    factor, symbols, addend = re.fullmatch(r"(\d*)([A-Z]*)(?:\+(\d+))?", text).groups()
+    return int(factor or 1) * math.prod(sizes[symbol] for symbol in symbols) + int(addend or 0)
+
+
+def check_shape_and_type(path, shape, dtype, said_shapes, said_types, sizes):
+    """Shape and type are those said; where there is a choice, the first shape goes with the first type."""
+    shapes = [tuple(size(text, sizes) for text in said.strip("()").split(",") if text)
+              for said in said_shapes.split(" or ")]
+    assert shape in shapes, f"{path} has shape {shape} and not {said_shapes} = {shapes}"
+    check_type(path, dtype, said_types.split(" or ")[shapes.index(shape)] if " or " in said_types else said_types)
+
+
+def check(schema, result, section):
+    tables = read_tables(schema, section)
+    assert tables, f"{schema} has no tables in section '{section}'"
+    found = set()
+    with h5py.File(result) as file:
+        sizes = sizes_of(file)
+        for path, shape, dtype, units in entries(file):
+            line = general(path, file)
+            assert line in tables, f"{path} is in the file, and {line} not in {schema}"
+            found.add(line)
+            said_shape, said_type, said_unit = tables[line]
+            check_shape_and_type(path, shape, dtype, said_shape, said_type, sizes)
+            assert units == said_unit, f"{path} has units '{units}' and not '{said_unit}'"
+    missing = set(tables) - found
+    assert not missing, f"in {schema} and not in the file: {sorted(missing)}"
+
+
+def main(schema, folder):
+    check(schema, f"{folder}/sample_result.h5", "")
+    for section, file in OTHER_FILES.items():
+        check(schema, f"{folder}/{file}", section)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
