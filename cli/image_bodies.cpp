@@ -7,6 +7,7 @@
 
 #include "cli/body_sources.hpp"
 #include "cli/segment.hpp"
+#include "meshes/surface_formats.hpp"
 #include "studies/catalogue.hpp"
 #include "studies/run/output_folder.hpp"
 #include "support/file_ending.hpp"
@@ -119,7 +120,7 @@ std::vector<std::string> with_images_meshed(const std::vector<std::string> &bodi
         if (const auto stem = stem_of_image(body); !stem.empty() && !is_shipped) {
             with_bodies.push_back(
                 mesher.body_of(body, stem, "--labels", SegmentCommand{.labels = body}, make_body_of_labels));
-        } else if (!is_shipped && is_surface(body)) {
+        } else if (!is_shipped && meshes::is_surface_file(body)) {
             if (surfaces.empty())
                 with_bodies.push_back(body); // for the liver; its lesions follow
             surfaces.push_back(body);

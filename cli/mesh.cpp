@@ -20,6 +20,7 @@
 #include "meshes/mesh_figures.hpp"
 #include "meshes/mesh_reader.hpp"
 #include "meshes/msh_writer.hpp"
+#include "meshes/surface_formats.hpp"
 #include "studies/catalogue.hpp"
 #include "support/child_process.hpp"
 #include "support/file_ending.hpp"
@@ -62,7 +63,7 @@ void write_picture(const std::string &body_file, const std::string &picture) {
 int check_body(const std::string &file) {
     if (!stem_of_image(file).empty()) {
         fmt::print("{}", figures_of_labels(file));
-    } else if (is_surface(file)) {
+    } else if (meshes::is_surface_file(file)) {
         fmt::print("{}", figures_of_surface(file));
     } else if (support::file_ending(file) == ".msh") {
         std::vector<std::string> remarks;

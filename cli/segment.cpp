@@ -3,25 +3,15 @@
 #include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
-#include <iterator>
-#include <map>
-#include <numeric>
 #include <optional>
-#include <span>
+#include <stdexcept>
 #include <string_view>
 
 #include "cli/body_sources.hpp"
-#include "core/bounding_box.hpp"
-#include "core/plausible_liver.hpp"
+#include "cli/progress.hpp"
 #include "meshes/mesh_figures.hpp"
-#include "meshes/mesh_reader.hpp"
 #include "meshes/msh_reader.hpp"
-#include "meshes/msh_writer.hpp"
-#include "segmentation/image_file.hpp"
-#include "segmentation/patient_body.hpp"
-#include "segmentation/phantom.hpp"
-#include "segmentation/surface_file.hpp"
-#include "segmentation/surface_voxels.hpp"
+#include "support/child_process.hpp"
 #include "support/input_error.hpp"
 #include "support/toml_input.hpp"
 #include "support/whole_file.hpp"
@@ -42,20 +32,25 @@ fs::path body_file_of(const std::string &output) {
     return body;
 }
 
-void tell(const std::string &sentence) {
-    fmt::print(stderr, "livermark: {}\n", sentence);
-}
-
-void print_quality_criteria(std::FILE *table, const std::vector<segmentation::QualityCriterion> &quality_criteria) {
-    std::size_t width = 0;
-    for (const auto &criterion : quality_criteria)
-        width = std::max(width, criterion.name.size());
-    fmt::print(table, "\n{:<{}} {:>9} {:>9}\n", "criterion", width, "mesh", "bound");
-    for (const auto &criterion : quality_criteria)
-        fmt::print(table, "{:<{}} {:>9.3g} {:>9.3g}  {}\n", criterion.name, width, criterion.value, criterion.bound,
-                   criterion.is_met      ? "met"
-                   : criterion.is_advice ? "warning: " + criterion.remedy
-                                         : "MISSED: " + criterion.remedy);
+/// Lets the program that is linked with ITK and CGAL do something; its errors go where ours go.
+/// @return its exit status, 0 or 1, and what it has printed
+support::Printed segment(std::vector<std::string> words) {
+    const auto program = fs::read_symlink("/proc/self/exe").parent_path() / "livermark-segment";
+    if (!fs::exists(program))
+        throw support::InputError(
+            "bodies of images and surfaces need the program livermark-segment, which is not built here; "
+            "build it with scripts/bootstrap --program --segmentation");
+    words.insert(words.begin(), program.string());
+    auto printed = support::run_printing(words);
+    constexpr int refused = 2;
+    if (printed.status == refused)
+        throw support::InputError(printed.output);
+    if (printed.status < 0 || printed.status > refused)
+        throw std::runtime_error(
+            printed.output.empty()
+                ? fmt::format("{} was ended from outside; is there too little memory?", program.string())
+                : printed.output);
+    return printed;
 }
 
 /// What a run is called without what only says to do it again.
@@ -92,7 +87,7 @@ std::optional<int> made_before(const SegmentCommand &command, const fs::path &bo
             fmt::format("{}: there is such a body already, and {} has changed since; say --force to make it anew",
                         body_file.string(),
                         fmt::join(command.labels.empty() ? command.surfaces : std::vector{command.labels}, " or ")));
-    tell(fmt::format("{} is there, made by the same command; --force makes it anew", body_file.string()));
+    print_notes({fmt::format("{} is there, made by the same command; --force makes it anew", body_file.string())});
     fmt::print(command.table, "{}", meshes::to_text(meshes::mesh_figures(meshes::read_msh(command.output))));
     int status = 0;
     if (const auto *gates = body["image"]["gates"].as_array())
@@ -103,127 +98,47 @@ std::optional<int> made_before(const SegmentCommand &command, const fs::path &bo
     return status;
 }
 
-std::vector<std::string> doubts_about(const segmentation::Segmentation &voxels) {
-    const auto volumes = segmentation::region_volumes(voxels);
-    return core::doubts_about_liver(std::accumulate(volumes.begin(), volumes.end(), 0.0),
-                                    std::span(volumes).subspan(1));
+template <class Number> std::string list_of(const std::vector<Number> &numbers) {
+    return fmt::format("{}", fmt::join(numbers, ","));
 }
 
-int make_body(const SegmentCommand &command, const fs::path &body_file, const segmentation::Segmentation &voxels,
-              const std::string &name) {
-    for (const auto &remark : voxels.remarks)
-        tell(remark);
-    for (const auto &doubt : doubts_about(voxels))
-        tell(doubt);
-    tell(fmt::format("meshing {} regions with about {} tetrahedra", voxels.region_names.size(), command.tetrahedra));
-    const auto body = segmentation::patient_body(voxels, command.tetrahedra);
-    const fs::path mesh_file = command.output;
-    const auto toml = segmentation::body_toml(body, voxels, name, mesh_file.filename().string(),
-                                              without_force(command.command_line)) +
-                      sources_toml(sources_of(command));
-    meshes::write_msh(mesh_file, body.mesh);
-    support::write_whole(body_file, toml);
-    fmt::print(command.table, "{}", meshes::to_text(meshes::mesh_figures(body.mesh)));
-    print_quality_criteria(command.table, body.quality_criteria);
-    fmt::print(command.table, "\n{} and {} are written; next: livermark run --body {}\n", mesh_file.string(),
-               body_file.string(), body_file.string());
-    return segmentation::all_met(body.quality_criteria) ? 0 : 1;
-}
-
-/// Metres per unit of the surfaces, said or guessed from the size.
-double unit_of(const SegmentCommand &command, const meshes::SurfaceMesh &liver, std::vector<std::string> &remarks) {
-    if (command.unit)
-        return meshes::metres_per_unit(*command.unit, "--unit");
-    const auto guess = meshes::guess_unit(liver.points, meshes::enclosed_volume(liver), command.surfaces.front());
-    remarks.push_back(
-        fmt::format("coordinates are taken to be in {}, {}; --unit may say another one", guess.unit, guess.remark));
-    return guess.metres;
+int make_body(const SegmentCommand &command, std::vector<std::string> words) {
+    const auto body_file = body_file_of(command.output); // refuses before long work
+    if (const auto status = made_before(command, body_file))
+        return *status;
+    words.insert(words.end(),
+                 {"--tetrahedra", std::to_string(command.tetrahedra), "--mesh", command.output, "--made-of",
+                  sources_toml(sources_of(command)), "--command-line", without_force(command.command_line)});
+    const auto [status, output] = segment(std::move(words));
+    fmt::print(command.table, "{}", output);
+    return status;
 }
 
 } // namespace
 
 int make_body_of_labels(const SegmentCommand &command) {
-    const auto body_file = body_file_of(command.output); // refuses before long work
-    if (const auto status = made_before(command, body_file))
-        return *status;
-    const auto image = segmentation::read_label_image(command.labels);
-    std::size_t labelled = 0;
-    for (const auto label : image.label)
-        labelled += label != 0 ? 1 : 0;
-    // A lesion below the size of a tetrahedron cannot be resolved by the mesh.
-    const double smallest_lesion =
-        static_cast<double>(labelled) * segmentation::voxel_volume(image.grid) / command.tetrahedra;
-    return make_body(command, body_file,
-                     segmentation::choose_labels(image, {command.liver, command.tumours}, smallest_lesion), image.name);
+    std::vector<std::string> words{"labels", command.labels};
+    if (!command.liver.empty())
+        words.insert(words.end(), {"--liver", list_of(command.liver)});
+    if (!command.tumours.empty())
+        words.insert(words.end(), {"--tumours", list_of(command.tumours)});
+    return make_body(command, std::move(words));
 }
 
 int make_body_of_surfaces(const SegmentCommand &command) {
-    const auto body_file = body_file_of(command.output);
-    if (const auto status = made_before(command, body_file))
-        return *status;
-    std::vector<meshes::SurfaceMesh> surfaces;
-    std::vector<std::string> remarks;
-    surfaces.push_back(segmentation::read_surface(command.surfaces.front(), remarks));
-    for (const auto &file : std::span(command.surfaces).subspan(1)) {
-        auto lesions = segmentation::read_lesions(file, remarks);
-        if (lesions.size() > 1)
-            remarks.push_back(fmt::format("{}: its {} closed parts are a lesion each", file, lesions.size()));
-        std::ranges::move(lesions, std::back_inserter(surfaces));
-    }
-    const double unit = unit_of(command, surfaces.front(), remarks);
-    for (auto &surface : surfaces)
-        for (auto &point : surface.points)
-            point *= unit;
-    constexpr double voxels_per_edge = 16.0; // fine against the tetrahedra, so that voxels show nowhere
-    const double spacing =
-        segmentation::edge_for(meshes::enclosed_volume(surfaces.front()), command.tetrahedra) / voxels_per_edge;
-    auto voxels = segmentation::voxels_within(surfaces, spacing);
-    voxels.remarks.insert(voxels.remarks.begin(), remarks.begin(), remarks.end());
-    return make_body(command, body_file, voxels, fs::path(command.surfaces.front()).filename().string());
-}
-
-bool is_surface(const std::string &file) {
-    return segmentation::is_surface_file(file);
+    std::vector<std::string> words{"surfaces"};
+    words.insert(words.end(), command.surfaces.begin(), command.surfaces.end());
+    if (command.unit)
+        words.insert(words.end(), {"--unit", *command.unit});
+    return make_body(command, std::move(words));
 }
 
 std::string figures_of_labels(const std::string &file) {
-    const auto image = segmentation::read_label_image(file);
-    const auto &grid = image.grid;
-    auto text =
-        fmt::format("voxels            {} x {} x {}\nspacing           {:.3g} x {:.3g} x {:.3g} mm\n", grid.size[0],
-                    grid.size[1], grid.size[2], 1e3 * grid.spacing.x(), 1e3 * grid.spacing.y(), 1e3 * grid.spacing.z());
-    std::map<int, std::size_t> num_voxels;
-    for (const int label : image.label)
-        if (label != 0)
-            ++num_voxels[label];
-    double volume = 0.0;
-    for (const auto &[label, count] : num_voxels) {
-        const double of_label = static_cast<double>(count) * segmentation::voxel_volume(grid);
-        const auto name = image.label_names.find(label);
-        volume += of_label;
-        text += fmt::format("{:<17} {:.1f} mL{}\n", fmt::format("label {}", label), 1e6 * of_label,
-                            name == image.label_names.end() ? "" : " " + name->second);
-    }
-    for (const auto &remark : image.remarks)
-        tell(remark);
-    for (const auto &doubt : core::doubts_about_liver(volume, {}))
-        tell(doubt);
-    return text;
+    return segment({"figures-of-labels", file}).output;
 }
 
 std::string figures_of_surface(const std::string &file) {
-    std::vector<std::string> remarks;
-    const auto surface = segmentation::read_surface(file, remarks);
-    const double volume = meshes::enclosed_volume(surface);
-    const auto unit = meshes::guess_unit(surface.points, volume, file);
-    remarks.push_back(fmt::format("coordinates are taken to be in {}, {}", unit.unit, unit.remark));
-    for (const auto &remark : remarks)
-        tell(remark);
-    const core::Vector3 extent = 1e3 * unit.metres * core::bounding_box(surface.points).sizes();
-    return fmt::format("triangles         {}\ncorners           {}\nvolume            {:.1f} mL\n"
-                       "extent            {:.1f} x {:.1f} x {:.1f} mm\nsurface           closed\n",
-                       surface.triangles.size(), surface.points.size(),
-                       1e6 * volume * unit.metres * unit.metres * unit.metres, extent.x(), extent.y(), extent.z());
+    return segment({"figures-of-surface", file}).output;
 }
 
 int make_phantom(const PhantomCommand &command) {
@@ -231,19 +146,20 @@ int make_phantom(const PhantomCommand &command) {
         if (!(spacing >= 0.1e-3 && spacing <= 20e-3))
             throw support::InputError(
                 fmt::format("--spacing is {} m; give three lengths between 0.0001 and 0.02 m", spacing));
-    const segmentation::PhantomOptions options{
-        .spacing = {command.spacing.at(0), command.spacing.at(1), command.spacing.at(2)},
-        .turn = {command.turn.at(0), command.turn.at(1), command.turn.at(2)},
-        .touching = command.touching};
-    if (!command.scan.empty())
-        support::check_place(command.scan);
-    segmentation::write_label_image(command.output, segmentation::phantom_labels(options));
-    fmt::print("{}: liver {}, tumours {} to {}\n", command.output, segmentation::phantom_liver_label,
-               segmentation::phantom_first_tumour_label, segmentation::phantom_first_tumour_label + 5);
-    if (!command.scan.empty()) {
-        segmentation::write_scan(command.scan, segmentation::phantom_scan(options));
-        fmt::print("{}: grey values [HU]\n", command.scan);
+    std::vector<std::string> words{"phantom", "--output", command.output};
+    for (const auto &[option, numbers] :
+         {std::pair("--spacing", &command.spacing), std::pair("--turn", &command.turn)}) {
+        words.emplace_back(option);
+        for (const double number : *numbers)
+            words.push_back(fmt::format("{}", number));
     }
+    if (command.touching)
+        words.emplace_back("--touching");
+    if (!command.scan.empty()) {
+        support::check_place(command.scan);
+        words.insert(words.end(), {"--scan", command.scan});
+    }
+    fmt::print("{}", segment(std::move(words)).output);
     return 0;
 }
 

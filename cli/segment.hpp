@@ -7,7 +7,8 @@
 
 #include "core/tetra_mesh.hpp"
 
-/// Bodies of segmentations, for `livermark mesh`. Without ITK and CGAL each says what to install.
+/// Bodies of segmentations, for `livermark mesh` and all that takes bodies. The program `livermark-segment` makes them,
+/// in a process of its own; where it is not built each says how to build it.
 namespace livermark::cli {
 
 inline constexpr int default_tetrahedra = 16000;
@@ -32,9 +33,6 @@ struct SegmentCommand {
 /// @throws support::InputError; also if there is another body of this name, and force does not say to write over it
 int make_body_of_labels(const SegmentCommand &command);
 int make_body_of_surfaces(const SegmentCommand &command);
-
-/// Whether a file is a closed surface, by its name or its first lines.
-bool is_surface(const std::string &file);
 
 /// What `livermark mesh check` says of a label image, or of a surface: lines of "name value unit".
 /// @throws support::InputError

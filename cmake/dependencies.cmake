@@ -58,7 +58,7 @@ endif()
 
 include(finite_elements)
 
-# From images to bodies: without both, `livermark mesh labels` says what to install. Only these parts of ITK, because its
+# From images to bodies, in a program of its own. Only these parts of ITK, because its
 # HDF5 is the serial one.
 if(LIVERMARK_WITH_SEGMENTATION)
   set(CMAKE_MESSAGE_LOG_LEVEL ERROR) # it warns of that HDF5 on its way

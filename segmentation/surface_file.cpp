@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "meshes/mesh_reader.hpp"
+#include "meshes/surface_formats.hpp"
 #include "segmentation/surface_repair.hpp"
 #include "support/child_process.hpp"
 #include "support/file_ending.hpp"
@@ -30,27 +31,9 @@ using support::InputError;
 
 constexpr const char *formats = "STL, OBJ, PLY, OFF, VTK or VTP";
 
-/// What CGAL reads by itself.
-constexpr std::array<std::string_view, 4> plain_endings{".stl", ".obj", ".ply", ".off"};
-
-bool is_plain(const fs::path &file) {
-    return std::ranges::find(plain_endings, support::file_ending(file)) != plain_endings.end();
-}
-
-/// What a file begins with, where programs write what it is.
-std::string first_bytes(const fs::path &file) {
-    if (std::error_code error; !fs::is_regular_file(file, error))
-        return {}; // a pipe would keep us waiting
-    std::string bytes(1000, '\0');
-    std::ifstream stream(file, std::ios::binary);
-    stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    bytes.resize(static_cast<std::size_t>(stream.gcount()));
-    return bytes;
-}
-
 /// MSH 1, which meshio does not know.
 bool is_first_msh(const fs::path &file) {
-    return support::file_ending(file) == ".msh" && first_bytes(file).starts_with("$NOD");
+    return support::file_ending(file) == ".msh" && meshes::first_bytes(file).starts_with("$NOD");
 }
 
 TriangleSoup boundary_of(const fs::path &file, std::vector<std::string> &remarks) {
@@ -90,7 +73,7 @@ TriangleSoup read_plain(const fs::path &file, std::vector<std::string> &remarks)
 
 /// What a file of another format is converted to; nothing if it is read as it is.
 std::optional<support::Converted> converted_if_needed(const fs::path &file) {
-    if (is_first_msh(file) || is_plain(file))
+    if (is_first_msh(file) || meshes::has_surface_ending(file))
         return std::nullopt;
     auto converted = support::convert_by_script(
         "convert_surface", file,
@@ -115,14 +98,14 @@ TriangleSoup read_soup(const fs::path &file, const std::optional<support::Conver
                        std::vector<std::string> &remarks) {
     if (converted)
         return read_converted(file, *converted, remarks);
-    return is_plain(file) ? read_plain(file, remarks) : boundary_of(file, remarks);
+    return meshes::has_surface_ending(file) ? read_plain(file, remarks) : boundary_of(file, remarks);
 }
 
 /// Programs write which axes they mean into the first lines, or into field data, which the conversion tells.
 void turn_to_lps(TriangleSoup &soup, const fs::path &file, std::vector<std::string> &remarks) {
     const auto of_field_data = fmt::format("{}: SPACE=RAS", file.string());
     const bool is_in_field_data = std::erase(remarks, of_field_data) > 0;
-    if (!is_in_field_data && first_bytes(file).find("SPACE=RAS") == std::string::npos)
+    if (!is_in_field_data && meshes::first_bytes(file).find("SPACE=RAS") == std::string::npos)
         return;
     for (auto &p : soup.points)
         p = Point(-p.x(), -p.y(), p.z());
@@ -224,13 +207,6 @@ std::vector<meshes::SurfaceMesh> read_apart(const fs::path &file, bool are_lesio
 }
 
 } // namespace
-
-bool is_surface_file(const fs::path &file) {
-    const auto ending = support::file_ending(file);
-    if (is_plain(file) || ending == ".vtp")
-        return true;
-    return ending == ".vtk" && first_bytes(file).find("POLYDATA") != std::string::npos;
-}
 
 meshes::SurfaceMesh read_surface(const fs::path &file, std::vector<std::string> &remarks) {
     return read_apart(file, false, remarks).front();

@@ -8,9 +8,6 @@
 
 namespace livermark::segmentation {
 
-/// Whether the name or the first lines of a file say that it is a surface: STL, OBJ, PLY, OFF, VTP, or VTK polydata.
-bool is_surface_file(const std::filesystem::path &file);
-
 /// Reads a closed triangulated surface: STL, OBJ, PLY or OFF, and, after scripts/convert_surface, VTK and VTP polydata
 /// and what meshio reads. Readers and repairs run in
 /// a process of their own, which may fail on a damaged file. Of tetrahedra the boundary is taken. Corners in the same

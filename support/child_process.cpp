@@ -207,6 +207,23 @@ ChildOutcome run_program(const std::vector<std::string> &words) {
     return {.status = status, .lines = lines_of(stream)};
 }
 
+Printed run_printing(const std::vector<std::string> &words) {
+    Channel input(STDIN_FILENO), output(STDOUT_FILENO);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    for (const auto *channel : {&input, &output})
+        posix_spawn_file_actions_adddup2(&actions, channel->theirs, channel->stream);
+    const auto [process, error] = start(words, actions);
+    for (auto *channel : {&input, &output})
+        channel->close_theirs();
+    if (error != 0)
+        return {.status = -1, .output = fmt::format("{}: {}", words.front(), std::strerror(error))};
+    Printed printed;
+    exchange({}, input, {{&output, &printed.output}});
+    printed.status = end_of(process);
+    return printed;
+}
+
 FilterOutcome run_filter(const std::vector<std::string> &words, std::string_view input) {
     // Of sockets a reader may be gone without a signal to this process.
     Channel to_child(STDIN_FILENO), output(STDOUT_FILENO), errors(STDERR_FILENO);

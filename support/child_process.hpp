@@ -30,6 +30,16 @@ struct ChildOutcome {
 /// @param words  its path or name, and its arguments
 ChildOutcome run_program(const std::vector<std::string> &words);
 
+/// What a program has printed.
+struct Printed {
+    int status = -1; ///< as of ChildOutcome
+    std::string output;
+};
+
+/// Runs a program to its end, without a shell. Its errors go where those of this process go.
+/// @param words  its path or name, and its arguments
+Printed run_printing(const std::vector<std::string> &words);
+
 /// How a program ended that turned its input into its output.
 struct FilterOutcome {
     int status = -1; ///< as of ChildOutcome

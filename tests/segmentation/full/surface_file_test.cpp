@@ -1,3 +1,4 @@
+#include "meshes/surface_formats.hpp"
 #include "segmentation/surface_file.hpp"
 
 #include <cmath>
@@ -243,7 +244,7 @@ for name, writer, source, calls in [
     for (const char *name :
          {"ascii.vtk", "binary.vtk", "old.vtk", "strips.vtk", "ascii.vtp", "inline.vtp", "plain.vtp", "appended.vtp"}) {
         SCOPED_TRACE(name);
-        EXPECT_TRUE(is_surface_file(directory_ / name));
+        EXPECT_TRUE(meshes::is_surface_file(directory_ / name));
         const auto back = read(name).surface;
         EXPECT_EQ(back.points.size(), surface.points.size());
         EXPECT_EQ(back.triangles.size(), surface.triangles.size());
