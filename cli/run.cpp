@@ -39,8 +39,15 @@ bool all_is_well(const results::Result &result) {
     });
 }
 
-void print_all(const std::vector<results::Result> &done, const std::vector<double> &amplitudes, bool markdown) {
-    print_tables(done, TableKind::all, markdown);
+/// How the end of a run is printed.
+struct Printing {
+    bool tables = false; ///< all of them
+    bool markdown = false;
+};
+
+void print_done(const std::vector<results::Result> &done, const std::vector<double> &amplitudes, Printing printing) {
+    print_tables(done, printing.tables ? TableKind::all : TableKind::brief, printing.markdown);
+    const bool markdown = printing.markdown;
     if (!amplitudes.empty()) {
         const auto layout = studies::nonlinearity_by_amplitude(done, amplitudes);
         fmt::print("\nDistance of the models from their own linearised solution, at multiples of the load:\n\n{}",
@@ -48,7 +55,7 @@ void print_all(const std::vector<results::Result> &done, const std::vector<doubl
     }
 }
 
-int run(const studies::RunOptions &options, bool markdown, const std::string &command_line) {
+int run(const studies::RunOptions &options, Printing printing, const std::string &command_line) {
     studies::TimeSpent spent;
     spent.begin("bodies and load cases");
     const auto task = studies::prepare(options);
@@ -68,15 +75,18 @@ int run(const studies::RunOptions &options, bool markdown, const std::string &co
         std::ranges::move(outcome.failures, std::back_inserter(failures));
     }
     if (!done.empty())
-        print_all(done, options.amplitudes, markdown);
-    print_left_out(task.left_out, markdown);
-    fmt::print(stderr, "\n{}\n", spent.text());
+        print_done(done, options.amplitudes, printing);
+    if (printing.tables) {
+        print_left_out(task.left_out, printing.markdown);
+        fmt::print(stderr, "\n{}\n", spent.text());
+    }
     for (const auto &failure : failures)
         fmt::print(stderr, "livermark: failed: {}\n", failure);
-    print_notes(studies::sentences(task.left_out));
+    if (!printing.tables)
+        print_notes(studies::sentences(task.left_out));
     if (const auto note = results::note_on_small_tools(done))
         print_notes({*note});
-    fmt::print(stderr, "Result files are in {}\n", options.output);
+    fmt::print(stderr, "Result files are in {0}; livermark table {0} prints every load case\n", options.output);
     return failures.empty() && std::ranges::all_of(done, all_is_well) ? 0 : 1;
 }
 
@@ -100,7 +110,7 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
         "run", "Run models on load cases and compare them with the finite element reference; everything that ships "
                "by default");
     auto options = std::make_shared<studies::RunOptions>();
-    auto markdown = std::make_shared<bool>(false);
+    auto printing = std::make_shared<Printing>();
     auto force = std::make_shared<bool>(false);
     options->output = (support::root_folder() / "results" / "runs").string();
     command->add_option(
@@ -162,13 +172,16 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
             {"simd_float", simd_float}, {"simd_double", simd_double}, {"scalar", scalar}}))
         ->default_str("simd_float");
     command->add_flag("--force-time-step", stepping.force, "Take the step even if it is too long to be stable");
-    command->add_flag("--markdown", *markdown, "Print the table in Markdown");
-    return [options, markdown, force, command_line] {
+    command->add_flag("--tables", printing->tables,
+                      "Print every table and where the time went, as 'livermark table' does, not two "
+                      "numbers for each model and body");
+    command->add_flag("--markdown", printing->markdown, "Print tables in Markdown");
+    return [options, printing, force, command_line] {
         options->amplitudes = sorted_once(std::move(options->amplitudes));
         options->poisson_ratios = sorted_once(std::move(options->poisson_ratios));
         const auto kept_command_line = without_resume(command_line);
         options->bodies = with_images_meshed(options->bodies, options->output, kept_command_line, *force);
-        return run(*options, *markdown, kept_command_line);
+        return run(*options, *printing, kept_command_line);
     };
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "results/one_reference.hpp"
+#include "results/tables/brief.hpp"
 #include "results/tables/cohort_table.hpp"
 #include "results/tables/large_table.hpp"
 #include "results/tables/median_errors.hpp"
@@ -83,6 +84,15 @@ class Printer {
 
 /// @param results  of one regime and reference, at least one
 void print_group(Printer &printer, std::span<const results::Result> results, TableKind kind) {
+    if (kind == TableKind::brief) {
+        const auto layout = results::brief(results);
+        if (!layout.rows.empty()) {
+            printer.print(title_of(results.front().problem.load_case.regime) +
+                          judged_by(results, printer.is_markdown() ? "- " : ""));
+            return printer.print(printer.as_text(layout) + "\n" + results::brief_legend(results));
+        }
+        kind = TableKind::all;
+    }
     const bool is_all = kind == TableKind::all;
     const auto regime = results.front().problem.load_case.regime;
     const bool is_large = regime == core::Regime::large;

@@ -11,20 +11,21 @@
 
 namespace livermark::cli {
 
-enum class TableKind { all, models, forces, summary, overview, means, medians, cohort };
+enum class TableKind { brief, all, models, forces, summary, overview, means, medians, cohort };
 
 /// By their words on the command line.
 inline const std::map<std::string, TableKind> table_kinds{
-    {"all", TableKind::all},         {"models", TableKind::models},     {"forces", TableKind::forces},
-    {"summary", TableKind::summary}, {"overview", TableKind::overview}, {"means", TableKind::means},
-    {"medians", TableKind::medians}, {"cohort", TableKind::cohort}};
+    {"brief", TableKind::brief},   {"all", TableKind::all},         {"models", TableKind::models},
+    {"forces", TableKind::forces}, {"summary", TableKind::summary}, {"overview", TableKind::overview},
+    {"means", TableKind::means},   {"medians", TableKind::medians}, {"cohort", TableKind::cohort}};
 
 /// Prints what results say, to standard output: a row for each model, the summary by load case, the overview by
 /// Poisson's ratio if a body is there with several of them, and the medians over load cases if a body has several of
-/// these. Each kind is also printed when it is asked for; the means over load cases by body, the forces along the paths
-/// of large deformations and the statistics over a cohort of bodies, only then. Small and large deformations are never
-/// in one table, nor are errors against different references: each group has its tables, below a sentence that names
-/// the reference. Nothing is printed where there are no results.
+/// these. The brief table has two numbers for each model and body; where nothing at rest is to be compared all tables
+/// take its place. Each kind is also printed when it is asked for; the means over load cases by body, the forces along
+/// the paths of large deformations and the statistics over a cohort of bodies, only then. Small and large deformations
+/// are never in one table, nor are errors against different references: each group has its tables, below a sentence
+/// that names the reference. Nothing is printed where there are no results.
 /// @throws support::InputError if medians are asked for and there is no static load case, and if a cohort is asked for
 /// and no
 ///         body's name ends in a number

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <functional>
+#include <limits>
 #include <map>
 #include <set>
 #include <vector>
@@ -46,9 +47,16 @@ struct MedianCases {
     std::vector<double> own_stiffness; ///< how uncertain that is where the model is the reference
     std::string failure;               ///< a status other than ok
     std::size_t num_in_table = 0;      ///< load cases, of all models
+    bool has_springs = false;
+};
+
+/// With pressure on the whole surface, and all others.
+struct CasesOfModel {
+    MedianCases others, pressed;
 };
 
 void enter_medians(MedianCases &cases, const ModelResult &model, const Result &result) {
+    cases.has_springs = cases.has_springs || model.solution.springs.has_value();
     const auto &known = result.reference_uncertainty;
     if (model.solution.status != core::SolutionStatus::ok) {
         cases.failure = core::to_string(model.solution.status);
@@ -85,6 +93,19 @@ std::string tool_cell_of(const MedianCases &cases) {
     if (cases.errors.empty() && !cases.own_stiffness.empty())
         return "+- " + fixed(percent * median(cases.own_stiffness), 1);
     return cases.failure.empty() ? cases.stiffness.median_cell() : "-";
+}
+
+CasesOfModel cases_of_model(std::span<const Result> results, const std::string &body, double ratio,
+                            const std::string &name) {
+    CasesOfModel cases;
+    const auto of_kind = [&](const Result &result) -> MedianCases & {
+        return has_pressure(result) ? cases.pressed : cases.others;
+    };
+    for (const auto *const result : last_of_load_cases(results, body, ratio))
+        ++of_kind(*result).num_in_table;
+    for (const auto &[model, result] : counted_cases(results, body, ratio, name))
+        enter_medians(of_kind(*result), *model, *result);
+    return cases;
 }
 
 /// Names of load cases, each once.
@@ -126,14 +147,7 @@ Layout median_errors(std::span<const Result> results) {
     for (const auto &[body, name] : bodies_and_models(results, counts_in_means)) {
         auto &row = layout.rows.emplace_back(std::vector{body, name});
         for (const double ratio : ratios) {
-            MedianCases others, pressed;
-            const auto of_kind = [&](const Result &result) -> MedianCases & {
-                return has_pressure(result) ? pressed : others;
-            };
-            for (const auto *const result : last_of_load_cases(results, body, ratio))
-                ++of_kind(*result).num_in_table;
-            for (const auto &[model, result] : counted_cases(results, body, ratio, name))
-                enter_medians(of_kind(*result), *model, *result);
+            const auto [others, pressed] = cases_of_model(results, body, ratio, name);
             row.push_back(cell_of(others));
             row.push_back(tool_cell_of(others));
             row.push_back(others.failure.empty() ? others.stiffness.worst_cell() : "-");
@@ -141,6 +155,20 @@ Layout median_errors(std::span<const Result> results) {
         }
     }
     return layout;
+}
+
+TwoNumbers two_numbers(std::span<const Result> results, const std::string &body, double poisson_ratio,
+                       const std::string &model) {
+    const auto cases = cases_of_model(results, body, poisson_ratio, model);
+    const auto &counted = cases.others.num_in_table > 0 ? cases.others : cases.pressed;
+    const auto median_or_none = [&](const std::vector<double> &values) {
+        return values.empty() || !counted.failure.empty() ? std::numeric_limits<double>::quiet_NaN() : median(values);
+    };
+    return {.error = cell_of(counted),
+            .stiffness = tool_cell_of(counted),
+            .median_error = median_or_none(counted.errors),
+            .median_stiffness = median_or_none(counted.stiffness.sizes),
+            .is_spring_model = counted.has_springs};
 }
 
 bool has_several_load_cases(std::span<const Result> results) {

@@ -31,6 +31,19 @@ bool is_pressure_on_whole_surface(const core::LoadCase &load_case, const core::T
 /// Poisson's ratio and load case the last one counts.
 Layout median_errors(std::span<const Result> results);
 
+/// The two numbers that lead every table, of one model on one body.
+struct TwoNumbers {
+    std::string error, stiffness; ///< cells of median_errors()
+    /// For an order: the median of the relative L2 error and that of the absolute stiffness at the tool; NaN where
+    /// there is none.
+    double median_error, median_stiffness;
+    bool is_spring_model;
+};
+
+/// What median_errors() says of a model; of a body with nothing but pressure on its surface the error is that one.
+TwoNumbers two_numbers(std::span<const Result> results, const std::string &body, double poisson_ratio,
+                       const std::string &model);
+
 /// Whether median_errors() has anything to take a median over: several load cases of one body at one Poisson's ratio.
 bool has_several_load_cases(std::span<const Result> results);
 
