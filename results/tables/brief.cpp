@@ -78,9 +78,7 @@ Layout brief(std::span<const Result> results) {
 
 std::string brief_legend(std::span<const Result> results) {
     std::string text =
-        "L2: error of the displacement over the whole body; tool: error of the stiffness under the tool; both the "
-        "median over load cases\n" +
-        tool_legend();
+        "L2: error of the displacement over the whole body; both numbers are medians over load cases\n" + tool_legend();
     const auto models = brief_models(results);
     for (const auto &body : brief_bodies(results)) {
         std::vector<std::pair<double, std::string>> by_error, by_stiffness;
