@@ -127,7 +127,7 @@ Sides spring_forces(const MovingScene &moving, bool) {
 Sides explicit_neo_hookean_step(const MovingScene &moving, bool is_check) {
     const int steps = is_check ? 20 : 1;
     const double h =
-        0.5 * interactive::critical_time_step(tetrahedra_for_bullet(*moving.scene.body), moving.scene.node_mass);
+        0.5 * interactive::critical_time_step_bound(tetrahedra_for_bullet(*moving.scene.body), moving.scene.node_mass);
     return {steps_of(std::make_shared<BulletLawExplicit>(moving.scene), moving, steps * h, steps),
             steps_of_bullet(tetrahedra_of_bullet(moving, neo_hookean_law(moving)), moving, h, steps)};
 }

@@ -60,6 +60,7 @@ int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions opti
         if (command.details)
             print(results::arena_table(arena));
         print(results::arena_overview(arena));
+        fmt::print("{}", results::calibration_note(arena));
     }
     fmt::print(stderr, "Result files are in {}\n", options.output);
     return 0;

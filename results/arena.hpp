@@ -36,10 +36,15 @@ struct ArenaRun {
     double release_seconds = 0.0; ///< to prepare for the place being free
     double element_passes = 0.0;  ///< in a frame
     double bytes_per_element = 0.0;
+    /// By how much the times differed by which its effort was found, as a part of them; zero where it has no choice.
+    double calibration_spread = 0.0;
     std::vector<core::Vector3> force; ///< (K) of the body on the tool [N]
 
     bool operator==(const ArenaRun &) const = default;
 };
+
+/// Above this part the times of a calibration differ too much: its effort says something of the machine.
+inline constexpr double largest_calibration_spread = 0.05;
 
 /// All that is known about methods under one moving tool: the content of one arena file.
 struct Arena {

@@ -35,6 +35,7 @@ inline results::Arena sample_arena() {
     run.release_seconds = 0.05;
     run.element_passes = 12.0;
     run.bytes_per_element = 100.0;
+    run.calibration_spread = 0.01;
     run.force = arena.reference_force;
     arena.runs = {run, run};
     auto &lost = arena.runs.back();

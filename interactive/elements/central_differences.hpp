@@ -1,7 +1,9 @@
 #pragma once
 
+#include <optional>
 #include <utility>
 
+#include "interactive/elements/critical_step.hpp"
 #include "interactive/simulation.hpp"
 
 namespace livermark::interactive {
@@ -37,8 +39,16 @@ class CentralDifferences : public Simulation {
         move_to_targets(); // to the last bit
     }
 
+    /// Found when it is asked for.
+    double critical_time_step() const override {
+        if (!critical_time_step_)
+            critical_time_step_ = interactive::critical_time_step(energy(), scene());
+        return *critical_time_step_;
+    }
+
   private:
     Field forces_;
+    mutable std::optional<double> critical_time_step_;
 };
 
 } // namespace livermark::interactive

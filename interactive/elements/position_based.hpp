@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -12,9 +13,7 @@ namespace livermark::interactive {
 /// constraints move them from there, and velocities follow from positions. A method projects its constraints.
 class PositionBased : public Simulation {
   public:
-    explicit PositionBased(Scene given)
-        : Simulation(std::move(given)), inverse_mass_(scene().node_mass.size()),
-          last_forces_(Field::Zero(3, positions().cols())) {}
+    explicit PositionBased(Scene given) : Simulation(std::move(given)), inverse_mass_(scene().node_mass.size()) {}
 
     void step(double time_step, int iterations) override {
         auto &x = mutable_positions();
@@ -27,18 +26,23 @@ class PositionBased : public Simulation {
         for (int i = 0; i < iterations; ++i)
             project(x, inverse_mass_, time_step);
         mutable_velocities() = (x - before) / time_step;
-        last_forces_.setZero();
-        add_constraint_forces(x, time_step, last_forces_);
+        last_time_step_ = time_step;
     }
 
     void set_state(const Field &positions, const Field &velocities) override {
         Simulation::set_state(positions, velocities);
-        last_forces_.setZero();
-        energy().add_forces(positions, last_forces_);
+        last_time_step_.reset();
     }
 
     /// Those of the multipliers, as far as iterations have come: what a program would send to a haptic device.
-    Field elastic_forces() const override { return last_forces_; }
+    /// Before the first step those of the energy.
+    Field elastic_forces() const override {
+        if (!last_time_step_)
+            return Simulation::elastic_forces();
+        Field forces = Field::Zero(3, positions().cols());
+        add_constraint_forces(positions(), *last_time_step_, forces);
+        return forces;
+    }
 
   protected:
     virtual void clear_multipliers() = 0;
@@ -46,8 +50,8 @@ class PositionBased : public Simulation {
     virtual void add_constraint_forces(const Field &x, double time_step, Field &f) const = 0;
 
   private:
-    std::vector<double> inverse_mass_; ///< (N) 1 / (m (1 + alpha h)), zero where constrained
-    Field last_forces_;
+    std::vector<double> inverse_mass_;     ///< (N) 1 / (m (1 + alpha h)), zero where constrained
+    std::optional<double> last_time_step_; ///< [s]
 };
 
 } // namespace livermark::interactive

@@ -73,25 +73,4 @@ Scene quadratic_scene(Scene scene) {
     return scene;
 }
 
-double critical_time_step(const std::vector<QuadraticTetrahedron> &tetrahedra, const Scene &scene) {
-    std::vector<double> share(scene.node_mass.size(), 0.0); // of all, by volume
-    for (const auto &t : tetrahedra)
-        for (const int node : t.nodes)
-            share[node] += t.volume;
-    const Field rest = rest_positions(scene);
-    double highest = 0.0;
-    for (const auto &t : tetrahedra) {
-        Eigen::Matrix<double, 30, 1> scale;
-        for (int a = 0; a < 10; ++a)
-            scale.segment<3>(3 * a).setConstant(
-                std::sqrt(share[t.nodes[a]] / (scene.node_mass[t.nodes[a]] * t.volume)));
-        const Eigen::Matrix<double, 30, 30> matrix = scale.asDiagonal() * t.stiffness(rest, false) * scale.asDiagonal();
-        highest = std::max(highest,
-                           Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 30, 30>>(matrix, Eigen::EigenvaluesOnly)
-                               .eigenvalues()
-                               .maxCoeff());
-    }
-    return 2.0 / std::sqrt(highest);
-}
-
 } // namespace livermark::interactive

@@ -67,11 +67,4 @@ class QuadraticEnergy : public Energy {
 /// Dead forces stay at the corners, where they come in.
 Scene quadratic_scene(Scene scene);
 
-/// A step of central differences that is stable at rest, 2 / omega with omega the highest angular frequency that any
-/// tetrahedron has with its own share of the masses; that of all together is not higher.
-/// (Irons, Treharne 1971; Belytschko, Liu, Moran 2000, Nonlinear Finite Elements for Continua and Structures, 6.2.4)
-/// @param scene  of quadratic_scene()
-/// @return [s]
-double critical_time_step(const std::vector<QuadraticTetrahedron> &tetrahedra, const Scene &scene);
-
 } // namespace livermark::interactive

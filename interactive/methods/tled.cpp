@@ -2,7 +2,6 @@
 #include <utility>
 
 #include "interactive/elements/central_differences.hpp"
-#include "interactive/elements/critical_step.hpp"
 #include "interactive/elements/element_energy.hpp"
 #include "interactive/method.hpp"
 
@@ -12,19 +11,15 @@ namespace {
 
 class Tled : public CentralDifferences {
   public:
-    explicit Tled(Scene given)
-        : CentralDifferences(std::move(given)), energy_(tetrahedra_at_rest(*scene().body)),
-          critical_time_step_(interactive::critical_time_step(energy_.tetrahedra(), scene().node_mass)) {}
+    explicit Tled(Scene given) : CentralDifferences(std::move(given)), energy_(tetrahedra_at_rest(*scene().body)) {}
 
     const Energy &energy() const override { return energy_; }
-    double critical_time_step() const override { return critical_time_step_; }
     Cost cost(int iterations) const override {
         return {.element_passes = static_cast<double>(iterations), .bytes_per_element = sizeof(Tetrahedron)};
     }
 
   private:
     ElementEnergy<densities::NeoHookean> energy_;
-    double critical_time_step_;
 };
 
 } // namespace

@@ -2,7 +2,6 @@
 #include <utility>
 
 #include "interactive/elements/central_differences.hpp"
-#include "interactive/elements/critical_step.hpp"
 #include "interactive/elements/nodal_pressure_energy.hpp"
 #include "interactive/method.hpp"
 
@@ -12,20 +11,15 @@ namespace {
 
 class TledNodalPressure : public CentralDifferences {
   public:
-    explicit TledNodalPressure(Scene given)
-        : CentralDifferences(std::move(given)), energy_(*scene().body),
-          critical_time_step_(interactive::critical_time_step(energy_.tetrahedra(), scene().node_mass)) {}
+    explicit TledNodalPressure(Scene given) : CentralDifferences(std::move(given)), energy_(*scene().body) {}
 
     const Energy &energy() const override { return energy_; }
-    /// That of tetrahedra with pressures of their own, whose energy is not less stiff.
-    double critical_time_step() const override { return critical_time_step_; }
     Cost cost(int iterations) const override {
         return {.element_passes = 2.0 * iterations, .bytes_per_element = sizeof(Tetrahedron)};
     }
 
   private:
     NodalPressureEnergy energy_;
-    double critical_time_step_;
 };
 
 } // namespace

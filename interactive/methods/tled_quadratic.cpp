@@ -11,19 +11,15 @@ namespace {
 
 class TledQuadratic : public CentralDifferences {
   public:
-    explicit TledQuadratic(Scene given)
-        : CentralDifferences(quadratic_scene(std::move(given))), energy_(scene()),
-          critical_time_step_(interactive::critical_time_step(energy_.tetrahedra(), scene())) {}
+    explicit TledQuadratic(Scene given) : CentralDifferences(quadratic_scene(std::move(given))), energy_(scene()) {}
 
     const Energy &energy() const override { return energy_; }
-    double critical_time_step() const override { return critical_time_step_; }
     Cost cost(int iterations) const override {
         return {.element_passes = static_cast<double>(iterations), .bytes_per_element = sizeof(QuadraticTetrahedron)};
     }
 
   private:
     QuadraticEnergy energy_;
-    double critical_time_step_;
 };
 
 } // namespace

@@ -21,6 +21,9 @@ using hdf5::OutputFile;
 
 constexpr const char *group = "/arena";
 
+/// Files of 0.1.0 have none.
+constexpr const char *calibration_spread = "calibration_spread";
+
 std::string path_of(const char *name) {
     return fmt::format("{}/{}", group, name);
 }
@@ -61,6 +64,8 @@ template <class Visit> void for_each_column(Visit visit) {
         "element_passes", "", [](auto &run) -> auto & { return run.element_passes; });
     visit(
         "bytes_per_element", "", [](auto &run) -> auto & { return run.bytes_per_element; });
+    visit(
+        calibration_spread, "", [](auto &run) -> auto & { return run.calibration_spread; });
 }
 
 std::optional<ArenaOutcome> outcome_of(const std::string &word) {
@@ -151,6 +156,8 @@ Arena read_arena(const std::filesystem::path &path) {
     }
     for_each_column([&](const char *name, const char *, auto number) {
         using Number = std::remove_cvref_t<decltype(number(arena.runs.front()))>;
+        if (name == calibration_spread && !file.has(path_of(name)))
+            return;
         const auto values = file.dataset<Number>(path_of(name), methods.size());
         for (std::size_t r = 0; r < methods.size(); ++r)
             number(arena.runs[r]) = values[r];

@@ -69,7 +69,9 @@ Layout arena_table(const Arena &arena) {
                    {"frame [ms]", true},
                    {"95 % [ms]", true},
                    {"worst [ms]", true},
+                   {"setup [s]", true},
                    {"passes", true},
+                   {"B/tetrahedron", true},
                    {"outcome"}},
                   {}};
     std::vector<const ArenaRun *> runs;
@@ -85,8 +87,21 @@ Layout arena_table(const Arena &arena) {
                                in_percent(run->errors.after), fixed(100.0 * run->volume_error, 2),
                                fixed(run->smallest_jacobian, 2), in_milliseconds(run->frame_seconds),
                                in_milliseconds(run->frame_seconds_95), in_milliseconds(run->worst_frame_seconds),
-                               fixed(run->element_passes, 0), to_string(run->outcome)});
+                               fixed(run->setup_seconds, 2), fixed(run->element_passes, 0),
+                               fixed(run->bytes_per_element, 0), to_string(run->outcome)});
     return layout;
+}
+
+std::string calibration_note(const Arena &arena) {
+    std::set<std::string> unsteady;
+    for (const auto &run : arena.runs)
+        if (run.calibration_spread > largest_calibration_spread)
+            unsteady.insert(run.method);
+    return unsteady.empty()
+               ? ""
+               : fmt::format("the machine was busy: the times by which steps and iterations of {} were found differ by "
+                             "more than {:.0f} %; run them again when nothing else runs\n",
+                             fmt::join(unsteady, ", "), 100.0 * largest_calibration_spread);
 }
 
 Layout arena_overview(const Arena &arena) {

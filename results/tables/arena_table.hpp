@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "results/arena.hpp"
 #include "results/tables/table_layout.hpp"
 
@@ -11,5 +13,8 @@ Layout arena_table(const Arena &arena);
 /// A row for each method and mesh: the error in contact within each budget, of the better setting, and the least time
 /// of a frame within which it was 20, 10 and 5 %.
 Layout arena_overview(const Arena &arena);
+
+/// A sentence on methods whose effort was found on a busy machine; empty if there are none.
+std::string calibration_note(const Arena &arena);
 
 } // namespace livermark::results

@@ -100,8 +100,11 @@ std::vector<results::ArenaRun> run_budgets(const models::Contender &contender, c
     }
     for (const auto setting : {models::Setting::one_step, models::Setting::one_iteration})
         for (const double budget : budgets) {
-            const auto [effort, seconds] = largest_effort(*measured, *scene.problem.load_case.tool, setting, budget);
-            add(run_contender(contender, scene, effort), models::to_string(setting), budget, seconds);
+            const auto [effort, seconds, spread] =
+                largest_effort(*measured, *scene.problem.load_case.tool, setting, budget);
+            auto run = run_contender(contender, scene, effort);
+            run.calibration_spread = spread;
+            add(std::move(run), models::to_string(setting), budget, seconds);
         }
     return runs;
 }

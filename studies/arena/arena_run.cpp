@@ -24,6 +24,8 @@ constexpr double bound = 1.0;
 /// More iterations are no answer to anything.
 constexpr int most_effort = 20000;
 constexpr int frames_to_measure = 3;
+constexpr int most_rounds = 10;
+constexpr double steady_spread = 0.02;
 
 /// Of this process [s]: methods run on one core, and what others do on it is none of their cost.
 double processor_seconds() {
@@ -34,15 +36,27 @@ Effort effort_of(models::Setting setting, int number) {
     return setting == models::Setting::one_step ? Effort{1, number} : Effort{number, 1};
 }
 
-/// The shortest of a few frames [s], in the middle of the way in.
-double seconds_of_frame(MovingBody &body, const core::ToolMotion &motion, const Effort &effort) {
-    double shortest = std::numeric_limits<double>::infinity();
-    for (int f = 0; f < frames_to_measure; ++f) {
-        const double start = processor_seconds();
-        body.advance(0.5 * motion.press_until + f * motion.frame_interval, effort);
-        shortest = std::min(shortest, processor_seconds() - start);
+struct FrameTime {
+    double seconds;
+    double spread; ///< of the last two rounds, as a part
+};
+
+/// Of a frame in the middle of the way in: the shortest of a few is a round, and rounds are repeated until two agree.
+/// The shorter one counts, since other programs only make frames longer.
+FrameTime time_of_frame(MovingBody &body, const core::ToolMotion &motion, const Effort &effort) {
+    FrameTime time{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+    for (int round = 0; round < most_rounds && time.spread > steady_spread; ++round) {
+        double shortest = std::numeric_limits<double>::infinity();
+        for (int f = 0; f < frames_to_measure; ++f) {
+            const double start = processor_seconds();
+            body.advance(0.5 * motion.press_until + f * motion.frame_interval, effort);
+            shortest = std::min(shortest, processor_seconds() - start);
+        }
+        if (round > 0)
+            time.spread = std::abs(shortest - time.seconds) / std::min(shortest, time.seconds);
+        time.seconds = std::min(time.seconds, shortest);
     }
-    return shortest;
+    return time;
 }
 
 /// What a field adds to what a run was at worst.
@@ -122,14 +136,15 @@ void judge_shape(results::ArenaRun &run, const core::TetraMesh &mesh, const core
 
 MeasuredEffort largest_effort(MovingBody &body, const core::ToolMotion &motion, models::Setting setting,
                               double budget) {
-    const double of_one = seconds_of_frame(body, motion, effort_of(setting, 1));
-    if (of_one > budget)
-        return {effort_of(setting, 1), of_one};
-    const int trial = std::clamp(static_cast<int>(0.5 * budget / of_one), 2, most_effort);
-    const double of_trial = seconds_of_frame(body, motion, effort_of(setting, trial));
-    const double of_each = std::max((of_trial - of_one) / (trial - 1), 1e-9);
-    const int number = std::clamp(1 + static_cast<int>((budget - of_one) / of_each), 1, most_effort);
-    return {effort_of(setting, number), of_one + (number - 1) * of_each};
+    const auto of_one = time_of_frame(body, motion, effort_of(setting, 1));
+    if (of_one.seconds > budget)
+        return {effort_of(setting, 1), of_one.seconds, of_one.spread};
+    const int trial = std::clamp(static_cast<int>(0.5 * budget / of_one.seconds), 2, most_effort);
+    const auto of_trial = time_of_frame(body, motion, effort_of(setting, trial));
+    const double of_each = std::max((of_trial.seconds - of_one.seconds) / (trial - 1), 1e-9);
+    const int number = std::clamp(1 + static_cast<int>((budget - of_one.seconds) / of_each), 1, most_effort);
+    return {effort_of(setting, number), of_one.seconds + (number - 1) * of_each,
+            std::max(of_one.spread, of_trial.spread)};
 }
 
 results::ArenaRun run_contender(const models::Contender &contender, const ArenaScene &scene, const Effort &effort) {

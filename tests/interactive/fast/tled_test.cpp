@@ -2,6 +2,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "interactive/elements/critical_step.hpp"
 #include "interactive/equilibrium.hpp"
 #include "interactive/method.hpp"
 #include "tests/interactive/moving_scene.hpp"
@@ -36,25 +37,50 @@ TEST_P(TotalLagrangianExplicit, ComesToTheEquilibriumOfItsEnergyByItsOwnSteps) {
     EXPECT_LT(expected.positions.row(2).minCoeff(), -0.01);
 }
 
-/// The highest frequency of the whole, from its matrix.
-double critical_step_of_the_whole(const interactive::Simulation &simulation) {
+/// From the highest frequency of the whole, by its matrix over the free components.
+double critical_step_by_matrix(const interactive::Simulation &simulation) {
     const Eigen::Index n = simulation.positions().size();
     interactive::Energy::Triplets triplets;
     simulation.energy().add_hessian(simulation.positions(), false, triplets);
+    const auto &scene = simulation.scene();
+    const auto is_free = interactive::free_nodes(scene);
     Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(n, n);
-    const auto &mass = simulation.scene().node_mass;
     for (const auto &entry : triplets)
-        matrix(entry.row(), entry.col()) += entry.value() / std::sqrt(mass[entry.row() / 3] * mass[entry.col() / 3]);
+        if (is_free[entry.row() / 3] && is_free[entry.col() / 3])
+            matrix(entry.row(), entry.col()) +=
+                entry.value() / std::sqrt(scene.node_mass[entry.row() / 3] * scene.node_mass[entry.col() / 3]);
     return 2.0 /
            std::sqrt(
                Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff());
 }
 
-TEST_P(TotalLagrangianExplicit, SaysAStepThatIsStable) {
-    const auto simulation = method.prepare(bar_scene(false));
-    const double whole = critical_step_of_the_whole(*simulation);
-    EXPECT_LE(simulation->critical_time_step(), whole * (1.0 + 1e-9));
-    EXPECT_GT(simulation->critical_time_step(), 0.3 * whole);
+TEST_P(TotalLagrangianExplicit, KnowsItsCriticalTimeStep) {
+    for (const bool is_constrained : {false, true}) {
+        const auto simulation = method.prepare(bar_scene(is_constrained));
+        const double expected = critical_step_by_matrix(*simulation);
+        EXPECT_NEAR(simulation->critical_time_step(), expected, 1e-4 * expected);
+    }
+}
+
+TEST_P(TotalLagrangianExplicit, IsStableJustBelowItAndNotAbove) {
+    for (const auto &[factor, is_stable] : {std::pair(0.98, true), std::pair(1.03, false)}) {
+        const auto simulation = method.prepare(bar_scene(true));
+        simulation->set_state(simulation->positions(), noise(simulation->positions().cols(), 1e-6, 1));
+        const double h = factor * simulation->critical_time_step();
+        for (int i = 0; i < 20; ++i)
+            simulation->step(100.0 * h, 100);
+        const auto &v = simulation->velocities();
+        EXPECT_EQ(v.allFinite() && v.norm() < 1e-3, is_stable) << factor;
+    }
+}
+
+TEST(CriticalTimeStepBound, IsNotAboveTheCriticalTimeStep) {
+    const auto scene = bar_scene(false);
+    const auto simulation = interactive::find_method("tled").prepare(scene);
+    const double bound =
+        interactive::critical_time_step_bound(interactive::tetrahedra_at_rest(*scene.body), scene.node_mass);
+    EXPECT_LE(bound, simulation->critical_time_step() * (1.0 + 1e-4));
+    EXPECT_GT(bound, 0.2 * simulation->critical_time_step());
 }
 
 double energy_of(const interactive::Simulation &simulation) {

@@ -60,6 +60,14 @@ TEST_F(ArenaFile, HasATableOfTheBestWithinEachBudget) {
     EXPECT_EQ(arena_table(arena).rows.size(), 3U);
 }
 
+TEST_F(ArenaFile, NamesMethodsWhoseEffortWasFoundOnABusyMachine) {
+    auto arena = tests::sample_arena();
+    EXPECT_EQ(calibration_note(arena), "");
+    arena.runs.front().calibration_spread = 0.2;
+    const auto note = calibration_note(arena);
+    EXPECT_NE(note.find("of springs were found differ by more than 5 %"), std::string::npos) << note;
+}
+
 TEST_F(ArenaFile, HasAReferenceThatFitsItsProblemAlone) {
     auto problem = tests::tool_block();
     ToolReference reference{.model = "elements",
