@@ -105,7 +105,6 @@ RunTask read_task(const RunOptions &options) {
         throw support::InputError(
             fmt::format("{}; give another body, or another load case", sentences(task.left_out).front()));
     std::ranges::move(yielded_places(task.problems), std::back_inserter(task.notes));
-    std::ranges::move(sentences(task.left_out), std::back_inserter(task.notes));
     if (!options.solve_reference)
         use_stored_references(task.models, stored_references_folder());
     if (support::mpi_rank() == 0)

@@ -174,7 +174,7 @@ TEST(Jobs, DoNotChangeTheOrderOfTheTable) {
     const auto table = [&](int jobs) {
         const auto outcome = tests::livermark(
             fmt::format("run --body {0}/bar.toml --load-case {0}/b.toml {0}/a.toml --model lloyd --reference-on-mesh "
-                        "--markdown --jobs {1} --output {0}/runs",
+                        "--tables --markdown --jobs {1} --output {0}/runs",
                         folder.string(), jobs));
         EXPECT_EQ(outcome.status, 0) << outcome.output;
         std::string load_cases; // the times differ

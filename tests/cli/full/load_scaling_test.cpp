@@ -61,7 +61,7 @@ const std::vector<core::Vector3> &displacement_of(const results::Result &result,
 }
 
 TEST_F(ScaledRun, BaselineReachesTheTargetAndTheFactorIsKept) {
-    const auto outcome = run("");
+    const auto outcome = run("--tables");
     ASSERT_EQ(outcome.status, 0) << outcome.output;
     const auto found = result("all");
     const auto lengths = [](const core::Vector3 &u) { return u.norm(); };

@@ -10,6 +10,7 @@ namespace {
 TEST(TimeSpent, IsThatOfTheStages) {
     const auto folder = std::filesystem::path(testing::TempDir()) / "livermark_time_spent";
     const auto outcome = tests::livermark("run --body beam --load-case beam_stretch --model lloyd --reference-on-mesh "
+                                          "--tables "
                                           "--output " +
                                           folder.string());
     ASSERT_EQ(outcome.status, 0) << outcome.output;
