@@ -136,7 +136,7 @@ BadInput image_words(std::string name, std::string what, std::string arguments, 
 
 std::vector<BadInput> bad_images() {
     auto missing = image_words("MissingImage", "an image that is not there", "mesh --labels nowhere.nii.gz -o out.msh",
-                               "no such file", "check the path");
+                               "No such file", "check the path");
     auto no_series = image_words("FolderWithoutDicom", "a folder without DICOM", "mesh --labels slices -o out.msh",
                                  "holds 0 DICOM series", "a folder with one");
     no_series.prepare = [](const fs::path &folder) { fs::create_directory(folder / "slices"); };

@@ -119,7 +119,7 @@ TEST_F(MadeAgain, SurfacesOfALiverAndALesionGoStraightToTheTable) {
                                            "runs"};
     auto end = livermark(command);
     EXPECT_EQ(end.status, 0) << end.errors;
-    EXPECT_TRUE(has(end.output, "liver ")) << end.output;
+    EXPECT_TRUE(has(end.output, "liver: L2")) << end.output;
     const auto body = support::read_text(directory_ / "runs" / "liver.toml");
     EXPECT_TRUE(has(body, "[regions.tumour_1]"));
     EXPECT_TRUE(
