@@ -9,6 +9,7 @@
 
 #include "msm/elastic_body.hpp"
 #include "support/openmp.hpp"
+#include "support/orderings.hpp"
 
 namespace livermark::msm {
 
@@ -115,8 +116,10 @@ CalibrationState CalibrationObjective::evaluate(const Eigen::VectorXd &log_stiff
     Eigen::SparseMatrix<double> matrix = extension_.transpose() * scaled;
     matrix += other_;
     auto &solver = factor_->solver;
-    if (!factor_->is_analysed)
+    if (!factor_->is_analysed) {
+        const auto lock = support::only_ordering();
         solver.analyzePattern(matrix);
+    }
     factor_->is_analysed = true;
     solver.factorize(matrix);
     if (solver.info() != Eigen::Success) {

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "support/openmp.hpp"
+#include "support/orderings.hpp"
 #include "support/supernodes.hpp"
 
 namespace livermark::support {
@@ -113,7 +114,10 @@ SparseCholesky &SparseCholesky::operator=(SparseCholesky &&) noexcept = default;
 void SparseCholesky::order(const Matrix &matrix) {
     auto upper = view(matrix);
     cholmod_free_factor(&impl_->factor, &impl_->common);
-    impl_->factor = cholmod_analyze(&upper, &impl_->common);
+    {
+        const auto lock = only_ordering();
+        impl_->factor = cholmod_analyze(&upper, &impl_->common);
+    }
     impl_->check("order", upper.nrow);
 }
 

@@ -13,6 +13,7 @@
 #include "msm/statics/free_components.hpp"
 #include "support/input_error.hpp"
 #include "support/openmp.hpp"
+#include "support/orderings.hpp"
 
 namespace livermark::msm {
 
@@ -37,7 +38,11 @@ class InverseStiffness : private Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix
     explicit InverseStiffness(const Eigen::SparseMatrix<double> &matrix) {
         support::keep_openmp_in_this_thread();
         cholmod().print = 0;
-        compute(matrix);
+        {
+            const auto lock = support::only_ordering();
+            analyzePattern(matrix);
+        }
+        factorize(matrix);
     }
 
     bool is_regular() {

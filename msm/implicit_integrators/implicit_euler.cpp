@@ -3,6 +3,7 @@
 
 #include "msm/integrator.hpp"
 #include "support/openmp.hpp"
+#include "support/orderings.hpp"
 
 namespace livermark::msm::implicit_integrators {
 
@@ -50,8 +51,10 @@ class ImplicitEuler {
   private:
     void factorise(const Eigen::VectorXd &u) {
         const auto matrix = equation_->effective_mass(u, h_, h_ * h_);
-        if (!factored_)
+        if (!factored_) {
+            const auto lock = support::only_ordering();
             solver_->analyzePattern(matrix);
+        }
         solver_->factorize(matrix);
         factored_ = true;
     }

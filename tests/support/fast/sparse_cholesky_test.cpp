@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <numeric>
 #include <random>
+#include <thread>
+#include <vector>
 
 namespace livermark {
 namespace {
@@ -74,6 +76,29 @@ class SparseCholesky : public testing::Test {
 TEST_F(SparseCholesky, SolvesForSeveralVectors) {
     expect_solutions_with({});
     EXPECT_GT(factor.pivot_ratio(), 1e-3);
+}
+
+TEST(SparseCholeskyInThreads, FindsTheBitsThatItFindsAlone) {
+    const auto matrix = grid_of_springs(20);
+    const auto right_hand_sides = some_vectors(matrix.rows(), 1);
+    const auto solution = [&] {
+        support::SparseCholesky factor;
+        factor.order(matrix);
+        return factor.factorise(matrix) ? factor.solve(right_hand_sides) : MatrixXd();
+    };
+    const MatrixXd alone = solution();
+    ASSERT_EQ(alone.rows(), matrix.rows());
+    std::vector<MatrixXd> found(12);
+    {
+        std::vector<std::jthread> threads;
+        for (int thread = 0; thread < 4; ++thread)
+            threads.emplace_back([&, thread] {
+                for (std::size_t i = thread; i < found.size(); i += 4)
+                    found[i] = solution();
+            });
+    }
+    for (const auto &other : found)
+        EXPECT_EQ(other, alone);
 }
 
 TEST_F(SparseCholesky, KeepsConstrainedUnknownsAtZero) {
