@@ -1,7 +1,10 @@
 #include "msm/kernels/threads/team.hpp"
 
 #include <thread>
+#include <utility>
 #include <vector>
+
+#include "support/forks.hpp"
 
 namespace livermark::msm {
 
@@ -33,6 +36,30 @@ struct Team::Others {
     const std::function<void(int, Barrier &)> *work = nullptr; ///< nothing ends the threads
     std::atomic<int> call = 0;
     std::vector<std::jthread> threads;
+    unsigned forks = support::fork_count(); ///< of the process that has the threads
+
+    Others(int num_threads, Barrier &barrier) {
+        try {
+            for (int thread = 1; thread < num_threads; ++thread)
+                threads.emplace_back([this, &barrier, thread] { work_along(thread, barrier); });
+        } catch (...) { // those that are there already would be waited for
+            call_all(nullptr);
+            throw;
+        }
+    }
+
+    void work_along(int thread, Barrier &barrier) {
+        for (int seen = 0;; ++seen) {
+            for (int look = 0; look < num_looks + num_yields && call.load(std::memory_order_acquire) == seen; ++look)
+                if (look > num_looks)
+                    std::this_thread::yield();
+            call.wait(seen);
+            if (work == nullptr)
+                return;
+            (*work)(thread, barrier);
+            barrier.wait();
+        }
+    }
 
     void call_all(const std::function<void(int, Barrier &)> *next) {
         work = next;
@@ -41,28 +68,22 @@ struct Team::Others {
     }
 };
 
-Team::Team(int num_threads) : num_threads_(num_threads), barrier_(num_threads), others_(std::make_unique<Others>()) {
-    for (int thread = 1; thread < num_threads; ++thread)
-        others_->threads.emplace_back([&others = *others_, &barrier = barrier_, thread] {
-            for (int seen = 0;; ++seen) {
-                for (int look = 0; look < num_looks + num_yields && others.call.load(std::memory_order_acquire) == seen;
-                     ++look)
-                    if (look > num_looks)
-                        std::this_thread::yield();
-                others.call.wait(seen);
-                if (others.work == nullptr)
-                    return;
-                (*others.work)(thread, barrier);
-                barrier.wait();
-            }
-        });
-}
+Team::Team(int num_threads)
+    : num_threads_(num_threads), barrier_(num_threads), others_(std::make_unique<Others>(num_threads, barrier_)) {}
 
 Team::~Team() {
-    others_->call_all(nullptr);
+    if (others_->forks == support::fork_count())
+        others_->call_all(nullptr);
+    else
+        static_cast<void>(others_.release()); // threads of another process, for which nobody here can wait
 }
 
 void Team::run(const std::function<void(int, Barrier &)> &work) {
+    if (others_->forks != support::fork_count()) {
+        auto own = std::make_unique<Others>(num_threads_, barrier_);
+        static_cast<void>(others_.release()); // as above
+        others_ = std::move(own);
+    }
     others_->call_all(&work);
     work(0, barrier_);
     barrier_.wait();

@@ -35,10 +35,12 @@ class Barrier {
 
 /// Threads that do the same work together, again and again. They sleep where nothing comes for some 50 microseconds:
 /// steps that are asked for one by one would all wait until everybody is awake. Where there are no threads, as in
-/// WebAssembly, team_of_one.cpp stands in for team.cpp.
+/// WebAssembly, team_of_one.cpp stands in for team.cpp. A process that was forked while nobody ran has a team of its
+/// own.
 class Team {
   public:
     /// @param num_threads  >= 1, the caller among them
+    /// @throws std::system_error if the system starts no more threads
     explicit Team(int num_threads);
     ~Team();
     Team(const Team &) = delete;

@@ -1,0 +1,66 @@
+#include "msm/kernels/threads/team.hpp"
+
+#include <atomic>
+#include <cstring>
+#include <gtest/gtest.h>
+#include <memory>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace livermark {
+namespace {
+
+int sum_of_numbers(msm::Team &team) {
+    std::atomic<int> sum = 0;
+    team.run([&](int thread, msm::Barrier &barrier) {
+        sum += thread;
+        barrier.wait();
+        sum += 100;
+    });
+    return sum;
+}
+
+class Teams : public testing::TestWithParam<int> {};
+
+TEST_P(Teams, WorkInAProcessThatWasForkedBetweenTwoRuns) {
+    const int size = GetParam(), expected = 100 * size + size * (size - 1) / 2;
+    msm::Team team(size);
+    EXPECT_EQ(sum_of_numbers(team), expected);
+    const auto child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+        alarm(60); // ends what waits for threads that are not there
+        bool is_right = true;
+        for (int run = 0; run < 100; ++run)
+            is_right = is_right && sum_of_numbers(team) == expected;
+        { msm::Team another(size); }
+        _exit(is_right ? 0 : 1);
+    }
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFEXITED(status)) << strsignal(WTERMSIG(status));
+    EXPECT_EQ(WEXITSTATUS(status), 0);
+    EXPECT_EQ(sum_of_numbers(team), expected);
+}
+
+TEST_P(Teams, EndInAProcessThatWasForkedWhileTheyRan) {
+    auto team = std::make_unique<msm::Team>(GetParam());
+    std::atomic<pid_t> child = 0;
+    team->run([&](int thread, msm::Barrier &) {
+        if (thread == 0)
+            child = fork();
+        if (child == 0 && thread == 0) { // the other threads are not there
+            alarm(60);
+            team.reset();
+            _exit(0);
+        }
+    });
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFEXITED(status)) << strsignal(WTERMSIG(status));
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes, Teams, testing::Values(1, 2, 5));
+
+} // namespace
+} // namespace livermark
