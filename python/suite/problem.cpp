@@ -5,7 +5,7 @@
 
 #include "msm/mass_lumping.hpp"
 #include "msm/nodal_conditions.hpp"
-#include "python/bindings/released_interpreter.hpp"
+#include "python/bindings/without_interpreter.hpp"
 #include "studies/run/problems.hpp"
 
 namespace livermark::python {
@@ -14,9 +14,10 @@ namespace {
 
 LoadedBody read(const std::string &body, const std::string &load_case, std::optional<double> young_modulus,
                 std::optional<double> poisson_ratio) {
-    const ReleasedInterpreter released;
-    auto set = studies::read_scaled_problems({body}, load_case, {young_modulus, poisson_ratio});
-    return {std::move(set.problems.front()), std::move(set.notes)};
+    return without_interpreter([&]() -> LoadedBody {
+        auto set = studies::read_scaled_problems({body}, load_case, {young_modulus, poisson_ratio});
+        return {std::move(set.problems.front()), std::move(set.notes)};
+    });
 }
 
 const core::TetraMesh &mesh_of(const LoadedBody &loaded) {

@@ -3,14 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <mutex>
 #include <stdexcept>
 #include <utility>
 
-#include "python/bindings/released_interpreter.hpp"
+#include "python/bindings/without_interpreter.hpp"
 #include "python/suite/problem.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/one_reference.hpp"
 #include "studies/progress.hpp"
+#include "support/forks.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::python {
@@ -28,6 +30,38 @@ struct Scored {
     const core::Comparison &comparison() const { return *model().comparison; }
 };
 
+/// Scores read and write result files, and HDF5 works for one thread at a time. Looked at by the thread that holds the
+/// interpreter.
+class RunningScores {
+  public:
+    RunningScores() {
+        if (forks_ != support::fork_count() && num_running_ > 0)
+            throw std::runtime_error(
+                "this process was forked while another thread computed a score, and HDF5 cannot go "
+                "on in it; start processes by the method 'spawn' of multiprocessing");
+        forks_ = support::fork_count();
+        ++num_running_;
+    }
+    ~RunningScores() { --num_running_; }
+    RunningScores(const RunningScores &) = delete;
+    RunningScores &operator=(const RunningScores &) = delete;
+
+  private:
+    static inline int num_running_ = 0;
+    static inline unsigned forks_ = support::fork_count();
+};
+
+results::Result compared(const LoadedBody &loaded, const std::vector<core::Vector3> &displacement,
+                         const studies::ScoreOptions &options, const std::optional<std::string> &output) {
+    const std::lock_guard lock(support::mutex_of_process<RunningScores>());
+    auto result = studies::score_displacement(loaded.problem, displacement, options, "livermark.score()", {});
+    if (!std::ranges::find(result.models, options.name, &results::ModelResult::name)->comparison)
+        throw std::runtime_error("the reference found no solution, so nothing can be compared");
+    if (output)
+        results::write_result(*output, result);
+    return result;
+}
+
 Scored score(const LoadedBody &loaded, const py::object &displacement, const std::string &name,
              const std::vector<std::string> &models, bool reference_on_mesh, const std::optional<std::string> &output,
              const py::object &with_uncertainty) {
@@ -42,13 +76,8 @@ Scored score(const LoadedBody &loaded, const py::object &displacement, const std
                                         .models = models,
                                         .output = {},
                                         .reference_on_mesh = reference_on_mesh};
-    const ReleasedInterpreter released;
-    Scored scored{name, studies::score_displacement(loaded.problem, given, options, "livermark.score()", {})};
-    if (!scored.model().comparison)
-        throw std::runtime_error("the reference found no solution, so nothing can be compared");
-    if (output)
-        results::write_result(*output, scored.result);
-    return scored;
+    const RunningScores running;
+    return {name, without_interpreter([&] { return compared(loaded, given, options, output); })};
 }
 
 /// Relative errors of the models beside it.

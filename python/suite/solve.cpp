@@ -3,7 +3,7 @@
 
 #include "core/solution.hpp"
 #include "models/model_table.hpp"
-#include "python/bindings/released_interpreter.hpp"
+#include "python/bindings/without_interpreter.hpp"
 #include "python/suite/problem.hpp"
 #include "support/known_names.hpp"
 
@@ -16,8 +16,7 @@ core::Model find_model(const std::string &name) {
     return support::find_named(models, name, "model");
 }
 
-core::Solution solve(const LoadedBody &loaded, const std::string &name) {
-    const ReleasedInterpreter released;
+core::Solution solution_of(const LoadedBody &loaded, const std::string &name) {
     const auto model = find_model(name);
     const auto &problem = loaded.problem;
     if (!model.takes_part_in(problem))
@@ -27,6 +26,10 @@ core::Solution solve(const LoadedBody &loaded, const std::string &name) {
     if (model.check)
         model.check(problem);
     return model.solve(problem);
+}
+
+core::Solution solve(const LoadedBody &loaded, const std::string &name) {
+    return without_interpreter([&] { return solution_of(loaded, name); });
 }
 
 /// None where there is nothing.

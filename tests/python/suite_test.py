@@ -1,4 +1,5 @@
 """Solutions and scores are those of the program to the last bit."""
+import concurrent.futures
 import pathlib
 import subprocess
 import sys
@@ -160,3 +161,73 @@ livermark.models()
 assert "deal" in open("/proc/self/maps").read()
 """
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("model", ["nodal_springs", "fem_p2p1"])
+def test_solutions_in_threads_are_those_of_one_thread_to_the_last_bit(model):
+    problem = livermark.problem("beam", "beam_bend")
+    alone = problem.solve(model)
+    with concurrent.futures.ThreadPoolExecutor(3) as threads:
+        for solution in threads.map(lambda _: problem.solve(model), range(6)):
+            assert numpy.array_equal(solution.displacement, alone.displacement)
+            assert solution.strain_energy == alone.strain_energy
+
+
+def test_scores_in_threads_write_whole_files(tmp_path):
+    problem = livermark.problem("beam", "beam_bend")
+    displacement = problem.solve("lloyd").displacement
+    with concurrent.futures.ThreadPoolExecutor(3) as threads:
+        scores = list(threads.map(lambda k: problem.score(displacement, reference_on_mesh=True, output=f"{tmp_path}/{k}.h5"),
+                                  range(3)))
+    for k, score in enumerate(scores):
+        with h5py.File(tmp_path / f"{k}.h5") as file:
+            assert numpy.array_equal(file["comparisons/mine/error"][:], scores[0].error)
+
+
+ENDS = """import livermark, os, signal, sys, threading, time
+problem = livermark.problem("beam", "beam_bend")
+def work():
+    while True:
+        problem.{work}
+threading.Thread(target=work, daemon=True).start()
+time.sleep({seconds})
+"""
+
+
+@pytest.mark.parametrize("work", ["solve('fem_p1')", "solve('nodal_springs')"])
+def test_a_process_that_is_forked_while_a_thread_solves_solves_too(work):
+    code = ENDS.format(work=work, seconds=1) + f"""
+for k in range(10):
+    time.sleep(0.02)
+    child = os.fork()
+    if child == 0:
+        signal.alarm(100)
+        os._exit(0 if problem.{work}.status == "ok" else 1)
+    assert os.waitpid(child, 0)[1] == 0
+"""
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=300)
+
+
+def test_a_process_that_is_forked_while_a_thread_scores_says_why_it_cannot():
+    score = "score(problem.points, reference_on_mesh=True)"
+    code = ENDS.format(work=score, seconds=1) + f"""
+child = os.fork()
+if child == 0:
+    signal.alarm(100)
+    try:
+        problem.{score}
+    except RuntimeError as error:
+        os._exit(0 if "forked while another thread computed a score" in str(error) else 1)
+    os._exit(2)
+assert os.waitpid(child, 0)[1] == 0
+"""
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=300)
+
+
+@pytest.mark.parametrize("work", ["solve('fem_p1')", "solve('no model')", "score(problem.points, reference_on_mesh=True)"])
+def test_a_program_may_end_while_a_thread_solves_or_is_refused(work):
+    for seconds in (0.1, 0.35, 0.8):
+        code = ENDS.replace("        problem.{work}", "        try: problem.{work}\n        except ValueError: pass")
+        ended = subprocess.run([sys.executable, "-c", code.format(work=work, seconds=seconds)], capture_output=True,
+                               text=True, timeout=100)
+        assert ended.returncode == 0, ended.stderr
