@@ -23,22 +23,15 @@ namespace {
 Springs make_springs(const py::object &points, const py::object &tetrahedra, const py::object &young_modulus,
                      const py::object &poisson_ratio, const std::string &law, const py::object &density,
                      const std::optional<std::string> &volume_term) {
-    const auto &chosen = support::find_named(msm::all_spring_laws(), law, "spring law");
-    auto body = to_body(points, tetrahedra, young_modulus, poisson_ratio, density);
-    if (!volume_term) {
-        auto network = msm::spring_network(body, chosen);
-        return {std::move(body.mesh.points), network, network};
-    }
-    const auto &term = support::find_named(msm::all_volume_terms(), *volume_term, "volume term");
-    auto both = msm::springs_with_volume(body, msm::springs_beside_volume(body, chosen), term);
-    return {std::move(body.mesh.points), std::move(both.springs), std::move(both.body)};
+    support::find_named(msm::all_spring_laws(), law, "spring law");
+    auto body = std::make_shared<const core::Body>(to_body(points, tetrahedra, young_modulus, poisson_ratio, density));
+    return springs_of_body({std::move(body), law, volume_term, false});
 }
 
 Springs make_coupled_springs(const py::object &points, const py::object &tetrahedra, const py::object &young_modulus,
                              const py::object &poisson_ratio, const std::string &model, const py::object &density) {
-    auto body = to_body(points, tetrahedra, young_modulus, poisson_ratio, density);
-    auto springs = msm::coupled_springs_with_volume(body, msm::find_coupled_springs(model));
-    return {std::move(body.mesh.points), {springs.node_mass, {}, {}, {}}, springs};
+    auto body = std::make_shared<const core::Body>(to_body(points, tetrahedra, young_modulus, poisson_ratio, density));
+    return springs_of_body({std::move(body), model, {}, true});
 }
 
 void refuse_not_positive(const std::vector<double> &values, const char *name) {
@@ -47,21 +40,24 @@ void refuse_not_positive(const std::vector<double> &values, const char *name) {
             throw support::InputError(fmt::format("{}: number {} is {}; it has to be positive", name, i, values[i]));
 }
 
+void refuse_wrong_edges(const std::vector<core::Vector3> &nodes, const std::vector<std::array<int, 2>> &edges) {
+    std::set<std::array<int, 2>> seen;
+    for (const auto &[i, j] : edges) {
+        if (!seen.insert({std::min(i, j), std::max(i, j)}).second)
+            throw support::InputError(
+                fmt::format("edges: nodes {} and {} are joined twice; add the two stiffnesses", i, j));
+        if (!((nodes[j] - nodes[i]).norm() > 0.0))
+            throw support::InputError(fmt::format("edges: nodes {} and {} are in one place; merge them", i, j));
+    }
+}
+
 Springs given_springs(const py::object &points, const py::object &edges, const py::object &stiffness,
                       const py::object &node_mass, const py::object &rest_length) {
     auto nodes = to_vectors(points, "points");
     core::SpringNetwork network;
     const auto ends = to_node_numbers(edges, "edges", 2, nodes.size());
-    std::set<std::array<int, 2>> seen;
-    for (std::size_t i = 0; i < ends.size(); i += 2) {
+    for (std::size_t i = 0; i < ends.size(); i += 2)
         network.edges.push_back({ends[i], ends[i + 1]});
-        if (!seen.insert({std::min(ends[i], ends[i + 1]), std::max(ends[i], ends[i + 1])}).second)
-            throw support::InputError(
-                fmt::format("edges: nodes {} and {} are joined twice; add the two stiffnesses", ends[i], ends[i + 1]));
-        if (!((nodes[ends[i + 1]] - nodes[ends[i]]).norm() > 0.0))
-            throw support::InputError(
-                fmt::format("edges: nodes {} and {} are in one place; merge them", ends[i], ends[i + 1]));
-    }
     network.stiffness = to_numbers(stiffness, "stiffness", network.edges.size());
     network.node_mass = to_numbers(node_mass, "node_mass", nodes.size());
     if (rest_length.is_none())
@@ -69,10 +65,7 @@ Springs given_springs(const py::object &points, const py::object &edges, const p
             network.rest_length.push_back((nodes[j] - nodes[i]).norm());
     else
         network.rest_length = to_numbers(rest_length, "rest_length", network.edges.size());
-    refuse_not_positive(network.stiffness, "stiffness");
-    refuse_not_positive(network.node_mass, "node_mass");
-    refuse_not_positive(network.rest_length, "rest_length");
-    return {std::move(nodes), network, network};
+    return springs_of_network(std::move(nodes), std::move(network));
 }
 
 std::vector<core::Vector3> positions_of(const Springs &springs, const py::object &positions) {
@@ -105,10 +98,36 @@ template <class Scalar, class Pick> auto shows(Pick pick, py::ssize_t columns) {
 
 } // namespace
 
+Springs springs_of_body(SpringsSource source) {
+    const auto &body = *source.body;
+    if (source.is_coupled) {
+        auto springs = msm::coupled_springs_with_volume(body, msm::find_coupled_springs(source.name));
+        return {body.mesh.points, {springs.node_mass, {}, {}, {}}, springs, std::move(source)};
+    }
+    const auto &law = support::find_named(msm::all_spring_laws(), source.name, "spring law");
+    if (!source.volume_term) {
+        auto network = msm::spring_network(body, law);
+        return {body.mesh.points, network, network, std::move(source)};
+    }
+    const auto &term = support::find_named(msm::all_volume_terms(), *source.volume_term, "volume term");
+    auto both = msm::springs_with_volume(body, msm::springs_beside_volume(body, law), term);
+    return {body.mesh.points, std::move(both.springs), std::move(both.body), std::move(source)};
+}
+
+Springs springs_of_network(std::vector<core::Vector3> points, core::SpringNetwork network) {
+    refuse_wrong_edges(points, network.edges);
+    refuse_not_positive(network.stiffness, "stiffness");
+    refuse_not_positive(network.node_mass, "node_mass");
+    refuse_not_positive(network.rest_length, "rest_length");
+    return {std::move(points), network, network};
+}
+
 void add_springs(py::module_ &module) {
-    py::class_<Springs>(module, "Springs",
-                        "Point masses and the springs between them. Arrays are views that cannot be "
-                        "written to.")
+    py::class_<Springs> springs(module, "Springs",
+                                "Point masses and the springs between them, which can be pickled. Arrays are "
+                                "views that cannot be written to.");
+    add_pickling(springs);
+    springs
         .def(py::init(&given_springs), py::arg("points"), py::arg("edges"), py::arg("stiffness"), py::arg("node_mass"),
              py::arg("rest_length") = py::none(),
              "Springs of your own.\n\n"

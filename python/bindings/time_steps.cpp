@@ -1,12 +1,13 @@
 #include <cmath>
 #include <fmt/format.h>
+#include <utility>
 
 #include "core/rayleigh_damping.hpp"
 #include "msm/dynamics/damping.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "python/bindings/conditions.hpp"
-#include "python/bindings/released_interpreter.hpp"
+#include "python/bindings/without_interpreter.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::python {
@@ -30,12 +31,6 @@ RayleighDamping same_ratio_damping(double ratio, double omega_1, double omega_2)
     return core::rayleigh_damping(ratio, omega_1, omega_2);
 }
 
-double largest_frequency(const Springs &springs, const py::object &fixed) {
-    const auto conditions = conditions_of(springs, fixed, py::none());
-    const ReleasedInterpreter released;
-    return msm::largest_angular_frequency(springs.body, springs.points, conditions);
-}
-
 double longest_step(const Springs &springs, const std::string &integrator, const RayleighDamping &damping,
                     const py::object &fixed) {
     const auto &rule = msm::find_integrator(integrator);
@@ -47,6 +42,17 @@ double longest_step(const Springs &springs, const std::string &integrator, const
 
 } // namespace
 
+double largest_frequency(const Springs &springs, const py::handle &fixed) {
+    auto mask = to_mask(fixed, "fixed", springs.points.size());
+    if (springs.frequency->largest && springs.frequency->fixed == mask)
+        return *springs.frequency->largest;
+    const auto conditions = conditions_of(springs, fixed, py::none());
+    const double largest =
+        without_interpreter([&] { return msm::largest_angular_frequency(springs.body, springs.points, conditions); });
+    *springs.frequency = {std::move(mask), largest};
+    return largest;
+}
+
 void add_time_steps(py::module_ &module) {
     py::class_<RayleighDamping>(module, "RayleighDamping", "Damping forces D v with D = alpha M + beta K.")
         .def(py::init(&checked_damping), py::arg("alpha") = 0.0, py::arg("beta") = 0.0,
@@ -55,6 +61,10 @@ void add_time_steps(py::module_ &module) {
         .def_readonly("beta", &RayleighDamping::beta, "of the stiffness [s]")
         .def("ratio", &RayleighDamping::ratio, py::arg("omega"),
              "Damping ratio of a mode, zeta = (alpha / omega + beta omega) / 2. omega [rad/s] > 0.")
+        .def(py::pickle([](const RayleighDamping &d) { return py::make_tuple(d.alpha, d.beta); },
+                        [](const py::tuple &kept) {
+                            return checked_damping(py::cast<double>(kept[0]), py::cast<double>(kept[1]));
+                        }))
         .def("__repr__", [](const RayleighDamping &damping) {
             return fmt::format("RayleighDamping(alpha={}, beta={})", damping.alpha, damping.beta);
         });

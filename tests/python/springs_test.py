@@ -1,4 +1,8 @@
 """Springs of arrays are those of the program, and wrong arrays are refused with a sentence."""
+import copy
+import multiprocessing
+import pickle
+
 import livermark
 import numpy
 import pytest
@@ -51,6 +55,54 @@ def test_materials_of_tetrahedra_make_their_springs_stiffer(bar):
 
 def test_masses_add_up_to_that_of_the_body(bar):
     assert livermark.springs(*bar, 5000.0, 0.45, density=1000.0).node_mass.sum() == pytest.approx(1e-3, rel=1e-14)
+
+
+def of_every_kind(points, tetrahedra):
+    """Springs of every constructor, on a body of two materials."""
+    young = [5000.0] * 5 + [50000.0]
+    yield livermark.Springs(points, [[0, 1], [7, 3]], [10.0, 0.1], 1.0 / 3.0, rest_length=[0.1, 0.3])
+    for law in livermark.spring_laws():
+        yield livermark.springs(points, tetrahedra, young, 0.45, law=law)
+    for term in livermark.volume_terms():
+        yield livermark.springs(points, tetrahedra, young, 0.45, law="van_gelder", volume_term=term, density=[1000.0] * 6)
+    for model in livermark.coupled_spring_models():
+        yield livermark.coupled_springs(points, tetrahedra, young, 0.45, model=model)
+
+
+def assert_same_bits(one, other):
+    moved = one.points + 1e-4 * numpy.sin(1e3 * one.points)
+    for name in ("points", "edges", "stiffness", "rest_length", "node_mass"):
+        assert numpy.array_equal(getattr(one, name), getattr(other, name)), name
+    assert one.elastic_energy(moved) == other.elastic_energy(moved)
+    assert numpy.array_equal(one.elastic_forces(moved), other.elastic_forces(moved))
+
+
+def test_springs_come_back_from_a_pickle_to_the_last_bit(bar):
+    for springs in of_every_kind(*bar):
+        again = pickle.loads(pickle.dumps(springs))
+        assert_same_bits(springs, again)
+        assert_same_bits(springs, copy.deepcopy(springs))
+        assert pickle.dumps(again) == pickle.dumps(springs)
+
+
+def energy_in_another_process(springs, moved):
+    return springs.elastic_energy(moved)
+
+
+@pytest.mark.parametrize("method", ["spawn", "fork"])
+def test_springs_go_to_other_processes(bar, method):
+    every = list(of_every_kind(*bar))
+    moved = bar[0] + 1e-4 * numpy.sin(1e3 * bar[0])
+    with multiprocessing.get_context(method).Pool(1) as pool:
+        found = pool.starmap_async(energy_in_another_process, [(springs, moved) for springs in every]).get(timeout=120)
+    assert found == [springs.elastic_energy(moved) for springs in every]
+
+
+def test_a_pickle_of_something_else_is_refused(bar):
+    springs = livermark.springs(*bar, 5000.0, 0.45)
+    for kept in ((), ("other",), (*springs.__getstate__()[:-2], "no_law", None), springs.__getstate__()[:-1]):
+        with pytest.raises(livermark.InputError):
+            livermark.Springs.__new__(livermark.Springs).__setstate__(kept)
 
 
 def test_arrays_are_views_that_keep_the_springs_alive_and_cannot_be_written_to(bar):
