@@ -6,6 +6,15 @@
 
 namespace livermark::python {
 
+namespace {
+
+void set_error(const char *type, const char *sentence) {
+    const auto of_package = pybind11::module_::import("livermark.errors").attr(type);
+    PyErr_SetString(of_package.ptr(), sentence);
+}
+
+} // namespace
+
 void translate_input_errors() {
     // NOLINTNEXTLINE(performance-unnecessary-value-param): pybind11 asks for this signature
     pybind11::register_local_exception_translator([](std::exception_ptr thrown) {
@@ -13,10 +22,14 @@ void translate_input_errors() {
             if (thrown)
                 std::rethrow_exception(thrown);
         } catch (const support::InputError &error) {
-            const auto type = pybind11::module_::import("livermark.errors").attr("InputError");
-            PyErr_SetString(type.ptr(), error.what());
+            set_error("InputError", error.what());
         }
     });
+}
+
+void raise(const char *type, const std::string &sentence) {
+    set_error(type, sentence.c_str());
+    throw pybind11::error_already_set();
 }
 
 } // namespace livermark::python

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING as _TYPE_CHECKING
 
 from livermark import suite as _suite_functions
 from livermark.convert import Mesh, from_meshio, to_sofa
-from livermark.errors import InputError
+from livermark.errors import DivergedError, InputError
 from livermark.febio import Solid, from_febio, to_febio
 from livermark.pictures import to_pyvista, to_vtk
 from livermark.results import open
@@ -18,7 +18,7 @@ if _TYPE_CHECKING:
     from livermark._suite import Problem, Score, Solution
 
 __all__ = [
-    "InputError", "Mesh", "Problem", "RayleighDamping", "Score", "Simulation", "Solid", "Solution", "Springs",
+    "DivergedError", "InputError", "Mesh", "Problem", "RayleighDamping", "Score", "Simulation", "Solid", "Solution", "Springs",
     "ToolScene", "bodies", "coupled_spring_models", "coupled_springs", "critical_time_step", "from_febio", "from_meshio", "integrators",
     "largest_angular_frequency", "load_cases", "mass_proportional_damping", "models", "open", "problem",
     "rayleigh_damping", "read_tool_scene", "score", "solve", "spring_laws", "springs",

@@ -30,7 +30,7 @@ class RayleighDamping:
 class Simulation:
     def __init__(self, springs: Springs, time_step: float, integrator: str = ..., damping: RayleighDamping = ...,
                  fixed: Optional[ArrayLike] = ..., forces: Optional[ArrayLike] = ..., kernel: str = ...,
-                 num_threads: int = ...) -> None: ...
+                 num_threads: int = ..., force_time_step: bool = ...) -> None: ...
     displacement: NDArray[np.float64]
     velocity: NDArray[np.float64]
     @property

@@ -3,3 +3,7 @@
 
 class InputError(ValueError):
     """What was given is wrong: the sentence says what, where and the remedy."""
+
+
+class DivergedError(ArithmeticError):
+    """A motion is not finite any more: the sentence says since when, and the remedy."""

@@ -1,4 +1,6 @@
 """Motions are those of the program, and of the formulas."""
+import os
+import pickle
 import subprocess
 import sys
 import threading
@@ -65,10 +67,119 @@ def test_two_masses_swing_with_the_frequency_of_the_formula():
 
 def test_a_step_above_the_critical_one_grows_and_one_below_does_not():
     for part, grows in ((0.99, False), (1.01, True)):
-        simulation = livermark.Simulation(pair(), part * livermark.critical_time_step(pair()))
+        simulation = livermark.Simulation(pair(), part * livermark.critical_time_step(pair()), force_time_step=True)
         simulation.displacement = [[0, 0, 0], [1e-6, 0, 0]]
-        simulation.step(2000)
-        assert (not abs(simulation.displacement).max() < 1e-5) == grows  # what grows ends as NaN
+        simulation.step(50)
+        assert (abs(simulation.displacement).max() > 1e-5) == grows
+
+
+def test_a_step_that_is_too_long_is_refused_in_the_words_of_the_program():
+    critical = livermark.critical_time_step(pair())
+    with pytest.raises(livermark.InputError, match=r"^time_step: 0.11 s is too long for symplectic_euler .*: 0.1 s is the "
+                                                   r"longest that is stable, and 0.08 s is safe; take that, or force"):
+        livermark.Simulation(pair(), 1.1 * critical)
+    livermark.Simulation(pair(), critical)
+    with pytest.raises(livermark.InputError, match="^integrator: explicit_euler is unstable at every time step"):
+        livermark.Simulation(pair(), 0.01, "explicit_euler")
+    livermark.Simulation(pair(), 1e9, fixed=[0, 1])  # nothing can move
+
+
+@pytest.mark.parametrize("num_threads", [1, 2])
+@pytest.mark.parametrize("at_once", [1, 100_000])
+def test_a_motion_that_is_not_finite_raises(bar, num_threads, at_once):
+    springs = livermark.springs(*bar, 5000.0, 0.45)
+    step = 1.2 * livermark.critical_time_step(springs)
+    simulation = livermark.Simulation(springs, step, num_threads=num_threads, force_time_step=True)
+    velocity = numpy.random.default_rng(0).normal(size=(8, 3))
+    simulation.velocity = velocity
+    with pytest.raises(livermark.DivergedError, match=r"^the motion is not finite any more after \d+ steps, at t = "):
+        for _ in range(100_000 // at_once):
+            simulation.step(at_once)
+    for read in (lambda: simulation.positions, lambda: simulation.displacement, lambda: simulation.velocity,
+                 lambda: simulation.step()):
+        with pytest.raises(livermark.DivergedError):
+            read()
+    simulation.displacement = numpy.zeros((8, 3))
+    simulation.velocity = velocity
+    other = livermark.Simulation(springs, step, force_time_step=True)
+    other.velocity = velocity
+    for moved in (simulation, other):
+        moved.step(5)
+    assert numpy.array_equal(simulation.positions, other.positions)
+
+
+def threads_of_this_process():
+    return len(os.listdir("/proc/self/task"))
+
+
+def test_threads_are_bounded_and_given_back():
+    before = threads_of_this_process()
+    simulations = []
+    with pytest.raises(livermark.InputError, match=r"^num_threads: all simulations that are alive have \d+ threads already"):
+        while len(simulations) < 100_000:
+            simulations.append(livermark.Simulation(pair(), 0.05, num_threads=8))
+    assert threads_of_this_process() <= before + 64 * max(8, 2 * os.cpu_count())
+    livermark.Simulation(pair(), 0.05).step()  # one more of one thread
+    simulations.clear()
+    assert threads_of_this_process() == before
+    with pytest.raises(livermark.InputError, match=r"^num_threads: 32365 is too many for the \d+ cores"):
+        livermark.Simulation(pair(), 0.05, num_threads=32365)
+    assert threads_of_this_process() == before
+
+
+def test_a_system_that_starts_no_threads_is_named():
+    program = ("import livermark, os, resource\n"
+               "springs = livermark.Springs([[0, 0, 0], [1, 0, 0]], [[0, 1]], 10.0, 1.0)\n"
+               "if os.getuid() == 0:\n"
+               "    os.setuid(65534)\n"  # limits are not those of root
+               "resource.setrlimit(resource.RLIMIT_NPROC, (1, 1))\n"
+               "try:\n"
+               "    livermark.Simulation(springs, 1e-3, num_threads=4)\n"
+               "except livermark.InputError as error:\n"
+               "    print(error)\n"
+               "livermark.Simulation(springs, 1e-3).step(3)\n")
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout.startswith("num_threads: the system starts no 4 threads (")
+
+
+#: A child of fork() that still works after a minute hangs.
+FORK = """import livermark, numpy, os, signal, sys, threading, time
+springs = livermark.Springs(numpy.eye(3), [[0, 1], [1, 2]], 10.0, 1.0)
+simulation = livermark.Simulation(springs, 1e-3, num_threads={num_threads})
+simulation.velocity = [[1, 0, 0], [0, 0, 0], [0, 1, 0]]
+simulation.step(100)
+{before}
+child = os.fork()
+if child == 0:
+    signal.alarm(60)
+    try:
+        simulation.step(100)
+        other = livermark.Simulation(springs, 1e-3, num_threads={num_threads})
+        other.velocity = [[1, 0, 0], [0, 0, 0], [0, 1, 0]]
+        other.step(200)
+        print(numpy.array_equal(simulation.positions, other.positions))
+    except RuntimeError as error:
+        print(error)
+    sys.stdout.flush()
+    del simulation
+    sys.exit(0)  # with all destructors
+status = os.waitpid(child, 0)[1]
+sys.exit(0 if status == 0 else 1)
+"""
+
+
+@pytest.mark.parametrize("num_threads", [1, 2])
+@pytest.mark.parametrize("before, said", [
+    ("", "True"),
+    ("threading.Thread(target=lambda: simulation.step(10**9), daemon=True).start()\ntime.sleep(0.3)",
+     "this process was forked while another thread used the simulation")])
+def test_a_process_that_is_forked_steps_or_says_why_not(num_threads, before, said):
+    program = FORK.format(num_threads=num_threads, before=before)
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+    assert ended.returncode == 0 and ended.stdout.startswith(said), ended
+
+
 
 
 def test_a_force_moves_the_free_body_as_newton_says():
@@ -92,10 +203,11 @@ def test_a_mask_of_zeros_and_ones_is_no_list_of_nodes(bar):
     assert livermark.largest_angular_frequency(springs, fixed=mask.astype(bool)) > 0.0
 
 
-def test_a_program_may_end_while_a_thread_steps():
+@pytest.mark.parametrize("num_threads", [1, 2])
+def test_a_program_may_end_while_a_thread_steps(num_threads):
     program = ("import livermark, numpy, threading, time\n"
                "springs = livermark.Springs(numpy.eye(3), [[0, 1], [1, 2]], 10.0, 1.0)\n"
-               "simulation = livermark.Simulation(springs, 1e-3)\n"
+               f"simulation = livermark.Simulation(springs, 1e-3, num_threads={num_threads})\n"
                "threading.Thread(target=lambda: simulation.step(10**9), daemon=True).start()\n"
                "time.sleep(0.3)\n")
     for _ in range(3):
@@ -159,6 +271,13 @@ def test_other_threads_run_while_steps_are_taken():
     assert simulation.num_steps == 199
 
 
+def test_damping_can_be_pickled_and_a_simulation_says_what_to_pickle():
+    damping = pickle.loads(pickle.dumps(livermark.RayleighDamping(0.3, 1e-4)))
+    assert (damping.alpha, damping.beta) == (0.3, 1e-4)
+    with pytest.raises(TypeError, match="^a Simulation cannot be pickled; pickle its springs, displacement and velocity"):
+        pickle.dumps(livermark.Simulation(pair(), 0.01))
+
+
 def test_damping_has_the_ratios_that_were_asked_for():
     assert livermark.rayleigh_damping(0.05, 10.0, 60.0).ratio(10.0) == pytest.approx(0.05, rel=1e-12)
     assert livermark.rayleigh_damping(0.05, 10.0, 60.0).ratio(60.0) == pytest.approx(0.05, rel=1e-12)
@@ -170,15 +289,15 @@ def test_damping_has_the_ratios_that_were_asked_for():
 
 @pytest.mark.parametrize("call, sentence", [
     (lambda: livermark.Simulation(pair(), 0.0), "time_step: 0 s; it has to be positive"),
-    (lambda: livermark.Simulation(pair(), 0.1, "leapfrog"), "there is no integrator 'leapfrog'; known are: "),
-    (lambda: livermark.Simulation(pair(), 0.1, kernel="gpu"), "there is no kernel 'gpu'; known are: simd_double, "),
-    (lambda: livermark.Simulation(pair(), 0.1, num_threads=0), "num_threads: 0; there has to be one at least"),
-    (lambda: livermark.Simulation(pair(), 0.1, fixed=[2]), "fixed: there is no node 2; nodes are numbered from 0 to 1"),
-    (lambda: livermark.Simulation(pair(), 0.1, fixed=[0.5]), "fixed: node numbers have to be integers"),
-    (lambda: livermark.Simulation(pair(), 0.1, fixed=numpy.ones(3, bool)), r"fixed: the shape is \(3,\); give "),
-    (lambda: livermark.Simulation(pair(), 0.1, forces=[[0, 0, 0]]), r"forces: the shape is \(1, 3\); give "),
-    (lambda: livermark.Simulation(pair(), 0.1).step(-1), "num_steps: -1; there is no way back in time"),
-    (lambda: livermark.Simulation(pair(), 0.1).set_force(2, [0, 0, 0]), "node: there is no node 2"),
+    (lambda: livermark.Simulation(pair(), 0.05, "leapfrog"), "there is no integrator 'leapfrog'; known are: "),
+    (lambda: livermark.Simulation(pair(), 0.05, kernel="gpu"), "there is no kernel 'gpu'; known are: simd_double, "),
+    (lambda: livermark.Simulation(pair(), 0.05, num_threads=0), "num_threads: 0; there has to be one at least"),
+    (lambda: livermark.Simulation(pair(), 0.05, fixed=[2]), "fixed: there is no node 2; nodes are numbered from 0 to 1"),
+    (lambda: livermark.Simulation(pair(), 0.05, fixed=[0.5]), "fixed: node numbers have to be integers"),
+    (lambda: livermark.Simulation(pair(), 0.05, fixed=numpy.ones(3, bool)), r"fixed: the shape is \(3,\); give "),
+    (lambda: livermark.Simulation(pair(), 0.05, forces=[[0, 0, 0]]), r"forces: the shape is \(1, 3\); give "),
+    (lambda: livermark.Simulation(pair(), 0.05).step(-1), "num_steps: -1; there is no way back in time"),
+    (lambda: livermark.Simulation(pair(), 0.05).set_force(2, [0, 0, 0]), "node: there is no node 2"),
     (lambda: livermark.critical_time_step(pair(), fixed=[0, 1]), "fixed: nothing can move"),
     (lambda: livermark.RayleighDamping(-1.0), "alpha is -1 1/s and beta 0 s; both have to be finite and not negative"),
     (lambda: livermark.rayleigh_damping(0.1, 0.0, 1.0), "a damping ratio of 0.1 at 0 and 1 rad/s; ")])
