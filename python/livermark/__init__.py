@@ -5,6 +5,7 @@ Arrays come in and go out as numpy arrays, all quantities are in SI units. See d
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 
 from livermark import suite as _suite_functions
+from livermark._version import __version__
 from livermark.convert import Mesh, from_meshio, to_sofa
 from livermark.errors import DivergedError, InputError
 from livermark.febio import Solid, from_febio, to_febio
