@@ -1,6 +1,9 @@
 """To and from the formats of other programs."""
 from __future__ import annotations
 
+import importlib.util
+import math
+import numbers
 import os
 import warnings
 from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
@@ -8,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
 import numpy
 
 from livermark.errors import InputError
-from livermark.groups import TETRAHEDRA, groups_of, refuse_other_cells
+from livermark.mesh_files import Tetrahedra, read_apart, tetrahedra_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -36,37 +39,39 @@ class Mesh(_Arrays):
         return mesh
 
 
+def _tetrahedra(mesh: Any) -> Tetrahedra:
+    """Of a file or of a meshio.Mesh."""
+    if isinstance(mesh, (str, os.PathLike)):
+        if importlib.util.find_spec("meshio") is None:
+            raise ImportError("this needs meshio; install python3-meshio")
+        return read_apart(mesh)
+    if not all(hasattr(mesh, name) for name in ("points", "cells", "cell_data", "cell_sets", "field_data")):
+        raise InputError("mesh: this is no meshio.Mesh, and no path of a file")
+    try:
+        return tetrahedra_of(mesh)
+    except InputError as error:
+        raise InputError(f"mesh: {error}") from error.__cause__
+
+
 def from_meshio(mesh: Any, metres_per_unit: float = 1.0) -> Mesh:
     """The tetrahedra of a meshio.Mesh, or of a file that meshio reads.
 
     Quadratic tetrahedra lose the middles of their edges, inverted ones are turned, and nodes that no tetrahedron uses are
     left out. Groups are physical groups, sets, or whole numbers of cells; what is not used is said in a warning, and so is
-    a size that is no organ's. metres_per_unit: 0.001 for a mesh in mm. Raises InputError if there are no tetrahedra, or
-    cells of other types beside them.
+    a size that is no organ's. metres_per_unit: 0.001 for a mesh in mm. A file is read in a process of its own. Raises
+    InputError for what is no mesh, if there are no tetrahedra, or cells of other types beside them.
     """
-    if isinstance(mesh, (str, os.PathLike)):
-        try:
-            import meshio
-        except ImportError as error:
-            raise ImportError("this needs meshio; install python3-meshio") from error
-        mesh = meshio.read(mesh)
-    remarks = refuse_other_cells(mesh)
-    blocks = [numpy.asarray(block.data)[:, :4] for block in mesh.cells if block.type in TETRAHEDRA]
-    if sum(map(len, blocks)) == 0:
-        raise InputError("mesh: there are no tetrahedra; mesh the volume, not only the surface")
-    region, names, of_groups = groups_of(mesh, TETRAHEDRA, 3)
-    used, tetrahedra = numpy.unique(numpy.concatenate(blocks), return_inverse=True)
-    tetrahedra = tetrahedra.reshape(-1, 4)
-    points = metres_per_unit * numpy.asarray(mesh.points, dtype=float)[used]
+    if not (isinstance(metres_per_unit, numbers.Real) and 0.0 < metres_per_unit < math.inf):
+        raise InputError(f"metres_per_unit: {metres_per_unit!r}; it has to be a positive number, 0.001 for a mesh in mm")
+    found = _tetrahedra(mesh)
+    points = float(metres_per_unit) * found.points
+    remarks = list(found.remarks)
     longest = float(numpy.ptp(points, axis=0).max())
     if longest > LARGEST_ORGAN:
-        remarks.append(f"its longest side is {longest:.4g} m, which is no organ; give metres_per_unit=0.001 for a mesh in mm")
-    for remark in remarks + of_groups:
+        remarks.insert(0, f"its longest side is {longest:.4g} m, which is no organ; give metres_per_unit=0.001 for a mesh in mm")
+    for remark in remarks:
         warnings.warn(f"mesh: {remark}", stacklevel=2)
-    a, b, c, d = (points[tetrahedra[:, k]] for k in range(4))
-    is_inverted = numpy.einsum("ij,ij->i", numpy.cross(b - a, c - a), d - a) < 0.0
-    tetrahedra[is_inverted] = tetrahedra[is_inverted][:, [0, 1, 3, 2]]
-    return Mesh(points, tetrahedra, region, {number: name for number, name in names.items() if number in region})
+    return Mesh(points, found.corners, found.region, found.names)
 
 
 SCENE = '''"""Springs of Livermark in SOFA: runSofa -l SofaPython3 {name}

@@ -8,6 +8,7 @@ from xml.sax.saxutils import quoteattr
 import numpy
 
 from livermark.errors import InputError
+from livermark.plain_files import plain_file
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -220,15 +221,20 @@ def to_febio(problem: Union[Problem, Solid], path: Path) -> None:
 def from_febio(path: Path) -> NDArray[numpy.float64]:
     """Displacements of the nodes (N, 3) [m] at the whole load, of the .displacement.csv that a job of to_febio() writes.
 
-    Raises InputError if FEBio stopped before.
+    Raises InputError if FEBio stopped before, or if it is no such file.
     """
     time, rows = 0.0, []
-    with open(path, encoding="utf-8") as file:
-        for line in file:
-            if line.startswith("*Time"):
-                time, rows = float(line.split("=")[1]), []
-            elif not line.startswith("*") and line.strip():
-                rows.append([float(word) for word in line.split(",")])
+    with open(plain_file(path, "give the .displacement.csv of FEBio"), encoding="utf-8") as file:
+        try:
+            for line in file:
+                if line.startswith("*Time"):
+                    time, rows = float(line.split("=")[1]), []
+                elif not line.startswith("*") and line.strip():
+                    number, x, y, z = map(float, line.split(","))
+                    rows.append([number, x, y, z])
+        except (ValueError, IndexError):
+            raise InputError(f"{os.fspath(path)}: this is no displacement that FEBio wrote of a job of to_febio(); give its "
+                             ".displacement.csv") from None
     if abs(time - 1.0) > 1e-9 or not rows:
         raise InputError(f"{os.fspath(path)}: FEBio stopped at {time:g} of the load; see its log, and give it more steps")
     table = numpy.array(rows)

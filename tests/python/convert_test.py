@@ -1,4 +1,9 @@
 """Meshes come in as they are, and scenes of SOFA have the numbers of the springs. SOFA itself does not run here."""
+import os
+import re
+import subprocess
+import sys
+
 import livermark
 import numpy
 import pytest
@@ -46,6 +51,117 @@ def test_mesh_file_is_read(bar, tmp_path):
     mesh = livermark.from_meshio(tmp_path / "bar.vtu")
     assert numpy.array_equal(mesh.points, points) and numpy.array_equal(mesh.tetrahedra, tetrahedra)
     assert mesh.region.tolist() == [0] * 6
+
+
+def test_a_file_is_read_as_its_mesh_is(bar, tmp_path):
+    points, tetrahedra = bar
+    given = meshio.Mesh(points, [("triangle", [[0, 1, 3]]), ("tetra", tetrahedra)], cell_data={
+        "gmsh:physical": [numpy.array([9]), numpy.array([1, 1, 2, 2, 2, 1])], "gmsh:geometrical": [numpy.array([1]), numpy.ones(6, int)]},
+        field_data={"liver": numpy.array([1, 3]), "tumour": numpy.array([2, 3])})
+    given.write(tmp_path / "bar.msh", file_format="gmsh22", binary=False)
+    of_file, of_mesh = livermark.from_meshio(tmp_path / "bar.msh"), livermark.from_meshio(given)
+    for one, other in zip(of_file, of_mesh):
+        assert numpy.array_equal(one, other) and one.dtype == other.dtype
+    assert of_file.region_names == of_mesh.region_names == {1: "liver", 2: "tumour"}
+
+
+def test_warnings_of_a_file_are_those_of_its_mesh(bar, tmp_path):
+    points, tetrahedra = bar
+    given = meshio.Mesh(20000.0 * points, [("tetra", tetrahedra)], cell_data={"quality": [numpy.linspace(0.1, 0.9, 6)]})
+    given.write(tmp_path / "bar.vtu")
+    sentences = []
+    for mesh in (given, tmp_path / "bar.vtu"):
+        with pytest.warns(UserWarning) as told:
+            livermark.from_meshio(mesh)
+        sentences.append([str(warning.message) for warning in told])
+        assert {warning.filename for warning in told} == {__file__}
+    assert sentences[0] == sentences[1] and len(sentences[0]) == 2
+
+
+@pytest.mark.parametrize("name, content, sentence", [
+    ("a.vtk", b"# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 100000000000 double\n0 0 0\n",
+     "it takes more memory than there is for a file"),
+    ("a.vtk", b"nothing", "no mesh can be read from it as VTK, so it is damaged or of another format"),
+    ("a.msh", b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n1\n1 0 0", "no mesh can be read from it as MSH"),
+    ("a.stl", b"solid x\nendsolid x\n", "there are no tetrahedra; mesh the volume, not only the surface"),
+    ("a", b"", "no mesh can be read from it as mesh"),
+    ("a.nii", b"\0" * 400, "no mesh can be read from it as NII")])
+def test_files_that_are_no_mesh_are_refused_with_a_sentence_of_ours(tmp_path, name, content, sentence):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(livermark.InputError, match="^" + re.escape(f"{tmp_path / name}: {sentence}")) as refused:
+        livermark.from_meshio(tmp_path / name)
+    assert "\n" not in str(refused.value) and "meshio" not in str(refused.value)
+
+
+def test_what_is_no_plain_file_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe.vtk")
+    for path in (tmp_path / "pipe.vtk", tmp_path, "/dev/zero"):
+        with pytest.raises(livermark.InputError, match="this is no plain file"):
+            livermark.from_meshio(path)
+        with pytest.raises(livermark.InputError, match="this is no plain file"):
+            livermark.from_febio(path)
+    with pytest.raises(FileNotFoundError):
+        livermark.from_meshio(tmp_path / "nowhere.vtk")
+
+
+@pytest.mark.parametrize("reader, why", [
+    ("os.abort()", "a library has broken off with Aborted"),
+    ("[0] * 10**10", "it takes more memory than there is for a file"),
+    ("exec('while True: pass')", r"it takes more than 1 s or \d+ MB")])
+def test_a_reader_that_crashes_hangs_or_fills_the_memory_ends_alone(tmp_path, monkeypatch, reader, why):
+    (tmp_path / "meshio").mkdir()
+    (tmp_path / "meshio" / "__init__.py").write_text(f"import os\ndef read(path):\n    {reader}\n")
+    (tmp_path / "sitecustomize.py").write_text("import resource\nresource.setrlimit(resource.RLIMIT_CPU, (2, 2))\n")
+    (tmp_path / "a.vtk").write_text("x")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr("livermark.mesh_files.limits_of", lambda path: (1, 1 << 30))
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    with pytest.raises(livermark.InputError, match=why):
+        livermark.from_meshio(tmp_path / "a.vtk")
+
+
+def test_nothing_of_the_working_directory_runs_when_a_file_is_read(bar, tmp_path):
+    meshio.Mesh(bar[0], [("tetra", bar[1])]).write(tmp_path / "bar.vtu")
+    (tmp_path / "meshio.py").write_text("open('ran', 'w')\nraise SystemExit(0)\n")
+    program = "import sys; sys.path.append(sys.path.pop(0)); import livermark; livermark.from_meshio('bar.vtu')"
+    subprocess.run([sys.executable, "-c", program], check=True, cwd=tmp_path)
+    assert not (tmp_path / "ran").exists()
+
+
+def broken_meshes():
+    """Name of each fault, and what of a mesh of one tetrahedron is replaced."""
+    points = numpy.array([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]])
+    yield "its points have no three coordinates", {"points": points[:, :2]}
+    yield "a coordinate is not finite", {"points": points * numpy.nan}
+    for node in (4, -1):
+        yield "a tetrahedron names a node that is not there", {"cells": [("tetra", numpy.array([[0, 1, 2, node]]))]}
+    yield "the node numbers of its tetrahedra are no integers", {"cells": [("tetra", numpy.array([[0, 1, 2, 3.0]]))]}
+    yield "its tetrahedra have no four corners", {"cells": [("tetra", numpy.array([[0, 1, 2]]))]}
+    yield "its points, cells and groups do not go together", {"cell_sets": {"a": [numpy.array([7])]}}
+    yield "its points, cells and groups do not go together", {"field_data": {"a": 3}}
+    yield "its groups are of another number of tetrahedra", {"cell_data": {"gmsh:physical": [numpy.array([1, 2])]}}
+
+
+@pytest.mark.parametrize("sentence, change", broken_meshes())
+def test_a_mesh_that_is_broken_is_refused_with_a_sentence(sentence, change):
+    points = numpy.array([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]])
+    mesh = meshio.Mesh(change.pop("points", points), change.pop("cells", [("tetra", numpy.array([[0, 1, 2, 3]]))]))
+    for name, value in change.items():
+        setattr(mesh, name, value)
+    with pytest.raises(livermark.InputError, match="^mesh: " + sentence):
+        livermark.from_meshio(mesh)
+
+
+@pytest.mark.parametrize("wrong", [None, 3, [1, 2]])
+def test_what_is_no_mesh_is_refused(wrong):
+    with pytest.raises(livermark.InputError, match="^mesh: this is no meshio.Mesh, and no path of a file"):
+        livermark.from_meshio(wrong)
+
+
+@pytest.mark.parametrize("unit", [0, -1.0, float("nan"), float("inf"), "mm", None])
+def test_a_unit_that_is_no_length_is_refused(bar, unit):
+    with pytest.raises(livermark.InputError, match="^metres_per_unit: .*; it has to be a positive number"):
+        livermark.from_meshio(meshio.Mesh(bar[0], [("tetra", bar[1])]), unit)
 
 
 def test_a_mesh_of_a_surface_is_refused(bar):

@@ -1,0 +1,147 @@
+"""Reads mesh files of other programs with meshio, in a process of its own with limits of time and memory."""
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+from typing import Any, NamedTuple
+
+import numpy
+
+from livermark.errors import InputError
+from livermark.groups import TETRAHEDRA, groups_of, refuse_other_cells
+from livermark.limits import limits_of, put_limits
+from livermark.plain_files import plain_file
+
+REFUSED = 2  #: exit status of the process that reads, with a sentence on standard error
+LONGEST_REASON = 200  #: of a sentence that somebody else's file may have a part in
+
+
+class Tetrahedra(NamedTuple):
+    points: numpy.ndarray  #: (N, 3) in the unit of the file
+    corners: numpy.ndarray  #: (M, 4) node numbers, positive volumes
+    region: numpy.ndarray  #: (M) number of the group
+    names: dict[int, str]  #: of the groups
+    remarks: list[str]  #: a sentence for all that is not used
+
+
+def read(source: Any) -> Any:
+    """A meshio.Mesh. Raises InputError with a sentence of ours, without the words that meshio has for its own readers."""
+    import meshio
+    try:
+        return meshio.read(source)
+    except MemoryError:
+        raise InputError("it takes more memory than there is for a file") from None
+    except (Exception, SystemExit):
+        kind = pathlib.Path(source).suffix.lstrip(".").upper() or "mesh"
+        raise InputError(f"no mesh can be read from it as {kind}, so it is damaged or of another format") from None
+
+
+def checked_points(points: Any, corners: numpy.ndarray) -> numpy.ndarray:
+    """The points as numbers. Raises InputError if they have no three coordinates, or if a tetrahedron has not four of them.
+    """
+    if corners.ndim != 2 or corners.shape[1] != 4:
+        raise InputError("its tetrahedra have no four corners")
+    numbers = numpy.asarray(points, dtype=float)
+    if numbers.ndim != 2 or numbers.shape[1] != 3:
+        raise InputError("its points have no three coordinates")
+    if corners.dtype.kind not in "iu":
+        raise InputError("the node numbers of its tetrahedra are no integers")
+    if corners.min() < 0 or corners.max() >= len(numbers):
+        raise InputError("a tetrahedron names a node that is not there")
+    if not numpy.isfinite(numbers[numpy.unique(corners)]).all():
+        raise InputError("a coordinate is not finite")
+    return numbers
+
+
+def are_inverted(points: numpy.ndarray, corners: numpy.ndarray) -> numpy.ndarray:
+    """(M) whether the volume is negative."""
+    a, b, c, d = (points[corners[:, k]] for k in range(4))
+    return numpy.einsum("ij,ij->i", numpy.cross(b - a, c - a), d - a) < 0.0
+
+
+def tetrahedra_of(mesh: Any) -> Tetrahedra:
+    """The tetrahedra of a meshio.Mesh: without middles of edges and nodes that none uses, and none inverted. Raises
+    InputError with a sentence in which the mesh is not named."""
+    try:
+        remarks = refuse_other_cells(mesh)
+        blocks = [numpy.asarray(block.data)[:, :4] for block in mesh.cells if block.type in TETRAHEDRA]
+        if sum(map(len, blocks)) == 0:
+            raise InputError("there are no tetrahedra; mesh the volume, not only the surface")
+        joined = numpy.concatenate(blocks)
+        all_points = checked_points(mesh.points, joined)
+        region, names, of_groups = groups_of(mesh, TETRAHEDRA, 3)
+        if region.shape != (len(joined),):
+            raise InputError("its groups are of another number of tetrahedra than it has")
+    except InputError:
+        raise
+    except MemoryError:
+        raise InputError("it takes more memory than there is") from None
+    except Exception as error:  # whatever is wrong inside
+        raise InputError(f"its points, cells and groups do not go together ({_one_line(error)}); make them again") from error
+    used, corners = numpy.unique(joined, return_inverse=True)
+    corners, points = corners.reshape(-1, 4), all_points[used]
+    inverted = are_inverted(points, corners)
+    corners[inverted] = corners[inverted][:, [0, 1, 3, 2]]
+    return Tetrahedra(points, corners, region, {number: name for number, name in names.items() if number in region},
+                      remarks + of_groups)
+
+
+def _one_line(error: Any) -> str:
+    words = str(error).strip() or type(error).__name__
+    return words.splitlines()[-1][:LONGEST_REASON]
+
+
+def _refuse(path: str, why: str) -> None:
+    """In the words of the program."""
+    raise InputError(f"{path}: it cannot be read ({why}), so it is damaged or not what its name says; export it again")
+
+
+def read_apart(path: Any) -> Tetrahedra:
+    """The tetrahedra of a file, which another process reads: a file that makes a reader crash, hang or fill the memory
+    ends that process alone. Raises FileNotFoundError if there is none, and InputError."""
+    name = plain_file(path, "give a mesh")
+    seconds, num_bytes = limits_of(name)
+    # The modules that this process finds, and none of the working directory.
+    folders = [str(pathlib.Path(__file__).resolve().parents[1])] + [folder for folder in sys.path if os.path.isabs(folder)]
+    program = "import sys; sys.path[:] = sys.argv[3:]; from livermark.mesh_files import main; sys.exit(main(*sys.argv[1:3]))"
+    with tempfile.TemporaryDirectory(prefix="livermark-") as scratch:
+        target = os.path.join(scratch, "mesh.npz")
+        try:
+            ended = subprocess.run([sys.executable, "-c", program, name, target, *folders], stdin=subprocess.DEVNULL,
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, errors="replace",
+                                   timeout=30 + 3 * seconds)
+        except subprocess.TimeoutExpired:
+            _refuse(name, f"it takes more than {30 + 3 * seconds} s")
+        if ended.returncode == REFUSED:
+            raise InputError(f"{name}: {_one_line(ended.stderr)}")
+        if ended.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
+            _refuse(name, f"it takes more than {seconds} s or {num_bytes >> 20} MB")
+        if ended.returncode < 0:
+            _refuse(name, f"a library has broken off with {signal.strsignal(-ended.returncode)}")
+        if ended.returncode > 0:
+            raise RuntimeError(f"{name}: the process that reads it has failed: {_one_line(ended.stderr)}")
+        with numpy.load(target, allow_pickle=False) as found:
+            words = json.loads(str(found["words"]))
+            return Tetrahedra(found["points"], found["corners"], found["region"],
+                              {number: text for number, text in words["names"]}, words["remarks"])
+
+
+def main(path: str, target: str) -> int:
+    """What the other process does."""
+    put_limits(path)
+    try:
+        found = tetrahedra_of(read(path))
+        words = {"names": list(found.names.items()), "remarks": found.remarks}
+        numpy.savez(target, points=found.points, corners=found.corners, region=found.region, words=json.dumps(words))
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return REFUSED
+    except MemoryError:
+        print("it takes more memory than there is for a file", file=sys.stderr)
+        return REFUSED
+    return 0
