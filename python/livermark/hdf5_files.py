@@ -1,11 +1,15 @@
 """Opens HDF5 files that somebody else may have made, in which nothing leads out of the file. Needs h5py alone."""
 from __future__ import annotations
 
+import functools
 import os
-import stat
 from typing import Any, Optional
 
 from livermark.errors import InputError
+from livermark.limits import limits_of
+from livermark.plain_files import plain_file
+
+FAULTS = (KeyError, OSError, RuntimeError, ValueError, TypeError, IndexError, AttributeError)  # of h5py on what is damaged
 
 
 def _library() -> Any:
@@ -16,8 +20,9 @@ def _library() -> Any:
     return h5py
 
 
-def _way_out(file: Any) -> Optional[str]:
-    """The first place whose content is somewhere else: a link, or a dataset kept in another file. None is opened."""
+def _fault(file: Any, most_bytes: int) -> Optional[str]:
+    """The first place whose content is somewhere else: a link, or a dataset kept in another file. None is opened. Or the
+    first dataset that takes more memory than a file of this size can hold."""
     h5py = _library()
     datasets: list[str] = []
 
@@ -33,24 +38,57 @@ def _way_out(file: Any) -> Optional[str]:
         return f"/{linked.decode(errors='replace')} is a link to another place, and links are not followed"
     h5py.h5o.visit(file.id, look_at_object, info=True)
     for name in datasets:
-        properties = h5py.h5d.open(file.id, name).get_create_plist()
+        dataset = h5py.h5d.open(file.id, name)
+        properties = dataset.get_create_plist()
         if properties.get_layout() == h5py.h5d.VIRTUAL or properties.get_external_count() > 0:
             return f"/{name.decode(errors='replace')} is kept in another file"
+        size = dataset.get_space().get_simple_extent_npoints() * dataset.get_type().get_size()
+        if size > most_bytes:
+            return f"/{name.decode(errors='replace')} is said to have {size >> 20} MB, which is not in the file"
     return None
+
+
+def damaged(name: str, error: BaseException) -> InputError:
+    """What to raise for a part of a file that is not there or cannot be read."""
+    words = (str(error.args[0] if error.args else "") or type(error).__name__).splitlines()[0]
+    return InputError(f"{name}: it cannot be read ({words[:200]}), so it is damaged or of another version; make it again with "
+                      "`livermark run`")
+
+
+def _in_our_words(function: Any) -> Any:
+    @functools.wraps(function)
+    def with_our_words(self: Any, *arguments: Any, **named: Any) -> Any:
+        try:
+            return function(self, *arguments, **named)
+        except InputError:
+            raise
+        except MemoryError:
+            raise InputError(f"{self.path}: it takes more memory than there is") from None
+        except FAULTS as error:
+            if not self.is_open:
+                raise InputError(f"{self.path}: the file is closed; open it again") from error
+            raise damaged(self.path, error) from error
+    return with_our_words
+
+
+def says_what_is_damaged(kind: Any) -> Any:
+    """A class with path and is_open, whose properties and methods raise InputError where h5py raises something of its own."""
+    for name, member in list(vars(kind).items()):
+        if isinstance(member, property) and name != "is_open":
+            setattr(kind, name, property(_in_our_words(member.fget), doc=member.__doc__))
+        elif callable(member) and (not name.startswith("_") or name in ("__getitem__", "__repr__", "_check")):
+            setattr(kind, name, _in_our_words(member))
+    return kind
 
 
 def open_hdf5(path: Any) -> Any:
     """An h5py.File to read.
 
-    Raises FileNotFoundError if there is none, and InputError for what is no HDF5 file or has a part in another file: HDF5
-    would open whatever file is named there, and wait where that is a named pipe.
+    Raises FileNotFoundError if there is none, and InputError for what is no HDF5 file, has a part in another file, or has
+    more in it than fits: HDF5 would open whatever file is named there, and wait where that is a named pipe.
     """
     h5py = _library()
-    name = os.fspath(path)
-    if not os.path.exists(name):
-        raise FileNotFoundError(f"{name}: there is no such file")
-    if not stat.S_ISREG(os.stat(name).st_mode):
-        raise InputError(f"{name}: this is no plain file; give a file that `livermark run` wrote")
+    name = plain_file(path, "give a file that `livermark run` wrote")
     try:
         file = h5py.File(name, "r")
     except OSError as error:
@@ -58,7 +96,11 @@ def open_hdf5(path: Any) -> Any:
             raise InputError(f"{name}: cannot be read ({error}); see who may read it, and whether a program has it open to "
                              "write") from error
         raise InputError(f"{name}: this is no HDF5 file, or it is damaged; make it again with `livermark run`") from error
-    fault = _way_out(file)
+    try:
+        fault = _fault(file, limits_of(name)[1])
+    except FAULTS as error:
+        file.close()
+        raise damaged(name, error) from error
     if fault is not None:
         file.close()
         raise InputError(f"{name}: {fault}; copy what is there into the file, or make it again with `livermark run`")

@@ -5,7 +5,7 @@ import os
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 from livermark.errors import InputError
-from livermark.hdf5_files import open_hdf5
+from livermark.hdf5_files import open_hdf5, says_what_is_damaged
 
 if TYPE_CHECKING:
     import numpy as np
@@ -36,6 +36,7 @@ def _attributes(group) -> dict[str, Any]:
     return {name: _value(value) for name, value in group.attrs.items()}
 
 
+@says_what_is_damaged
 class ModelResult:
     """What one model found, and how far that is from the reference. Arrays are read when they are asked for."""
 
@@ -44,6 +45,11 @@ class ModelResult:
         self._file = file
         self._solution = file["solutions"][name]
         self._comparison = file.get(f"comparisons/{name}")
+        self.path = file.filename
+
+    @property
+    def is_open(self) -> bool:
+        return bool(self._file)
 
     @property
     def attributes(self) -> dict[str, Any]:
@@ -131,6 +137,7 @@ class ModelResult:
         return f"<livermark.results.ModelResult {self.name}: {self.status}>"
 
 
+@says_what_is_damaged
 class ResultFile:
     """One body under one load case, solved by several models. Close it, or use it in a with statement."""
 
@@ -149,6 +156,10 @@ class ResultFile:
             self.close()
             raise InputError(f"{self.path}: this is no result file of `livermark run`, it has no solutions; "
                              "read it with h5py as results/schema.md says")
+
+    @property
+    def is_open(self) -> bool:
+        return bool(self._file)
 
     def close(self) -> None:
         self._file.close()

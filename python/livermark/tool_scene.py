@@ -8,7 +8,7 @@ import numpy
 
 from livermark.errors import InputError
 from livermark.febio import AXES, Solid, _arrays, _element, _numbers, _regions, _rows, _solver, _write_job
-from livermark.hdf5_files import open_hdf5
+from livermark.hdf5_files import FAULTS, open_hdf5
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -54,7 +54,9 @@ def read_tool_scene(path: Path) -> ToolScene:
                              file["region"][:].astype(int), *material, file["held"][:].astype(int),
                              file["tool/nodes"][:].astype(int), file["tool/time"][:], file["tool/displacement"][:],
                              int(file["tool"].attrs["last_record_held"]), float(file["tool"].attrs["mass_damping"]))
-    except (OSError, KeyError) as error:
+    except InputError:
+        raise
+    except (*FAULTS, MemoryError) as error:
         raise InputError(f"{os.fspath(path)}: this is no scene ({error}); write one with 'livermark export' of a load case "
                          "with a moving tool") from None
 

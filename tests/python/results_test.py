@@ -213,3 +213,72 @@ def test_nothing_outside_of_a_file_is_opened(tmp_path, place, kind):
         livermark.open(path)
     with pytest.raises(livermark.InputError, match="this is no plain file"):
         livermark.open(pipe)
+
+
+def read_all(result):
+    for name in ("provenance", "body", "load_case", "materials", "points", "tetrahedra", "region", "region_names", "models",
+                 "boundary_triangles", "constraint_names", "tools", "reference", "compared_with", "path_of_loads"):
+        getattr(result, name)
+    result.errors()
+    for name in result.models:
+        model = result[name]
+        for part in ("attributes", "displacement", "reaction", "springs", "comparison", "at_tool", "error", "frames"):
+            getattr(model, part)
+        if model.has_history:
+            model.history()
+
+
+@pytest.mark.parametrize("place", ["mesh/points", "solutions/lloyd/displacement", "load_case/constraint", "materials"])
+def test_what_is_missing_in_a_file_is_said_in_words_of_ours(tmp_path, place):
+    path = tmp_path / "result.h5"
+    path.write_bytes(BENDING.read_bytes())
+    with h5py.File(path, "r+") as file:
+        del file[place]
+    with livermark.open(path) as result, pytest.raises(livermark.InputError, match="^" + str(path) + ": it cannot be read"):
+        read_all(result)
+
+
+def test_a_dataset_that_cannot_be_in_the_file_is_refused(tmp_path):
+    path = tmp_path / "result.h5"
+    path.write_bytes(BENDING.read_bytes())
+    with h5py.File(path, "r+") as file:
+        del file["mesh/points"]
+        file.create_dataset("mesh/points", (10**12, 3), "f8", chunks=(1000, 3))
+    with pytest.raises(livermark.InputError, match="/mesh/points is said to have 22888183 MB, which is not in the file"):
+        livermark.open(path)
+
+
+def test_damaged_files_are_read_or_refused_in_words_of_ours(tmp_path):
+    """In a process of its own, because HDF5 itself may crash on such a file."""
+    code = f"""
+import livermark, numpy, sys
+sys.path.insert(0, {str(pathlib.Path(__file__).parent)!r})
+from results_test import read_all
+whole = open({str(BENDING)!r}, "rb").read()
+generator = numpy.random.default_rng(5)
+refused = 0
+for trial in range(60):
+    damaged = bytearray(whole)
+    where = generator.integers(0, len(whole) if trial % 2 else 20000, 1 + trial // 4)
+    for at in where.tolist():
+        damaged[at] = generator.integers(256)
+    open("damaged.h5", "wb").write(damaged[:len(whole) - generator.integers(0, 2) * trial * 1000])
+    try:
+        with livermark.open("damaged.h5") as result:
+            read_all(result)
+    except livermark.InputError as error:
+        assert str(error).startswith("damaged.h5: ") and "\\n" not in str(error), error
+        refused += 1
+assert 10 < refused, refused
+"""
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=tmp_path, timeout=300)
+
+
+def test_a_file_that_is_closed_says_so():
+    result = livermark.open(BENDING)
+    lloyd = result["lloyd"]
+    result.close()
+    assert not result.is_open and not lloyd.is_open
+    for read in (lambda: result.points, lambda: lloyd.displacement, lambda: result["lloyd"]):
+        with pytest.raises(livermark.InputError, match="the file is closed; open it again"):
+            read()
