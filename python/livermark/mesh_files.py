@@ -105,6 +105,9 @@ def read_apart(path: Any) -> Tetrahedra:
     """The tetrahedra of a file, which another process reads: a file that makes a reader crash, hang or fill the memory
     ends that process alone. Raises FileNotFoundError if there is none, and InputError."""
     name = plain_file(path, "give a mesh")
+    if not sys.executable:
+        raise RuntimeError("this program has Python in it, but no interpreter that could read a file in a process of its own; "
+                           "give the mesh that meshio.read() returns")
     seconds, num_bytes = limits_of(name)
     # The modules that this process finds, and none of the working directory.
     folders = [str(pathlib.Path(__file__).resolve().parents[1])] + [folder for folder in sys.path if os.path.isabs(folder)]
