@@ -69,7 +69,7 @@ Springs from_pickle(const py::tuple &kept) {
         network.stiffness = to_numbers(kept[3], "stiffness", network.edges.size());
         network.node_mass = to_numbers(kept[4], "node_mass", points.size());
         network.rest_length = to_numbers(kept[5], "rest_length", network.edges.size());
-        return springs_of_network(std::move(points), std::move(network));
+        return springs_of_network(std::move(points), network);
     }
     if ((kind == of_law || kind == of_coupled) && kept.size() == items_of_body)
         return springs_of_body({std::make_shared<const core::Body>(body_of(kept)), py::cast<std::string>(kept[5]),

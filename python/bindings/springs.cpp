@@ -65,7 +65,7 @@ Springs given_springs(const py::object &points, const py::object &edges, const p
             network.rest_length.push_back((nodes[j] - nodes[i]).norm());
     else
         network.rest_length = to_numbers(rest_length, "rest_length", network.edges.size());
-    return springs_of_network(std::move(nodes), std::move(network));
+    return springs_of_network(std::move(nodes), network);
 }
 
 std::vector<core::Vector3> positions_of(const Springs &springs, const py::object &positions) {
@@ -114,7 +114,7 @@ Springs springs_of_body(SpringsSource source) {
     return {body.mesh.points, std::move(both.springs), std::move(both.body), std::move(source)};
 }
 
-Springs springs_of_network(std::vector<core::Vector3> points, core::SpringNetwork network) {
+Springs springs_of_network(std::vector<core::Vector3> points, const core::SpringNetwork &network) {
     refuse_wrong_edges(points, network.edges);
     refuse_not_positive(network.stiffness, "stiffness");
     refuse_not_positive(network.node_mass, "node_mass");

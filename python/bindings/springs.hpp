@@ -45,7 +45,7 @@ Springs springs_of_body(SpringsSource source);
 /// Springs that were given one by one.
 /// @param points  shape (N) [m]
 /// @throws support::InputError if two join the same nodes, have no length, or if a number is not positive
-Springs springs_of_network(std::vector<core::Vector3> points, core::SpringNetwork network);
+Springs springs_of_network(std::vector<core::Vector3> points, const core::SpringNetwork &network);
 
 /// The largest frequency at rest, which is found once for the same fixed components [rad/s].
 /// @param fixed  see to_mask()
