@@ -7,7 +7,7 @@ endif()
 # As somebody installs it who has no build folder: into a folder of its own, from which a short program runs.
 add_test(NAME Package.IsMadeByPip COMMAND ${LIVERMARK_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/pip_test.py
   ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_BINARY_DIR}/pip_test)
-set_tests_properties(Package.IsMadeByPip PROPERTIES LABELS python TIMEOUT 1500 SKIP_RETURN_CODE 77)
+set_tests_properties(Package.IsMadeByPip PROPERTIES LABELS full TIMEOUT 1500 SKIP_RETURN_CODE 77)
 
 execute_process(COMMAND ${LIVERMARK_PYTHON} -c "import pytest, pandas, h5py, matplotlib, jinja2" RESULT_VARIABLE missing OUTPUT_QUIET ERROR_QUIET)
 if(NOT missing STREQUAL "0")
