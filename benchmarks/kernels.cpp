@@ -57,14 +57,6 @@ msm::ElasticBody springs_with_nodal_volume(const Scene &scene) {
         .body;
 }
 
-msm::ElasticBody coupled_springs(const Scene &scene) {
-    return msm::coupled_springs_with_volume(*scene.problem.body, msm::find_coupled_springs("nodal_springs"));
-}
-
-msm::ElasticBody neo_hookean_springs(const Scene &scene) {
-    return msm::coupled_springs_with_volume(*scene.problem.body, msm::find_coupled_springs("nodal_neo_hookean"));
-}
-
 msm::ElasticBody springs_inside_tetrahedra(const Scene &scene) {
     const auto &body = *scene.problem.body;
     return {msm::lumped_masses(body), {msm::biquadratic_springs(body)}};
@@ -74,37 +66,41 @@ double frequency_of(const msm::ElasticBody &body, const Scene &scene) {
     return msm::largest_angular_frequency(body, scene.problem.body->mesh.points, scene.conditions);
 }
 
+/// The model of that name.
+Matter coupled_springs(const std::string &name, std::string summary) {
+    const auto make = [name](const Scene &scene) {
+        return msm::coupled_springs_with_volume(*scene.problem.body, msm::find_coupled_springs(name));
+    };
+    return {.suffix = "_" + name,
+            .summary = std::move(summary),
+            .max_refinements = max_refinements_with_volume,
+            .make = make,
+            .largest_angular_frequency = [make](const Scene &scene) { return frequency_of(make(scene), scene); }};
+}
+
 std::vector<Matter> all_matter() {
-    return {
-        {.suffix = {},
-         .summary = "springs",
-         .max_refinements = std::numeric_limits<int>::max(),
-         .make = [](const Scene &scene) { return msm::ElasticBody(scene.springs); },
-         .largest_angular_frequency = [](const Scene &scene) { return scene.largest_angular_frequency; }},
-        {.suffix = "_nodal_volume",
-         .summary = "springs, the volume around nodes, and the inversion guard",
-         .max_refinements = max_refinements_with_volume,
-         .make = springs_with_nodal_volume,
-         .largest_angular_frequency =
-             [](const Scene &scene) { return frequency_of(springs_with_nodal_volume(scene), scene); }},
-        {.suffix = "_nodal_springs",
-         .summary = "springs coupled around nodes, the volume there, and the inversion guard",
-         .max_refinements = max_refinements_with_volume,
-         .make = coupled_springs,
-         .largest_angular_frequency = [](const Scene &scene) { return frequency_of(coupled_springs(scene), scene); }},
-        {.suffix = "_nodal_neo_hookean",
-         .summary = "springs coupled around nodes with a neo-Hookean energy, and the volume there",
-         .max_refinements = max_refinements_with_volume,
-         .make = neo_hookean_springs,
-         .largest_angular_frequency =
-             [](const Scene &scene) { return frequency_of(neo_hookean_springs(scene), scene); }},
-        {.suffix = "_biquadratic_springs",
-         .summary = "springs coupled inside each tetrahedron",
-         .max_refinements = max_refinements_with_volume,
-         .make = springs_inside_tetrahedra,
-         .largest_angular_frequency = [](const Scene &scene) {
-             return frequency_of(springs_inside_tetrahedra(scene), scene);
-         }}};
+    return {{.suffix = {},
+             .summary = "springs",
+             .max_refinements = std::numeric_limits<int>::max(),
+             .make = [](const Scene &scene) { return msm::ElasticBody(scene.springs); },
+             .largest_angular_frequency = [](const Scene &scene) { return scene.largest_angular_frequency; }},
+            {.suffix = "_nodal_volume",
+             .summary = "springs, the volume around nodes, and the inversion guard",
+             .max_refinements = max_refinements_with_volume,
+             .make = springs_with_nodal_volume,
+             .largest_angular_frequency =
+                 [](const Scene &scene) { return frequency_of(springs_with_nodal_volume(scene), scene); }},
+            coupled_springs("nodal_springs", "springs coupled around nodes, the volume there, and the inversion guard"),
+            coupled_springs("nodal_neo_hookean",
+                            "springs coupled around nodes with a neo-Hookean energy, and the volume there"),
+            coupled_springs("nodal_neo_hookean_f", "the same with means of the deformation gradient"),
+            {.suffix = "_biquadratic_springs",
+             .summary = "springs coupled inside each tetrahedron",
+             .max_refinements = max_refinements_with_volume,
+             .make = springs_inside_tetrahedra,
+             .largest_angular_frequency = [](const Scene &scene) {
+                 return frequency_of(springs_inside_tetrahedra(scene), scene);
+             }}};
 }
 
 msm::State start_of(const Scene &scene) {

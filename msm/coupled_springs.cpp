@@ -108,6 +108,7 @@ template <class Measure> class CoupledTerm : public ElasticTerm {
             return false;
         const auto &domains = springs_.domains;
         parts.coupled_energy = *springs_.energy.in_kernels;
+        parts.has_gradient_means = springs_.measure == StrainMeasure::deformation_gradient;
         parts.tetrahedra = nodes_;
         std::vector<std::array<int, 4>> part_at_corner(nodes_.size());
         std::vector<int> part_node;
@@ -249,8 +250,7 @@ const CoupledSprings &find_coupled_springs(std::string_view name) {
 bool are_in_kernels(const CoupledSprings &springs) {
     const auto known = springs.energy.in_kernels;
     return known && springs.domains.nodes > 0.0 && springs.domains.edges == 0.0 &&
-           springs.measure ==
-               (*known == CoupledEnergy::elongations ? StrainMeasure::elongation : StrainMeasure::cauchy_green);
+           (springs.measure == StrainMeasure::elongation) == (*known == CoupledEnergy::elongations);
 }
 
 CoupledSprings with_part_inside(CoupledSprings springs, double part) {

@@ -4,7 +4,7 @@ set(livermark_portable_msm_sources bounded_least_squares.cpp biquadratic_springs
   mass_lumping.cpp mean_parts.cpp nodal_parts.cpp spring_network.cpp springs_with_volume.cpp strain_measures.cpp tetrahedron_volume.cpp volume_penalty.cpp
   dynamics/chebyshev_stages.cpp dynamics/highest_frequency.cpp dynamics/mass_scaling.cpp dynamics/step_parts.cpp dynamics/time_step.cpp
   statics/free_components.cpp
-  kernels/fast_steps.cpp kernels/layout/fans.cpp kernels/layout/node_order.cpp kernels/layout/sliced_body.cpp
+  kernels/fast_steps.cpp kernels/layout/fans.cpp kernels/layout/mean_gradients.cpp kernels/layout/node_order.cpp kernels/layout/sliced_body.cpp
   kernels/layout/sliced_fans.cpp kernels/layout/sliced_nodal_springs.cpp kernels/layout/sliced_shapes.cpp
   kernels/layout/sliced_springs.cpp kernels/layout/spring_lanes.cpp kernels/simd/heavy_parts.cpp kernels/simd/take_steps.cpp
   kernels/threads/partition.cpp)

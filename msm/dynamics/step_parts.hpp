@@ -30,6 +30,8 @@ struct StepParts {
     /// Whether volumes are resisted by their logarithms, see logarithm_of_volume(); only beside neo-Hookean springs.
     bool has_logarithmic_volume = false;
     CoupledEnergy coupled_energy = CoupledEnergy::elongations; ///< of what follows
+    /// Whether neo-Hookean springs around nodes take C of the mean of F, and not the mean of C.
+    bool has_gradient_means = false;
     /// (C) shear modulus of the springs that are coupled in each control volume [Pa]
     std::vector<double> coupled_modulus;
     std::vector<double> inner_modulus; ///< (M) of those that stay inside each tetrahedron [Pa]

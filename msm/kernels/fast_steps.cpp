@@ -86,19 +86,7 @@ template <class T> class Steps : public FastSteps::Implementation {
             at_.velocity_rows = at_.rows;
         for (auto &rows : at_.rows)
             std::fill(rows.end() - 4, rows.end(), static_cast<T>(far));
-        if (at_.body.coupled_modulus.empty()) {
-            at_.gain.assign(at_.body.corner.size() + slice_size, T(0));
-        } else {
-            if (at_.body.inverse_volume.empty())
-                at_.strain.assign(8 * (at_.body.rest_volume.size() + 1), T(0));
-            else
-                for (auto &values : at_.corner_strain)
-                    values.assign(4 * (at_.body.corner.size() + slice_size), T(0));
-            if (!at_.body.inverse_volume.empty() && damping.beta != 0.0)
-                at_.corner_rate = at_.corner_strain;
-            for (auto &rows : at_.stress)
-                rows.assign(4 * static_cast<std::size_t>(at_.body.num_rows + 1), T(0));
-        }
+        make_room_for_means(damping.beta != 0.0);
         at_.corner_force.assign(4 * static_cast<std::size_t>(at_.body.chunk_start.back() + 1), T(0));
         partition_work(at_, team_.size());
         heavy_ = HeavySteps<T>(options.scaling, at_);
@@ -207,10 +195,31 @@ template <class T> class Steps : public FastSteps::Implementation {
                2 * bytes(at_.velocity_rows[0]) + bytes(at_.gain) + bytes(at_.corner_force) + bytes(body.rest_gradient) +
                bytes(body.rest_length) + bytes(body.half_lambda) + bytes(body.shear_modulus) +
                bytes(body.inner_modulus) + bytes(body.coupled_modulus) + bytes(at_.strain) + 2 * bytes(at_.stress[0]) +
-               bytes(body.inverse_volume) + 2 * bytes(at_.corner_strain[0]) + 2 * bytes(at_.corner_rate[0]);
+               bytes(at_.stress[2]) + bytes(body.inverse_volume) + 2 * bytes(at_.corner_strain[0]) +
+               2 * bytes(at_.corner_rate[0]) + bytes(at_.gain_rate) + bytes(body.mean_node) + bytes(body.mean_gradient);
     }
 
   private:
+    /// For what volumes and strains are around nodes.
+    void make_room_for_means(bool is_damped) {
+        const auto &body = at_.body;
+        const bool has_gradients = !body.mean_gradient.empty();
+        if (body.coupled_modulus.empty() || has_gradients)
+            at_.gain.assign(body.corner.size() + slice_size, T(0));
+        else if (body.inverse_volume.empty())
+            at_.strain.assign(8 * (body.rest_volume.size() + 1), T(0));
+        else
+            for (auto &values : at_.corner_strain)
+                values.assign(4 * (body.corner.size() + slice_size), T(0));
+        if (is_damped && has_gradients)
+            at_.gain_rate = at_.gain;
+        if (is_damped && !body.inverse_volume.empty())
+            at_.corner_rate = at_.corner_strain;
+        const int num_fours = body.coupled_modulus.empty() ? 0 : has_gradients ? 3 : 2;
+        for (int k = 0; k < num_fours; ++k)
+            at_.stress[k].assign(4 * static_cast<std::size_t>(body.num_rows + 1), T(0));
+    }
+
     void take_unscaled(int num_steps) {
         team_.run([&](int thread, Barrier &barrier) { take_steps(at_, thread, num_steps, barrier); });
         at_.now = (at_.now + num_steps % 2 * at_.scheme.num_stages()) % 2;

@@ -114,6 +114,8 @@ template <class T> struct StepWorkspace {
     /// (corners of fans + 16) volume gained by the tetrahedra of a fan at each of its corners, and zeros for nobody's
     /// [m^3]
     Aligned<T> gain;
+    /// The same of beta times how fast it grows, where stiffness damps springs with means of F; gain has it elsewhere
+    Aligned<T> gain_rate;
     /// (lines * 16 + 1, 8) of springs that are coupled: volume times the strain of each tetrahedron, xx yy zz xy yz zx,
     /// and the volume that it has gained; zeros for nobody's [m^3]
     Aligned<T> strain;
@@ -121,8 +123,9 @@ template <class T> struct StepWorkspace {
     /// of the volume times twice the strain, xx yy zz xy and yz zx, with the volume gained [m^3]; the same of their
     /// rates times beta, where stiffness damps
     std::array<Aligned<T>, 2> corner_strain, corner_rate;
-    /// (rows + 1, 4) each: a quarter of the stress around each node, xx yy zz xy and yz zx 0 0 [Pa]
-    std::array<Aligned<T>, 2> stress;
+    /// (rows + 1, 4) each: a quarter of the stress around each node, xx yy zz xy and yz zx 0 0; with means of F the
+    /// columns of the first stress of Piola and Kirchhoff, with a 0 behind each [Pa]. Empty where there is none.
+    std::array<Aligned<T>, 3> stress;
     Aligned<T> corner_force; ///< (places of all chunks and one that stays zero, 4) [N]
     /// (fan slices, and slices of control volumes) the most that a tetrahedron lacked of the volume that is watched
     /// [m^3], and that det C around a node lacked, see neo_hookean_stress(); 0 where nothing did, empty if nothing is

@@ -93,6 +93,12 @@ template <class T> struct SlicedBody {
     Aligned<T> coupled_modulus;
     /// (volumes) of neo-Hookean springs alone, which have no rest_length: 1 over four times the volume at rest [1/m^3]
     Aligned<T> inverse_volume;
+    /// Of neo-Hookean springs with means of F alone: where the neighbours in the control volumes begin, in units of 16
+    /// (volumes / 16 + 1), four times the row of each (lines, 16), and what the mean of F takes of their position less
+    /// that of the node in the middle (lines, 3, 16) [1/m]; see mean_gradients()
+    std::vector<int> mean_start;
+    Aligned<std::int32_t> mean_node;
+    Aligned<T> mean_gradient;
 
     /// (volumes) the row of each control volume, near each other in order, and of about as many tetrahedra; filled up
     /// with the far row
@@ -100,7 +106,7 @@ template <class T> struct SlicedBody {
     std::vector<int> volume_start; ///< (volumes / 16 + 1) corners of fans in the volumes, in units of 16
     Aligned<std::int32_t> member;  ///< the corner; one behind the last where there is none. Where springs are coupled,
                                    ///< eight times a tetrahedron around the node; four times a corner for neo-Hookean
-                                   ///< ones
+                                   ///< ones with means of C, the corner with means of F
     /// (volumes) a quarter of the pressure for each m^3 gained [Pa/m^3], beside neo-Hookean springs a quarter of the
     /// modulus [Pa]
     Aligned<T> volume_stiffness;

@@ -117,15 +117,18 @@ template <class T> std::vector<std::vector<int>> corners_of_rows(const Lines &li
 
 /// @return shape (C) which control volume of the sliced body it is
 template <class T>
-std::vector<int> slice_volumes(const StepParts &parts, const std::vector<int> &row_of_volume, const Lines &lines,
-                               SlicedBody<T> &body) {
+std::vector<int> slice_volumes(const StepParts &parts, const std::vector<int> &row_of_volume,
+                               const std::vector<MeanGradient> &gradients, const Lines &lines, SlicedBody<T> &body) {
     const bool is_coupled = !parts.coupled_modulus.empty() && parts.coupled_energy == CoupledEnergy::elongations;
     const auto of_rows =
         is_coupled ? tetrahedra_of_rows(parts, row_of_volume, lines, body.num_rows) : corners_of_rows(lines, body);
     std::vector<int> volumes(row_of_volume.size());
     std::iota(volumes.begin(), volumes.end(), 0);
     std::ranges::sort(volumes, {}, [&](int c) { return row_of_volume[c]; });
-    const auto length = [&](int c) { return of_rows[row_of_volume[c]].size(); };
+    const auto length = [&](int c) {
+        const auto num_neighbours = gradients.empty() ? 0 : gradients[c].size(); // which take longer than members
+        return std::pair(num_neighbours, of_rows[row_of_volume[c]].size());
+    };
     sort_in_windows(volumes, volume_window, [&](int a, int b) { return length(a) > length(b); });
     std::vector<int> number(volumes.size());
     std::vector<std::vector<int>> members;
@@ -213,8 +216,9 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
     slice_shapes(parts, positions, lines, body);
     if (parts.centre.empty())
         return;
-    const auto number_of_volume = slice_volumes(parts, row_of_volume, lines, body);
-    slice_nodal_springs(parts, positions, number_of_volume, lines, body);
+    const auto gradients = mean_gradients(parts, positions);
+    const auto number_of_volume = slice_volumes(parts, row_of_volume, gradients, lines, body);
+    slice_nodal_springs(parts, positions, number_of_volume, gradients, lines, body);
 }
 
 template void slice_tetrahedra(const StepParts &, const std::vector<core::Vector3> &, SlicedBody<float> &);

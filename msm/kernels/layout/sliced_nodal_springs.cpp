@@ -1,3 +1,5 @@
+#include <utility>
+
 #include "msm/elastic_body.hpp"
 #include "msm/kernels/layout/slicing.hpp"
 #include "msm/tetrahedron_volume.hpp"
@@ -15,11 +17,35 @@ std::vector<double> rest_volumes(const StepParts &parts, const Eigen::VectorXd &
     return volume;
 }
 
+/// Puts the neighbours in control volumes on lines.
+template <class T>
+void slice_mean_gradients(const std::vector<int> &number_of_volume, const std::vector<MeanGradient> &gradients,
+                          SlicedBody<T> &body) {
+    std::vector<std::vector<int>> neighbours(body.volume_row.size());
+    for (std::size_t c = 0; c < gradients.size(); ++c)
+        for (const auto &[node, gradient] : gradients[c])
+            neighbours[number_of_volume[c]].push_back(4 * body.row_of_node[node]);
+    body.mean_start.assign(1, 0);
+    append_lists(std::move(neighbours), 4 * body.num_rows, body.mean_start, body.mean_node);
+    body.mean_gradient.assign(3 * body.mean_node.size(), T(0));
+    for (std::size_t c = 0; c < gradients.size(); ++c) {
+        const auto slice = static_cast<std::size_t>(number_of_volume[c] / slice_size);
+        T *at = body.mean_gradient.data() + 3 * static_cast<std::size_t>(body.mean_start[slice]) * slice_size +
+                number_of_volume[c] % slice_size;
+        for (const auto &of_neighbour : gradients[c])
+            for (const double component : of_neighbour.gradient) {
+                *at = static_cast<T>(component);
+                at += slice_size;
+            }
+    }
+}
+
 } // namespace
 
 template <class T>
 void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3> &positions,
-                         const std::vector<int> &number_of_volume, const Lines &lines, SlicedBody<T> &body) {
+                         const std::vector<int> &number_of_volume, const std::vector<MeanGradient> &gradients,
+                         const Lines &lines, SlicedBody<T> &body) {
     if (parts.coupled_modulus.empty())
         return;
     const bool is_neo_hookean = parts.coupled_energy == CoupledEnergy::neo_hookean;
@@ -29,8 +55,11 @@ void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3
         for (std::size_t t = 0; t < inner.size(); ++t)
             inner[t] *= volume_gradient(x, parts.tetrahedra[t]).volume;
     body.inner_modulus = on_lines<T>(inner, lines);
-    for (auto &member : body.member)
-        member *= is_neo_hookean ? 4 : 8;
+    if (!gradients.empty())
+        slice_mean_gradients(number_of_volume, gradients, body);
+    else
+        for (auto &member : body.member)
+            member *= is_neo_hookean ? 4 : 8;
     body.coupled_modulus.assign(body.volume_row.size(), T(0));
     const auto volume = rest_volumes(parts, x);
     for (std::size_t c = 0; c < volume.size(); ++c)
@@ -46,8 +75,8 @@ void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3
 }
 
 template void slice_nodal_springs(const StepParts &, const std::vector<core::Vector3> &, const std::vector<int> &,
-                                  const Lines &, SlicedBody<float> &);
+                                  const std::vector<MeanGradient> &, const Lines &, SlicedBody<float> &);
 template void slice_nodal_springs(const StepParts &, const std::vector<core::Vector3> &, const std::vector<int> &,
-                                  const Lines &, SlicedBody<double> &);
+                                  const std::vector<MeanGradient> &, const Lines &, SlicedBody<double> &);
 
 } // namespace livermark::msm

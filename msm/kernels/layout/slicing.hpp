@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "msm/kernels/layout/mean_gradients.hpp"
 #include "msm/kernels/layout/sliced_body.hpp"
 
 /// How lists of different lengths are put side by side in slices of 16 rows.
@@ -69,8 +70,10 @@ void slice_shapes(const StepParts &parts, const std::vector<core::Vector3> &posi
 /// The parts that springs coupled around nodes have.
 /// @param positions         shape (N) [m], at rest
 /// @param number_of_volume  shape (C) which control volume of the sliced body it is
+/// @param gradients         shape (C), empty if no means of F are taken
 template <class T>
 void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3> &positions,
-                         const std::vector<int> &number_of_volume, const Lines &lines, SlicedBody<T> &body);
+                         const std::vector<int> &number_of_volume, const std::vector<MeanGradient> &gradients,
+                         const Lines &lines, SlicedBody<T> &body);
 
 } // namespace livermark::msm

@@ -83,6 +83,23 @@ struct FanLines {
           end(static_cast<std::size_t>(body.fan_start[slice + 1]) * slice_size) {}
 };
 
+/// A number of the tetrahedra of a fan, put down at its corners as sums over those that meet there.
+template <class D> struct CornerSum {
+    hn::Vec<D> before, sum;
+    HWY_INLINE explicit CornerSum(D d) : before(hn::Zero(d)), sum(before) {}
+
+    template <class T> HWY_INLINE void add(D d, hn::Vec<D> value, T *rim) {
+        hn::Store(hn::Add(before, value), d, rim);
+        sum = hn::Add(sum, value);
+        before = value;
+    }
+    template <class T> HWY_INLINE void finish(D d, T *axis, T *last_rim) const {
+        hn::Store(before, d, last_rim);
+        hn::Store(sum, d, axis);
+        hn::Store(sum, d, axis + slice_size);
+    }
+};
+
 /// Volume that the tetrahedra at each corner of the fans of a slice have gained, and beta times how fast they do.
 template <bool is_damped, class T> HWY_INLINE void volume_gains(StepWorkspace<T> &at, int now, int slice) {
     using D = Lanes<T>;
@@ -98,21 +115,26 @@ template <bool is_damped, class T> HWY_INLINE void volume_gains(StepWorkspace<T>
         rates.begin(d, at, now, corner);
         corner += 2 * slice_size;
         auto from = fetch_rim(D(), axis, rows, corner);
-        T *on_axis = at.gain.data() + lines.corner, *on_rim = on_axis + 2 * slice_size;
-        auto before = hn::Zero(d), sum = before;
-        for (std::size_t t = lines.first; t < lines.end; t += slice_size, on_rim += slice_size) {
+        CornerSum<D> gains{D()};
+        [[maybe_unused]] CornerSum<D> growth{D()};
+        std::size_t rim = lines.corner + 2 * slice_size;
+        for (std::size_t t = lines.first; t < lines.end; t += slice_size, rim += slice_size) {
             corner += slice_size;
             const auto to = fetch_rim(D(), axis, rows, corner);
-            const auto volume = volume_between<is_damped>(D(), at, now, from, to, corner, rates);
-            const auto gain = hn::MulSub(volume, sixth, hn::Load(d, body.rest_volume.data() + t));
-            hn::Store(hn::Add(before, gain), d, on_rim);
-            sum = hn::Add(sum, gain);
-            before = gain;
+            auto volume = volume_between<is_damped>(D(), at, now, from, to, corner, rates);
+            if constexpr (is_damped)
+                if (!at.gain_rate.empty()) {
+                    const auto plain = dot(from.lever, to.arm);
+                    growth.add(D(), hn::Mul(hn::Sub(volume, plain), sixth), at.gain_rate.data() + rim);
+                    volume = plain;
+                }
+            gains.add(D(), hn::MulSub(volume, sixth, hn::Load(d, body.rest_volume.data() + t)), at.gain.data() + rim);
             from = to;
         }
-        hn::Store(before, d, on_rim);
-        hn::Store(sum, d, on_axis);
-        hn::Store(sum, d, on_axis + slice_size);
+        gains.finish(D(), at.gain.data() + lines.corner, at.gain.data() + rim);
+        if constexpr (is_damped)
+            if (!at.gain_rate.empty())
+                growth.finish(D(), at.gain_rate.data() + lines.corner, at.gain_rate.data() + rim);
     }
 }
 
@@ -123,6 +145,19 @@ template <class D, class T> HWY_INLINE hn::Vec<D> gather(D d, const T *values, c
         return hn::GatherIndex(d, values, indices);
     else
         return hn::GatherIndex(d, values, hn::PromoteTo(hn::RebindToSigned<D>(), indices));
+}
+
+/// Of control volumes of a slice, those from `lane` on, the sum over the corners of fans there.
+/// @param values  of each corner
+template <class D, class T>
+HWY_INLINE hn::Vec<D> sum_at_corners(D d, const SlicedBody<T> &body, const Aligned<T> &values, int volume_slice,
+                                     std::size_t lane) {
+    const std::size_t end = static_cast<std::size_t>(body.volume_start[volume_slice + 1]) * slice_size;
+    auto sum = hn::Zero(d);
+    for (std::size_t m = static_cast<std::size_t>(body.volume_start[volume_slice]) * slice_size + lane; m < end;
+         m += slice_size)
+        sum = hn::Add(sum, gather(d, values.data(), body.member.data() + m));
+    return sum;
 }
 
 /// Puts the pressures of 16 control volumes into their rows.
@@ -148,16 +183,9 @@ template <class T> HWY_INLINE void set_gains(StepWorkspace<T> &at, int now, int 
 template <class T> HWY_INLINE void pressures(StepWorkspace<T> &at, int now, int volume_slice) {
     using D = Lanes<T>;
     constexpr D d;
-    const auto &body = at.body;
     HWY_ALIGN T gain[slice_size];
-    const std::size_t end = static_cast<std::size_t>(body.volume_start[volume_slice + 1]) * slice_size;
-    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
-        auto sum = hn::Zero(d);
-        for (std::size_t m = static_cast<std::size_t>(body.volume_start[volume_slice]) * slice_size + lane; m < end;
-             m += slice_size)
-            sum = hn::Add(sum, gather(D(), at.gain.data(), body.member.data() + m));
-        hn::Store(sum, d, gain + lane);
-    }
+    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d))
+        hn::Store(sum_at_corners(D(), at.body, at.gain, volume_slice, lane), d, gain + lane);
     set_gains(at, now, volume_slice, gain);
 }
 

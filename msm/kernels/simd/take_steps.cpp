@@ -26,9 +26,12 @@ template <bool is_damped, class T> HWY_NOINLINE void chunk_forces(StepWorkspace<
     std::fill(at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk]),
               at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk + 1]), T(0));
     const int end = body.chunk_fans[chunk + 1];
-    if (!body.inverse_volume.empty())
+    if (!body.mean_gradient.empty())
         for (int slice = body.chunk_fans[chunk]; slice < end; ++slice)
-            neo_hookean_spring_forces<is_damped>(at, now, slice);
+            neo_hookean_spring_forces<is_damped, MeansOfF>(at, now, slice);
+    else if (!body.inverse_volume.empty())
+        for (int slice = body.chunk_fans[chunk]; slice < end; ++slice)
+            neo_hookean_spring_forces<is_damped, MeansOfC>(at, now, slice);
     else if (!body.coupled_modulus.empty())
         for (int slice = body.chunk_fans[chunk]; slice < end; ++slice)
             nodal_spring_forces(at, now, slice);
@@ -46,18 +49,22 @@ HWY_NOINLINE void nodal_states(StepWorkspace<T> &at, int now, int thread, Barrie
     const auto [first_fan, last_fan] = at.fan_slices[thread];
     const auto [first, last] = at.volume_slices[thread];
     const bool is_coupled = !at.body.coupled_modulus.empty();
-    const bool is_neo_hookean = !at.body.inverse_volume.empty();
-    for (int slice = first_fan; slice < last_fan; ++slice)
-        if (is_neo_hookean)
-            neo_hookean_strains<is_damped>(at, now, slice);
-        else if (is_coupled)
+    const bool is_neo_hookean = !at.body.inverse_volume.empty(), has_gradients = !at.body.mean_gradient.empty();
+    // A mean of F asks nothing of tetrahedra.
+    const bool are_asked = !has_gradients || !at.body.volume_stiffness.empty();
+    for (int slice = first_fan; slice < last_fan && are_asked; ++slice)
+        if (is_neo_hookean && !has_gradients)
+            corner_strains<is_damped>(at, now, slice);
+        else if (is_coupled && !has_gradients)
             nodal_strains<is_damped>(at, now, slice);
         else
             volume_gains<is_damped>(at, now, slice);
     barrier.wait();
     for (int slice = first; slice < last; ++slice)
-        if (is_neo_hookean)
-            neo_hookean_stresses<is_damped>(at, now, slice);
+        if (has_gradients)
+            neo_hookean_stresses<is_damped, MeansOfF>(at, now, slice);
+        else if (is_neo_hookean)
+            neo_hookean_stresses<is_damped, MeansOfC>(at, now, slice);
         else if (is_coupled)
             nodal_stresses(at, now, slice);
         else

@@ -89,7 +89,7 @@ template <class T> void partition_work(StepWorkspace<T> &workspace, int num_thre
         workspace.pairs.push_back(partition_of_pairs(body, part));
     workspace.fan_slices = partitions(body.fan_start, num_threads);
     workspace.chunks = partitions(running_count(static_cast<int>(body.chunk_start.size()) - 1), num_threads);
-    workspace.volume_slices = partitions(body.volume_start, num_threads);
+    workspace.volume_slices = partitions(body.mean_start.empty() ? body.volume_start : body.mean_start, num_threads);
 }
 
 template void partition_work(StepWorkspace<float> &, int);

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <gtest/gtest.h>
 #include <random>
 
@@ -6,6 +7,7 @@
 #include "msm/coupled_springs.hpp"
 #include "msm/dynamics/elastic_motion.hpp"
 #include "msm/integrator.hpp"
+#include "msm/inversion_guard.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/springs_with_volume.hpp"
 #include "tests/moving_samples.hpp"
@@ -26,15 +28,14 @@ Sample around_nodes(int num_tetrahedra, double soft_ratio, double hard_ratio) {
     return sample;
 }
 
-const msm::CoupledSprings &neo_hookean() {
-    return msm::find_coupled_springs("nodal_neo_hookean");
-}
+/// Those with an energy that the kernels know.
+constexpr std::array all_with_energy{"nodal_neo_hookean", "nodal_neo_hookean_f"};
 
-/// Tetrahedra with neo-Hookean springs that are coupled around nodes.
-Sample with_energy(int num_tetrahedra, double soft_ratio, double hard_ratio) {
+/// Tetrahedra with coupled springs that have an energy.
+Sample with_energy(const char *springs, int num_tetrahedra, double soft_ratio, double hard_ratio) {
     const auto body = tests::two_materials(num_tetrahedra, soft_ratio, hard_ratio);
     auto sample = tests::loose(body);
-    sample.body.terms = msm::coupled_springs_with_volume(body, neo_hookean()).terms;
+    sample.body.terms = msm::coupled_springs_with_volume(body, msm::find_coupled_springs(springs)).terms;
     return sample;
 }
 
@@ -85,6 +86,17 @@ Sample beside_others(int num_tetrahedra, const std::string &volume_term) {
     return sample;
 }
 
+/// Pressed, at about its size, and pulled.
+void expect_with_energy_what_the_oracle_does(const Sample &sample) {
+    for (const double stretch : {0.6, 1.0, 1.5})
+        for (const auto &damping : {core::RayleighDamping{0.0, 0.0}, core::RayleighDamping{3.0, 0.002}})
+            for (const auto *integrator : {"symplectic_euler", "runge_kutta_4"})
+                for (const auto precision : tests::both_precisions)
+                    EXPECT_LT(error_from(deformed(sample, stretch), sample, damping, integrator, precision),
+                              tests::tolerance(precision))
+                        << stretch << " " << damping.beta << " " << integrator;
+}
+
 class CoupledSprings : public tests::EveryVectorUnit {};
 
 TEST_P(CoupledSprings, AroundNodesMoveAsTheOracleDoes) {
@@ -97,19 +109,23 @@ TEST_P(CoupledSprings, AroundNodesMoveAsTheOracleDoes) {
 }
 
 TEST_P(CoupledSprings, WithAnEnergyMoveAsTheOracleDoesWherePressedAndPulled) {
-    for (const int count : all_counts)
-        for (const auto &[soft_ratio, hard_ratio] :
-             {std::pair(0.25, 0.25), std::pair(0.1, 0.45), std::pair(0.45, 0.45)})
-            for (const double stretch : {0.6, 1.0, 1.5})
-                for (const auto &damping : {core::RayleighDamping{0.0, 0.0}, core::RayleighDamping{3.0, 0.002}})
-                    for (const auto *integrator : {"symplectic_euler", "runge_kutta_4"})
-                        for (const auto precision : tests::both_precisions) {
-                            const auto sample = with_energy(count, soft_ratio, hard_ratio);
-                            EXPECT_LT(error_from(deformed(sample, stretch), sample, damping, integrator, precision),
-                                      tests::tolerance(precision))
-                                << count << " " << soft_ratio << " " << hard_ratio << " " << stretch << " "
-                                << damping.beta << " " << integrator;
-                        }
+    for (const auto *springs : all_with_energy)
+        for (const int count : all_counts)
+            for (const auto &[soft_ratio, hard_ratio] :
+                 {std::pair(0.25, 0.25), std::pair(0.1, 0.45), std::pair(0.45, 0.45)}) {
+                SCOPED_TRACE(testing::Message() << springs << " " << count << " " << soft_ratio << " " << hard_ratio);
+                expect_with_energy_what_the_oracle_does(with_energy(springs, count, soft_ratio, hard_ratio));
+            }
+}
+
+TEST_P(CoupledSprings, WithAnEnergyMoveAsTheOracleDoesBesideTheGuard) {
+    const auto body = tests::two_materials(108, 0.1, 0.45);
+    for (const auto *springs : all_with_energy) {
+        SCOPED_TRACE(springs);
+        auto sample = with_energy(springs, 108, 0.1, 0.45);
+        sample.body.terms.push_back(msm::inversion_guard(body));
+        expect_with_energy_what_the_oracle_does(sample);
+    }
 }
 
 TEST_P(CoupledSprings, InsideTetrahedraMoveAsTheOracleDoes) {
@@ -128,9 +144,11 @@ TEST_P(CoupledSprings, InsideTetrahedraMoveAsTheOracleDoesBesideOtherTerms) {
 }
 
 TEST_P(CoupledSprings, GiveTheSameForAnyNumberOfThreads) {
-    for (const auto &sample : {around_nodes(108, 0.4, 0.45), with_energy(108, 0.25, 0.45), inside_tetrahedra(108),
-                               beside_others(108, "nodal_volume")})
+    for (const auto &sample :
+         {around_nodes(108, 0.4, 0.45), inside_tetrahedra(108), beside_others(108, "nodal_volume")})
         tests::expect_the_same_for_any_number_of_threads(sample);
+    for (const auto *springs : all_with_energy)
+        tests::expect_the_same_for_any_number_of_threads(with_energy(springs, 108, 0.25, 0.45));
 }
 
 INSTANTIATE_TEST_SUITE_P(FastSteps, CoupledSprings, testing::ValuesIn(hwy::SupportedAndGeneratedTargets()),
@@ -152,14 +170,15 @@ TEST(FastSteps, AreNotThereForSpringsOfBothKinds) {
 TEST(FastSteps, AreNotThereForAnEnergyBesideVolumesOfTheOtherKind) {
     const auto body = tests::two_materials(108, 0.25, 0.45);
     auto sample = tests::loose(body);
-    for (const auto *name : {"nodal_volume", "tetrahedral_volume"}) {
-        sample.body.terms = {msm::coupled_springs(body, neo_hookean()),
-                             msm::volume_beside_springs(body, msm::find_volume_term(name))};
-        EXPECT_FALSE(msm::FastSteps::prepare(sample.body, sample.positions, sample.conditions, {}, "symplectic_euler",
-                                             tests::sample_step)
-                         .has_value())
-            << name;
-    }
+    for (const auto *springs : all_with_energy)
+        for (const auto *name : {"nodal_volume", "tetrahedral_volume"}) {
+            sample.body.terms = {msm::coupled_springs(body, msm::find_coupled_springs(springs)),
+                                 msm::volume_beside_springs(body, msm::find_volume_term(name))};
+            EXPECT_FALSE(msm::FastSteps::prepare(sample.body, sample.positions, sample.conditions, {},
+                                                 "symplectic_euler", tests::sample_step)
+                             .has_value())
+                << springs << " " << name;
+        }
 }
 
 TEST(FastSteps, AreThereForTheCoupledSpringsThatSayThatTheyKnow) {

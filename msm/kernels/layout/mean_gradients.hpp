@@ -1,0 +1,24 @@
+#pragma once
+
+#include <vector>
+
+#include "msm/dynamics/step_parts.hpp"
+
+namespace livermark::msm {
+
+/// What the mean of the deformation gradient over a control volume around a node i takes of where its neighbours are,
+///     F = sum over neighbours j of (x_j - x_i) b_j^T,   b_j = sum over tetrahedra t with i and j of V_t / (4 V_i)
+///     g_tj,
+/// with the gradients g_tj of the barycentric coordinates at rest. These sum to zero in each tetrahedron, so x_i needs
+/// none of its own.
+struct NeighbourGradient {
+    int node;
+    core::Vector3 gradient; ///< b_j [1/m]
+};
+using MeanGradient = std::vector<NeighbourGradient>;
+
+/// @param positions  shape (N) [m], at rest
+/// @return shape (C), each by ascending node numbers; empty if the springs do not take means of F
+std::vector<MeanGradient> mean_gradients(const StepParts &parts, const std::vector<core::Vector3> &positions);
+
+} // namespace livermark::msm

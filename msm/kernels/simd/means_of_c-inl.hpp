@@ -1,0 +1,194 @@
+// Means around nodes of the Cauchy-Green tensor: tetrahedra put their own down at the corners of fans. Written once for
+// each vector unit: see take_steps.cpp.
+#if defined(LIVERMARK_MEANS_OF_C_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIVERMARK_MEANS_OF_C_INL_HPP
+#undef LIVERMARK_MEANS_OF_C_INL_HPP
+#else
+#define LIVERMARK_MEANS_OF_C_INL_HPP
+#endif
+
+#include <array>
+
+#include "msm/kernels/simd/biquadratic_springs-inl.hpp"
+#include "msm/kernels/simd/nodal_springs-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace livermark::msm::HWY_NAMESPACE {
+
+/// Twice a strain, times a volume, and a volume gained. Sums of them over the tetrahedra at a corner of a fan.
+template <class D> HWY_INLINE SymmetricAndMore<D> plus(const SymmetricAndMore<D> &a, const SymmetricAndMore<D> &b) {
+    return {plus<D>(a.tensor, b.tensor), hn::Add(a.more, b.more)};
+}
+template <class D, class T>
+HWY_INLINE void store(D d, const SymmetricAndMore<D> &value, std::array<Aligned<T>, 2> &at, std::size_t corner) {
+    const auto &[xx, yy, zz, xy, yz, zx] = value.tensor;
+    hn::StoreInterleaved4(xx, yy, zz, xy, d, at[0].data() + 4 * corner);
+    hn::StoreInterleaved4(yz, zx, value.more, hn::Zero(d), d, at[1].data() + 4 * corner);
+}
+
+/// What the tetrahedra of a fan have, put down at its corners as sums over those that meet there.
+template <class D> struct CornerSums {
+    SymmetricAndMore<D> before, sum;
+
+    HWY_INLINE explicit CornerSums(D d)
+        : before{{hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d)}, hn::Zero(d)},
+          sum(before) {}
+
+    template <class T>
+    HWY_INLINE void add(D d, const SymmetricAndMore<D> &value, std::array<Aligned<T>, 2> &at, std::size_t rim_corner) {
+        store(d, plus<D>(before, value), at, rim_corner);
+        sum = plus<D>(sum, value);
+        before = value;
+    }
+    template <class T>
+    HWY_INLINE void finish(D d, std::array<Aligned<T>, 2> &at, std::size_t first_corner,
+                           std::size_t last_rim_corner) const {
+        store(d, before, at, last_rim_corner);
+        store(d, sum, at, first_corner);
+        store(d, sum, at, first_corner + slice_size);
+    }
+};
+
+/// Of the fans of a slice, for the means around nodes.
+template <bool is_damped, class T> HWY_NOINLINE void corner_strains(StepWorkspace<T> &at, int now, int slice) {
+    using D = Lanes<T>;
+    constexpr D d;
+    const auto &body = at.body;
+    const T *rows = at.rows[now].data();
+    const auto sixth = hn::Set(d, T(1.0 / 6.0));
+    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+        const FanLines lines(body, slice, lane);
+        const auto *corner = body.corner.data() + lines.corner;
+        const auto axis = fetch_axis(D(), rows, corner);
+        FanRates<is_damped, D> rates;
+        rates.begin(d, at, now, corner);
+        corner += 2 * slice_size;
+        auto from = fetch_rim(D(), axis, rows, corner);
+        std::size_t rim = lines.corner + 2 * slice_size;
+        CornerSums<D> strains{D()};
+        [[maybe_unused]] CornerSums<D> growth{D()};
+        for (std::size_t t = lines.first; t < lines.end; t += slice_size, rim += slice_size) {
+            corner += slice_size;
+            const auto to = fetch_rim(D(), axis, rows, corner);
+            const auto rest = rest_gradients(D(), body, t, lane);
+            const auto f = gradient<D>({axis.direction, from.arm, to.arm}, rest);
+            const auto rest_volume = hn::Load(d, body.rest_volume.data() + t);
+            const auto volume = dot(from.lever, to.arm);
+            strains.add(D(), {scaled<D>(rest_volume, twice_strain(D(), f)), hn::MulSub(volume, sixth, rest_volume)},
+                        at.corner_strain, rim);
+            if constexpr (is_damped) {
+                const auto before = rates;
+                const auto damped = volume_between<true>(D(), at, now, from, to, corner, rates);
+                const auto rate = gradient<D>({rates.axis, before.arm, rates.arm}, rest);
+                const auto factor = hn::Mul(hn::Set(d, static_cast<T>(at.beta)), rest_volume);
+                growth.add(D(),
+                           {scaled<D>(factor, twice_strain_rate<D>(f, rate)), hn::Mul(hn::Sub(damped, volume), sixth)},
+                           at.corner_rate, rim);
+            }
+            from = to;
+        }
+        strains.finish(D(), at.corner_strain, lines.corner, rim);
+        if constexpr (is_damped)
+            growth.finish(D(), at.corner_rate, lines.corner, rim);
+    }
+}
+
+/// Of 16 control volumes, what the corners of fans there have: eight numbers for each.
+template <class T>
+HWY_INLINE void sum_of_corners(const StepWorkspace<T> &at, const std::array<Aligned<T>, 2> &corners, int volume_slice,
+                               T *first_four, T *other_four) {
+    constexpr hn::CappedTag<T, 4> four;
+    const auto &body = at.body;
+    const std::size_t first = static_cast<std::size_t>(body.volume_start[volume_slice]) * slice_size;
+    const std::size_t end = static_cast<std::size_t>(body.volume_start[volume_slice + 1]) * slice_size;
+    // Four rows and both parts of them at once, because each sum has to wait for the one before.
+    for (std::size_t row = 0; row < slice_size; row += 4)
+        for (std::size_t part = 0; part < 4; part += hn::Lanes(four)) {
+            const T *one = corners[0].data() + part, *other = corners[1].data() + part;
+            const auto *member = body.member.data() + row;
+            auto a = hn::Zero(four), b = a, c = a, e = a, p = a, q = a, r = a, s = a;
+            for (std::size_t m = first; m < end; m += slice_size) {
+                a = hn::Add(a, hn::LoadU(four, one + member[m]));
+                p = hn::Add(p, hn::LoadU(four, other + member[m]));
+                b = hn::Add(b, hn::LoadU(four, one + member[m + 1]));
+                q = hn::Add(q, hn::LoadU(four, other + member[m + 1]));
+                c = hn::Add(c, hn::LoadU(four, one + member[m + 2]));
+                r = hn::Add(r, hn::LoadU(four, other + member[m + 2]));
+                e = hn::Add(e, hn::LoadU(four, one + member[m + 3]));
+                s = hn::Add(s, hn::LoadU(four, other + member[m + 3]));
+            }
+            T *sum = first_four + 4 * row + part, *other_sum = other_four + 4 * row + part;
+            hn::StoreU(a, four, sum);
+            hn::StoreU(b, four, sum + 4);
+            hn::StoreU(c, four, sum + 8);
+            hn::StoreU(e, four, sum + 12);
+            hn::StoreU(p, four, other_sum);
+            hn::StoreU(q, four, other_sum + 4);
+            hn::StoreU(r, four, other_sum + 8);
+            hn::StoreU(s, four, other_sum + 12);
+        }
+}
+
+/// From two times four numbers of each of some nodes behind each other.
+template <class D, class T> HWY_INLINE SymmetricAndMore<D> load_both(D d, const T *first_four, const T *other_four) {
+    hn::Vec<D> xx, yy, zz, xy, yz, zx, more, nothing;
+    hn::LoadInterleaved4(d, first_four, xx, yy, zz, xy);
+    hn::LoadInterleaved4(d, other_four, yz, zx, more, nothing);
+    return {{xx, yy, zz, xy, yz, zx}, more};
+}
+
+/// Of a slice of control volumes, the means of C of neo-Hookean springs, and what becomes of their stresses.
+template <bool is_damped, class T> class MeansOfC {
+    using D = Lanes<T>;
+
+  public:
+    HWY_INLINE MeansOfC(const StepWorkspace<T> &at, int /*now*/, int volume_slice)
+        : inverse_volume_(at.body.inverse_volume.data() + static_cast<std::size_t>(volume_slice) * slice_size) {
+        sum_of_corners(at, at.corner_strain, volume_slice, strain_[0].data(), strain_[1].data());
+        if constexpr (is_damped)
+            sum_of_corners(at, at.corner_rate, volume_slice, rate_[0].data(), rate_[1].data());
+    }
+
+    /// C - I, and the relative change of volume, of those from `lane` on.
+    HWY_INLINE SymmetricAndMore<D> mean(std::size_t lane) { return over_volume(strain_, lane); }
+    /// beta times how fast both grow; called behind mean().
+    HWY_INLINE SymmetricAndMore<D> rate(std::size_t lane) { return over_volume(rate_, lane); }
+
+    /// @param stress  a quarter of the second stress of Piola and Kirchhoff
+    HWY_INLINE void store(const Symmetric<D> &stress, std::size_t first_volume, StepWorkspace<T> &at) const {
+        store_stress(D(), stress, first_volume, at);
+    }
+
+    // What the fans make of it.
+    using Stress = Symmetric<D>;
+    HWY_INLINE static Stress fetch_at(const StepWorkspace<T> &at, const std::int32_t *corner) {
+        return fetch_stress(D(), at, corner);
+    }
+    /// The first stress of Piola and Kirchhoff times the volume, of a sum over the corners and a pressure mu inside:
+    /// F (V S + mu I).
+    HWY_INLINE static Columns<D> first_stress(const Columns<D> &f, hn::Vec<D> rest_volume, Stress sum,
+                                              hn::Vec<D> inside) {
+        sum = scaled<D>(rest_volume, sum);
+        sum.xx = hn::Add(sum.xx, inside);
+        sum.yy = hn::Add(sum.yy, inside);
+        sum.zz = hn::Add(sum.zz, inside);
+        return product<D>(f, sum);
+    }
+
+  private:
+    using Sums = std::array<std::array<T, 4 * slice_size>, 2>;
+
+    HWY_INLINE SymmetricAndMore<D> over_volume(const Sums &sums, std::size_t lane) const {
+        const auto sum = load_both(D(), sums[0].data() + 4 * lane, sums[1].data() + 4 * lane);
+        const auto inverse_volume = hn::Load(D(), inverse_volume_ + lane);
+        return {scaled<D>(inverse_volume, sum.tensor), hn::Mul(inverse_volume, sum.more)};
+    }
+
+    const T *inverse_volume_;
+    alignas(64) Sums strain_, rate_;
+};
+
+} // namespace livermark::msm::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif // LIVERMARK_MEANS_OF_C_INL_HPP

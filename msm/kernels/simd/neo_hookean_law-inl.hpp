@@ -1,0 +1,66 @@
+// The neo-Hookean law of springs and volumes. Written once for each vector unit: see take_steps.cpp.
+#if defined(LIVERMARK_NEO_HOOKEAN_LAW_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIVERMARK_NEO_HOOKEAN_LAW_INL_HPP
+#undef LIVERMARK_NEO_HOOKEAN_LAW_INL_HPP
+#else
+#define LIVERMARK_NEO_HOOKEAN_LAW_INL_HPP
+#endif
+
+#include <algorithm>
+#include <cmath>
+#include <hwy/contrib/math/math-inl.h>
+
+#include "msm/kernels/simd/fan_forces-inl.hpp"
+#include "msm/kernels/simd/symmetric-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace livermark::msm::HWY_NAMESPACE {
+
+/// S = mu (I - C^-1 + 1/2 ln det C C^-1) with C = I + G, where with the invariants I1, I2 and I3 of G
+///   det C = 1 + I1 + I2 + I3,   C^-1 det C = (1 + I1) I - G + adj G,   (I - C^-1) det C = G - adj G + (I2 + I3) I,
+/// so that small strains lose no digits.
+/// @param twice_strain  G
+/// @param least_stretch  see FastStepOptions; det C is taken as if no less than the trace of its adjugate allows
+/// @param largest        told how much det C lacks of what makes the trace of C^-1 four
+template <class D>
+HWY_INLINE Symmetric<D> neo_hookean_stress(D d, hn::Vec<D> shear_modulus, const Symmetric<D> &twice_strain,
+                                           double least_stretch, LargestLack<D> &largest) {
+    using T = hn::TFromD<D>;
+    const auto &[xx, yy, zz, xy, yz, zx] = twice_strain;
+    const auto one = hn::Set(d, T(1));
+    const Symmetric<D> adjugate{hn::MulSub(yy, zz, hn::Mul(yz, yz)), hn::MulSub(zz, xx, hn::Mul(zx, zx)),
+                                hn::MulSub(xx, yy, hn::Mul(xy, xy)), hn::MulSub(zx, yz, hn::Mul(xy, zz)),
+                                hn::MulSub(xy, zx, hn::Mul(yz, xx)), hn::MulSub(xy, yz, hn::Mul(zx, yy))};
+    const auto i1 = hn::Add(xx, hn::Add(yy, zz));
+    const auto i2 = hn::Add(adjugate.xx, hn::Add(adjugate.yy, adjugate.zz));
+    const auto i3 = hn::MulAdd(xx, adjugate.xx, hn::MulAdd(xy, adjugate.xy, hn::Mul(zx, adjugate.zx)));
+    const auto two_and_three = hn::Add(i2, i3);
+    const double square = least_stretch * least_stretch;
+    const auto least = hn::Set(d, static_cast<T>(-1.0 + std::max(1e-6, square)));
+    const auto adjugate_trace = hn::MulAdd(hn::Set(d, T(2)), i1, hn::Add(i2, hn::Set(d, T(3))));
+    const auto bent = hn::MulSub(hn::Set(d, static_cast<T>(square / (1.0 + 2.0 * square))), adjugate_trace, one);
+    const auto exact = hn::Add(i1, two_and_three);
+    largest.lack = hn::Max(largest.lack, hn::Sub(hn::MulSub(hn::Set(d, T(0.25)), adjugate_trace, one), exact));
+    const auto change = hn::Max(hn::Max(exact, bent), least);
+    const auto half_log = hn::Mul(hn::Set(d, T(0.5)), hn::Log1p(d, change));
+    const auto scale = hn::Div(shear_modulus, hn::Add(one, change));
+    const auto part = hn::Mul(scale, hn::Sub(one, half_log));
+    const auto mean = hn::Mul(scale, hn::MulAdd(half_log, hn::Add(one, i1), two_and_three));
+    const auto along = [&](const hn::Vec<D> &g, const hn::Vec<D> &a) HWY_ATTR { return hn::Mul(part, hn::Sub(g, a)); };
+    const auto diagonal = [&](const hn::Vec<D> &g, const hn::Vec<D> &a)
+                              HWY_ATTR { return hn::MulAdd(part, hn::Sub(g, a), mean); };
+    return {diagonal(xx, adjugate.xx), diagonal(yy, adjugate.yy), diagonal(zz, adjugate.zz),
+            along(xy, adjugate.xy),    along(yz, adjugate.yz),    along(zx, adjugate.zx)};
+}
+
+/// g g' of relative changes e of volumes, for g = ln (1 + e).
+template <class D> HWY_INLINE hn::Vec<D> logarithmic_push(D d, hn::Vec<D> change, double least_stretch) {
+    using T = hn::TFromD<D>;
+    const auto e = hn::Max(change, hn::Set(d, static_cast<T>(-1.0 + std::max(1e-6, std::sqrt(least_stretch)))));
+    return hn::Div(hn::Log1p(d, e), hn::Add(hn::Set(d, T(1)), e));
+}
+
+} // namespace livermark::msm::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif // LIVERMARK_NEO_HOOKEAN_LAW_INL_HPP
