@@ -196,7 +196,8 @@ template <class T> class Steps : public FastSteps::Implementation {
                bytes(body.rest_length) + bytes(body.half_lambda) + bytes(body.shear_modulus) +
                bytes(body.inner_modulus) + bytes(body.coupled_modulus) + bytes(at_.strain) + 2 * bytes(at_.stress[0]) +
                bytes(at_.stress[2]) + bytes(body.inverse_volume) + 2 * bytes(at_.corner_strain[0]) +
-               2 * bytes(at_.corner_rate[0]) + bytes(at_.gain_rate) + bytes(body.mean_node) + bytes(body.mean_gradient);
+               2 * bytes(at_.corner_rate[0]) + bytes(at_.gain_rate) + bytes(at_.push) + bytes(body.volume_modulus) +
+               bytes(body.mean_node) + bytes(body.mean_gradient);
     }
 
   private:
@@ -211,6 +212,8 @@ template <class T> class Steps : public FastSteps::Implementation {
         else
             for (auto &values : at_.corner_strain)
                 values.assign(4 * (body.corner.size() + slice_size), T(0));
+        if (!body.inverse_volume.empty())
+            at_.push.assign(body.rest_volume.size(), T(0));
         if (is_damped && has_gradients)
             at_.gain_rate = at_.gain;
         if (is_damped && !body.inverse_volume.empty())

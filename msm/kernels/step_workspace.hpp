@@ -126,6 +126,9 @@ template <class T> struct StepWorkspace {
     /// (rows + 1, 4) each: a quarter of the stress around each node, xx yy zz xy and yz zx 0 0; with means of F the
     /// columns of the first stress of Piola and Kirchhoff, with a 0 behind each [Pa]. Empty where there is none.
     std::array<Aligned<T>, 3> stress;
+    /// (lines, 16) of neo-Hookean springs, a sixth of what pushes the corners of each tetrahedron outwards because of
+    /// its volume: springs inside and the guard [Pa]
+    Aligned<T> push;
     Aligned<T> corner_force; ///< (places of all chunks and one that stays zero, 4) [N]
     /// (fan slices, and slices of control volumes) the most that a tetrahedron lacked of the volume that is watched
     /// [m^3], and that det C around a node lacked, see neo_hookean_stress(); 0 where nothing did, empty if nothing is

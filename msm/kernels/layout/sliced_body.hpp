@@ -88,6 +88,7 @@ template <class T> struct SlicedBody {
     Aligned<T> rest_length;
     Aligned<T>
         inner_modulus; ///< (lines, 16) of springs inside a tetrahedron [Pa]; of neo-Hookean ones times its volume
+    Aligned<T> volume_modulus; ///< (lines, 16) of neo-Hookean springs inside a tetrahedron [Pa]
     /// (volumes) of springs around a node, 1/16 of the shear modulus by volume [Pa/m^3]; of neo-Hookean ones a quarter
     /// of the shear modulus [Pa]
     Aligned<T> coupled_modulus;

@@ -55,6 +55,8 @@ void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3
         for (std::size_t t = 0; t < inner.size(); ++t)
             inner[t] *= volume_gradient(x, parts.tetrahedra[t]).volume;
     body.inner_modulus = on_lines<T>(inner, lines);
+    if (is_neo_hookean)
+        body.volume_modulus = on_lines<T>(parts.inner_modulus, lines);
     if (!gradients.empty())
         slice_mean_gradients(number_of_volume, gradients, body);
     else

@@ -10,6 +10,7 @@
 #include <array>
 
 #include "msm/kernels/simd/biquadratic_springs-inl.hpp"
+#include "msm/kernels/simd/neo_hookean_law-inl.hpp"
 #include "msm/kernels/simd/nodal_springs-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -49,13 +50,14 @@ template <class D> struct CornerSums {
     }
 };
 
-/// Of the fans of a slice, for the means around nodes.
+/// Of the fans of a slice, for the means around nodes, and the push of what springs inside do.
 template <bool is_damped, class T> HWY_NOINLINE void corner_strains(StepWorkspace<T> &at, int now, int slice) {
     using D = Lanes<T>;
     constexpr D d;
     const auto &body = at.body;
     const T *rows = at.rows[now].data();
     const auto sixth = hn::Set(d, T(1.0 / 6.0));
+    LargestLack<D> largest{D()};
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const FanLines lines(body, slice, lane);
         const auto *corner = body.corner.data() + lines.corner;
@@ -74,6 +76,7 @@ template <bool is_damped, class T> HWY_NOINLINE void corner_strains(StepWorkspac
             const auto f = gradient<D>({axis.direction, from.arm, to.arm}, rest);
             const auto rest_volume = hn::Load(d, body.rest_volume.data() + t);
             const auto volume = dot(from.lever, to.arm);
+            put_push_inside(D(), at, volume, t, largest);
             strains.add(D(), {scaled<D>(rest_volume, twice_strain(D(), f)), hn::MulSub(volume, sixth, rest_volume)},
                         at.corner_strain, rim);
             if constexpr (is_damped) {
@@ -91,6 +94,7 @@ template <bool is_damped, class T> HWY_NOINLINE void corner_strains(StepWorkspac
         if constexpr (is_damped)
             growth.finish(D(), at.corner_rate, lines.corner, rim);
     }
+    largest.keep(D(), at, slice);
 }
 
 /// Of 16 control volumes, what the corners of fans there have: eight numbers for each.

@@ -60,6 +60,29 @@ template <class D> HWY_INLINE hn::Vec<D> logarithmic_push(D d, hn::Vec<D> change
     return hn::Div(hn::Log1p(d, e), hn::Add(hn::Set(d, T(1)), e));
 }
 
+/// Puts down a sixth of what pushes the corners of tetrahedra outwards because of their volume: the guard, and springs
+/// inside, whose S = mu (I - C^-1 + ln J C^-1) is mu F + mu (ln J - 1) / J cof F in the forces V0 P g of corners, where
+/// V0 cof F g is the gradient of the volume.
+/// @param volume   six times the volume
+/// @param t        place on the lines
+/// @param largest  told what the guard sees
+template <class D, class T>
+HWY_INLINE void put_push_inside(D d, StepWorkspace<T> &at, hn::Vec<D> volume, std::size_t t, LargestLack<D> &largest) {
+    const auto &body = at.body;
+    const auto one = hn::Set(d, T(1)), sixth = hn::Set(d, T(1.0 / 6.0));
+    const auto least = hn::Set(d, static_cast<T>(std::max(1e-12, at.least_stretch * at.least_stretch)));
+    // What fills up a fan has no volume.
+    const auto rest_volume = hn::Max(hn::Load(d, body.rest_volume.data() + t), hn::Set(d, T(1e-30)));
+    const auto j = hn::Div(hn::Mul(volume, sixth), rest_volume);
+    const auto square = hn::Max(hn::Mul(j, j), least);
+    const auto log = hn::Mul(hn::Set(d, T(0.5)), hn::Log(d, square));
+    // (1 - ln J) / J, with the sign of J
+    const auto of_springs = hn::Mul(hn::Sub(one, log), hn::Div(j, square));
+    const auto push = hn::MulAdd(hn::Load(d, body.volume_modulus.data() + t), of_springs,
+                                 push_of_volume(d, body, volume, volume, t, largest));
+    hn::Store(hn::Mul(sixth, push), d, at.push.data() + t);
+}
+
 } // namespace livermark::msm::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

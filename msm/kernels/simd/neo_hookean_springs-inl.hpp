@@ -50,8 +50,7 @@ HWY_NOINLINE void neo_hookean_stresses(StepWorkspace<T> &at, int now, int volume
 }
 
 /// The forces of stresses around nodes, of springs inside tetrahedra, and of pressures on the nodes of the fans of a
-/// slice; see fan_forces(). All are P g of each corner with P = F S + q cof F: inside a tetrahedron S = mu (I - C^-1 +
-/// ln J C^-1) makes of it mu F + mu (ln J - 1) / J cof F, and V0 cof F g is the gradient of the volume.
+/// slice; see fan_forces(). What depends on the volume of a tetrahedron alone is there already, see put_push_inside().
 /// @tparam Means  MeansOfC or MeansOfF, of which the stresses are
 template <bool is_damped, template <bool, class> class Means, class T>
 HWY_NOINLINE void neo_hookean_spring_forces(StepWorkspace<T> &at, int now, int slice) {
@@ -60,10 +59,7 @@ HWY_NOINLINE void neo_hookean_spring_forces(StepWorkspace<T> &at, int now, int s
     constexpr D d;
     const auto &body = at.body;
     const T *rows = at.rows[now].data();
-    const auto one = hn::Set(d, T(1)), six = hn::Set(d, T(6)),
-               least = hn::Set(d, static_cast<T>(std::max(1e-12, at.least_stretch * at.least_stretch)));
-    const auto zero = hn::Zero(d);
-    LargestLack<D> largest{D()};
+    const auto sixth = hn::Set(d, T(1.0 / 6.0));
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const FanLines lines(body, slice, lane);
         const auto *corner = body.corner.data() + lines.corner;
@@ -83,11 +79,6 @@ HWY_NOINLINE void neo_hookean_spring_forces(StepWorkspace<T> &at, int now, int s
             const auto to_stress = OfMeans::fetch_at(at, corner);
             const auto rest = rest_gradients(D(), body, t, lane);
             const auto f = gradient<D>({axis.direction, from.arm, to.arm}, rest);
-            const Columns<D> cofactor{cross(f.y, f.z), cross(f.z, f.x), cross(f.x, f.y)};
-            const auto j = dot(f.x, cofactor.x);
-            const auto square = hn::Max(hn::Mul(j, j), least);
-            const auto log = hn::Mul(hn::Set(d, T(0.5)), hn::Log(d, square));
-
             const auto rest_volume = hn::Load(d, body.rest_volume.data() + t);
             const auto modulus = hn::Load(d, body.inner_modulus.data() + t);
             auto stressed =
@@ -100,23 +91,15 @@ HWY_NOINLINE void neo_hookean_spring_forces(StepWorkspace<T> &at, int now, int s
                 stressed = plus<D>(stressed, product<D>(f, stress<D>(hn::Mul(hn::Set(d, T(0.5)), factor), factor,
                                                                      twice_strain_rate<D>(f, rate))));
             }
-            const auto volume = hn::Mul(six, hn::Mul(rest_volume, j));
             const auto pressure = hn::Add(axis.pressure, hn::Add(from.pressure, to.pressure));
-            const auto push =
-                hn::Mul(hn::Mul(six, rest_volume), push_on(D(), body, pressure, volume, volume, t, largest));
-            // (ln J - 1) / J, with the sign of J
-            const auto inside = hn::Mul(hn::Mul(modulus, hn::Sub(log, one)), hn::Div(j, square));
-            const auto on_cofactor = hn::Sub(inside, push);
-            const Columns<D> first_stress{plus_scaled<D>(stressed.x, on_cofactor, cofactor.x),
-                                          plus_scaled<D>(stressed.y, on_cofactor, cofactor.y),
-                                          plus_scaled<D>(stressed.z, on_cofactor, cofactor.z)};
-            sums.add(D(), pulls<D>(first_stress, rest), zero, from, to, at.corner_force, rim_slot);
+            const auto push = hn::NegMulAdd(hn::Mul(sixth, hn::Load(d, body.volume_share.data() + t)), pressure,
+                                            hn::Load(d, at.push.data() + t));
+            sums.add(D(), pulls<D>(stressed, rest), push, from, to, at.corner_force, rim_slot);
             from = to;
             from_stress = to_stress;
         }
         sums.finish(D(), at.corner_force, slot, rim_slot);
     }
-    largest.keep(D(), at, slice);
 }
 
 } // namespace livermark::msm::HWY_NAMESPACE

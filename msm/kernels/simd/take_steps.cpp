@@ -14,6 +14,7 @@
 #include "msm/kernels/simd/nodal_springs-inl.hpp"
 #include "msm/kernels/simd/schemes-inl.hpp"
 #include "msm/kernels/simd/spring_forces-inl.hpp"
+#include "msm/kernels/simd/volume_gains-inl.hpp"
 #include "msm/kernels/threads/team.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -50,15 +51,15 @@ HWY_NOINLINE void nodal_states(StepWorkspace<T> &at, int now, int thread, Barrie
     const auto [first, last] = at.volume_slices[thread];
     const bool is_coupled = !at.body.coupled_modulus.empty();
     const bool is_neo_hookean = !at.body.inverse_volume.empty(), has_gradients = !at.body.mean_gradient.empty();
-    // A mean of F asks nothing of tetrahedra.
-    const bool are_asked = !has_gradients || !at.body.volume_stiffness.empty();
-    for (int slice = first_fan; slice < last_fan && are_asked; ++slice)
-        if (is_neo_hookean && !has_gradients)
+    for (int slice = first_fan; slice < last_fan; ++slice)
+        if (has_gradients)
+            volume_gains<is_damped, true>(at, now, slice);
+        else if (is_neo_hookean)
             corner_strains<is_damped>(at, now, slice);
-        else if (is_coupled && !has_gradients)
+        else if (is_coupled)
             nodal_strains<is_damped>(at, now, slice);
         else
-            volume_gains<is_damped>(at, now, slice);
+            volume_gains<is_damped, false>(at, now, slice);
     barrier.wait();
     for (int slice = first; slice < last; ++slice)
         if (has_gradients)
