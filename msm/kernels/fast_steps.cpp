@@ -87,7 +87,6 @@ template <class T> class Steps : public FastSteps::Implementation {
         for (auto &rows : at_.rows)
             std::fill(rows.end() - 4, rows.end(), static_cast<T>(far));
         make_room_for_means(damping.beta != 0.0);
-        at_.corner_force.assign(4 * static_cast<std::size_t>(at_.body.chunk_start.back() + 1), T(0));
         partition_work(at_, team_.size());
         heavy_ = HeavySteps<T>(options.scaling, at_);
         rest_.resize(at_.body.num_slices);
@@ -195,13 +194,13 @@ template <class T> class Steps : public FastSteps::Implementation {
                2 * bytes(at_.velocity_rows[0]) + bytes(at_.gain) + bytes(at_.corner_force) + bytes(body.rest_gradient) +
                bytes(body.rest_length) + bytes(body.half_lambda) + bytes(body.shear_modulus) +
                bytes(body.inner_modulus) + bytes(body.coupled_modulus) + bytes(at_.strain) + 2 * bytes(at_.stress[0]) +
-               bytes(at_.stress[2]) + bytes(body.inverse_volume) + 2 * bytes(at_.corner_strain[0]) +
-               2 * bytes(at_.corner_rate[0]) + bytes(at_.gain_rate) + bytes(at_.push) + bytes(body.volume_modulus) +
-               bytes(body.mean_node) + bytes(body.mean_gradient);
+               bytes(body.inverse_volume) + 2 * bytes(at_.corner_strain[0]) + 2 * bytes(at_.corner_rate[0]) +
+               bytes(at_.gain_rate) + bytes(at_.push) + bytes(body.volume_modulus) + bytes(body.mean_node) +
+               bytes(body.mean_gradient);
     }
 
   private:
-    /// For what volumes and strains are around nodes.
+    /// For what volumes and strains are around nodes, and for the forces of tetrahedra.
     void make_room_for_means(bool is_damped) {
         const auto &body = at_.body;
         const bool has_gradients = !body.mean_gradient.empty();
@@ -218,9 +217,12 @@ template <class T> class Steps : public FastSteps::Implementation {
             at_.gain_rate = at_.gain;
         if (is_damped && !body.inverse_volume.empty())
             at_.corner_rate = at_.corner_strain;
-        const int num_fours = body.coupled_modulus.empty() ? 0 : has_gradients ? 3 : 2;
-        for (int k = 0; k < num_fours; ++k)
-            at_.stress[k].assign(4 * static_cast<std::size_t>(body.num_rows + 1), T(0));
+        if (!body.coupled_modulus.empty() && !has_gradients)
+            for (auto &rows : at_.stress)
+                rows.assign(4 * static_cast<std::size_t>(body.num_rows + 1), T(0));
+        const auto num_places = has_gradients ? body.first_pull + body.mean_node.size() + body.volume_row.size()
+                                              : static_cast<std::size_t>(body.chunk_start.back()) + 1;
+        at_.corner_force.assign(4 * num_places, T(0));
     }
 
     void take_unscaled(int num_steps) {

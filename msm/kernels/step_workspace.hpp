@@ -123,13 +123,14 @@ template <class T> struct StepWorkspace {
     /// of the volume times twice the strain, xx yy zz xy and yz zx, with the volume gained [m^3]; the same of their
     /// rates times beta, where stiffness damps
     std::array<Aligned<T>, 2> corner_strain, corner_rate;
-    /// (rows + 1, 4) each: a quarter of the stress around each node, xx yy zz xy and yz zx 0 0; with means of F the
-    /// columns of the first stress of Piola and Kirchhoff, with a 0 behind each [Pa]. Empty where there is none.
-    std::array<Aligned<T>, 3> stress;
+    /// (rows + 1, 4) each: a quarter of the stress around each node, xx yy zz xy and yz zx 0 0 [Pa]; not with means of
+    /// F
+    std::array<Aligned<T>, 2> stress;
     /// (lines, 16) of neo-Hookean springs, a sixth of what pushes the corners of each tetrahedron outwards because of
     /// its volume: springs inside and the guard [Pa]
     Aligned<T> push;
-    Aligned<T> corner_force; ///< (places of all chunks and one that stays zero, 4) [N]
+    /// (places of all chunks and one that stays zero, 4) [N]; with means of F also (places, 4) from first_pull on
+    Aligned<T> corner_force;
     /// (fan slices, and slices of control volumes) the most that a tetrahedron lacked of the volume that is watched
     /// [m^3], and that det C around a node lacked, see neo_hookean_stress(); 0 where nothing did, empty if nothing is
     /// watched

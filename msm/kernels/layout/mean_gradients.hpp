@@ -6,14 +6,17 @@
 
 namespace livermark::msm {
 
-/// What the mean of the deformation gradient over a control volume around a node i takes of where its neighbours are,
+/// What springs that take the mean of the deformation gradient over a control volume around a node i ask of where its
+/// neighbours are,
 ///     F = sum over neighbours j of (x_j - x_i) b_j^T,   b_j = sum over tetrahedra t with i and j of V_t / (4 V_i)
 ///     g_tj,
 /// with the gradients g_tj of the barycentric coordinates at rest. These sum to zero in each tetrahedron, so x_i needs
-/// none of its own.
+/// none of its own. The part mu_t F of the stress inside tetrahedra is linear in positions too. It pulls i by
+///     sum over neighbours j of k_j (x_j - x_i),   k_j = -sum over tetrahedra t with i and j of mu_t V_t g_ti . g_tj.
 struct NeighbourGradient {
     int node;
     core::Vector3 gradient; ///< b_j [1/m]
+    double stiffness;       ///< k_j [N/m]
 };
 using MeanGradient = std::vector<NeighbourGradient>;
 

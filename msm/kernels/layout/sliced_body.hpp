@@ -90,16 +90,19 @@ template <class T> struct SlicedBody {
         inner_modulus; ///< (lines, 16) of springs inside a tetrahedron [Pa]; of neo-Hookean ones times its volume
     Aligned<T> volume_modulus; ///< (lines, 16) of neo-Hookean springs inside a tetrahedron [Pa]
     /// (volumes) of springs around a node, 1/16 of the shear modulus by volume [Pa/m^3]; of neo-Hookean ones a quarter
-    /// of the shear modulus [Pa]
+    /// of the shear modulus [Pa], with means of F the shear modulus times the volume [J]
     Aligned<T> coupled_modulus;
     /// (volumes) of neo-Hookean springs alone, which have no rest_length: 1 over four times the volume at rest [1/m^3]
     Aligned<T> inverse_volume;
-    /// Of neo-Hookean springs with means of F alone: where the neighbours in the control volumes begin, in units of 16
-    /// (volumes / 16 + 1), four times the row of each (lines, 16), and what the mean of F takes of their position less
-    /// that of the node in the middle (lines, 3, 16) [1/m]; see mean_gradients()
+    /// Of neo-Hookean springs with means of F alone, see mean_gradients(): where the neighbours in the control volumes
+    /// begin, in units of 16 (volumes / 16 + 1), four times the row of each (lines, 16), and what is asked of their
+    /// position less that of the node in the middle (lines, 4, 16), b [1/m] and k [N/m]
     std::vector<int> mean_start;
     Aligned<std::int32_t> mean_node;
     Aligned<T> mean_gradient;
+    /// The first place where a control volume puts the force on a neighbour, one for each on the lines; behind these is
+    /// one for each volume, for the node in the middle. 0 if there are none
+    int first_pull = 0;
 
     /// (volumes) the row of each control volume, near each other in order, and of about as many tetrahedra; filled up
     /// with the far row

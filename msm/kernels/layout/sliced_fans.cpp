@@ -12,8 +12,9 @@ namespace livermark::msm {
 
 namespace {
 
-/// Control volumes: large enough to find some of as many corners, small enough to stay near.
-constexpr std::size_t volume_window = 256;
+/// Control volumes: large enough to find some of as many corners, small enough to stay near; of as many neighbours and
+/// corners there are fewer.
+constexpr std::size_t volume_window = 256, volume_window_with_neighbours = 1024;
 
 /// Gives each control volume a row. @return shape (C)
 template <class T> std::vector<int> volume_rows(const StepParts &parts, SlicedBody<T> &body) {
@@ -129,7 +130,8 @@ std::vector<int> slice_volumes(const StepParts &parts, const std::vector<int> &r
         const auto num_neighbours = gradients.empty() ? 0 : gradients[c].size(); // which take longer than members
         return std::pair(num_neighbours, of_rows[row_of_volume[c]].size());
     };
-    sort_in_windows(volumes, volume_window, [&](int a, int b) { return length(a) > length(b); });
+    sort_in_windows(volumes, gradients.empty() ? volume_window : volume_window_with_neighbours,
+                    [&](int a, int b) { return length(a) > length(b); });
     std::vector<int> number(volumes.size());
     std::vector<std::vector<int>> members;
     for (const int c : volumes) {
@@ -156,8 +158,8 @@ std::vector<double> products(double factor, const std::vector<double> &a, const 
     return result;
 }
 
-/// Gives each node that a chunk touches a place to add forces to, and each node the list of its places.
-template <class T> void slice_sums(const Lines &lines, SlicedBody<T> &body) {
+/// Gives each node that a chunk touches a place to add forces to. @return the places of each row, four times each
+template <class T> std::vector<std::vector<int>> force_places(const Lines &lines, SlicedBody<T> &body) {
     std::vector<std::vector<int>> places(body.first_copy);
     body.force_slot.assign(lines.node.size(), 0);
     body.chunk_start.assign(1, 0);
@@ -176,8 +178,7 @@ template <class T> void slice_sums(const Lines &lines, SlicedBody<T> &body) {
         }
         body.chunk_start.push_back(num_places);
     }
-    body.sum_start.assign(1, 0);
-    append_lists(std::move(places), 4 * num_places, body.sum_start, body.sum);
+    return places;
 }
 
 } // namespace
@@ -212,13 +213,15 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
         }
         body.corner[at] = 4 * row;
     }
-    slice_sums(lines, body);
+    auto places = force_places(lines, body);
     slice_shapes(parts, positions, lines, body);
-    if (parts.centre.empty())
-        return;
-    const auto gradients = mean_gradients(parts, positions);
-    const auto number_of_volume = slice_volumes(parts, row_of_volume, gradients, lines, body);
-    slice_nodal_springs(parts, positions, number_of_volume, gradients, lines, body);
+    if (!parts.centre.empty()) {
+        const auto gradients = mean_gradients(parts, positions);
+        const auto number_of_volume = slice_volumes(parts, row_of_volume, gradients, lines, body);
+        slice_nodal_springs(parts, positions, number_of_volume, gradients, lines, places, body);
+    }
+    body.sum_start.assign(1, 0);
+    append_lists(std::move(places), 4 * body.chunk_start.back(), body.sum_start, body.sum);
 }
 
 template void slice_tetrahedra(const StepParts &, const std::vector<core::Vector3> &, SlicedBody<float> &);

@@ -17,26 +17,33 @@ std::vector<double> rest_volumes(const StepParts &parts, const Eigen::VectorXd &
     return volume;
 }
 
-/// Puts the neighbours in control volumes on lines.
+/// Puts the neighbours in control volumes on lines, with a place for the force on each.
 template <class T>
-void slice_mean_gradients(const std::vector<int> &number_of_volume, const std::vector<MeanGradient> &gradients,
+void slice_mean_gradients(const StepParts &parts, const std::vector<int> &number_of_volume,
+                          const std::vector<MeanGradient> &gradients, std::vector<std::vector<int>> &places,
                           SlicedBody<T> &body) {
     std::vector<std::vector<int>> neighbours(body.volume_row.size());
     for (std::size_t c = 0; c < gradients.size(); ++c)
-        for (const auto &[node, gradient] : gradients[c])
-            neighbours[number_of_volume[c]].push_back(4 * body.row_of_node[node]);
+        for (const auto &of_neighbour : gradients[c])
+            neighbours[number_of_volume[c]].push_back(4 * body.row_of_node[of_neighbour.node]);
     body.mean_start.assign(1, 0);
     append_lists(std::move(neighbours), 4 * body.num_rows, body.mean_start, body.mean_node);
-    body.mean_gradient.assign(3 * body.mean_node.size(), T(0));
+    body.mean_gradient.assign(4 * body.mean_node.size(), T(0));
+    body.first_pull = padded(body.chunk_start.back() + 1); // so that vectors begin at a cache line
+    const int first_in_middle = body.first_pull + static_cast<int>(body.mean_node.size());
     for (std::size_t c = 0; c < gradients.size(); ++c) {
-        const auto slice = static_cast<std::size_t>(number_of_volume[c] / slice_size);
-        T *at = body.mean_gradient.data() + 3 * static_cast<std::size_t>(body.mean_start[slice]) * slice_size +
-                number_of_volume[c] % slice_size;
-        for (const auto &of_neighbour : gradients[c])
-            for (const double component : of_neighbour.gradient) {
-                *at = static_cast<T>(component);
+        const int number = number_of_volume[c], lane = number % slice_size;
+        int line = body.mean_start[number / slice_size];
+        places[body.row_of_node[parts.centre[c]]].push_back(4 * (first_in_middle + number));
+        for (const auto &[node, gradient, stiffness] : gradients[c]) {
+            T *at = body.mean_gradient.data() + 4 * static_cast<std::size_t>(line) * slice_size + lane;
+            for (const double number_of_line : {gradient.x(), gradient.y(), gradient.z(), stiffness}) {
+                *at = static_cast<T>(number_of_line);
                 at += slice_size;
             }
+            places[body.row_of_node[node]].push_back(4 * (body.first_pull + line * slice_size + lane));
+            ++line;
+        }
     }
 }
 
@@ -45,7 +52,7 @@ void slice_mean_gradients(const std::vector<int> &number_of_volume, const std::v
 template <class T>
 void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3> &positions,
                          const std::vector<int> &number_of_volume, const std::vector<MeanGradient> &gradients,
-                         const Lines &lines, SlicedBody<T> &body) {
+                         const Lines &lines, std::vector<std::vector<int>> &places, SlicedBody<T> &body) {
     if (parts.coupled_modulus.empty())
         return;
     const bool is_neo_hookean = parts.coupled_energy == CoupledEnergy::neo_hookean;
@@ -58,15 +65,19 @@ void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3
     if (is_neo_hookean)
         body.volume_modulus = on_lines<T>(parts.inner_modulus, lines);
     if (!gradients.empty())
-        slice_mean_gradients(number_of_volume, gradients, body);
+        slice_mean_gradients(parts, number_of_volume, gradients, places, body);
     else
         for (auto &member : body.member)
             member *= is_neo_hookean ? 4 : 8;
     body.coupled_modulus.assign(body.volume_row.size(), T(0));
     const auto volume = rest_volumes(parts, x);
+    const auto factor = [&](double of_volume) {
+        if (!is_neo_hookean)
+            return 1.0 / (16.0 * of_volume);
+        return gradients.empty() ? 0.25 : of_volume;
+    };
     for (std::size_t c = 0; c < volume.size(); ++c)
-        body.coupled_modulus[number_of_volume[c]] = static_cast<T>(
-            is_neo_hookean ? 0.25 * parts.coupled_modulus[c] : parts.coupled_modulus[c] / (16.0 * volume[c]));
+        body.coupled_modulus[number_of_volume[c]] = static_cast<T>(parts.coupled_modulus[c] * factor(volume[c]));
     if (!is_neo_hookean)
         return;
     body.inverse_volume.assign(body.volume_row.size(), T(0));
@@ -77,8 +88,10 @@ void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3
 }
 
 template void slice_nodal_springs(const StepParts &, const std::vector<core::Vector3> &, const std::vector<int> &,
-                                  const std::vector<MeanGradient> &, const Lines &, SlicedBody<float> &);
+                                  const std::vector<MeanGradient> &, const Lines &, std::vector<std::vector<int>> &,
+                                  SlicedBody<float> &);
 template void slice_nodal_springs(const StepParts &, const std::vector<core::Vector3> &, const std::vector<int> &,
-                                  const std::vector<MeanGradient> &, const Lines &, SlicedBody<double> &);
+                                  const std::vector<MeanGradient> &, const Lines &, std::vector<std::vector<int>> &,
+                                  SlicedBody<double> &);
 
 } // namespace livermark::msm

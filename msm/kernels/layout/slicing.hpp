@@ -71,9 +71,10 @@ void slice_shapes(const StepParts &parts, const std::vector<core::Vector3> &posi
 /// @param positions         shape (N) [m], at rest
 /// @param number_of_volume  shape (C) which control volume of the sliced body it is
 /// @param gradients         shape (C), empty if no means of F are taken
+/// @param places            shape (nodes and what fills up their slices), where forces on each are; more are added
 template <class T>
 void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3> &positions,
                          const std::vector<int> &number_of_volume, const std::vector<MeanGradient> &gradients,
-                         const Lines &lines, SlicedBody<T> &body);
+                         const Lines &lines, std::vector<std::vector<int>> &places, SlicedBody<T> &body);
 
 } // namespace livermark::msm

@@ -255,12 +255,12 @@ template <class D, class T>
 HWY_INLINE Vec3<D> plus_corner_forces(D d, const StepWorkspace<T> &at, int slice, std::size_t lane, Vec3<D> force) {
     const auto &body = at.body;
     const std::size_t end = static_cast<std::size_t>(body.sum_start[slice + 1]) * slice_size;
-    for (std::size_t s = static_cast<std::size_t>(body.sum_start[slice]) * slice_size + lane; s < end;
-         s += slice_size) {
-        const auto sum = fetch(d, at.corner_force.data(), body.sum.data() + s);
-        force = plus(force, Vec3<D>{sum.x, sum.y, sum.z});
-    }
-    return force;
+    const auto zero = hn::Zero(d);
+    Blocks<D> sum{zero, zero, zero, zero};
+    for (std::size_t s = static_cast<std::size_t>(body.sum_start[slice]) * slice_size + lane; s < end; s += slice_size)
+        sum = plus<D>(sum, fetch_blocks(d, at.corner_force.data(), body.sum.data() + s));
+    const auto of_fans = transposed<D>(d, sum);
+    return plus(force, Vec3<D>{of_fans.x, of_fans.y, of_fans.z});
 }
 
 } // namespace livermark::msm::HWY_NAMESPACE

@@ -28,6 +28,15 @@ template <class D, class T> HWY_INLINE Rows<D> fetch(D d, const T *rows, const s
     return {hn::Set(d, at[0]), hn::Set(d, at[1]), hn::Set(d, at[2]), hn::Set(d, at[3])};
 }
 
+template <class D> struct Blocks { hn::Vec<D> r0, r1, r2, r3; };
+template <class D, class T> HWY_INLINE Blocks<D> fetch_blocks(D d, const T *rows, const std::int32_t *index) {
+    const auto row = fetch(d, rows, index);
+    return {row.x, row.y, row.z, row.w};
+}
+template <class D> HWY_INLINE Rows<D> transposed(D /*d*/, const Blocks<D> &blocks) {
+    return {blocks.r0, blocks.r1, blocks.r2, blocks.r3};
+}
+
 template <class D, class V, class T>
 HWY_INLINE void scatter_add(D d, V x, V y, V z, T *rows, const std::int32_t *index) {
     const auto was = fetch(d, rows, index);
@@ -67,25 +76,39 @@ HWY_INLINE hn::Vec<D> blocks(D d, const T *rows, const std::int32_t *index, int 
     }
 }
 
-/// Hardware gathers three vectors in three times the time that these loads and the transposition take.
-template <class D> HWY_INLINE Rows<D> fetch(D d, const float *rows, const std::int32_t *index) {
-    const hn::RepartitionToWide<decltype(hn::RebindToUnsigned<D>())> pairs;
-    const auto r0 = blocks(d, rows, index, 4), r1 = blocks(d, rows, index + 1, 4);
-    const auto r2 = blocks(d, rows, index + 2, 4), r3 = blocks(d, rows, index + 3, 4);
-    const auto xy01 = hn::BitCast(pairs, hn::InterleaveLower(d, r0, r1));
-    const auto zw01 = hn::BitCast(pairs, hn::InterleaveUpper(d, r0, r1));
-    const auto xy23 = hn::BitCast(pairs, hn::InterleaveLower(d, r2, r3));
-    const auto zw23 = hn::BitCast(pairs, hn::InterleaveUpper(d, r2, r3));
-    return {
-        hn::BitCast(d, hn::InterleaveLower(pairs, xy01, xy23)), hn::BitCast(d, hn::InterleaveUpper(pairs, xy01, xy23)),
-        hn::BitCast(d, hn::InterleaveLower(pairs, zw01, zw23)), hn::BitCast(d, hn::InterleaveUpper(pairs, zw01, zw23))};
+/// Such rows as they are loaded. Sums of rows are made of them, and then one transposition.
+template <class D> struct Blocks { hn::Vec<D> r0, r1, r2, r3; };
+
+template <class D> HWY_INLINE Blocks<D> fetch_blocks(D d, const float *rows, const std::int32_t *index) {
+    return {blocks(d, rows, index, 4), blocks(d, rows, index + 1, 4), blocks(d, rows, index + 2, 4),
+            blocks(d, rows, index + 3, 4)};
+}
+template <class D> HWY_INLINE Blocks<D> fetch_blocks(D d, const double *rows, const std::int32_t *index) {
+    return {blocks(d, rows, index, 2), blocks(d, rows, index + 1, 2), blocks(d, rows + 2, index, 2),
+            blocks(d, rows + 2, index + 1, 2)};
 }
 
-template <class D> HWY_INLINE Rows<D> fetch(D d, const double *rows, const std::int32_t *index) {
-    const auto xy0 = blocks(d, rows, index, 2), xy1 = blocks(d, rows, index + 1, 2);
-    const auto zw0 = blocks(d, rows + 2, index, 2), zw1 = blocks(d, rows + 2, index + 1, 2);
-    return {hn::InterleaveLower(d, xy0, xy1), hn::InterleaveUpper(d, xy0, xy1), hn::InterleaveLower(d, zw0, zw1),
-            hn::InterleaveUpper(d, zw0, zw1)};
+template <class D> HWY_INLINE Rows<D> transposed(D d, const Blocks<D> &blocks) {
+    const auto &[r0, r1, r2, r3] = blocks;
+    if constexpr (sizeof(hn::TFromD<D>) == 8) {
+        return {hn::InterleaveLower(d, r0, r1), hn::InterleaveUpper(d, r0, r1), hn::InterleaveLower(d, r2, r3),
+                hn::InterleaveUpper(d, r2, r3)};
+    } else {
+        const hn::RepartitionToWide<decltype(hn::RebindToUnsigned<D>())> pairs;
+        const auto xy01 = hn::BitCast(pairs, hn::InterleaveLower(d, r0, r1));
+        const auto zw01 = hn::BitCast(pairs, hn::InterleaveUpper(d, r0, r1));
+        const auto xy23 = hn::BitCast(pairs, hn::InterleaveLower(d, r2, r3));
+        const auto zw23 = hn::BitCast(pairs, hn::InterleaveUpper(d, r2, r3));
+        return {hn::BitCast(d, hn::InterleaveLower(pairs, xy01, xy23)),
+                hn::BitCast(d, hn::InterleaveUpper(pairs, xy01, xy23)),
+                hn::BitCast(d, hn::InterleaveLower(pairs, zw01, zw23)),
+                hn::BitCast(d, hn::InterleaveUpper(pairs, zw01, zw23))};
+    }
+}
+
+/// Hardware gathers three vectors in three times the time that these loads and the transposition take.
+template <class D, class T> HWY_INLINE Rows<D> fetch(D d, const T *rows, const std::int32_t *index) {
+    return transposed(d, fetch_blocks(d, rows, index));
 }
 
 /// Adds 16 bytes to each of several places, one after the other, so that two of these may be one. The compiler makes
@@ -125,6 +148,10 @@ template <class D, class V> HWY_INLINE void scatter_add(D d, V x, V y, V z, doub
 }
 
 #endif
+
+template <class D> HWY_INLINE Blocks<D> plus(const Blocks<D> &a, const Blocks<D> &b) {
+    return {hn::Add(a.r0, b.r0), hn::Add(a.r1, b.r1), hn::Add(a.r2, b.r2), hn::Add(a.r3, b.r3)};
+}
 
 } // namespace livermark::msm::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -163,7 +163,8 @@ template <bool is_damped, class T> class MeansOfC {
         store_stress(D(), stress, first_volume, at);
     }
 
-    // What the fans make of it.
+    /// Whether fans have to fetch the stresses.
+    static constexpr bool act_in_fans = true;
     using Stress = Symmetric<D>;
     HWY_INLINE static Stress fetch_at(const StepWorkspace<T> &at, const std::int32_t *corner) {
         return fetch_stress(D(), at, corner);

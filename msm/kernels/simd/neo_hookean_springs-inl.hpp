@@ -19,7 +19,7 @@ namespace livermark::msm::HWY_NAMESPACE {
 
 // These are functions of their own, so that the loops of bodies without such springs stay as they are.
 
-/// A quarter of the stress in 16 control volumes, and of the pressure.
+/// The stress in 16 control volumes, and a quarter of the pressure.
 /// @tparam Means  MeansOfC or MeansOfF
 template <bool is_damped, template <bool, class> class Means, class T>
 HWY_NOINLINE void neo_hookean_stresses(StepWorkspace<T> &at, int now, int volume_slice) {
@@ -49,8 +49,40 @@ HWY_NOINLINE void neo_hookean_stresses(StepWorkspace<T> &at, int now, int volume
     largest.keep(D(), at, static_cast<int>(body.fan_start.size()) - 1 + volume_slice);
 }
 
+/// The stresses at the corners of a fan, where fans have to fetch them.
+template <class Means, class D, bool act = Means::act_in_fans> struct FanStresses {
+    template <class T> HWY_INLINE FanStresses(const StepWorkspace<T> & /*at*/, const std::int32_t * /*corner*/) {}
+
+    template <class T>
+    HWY_INLINE Columns<D> first_stress(D d, const StepWorkspace<T> & /*at*/, const std::int32_t * /*corner*/,
+                                       const Columns<D> & /*f*/, std::size_t /*t*/, hn::Vec<D> /*modulus*/) {
+        const auto zero = hn::Zero(d);
+        return {{zero, zero, zero}, {zero, zero, zero}, {zero, zero, zero}};
+    }
+};
+template <class Means, class D> struct FanStresses<Means, D, true> {
+    typename Means::Stress axis, from;
+
+    /// @param corner  of the start of the axis
+    template <class T>
+    HWY_INLINE FanStresses(const StepWorkspace<T> &at, const std::int32_t *corner)
+        : axis(plus<D>(Means::fetch_at(at, corner), Means::fetch_at(at, corner + slice_size))),
+          from(Means::fetch_at(at, corner + 2 * slice_size)) {}
+
+    /// Of the tetrahedron between the last node of the rim and the one at `corner`; see MeansOfC.
+    template <class T>
+    HWY_INLINE Columns<D> first_stress(D d, const StepWorkspace<T> &at, const std::int32_t *corner, const Columns<D> &f,
+                                       std::size_t t, hn::Vec<D> modulus) {
+        const auto to = Means::fetch_at(at, corner);
+        const auto sum = plus<D>(axis, plus<D>(from, to));
+        from = to;
+        return Means::first_stress(f, hn::Load(d, at.body.rest_volume.data() + t), sum, modulus);
+    }
+};
+
 /// The forces of stresses around nodes, of springs inside tetrahedra, and of pressures on the nodes of the fans of a
-/// slice; see fan_forces(). What depends on the volume of a tetrahedron alone is there already, see put_push_inside().
+/// slice; see fan_forces(). What depends on the volume of a tetrahedron alone is there already, see put_push_inside();
+/// so are the forces of means of F and of mu F inside, see MeansOfF::store().
 /// @tparam Means  MeansOfC or MeansOfF, of which the stresses are
 template <bool is_damped, template <bool, class> class Means, class T>
 HWY_NOINLINE void neo_hookean_spring_forces(StepWorkspace<T> &at, int now, int slice) {
@@ -66,37 +98,38 @@ HWY_NOINLINE void neo_hookean_spring_forces(StepWorkspace<T> &at, int now, int s
         const auto *slot = body.force_slot.data() + lines.corner;
         const auto *rim_slot = slot + 2 * slice_size;
         const auto axis = fetch_axis(D(), rows, corner);
-        const auto axis_stress = plus<D>(OfMeans::fetch_at(at, corner), OfMeans::fetch_at(at, corner + slice_size));
+        FanStresses<OfMeans, D> stresses(at, corner);
         FanRates<is_damped, D> rates;
         rates.begin(d, at, now, corner);
         corner += 2 * slice_size;
         auto from = fetch_rim(D(), axis, rows, corner);
-        auto from_stress = OfMeans::fetch_at(at, corner);
         FanPulls<D> sums{D()};
         for (std::size_t t = lines.first; t < lines.end; t += slice_size, rim_slot += slice_size) {
             corner += slice_size;
             const auto to = fetch_rim(D(), axis, rows, corner);
-            const auto to_stress = OfMeans::fetch_at(at, corner);
-            const auto rest = rest_gradients(D(), body, t, lane);
-            const auto f = gradient<D>({axis.direction, from.arm, to.arm}, rest);
-            const auto rest_volume = hn::Load(d, body.rest_volume.data() + t);
-            const auto modulus = hn::Load(d, body.inner_modulus.data() + t);
-            auto stressed =
-                OfMeans::first_stress(f, rest_volume, plus<D>(axis_stress, plus<D>(from_stress, to_stress)), modulus);
-            if constexpr (is_damped) {
-                const auto before = rates;
-                rates.arm = difference(fetch(d, at.velocity_rows[now].data(), corner), rates.start);
-                const auto rate = gradient<D>({rates.axis, before.arm, rates.arm}, rest);
-                const auto factor = hn::Mul(hn::Set(d, static_cast<T>(at.beta)), modulus);
-                stressed = plus<D>(stressed, product<D>(f, stress<D>(hn::Mul(hn::Set(d, T(0.5)), factor), factor,
-                                                                     twice_strain_rate<D>(f, rate))));
+            const auto zero = hn::Zero(d);
+            OfCorners<D> pull{{zero, zero, zero}, {zero, zero, zero}, {zero, zero, zero}};
+            if constexpr (OfMeans::act_in_fans || is_damped) {
+                const auto rest = rest_gradients(D(), body, t, lane);
+                const auto f = gradient<D>({axis.direction, from.arm, to.arm}, rest);
+                const auto modulus = hn::Load(d, body.inner_modulus.data() + t);
+                auto stressed = stresses.first_stress(D(), at, corner, f, t, modulus);
+                if constexpr (is_damped) {
+                    const auto before = rates;
+                    rates.arm = difference(fetch(d, at.velocity_rows[now].data(), corner), rates.start);
+                    const auto rate = gradient<D>({rates.axis, before.arm, rates.arm}, rest);
+                    const auto factor = hn::Mul(hn::Set(d, static_cast<T>(at.beta)), modulus);
+                    const auto damping =
+                        stress<D>(hn::Mul(hn::Set(d, T(0.5)), factor), factor, twice_strain_rate<D>(f, rate));
+                    stressed = plus<D>(stressed, product<D>(f, damping));
+                }
+                pull = pulls<D>(stressed, rest);
             }
             const auto pressure = hn::Add(axis.pressure, hn::Add(from.pressure, to.pressure));
             const auto push = hn::NegMulAdd(hn::Mul(sixth, hn::Load(d, body.volume_share.data() + t)), pressure,
                                             hn::Load(d, at.push.data() + t));
-            sums.add(D(), pulls<D>(stressed, rest), push, from, to, at.corner_force, rim_slot);
+            sums.add(D(), pull, push, from, to, at.corner_force, rim_slot);
             from = to;
-            from_stress = to_stress;
         }
         sums.finish(D(), at.corner_force, slot, rim_slot);
     }
