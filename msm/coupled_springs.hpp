@@ -36,6 +36,7 @@ struct CoupledSprings {
     /// Whether relative changes of the volumes around nodes are averaged with those of their neighbours before they are
     /// resisted, see mean_volumes_around_nodes().
     bool averages_volumes = false;
+    bool runs_by_default = false; ///< whether the model joins a run of which no models are named
 };
 
 /// The part of the stiffness that springs around nodes keep inside tetrahedra. See docs/models.md on how it was chosen.
@@ -51,8 +52,8 @@ std::span<const CoupledSprings> all_coupled_springs();
 /// @throws support::InputError if there are none of that name
 const CoupledSprings &find_coupled_springs(std::string_view name);
 
-/// Whether the fast kernels know them: springs around nodes, some of them inside tetrahedra, each energy with its own
-/// measure. Others move by the scalar kernel.
+/// Whether the fast kernels know them: springs around nodes, some of them inside tetrahedra, Hooke's with elongations,
+/// neo-Hookean ones with C or F. Others move by the scalar kernel.
 bool are_in_kernels(const CoupledSprings &springs);
 
 /// The same with another part of the stiffness inside tetrahedra, taken from all other domains alike.

@@ -40,14 +40,14 @@ core::Model model(const CoupledSprings &springs, std::string name, const ModelOp
 } // namespace
 
 /// Springs that are coupled to each other, and with other parts of their stiffness inside tetrahedra where the options
-/// say so. Those that fast kernels do not know run when they are named: they are here to be compared with.
+/// say so.
 ModelFamily coupled_springs() {
     return {.name = {}, .models = [](const ModelOptions &options) {
                 std::vector<core::Model> models;
                 for (const auto &springs : livermark::msm::all_coupled_springs()) {
                     const auto constant = springs.name + ".a";
                     models.push_back(model(springs, springs.name, options));
-                    models.back().only_when_named = !livermark::msm::are_in_kernels(springs);
+                    models.back().only_when_named = !springs.runs_by_default;
                     for (const double part : options.sweep_of(constant))
                         models.push_back(model(livermark::msm::with_part_inside(springs, part),
                                                swept_name(constant, part), options));

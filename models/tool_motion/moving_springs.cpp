@@ -158,6 +158,10 @@ ElasticBody nodal_neo_hookean(const core::Body &body) {
     return coupled_springs(body, "nodal_neo_hookean");
 }
 
+ElasticBody nodal_neo_hookean_f(const core::Body &body) {
+    return coupled_springs(body, "nodal_neo_hookean_f");
+}
+
 } // namespace
 
 std::span<const MovingSpringModel> moving_spring_models() {
@@ -165,7 +169,8 @@ std::span<const MovingSpringModel> moving_spring_models() {
         {"lloyd", "Lloyd, Szekely, Harders 2007, IEEE TVCG 13(5)", lloyd},
         {"patch_nodal_volume", "Livermark", patch_with_volume, true},
         {"nodal_springs", "Livermark", nodal_springs, true},
-        {"nodal_neo_hookean", "Livermark", nodal_neo_hookean, true}};
+        {"nodal_neo_hookean", "Livermark", nodal_neo_hookean, true},
+        {"nodal_neo_hookean_f", "Livermark", nodal_neo_hookean_f, true}};
     return models;
 }
 

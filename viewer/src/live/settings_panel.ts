@@ -45,6 +45,7 @@ export function showSettings(settings: LiveSettings): void {
 const plainNames: Record<string, string> = {
   nodal_springs: 'coupled around nodes (nodal_springs)',
   nodal_neo_hookean: 'coupled around nodes, neo-Hookean (nodal_neo_hookean)',
+  nodal_neo_hookean_f: 'the same with means of F, quicker (nodal_neo_hookean_f)',
 };
 
 export function showLaws(laws: string[], settings: LiveSettings): LiveSettings {
