@@ -211,6 +211,10 @@ template <class T> class Steps : public FastSteps::Implementation {
         else
             for (auto &values : at_.corner_strain)
                 values.assign(4 * (body.corner.size() + slice_size), T(0));
+        if (has_gradients && !is_damped) { // which dashpots inside tetrahedra alone would read
+            at_.body.rest_gradient = {};
+            at_.body.inner_modulus = {};
+        }
         if (!body.inverse_volume.empty())
             at_.push.assign(body.rest_volume.size(), T(0));
         if (is_damped && has_gradients)
