@@ -15,6 +15,7 @@
 #include "cli/commands.hpp"
 #include "cli/usage.hpp"
 #include "support/input_error.hpp"
+#include "support/memory.hpp"
 #include "support/mpi_session.hpp"
 #include "support/standard_error.hpp"
 
@@ -107,7 +108,7 @@ int main(int argc, char **argv) {
             return refuse_output(error.what());
         if (mpi_num_ranks() > 1)
             abort_all_ranks(error.what());
-        fmt::print(stderr, "livermark: failed: {}\n", error.what());
+        fmt::print(stderr, "livermark: failed: {}\n", reason_of(error));
         return failed;
     }
 }

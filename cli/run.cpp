@@ -82,6 +82,7 @@ int run(const studies::RunOptions &options, Printing printing, const std::string
     }
     for (const auto &failure : failures)
         fmt::print(stderr, "livermark: failed: {}\n", failure);
+    print_notes(outcomes.notes);
     if (!printing.tables)
         print_notes(studies::sentences(task.left_out));
     if (const auto note = results::note_on_small_tools(done))

@@ -13,6 +13,7 @@
 
 #include "server/talk.hpp"
 #include "support/input_error.hpp"
+#include "support/memory.hpp"
 
 namespace livermark::server {
 
@@ -37,7 +38,7 @@ Message reply_of(const Session &session, const Message &message) {
 }
 
 /// Says on standard error why it failed, and to the other side that it did.
-void fail(Talk &talk, const char *reason) {
+void fail(Talk &talk, const std::string &reason) {
     fmt::print(stderr, "livermark: failed: {}\n", reason);
     talk.close(boost::beast::websocket::close_code::internal_error, "the reply failed; the terminal says why");
 }
@@ -94,7 +95,7 @@ void Sockets::converse(Line &line, int handle, const RequestHead &head, const Be
                 break;
         }
     } catch (const std::exception &fault) {
-        fail(talk, fault.what());
+        fail(talk, support::reason_of(fault, "close other pages, or take a mesh of fewer tetrahedra"));
     } catch (...) {
         fail(talk, "a reason that has no name");
     }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <string>
 
@@ -18,7 +19,7 @@ class Steps {
     void next(const std::string &about) {
         ++step_;
         if (report_)
-            report_(step_, num_steps_, about);
+            report_(std::min(step_, num_steps_), num_steps_, about); // what is solved again is no step more
     }
 
   private:

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <fstream>
 #include <limits>
+#include <new>
 #include <poll.h>
 #include <stdexcept>
 #include <sys/prctl.h>
@@ -19,6 +20,7 @@
 #include <system_error>
 #include <thread>
 #include <unistd.h>
+#include <utility>
 #include <vector>
 
 #include "support/input_error.hpp"
@@ -29,7 +31,7 @@ namespace livermark::support {
 namespace {
 
 /// What comes home from a worker.
-enum class Kind : std::int32_t { text, done, input_error, other_error };
+enum class Kind : std::int32_t { text, done, input_error, other_error, out_of_memory, gone };
 
 struct Header {
     Kind kind = Kind::text;
@@ -80,6 +82,8 @@ using Work = std::function<void(int, const SendMessage &)>;
             send(Kind::done, "");
         } catch (const InputError &error) {
             send(Kind::input_error, error.what());
+        } catch (const std::bad_alloc &) {
+            send(Kind::out_of_memory, "");
         } catch (const std::exception &error) {
             send(Kind::other_error, error.what());
         }
@@ -88,17 +92,24 @@ using Work = std::function<void(int, const SendMessage &)>;
     _exit(0); // destructors are for the process that this one is a copy of
 }
 
-/// A process that works. It goes with the object, at the latest when this process goes.
+/// A place for a process that works. The process goes with the object, at the latest when this process goes.
 class Worker {
   public:
-    explicit Worker(const Work &work) {
+    explicit Worker(const Work &work) : work_(work) {}
+    ~Worker() { end(); }
+    Worker(const Worker &) = delete;
+    Worker &operator=(const Worker &) = delete;
+
+    /// @return whether there is a process
+    bool start() {
+        end();
         int items[2], home[2];
         if (pipe(items) != 0)
-            throw std::system_error(errno, std::generic_category(), "no pipe to a worker");
+            return false;
         if (pipe(home) != 0) {
             close(items[0]);
             close(items[1]);
-            throw std::system_error(errno, std::generic_category(), "no pipe from a worker");
+            return false;
         }
         std::fflush(nullptr); // or both print what is in the buffers
         const auto parent = getpid();
@@ -109,59 +120,60 @@ class Worker {
                 _exit(1);
             close(items[1]);
             close(home[0]);
-            serve(items[0], home[1], work);
+            serve(items[0], home[1], work_);
         }
         close(items[0]);
         close(home[1]);
         items_ = items[1];
         home_ = home[0];
-        if (process_ < 0) {
-            close(items_);
-            close(home_);
-            throw std::system_error(errno, std::generic_category(), "no process for a worker");
-        }
+        if (process_ < 0)
+            end();
+        return process_ > 0;
     }
-    ~Worker() {
-        close(items_);
-        close(home_);
-        if (process_ > 0) {
-            kill(process_, SIGKILL);
-            waitpid(process_, nullptr, 0);
-        }
-    }
-    Worker(const Worker &) = delete;
-    Worker &operator=(const Worker &) = delete;
 
     int home() const { return home_; }
+    bool is_there() const { return process_ > 0; }
     bool has_item() const { return item_ >= 0; }
     int item() const { return item_; }
 
     void begin(WorkQueue &queue) {
+        if (!is_there())
+            return;
         item_ = queue.next(group_).value_or(-1);
         if (item_ >= 0)
             write_all(items_, &item_, sizeof item_); // if it is gone, its end is read
     }
 
-    /// @throws std::runtime_error if it is gone
-    /// @param name_of  for the message
-    Header receive(std::string &text, const std::function<std::string(int)> &name_of) {
+    /// @param text  how it ended, if it is gone
+    Kind receive(std::string &text) {
         Header header;
-        bool is_there = read_all(home_, &header, sizeof header);
-        text.assign(is_there ? header.length : 0, '\0');
-        is_there = is_there && read_all(home_, text.data(), text.size());
-        if (!is_there) {
-            int status = 0;
-            waitpid(process_, &status, 0);
-            process_ = -1;
-            throw std::runtime_error(fmt::format(
-                "a worker ended before its work did ({}), on {}; start again with fewer at once, or without it",
-                WIFSIGNALED(status) ? strsignal(WTERMSIG(status)) : "without a signal",
-                name_of ? name_of(item_) : fmt::format("item {} of its work", item_ + 1)));
-        }
-        return header;
+        bool is_whole = read_all(home_, &header, sizeof header);
+        text.assign(is_whole ? header.length : 0, '\0');
+        is_whole = is_whole && read_all(home_, text.data(), text.size());
+        if (is_whole)
+            return header.kind;
+        int status = 0;
+        waitpid(process_, &status, 0);
+        process_ = -1;
+        text = WIFSIGNALED(status) ? strsignal(WTERMSIG(status)) : "ended by itself";
+        return Kind::gone;
     }
 
   private:
+    void end() {
+        for (int *pipe : {&items_, &home_})
+            if (*pipe >= 0)
+                close(std::exchange(*pipe, -1));
+        if (process_ > 0) {
+            kill(process_, SIGKILL);
+            waitpid(process_, nullptr, 0);
+        }
+        process_ = -1;
+        item_ = -1;
+        group_ = -1;
+    }
+
+    const Work &work_;
     pid_t process_ = -1;
     int items_ = -1;
     int home_ = -1;
@@ -191,58 +203,115 @@ double available_memory() {
     return std::numeric_limits<double>::infinity();
 }
 
+/// All workers, from the first item to the last.
+class Pool {
+  public:
+    using Receive = std::function<void(int, const std::string &)>;
+
+    /// @throws std::system_error if there can be no worker at all
+    Pool(WorkQueue &queue, int num_workers, const Work &work, const Receive &receive, const Receive &lost)
+        : queue_(queue), receive_(receive), lost_(lost) {
+        for (int worker = 0; worker < num_workers; ++worker)
+            if (workers_.emplace_back(work); !workers_.back().start()) {
+                workers_.pop_back(); // fewer do as well
+                break;
+            }
+        check_there_is_one();
+        begin_all();
+    }
+
+    void run() {
+        for (;;) {
+            std::vector<pollfd> pipes;
+            std::vector<Worker *> at_work;
+            for (auto &worker : workers_)
+                if (worker.has_item()) {
+                    pipes.push_back({worker.home(), POLLIN, 0});
+                    at_work.push_back(&worker);
+                }
+            if (pipes.empty())
+                return;
+            if (poll(pipes.data(), pipes.size(), -1) < 0 && errno != EINTR)
+                throw std::system_error(errno, std::generic_category(), "waiting for workers");
+            for (std::size_t w = 0; w < pipes.size(); ++w)
+                if (pipes[w].revents != 0)
+                    listen_to(*at_work[w]);
+        }
+    }
+
+  private:
+    /// To those that have nothing to do: what one has done may be what others wait for.
+    void begin_all() {
+        for (auto &worker : workers_)
+            if (!worker.has_item())
+                worker.begin(queue_);
+    }
+
+    void check_there_is_one() const {
+        if (std::ranges::none_of(workers_, &Worker::is_there))
+            throw std::system_error(errno, std::generic_category(), "no process for a worker");
+    }
+
+    void listen_to(Worker &worker) {
+        const int item = worker.item();
+        switch (const auto kind = worker.receive(text_); kind) {
+        case Kind::text:
+            return receive_(item, text_);
+        case Kind::input_error:
+            throw InputError(text_);
+        case Kind::other_error:
+            throw std::runtime_error(text_);
+        case Kind::out_of_memory:
+        case Kind::gone:
+            lose(item, kind == Kind::out_of_memory ? "out of memory" : text_);
+            worker.start(); // what it had kept may be what filled the memory
+            check_there_is_one();
+            [[fallthrough]];
+        case Kind::done:
+            queue_.done(item);
+            worker.begin(queue_);
+            begin_all();
+        }
+    }
+
+    void lose(int item, const std::string &how) {
+        if (!lost_)
+            throw std::runtime_error(fmt::format("a worker ended before its work did ({}), on item {} of its work; "
+                                                 "start again with fewer at once, or without it",
+                                                 how, item + 1));
+        lost_(item, how);
+    }
+
+    WorkQueue &queue_;
+    const Receive &receive_;
+    const Receive &lost_;
+    std::deque<Worker> workers_; // they do not move
+    std::string text_;
+};
+
 } // namespace
 
 void run_in_process_pool(std::span<const int> group, int num_workers, const Work &work,
                          const std::function<void(int, const std::string &)> &receive,
-                         std::span<const std::vector<int>> waits_for, const std::function<std::string(int)> &name_of) {
+                         std::span<const std::vector<int>> waits_for,
+                         const std::function<void(int, const std::string &)> &lost) {
     WorkQueue queue(group, waits_for);
     if (num_workers == 1 || group.size() < 2) {
         int at = -1;
         while (const auto item = queue.next(at)) {
-            work(*item, [&](const std::string &text) { receive(*item, text); });
+            try {
+                work(*item, [&](const std::string &text) { receive(*item, text); });
+            } catch (const std::bad_alloc &) {
+                if (!lost)
+                    throw;
+                lost(*item, "out of memory");
+            }
             queue.done(*item);
         }
         return;
     }
     const IgnoredPipeSignal ignored;
-    std::deque<Worker> workers; // they do not move
-    for (int worker = 0; worker < std::min(num_workers, static_cast<int>(group.size())); ++worker)
-        workers.emplace_back(work).begin(queue);
-    std::string text;
-    for (;;) {
-        std::vector<pollfd> pipes;
-        std::vector<Worker *> at_work;
-        for (auto &worker : workers)
-            if (worker.has_item()) {
-                pipes.push_back({worker.home(), POLLIN, 0});
-                at_work.push_back(&worker);
-            }
-        if (pipes.empty())
-            return;
-        if (poll(pipes.data(), pipes.size(), -1) < 0 && errno != EINTR)
-            throw std::system_error(errno, std::generic_category(), "waiting for workers");
-        for (std::size_t w = 0; w < pipes.size(); ++w) {
-            if (pipes[w].revents == 0)
-                continue;
-            switch (at_work[w]->receive(text, name_of).kind) {
-            case Kind::text:
-                receive(at_work[w]->item(), text);
-                break;
-            case Kind::done:
-                queue.done(at_work[w]->item());
-                at_work[w]->begin(queue);
-                for (auto &worker : workers) // it may be what others wait for
-                    if (!worker.has_item())
-                        worker.begin(queue);
-                break;
-            case Kind::input_error:
-                throw InputError(text);
-            case Kind::other_error:
-                throw std::runtime_error(text);
-            }
-        }
-    }
+    Pool(queue, std::min(num_workers, static_cast<int>(group.size())), work, receive, lost).run();
 }
 
 int workers_that_fit(double bytes_per_worker) {

@@ -22,14 +22,16 @@ using SendMessage = std::function<void(const std::string &text)>;
 /// @param num_workers  >= 1
 /// @param work         called for an item; what it changes in memory may stay in the worker, what it sends comes home
 /// @param receive      called in this process with an item and each text, in the order of sending
-/// @param name_of  what an item is about, for the message if its worker is killed; its number if there is none
-/// @throws InputError or std::runtime_error as the work threw first; std::runtime_error if a worker is killed; the
-///   other workers are then stopped
+/// @param lost  called with an item whose worker has died or ran out of memory, and how: "Killed" as signals are named,
+///   "ended by itself" or "out of memory". The item counts as done then, and another worker takes the place. Without it
+///   that is a fault of the work
+/// @throws InputError or std::runtime_error as the work threw first; std::runtime_error if a worker is lost and nobody
+///   is told, or if no worker can be started; the other workers are then stopped
 void run_in_process_pool(std::span<const int> group, int num_workers,
                          const std::function<void(int item, const SendMessage &)> &work,
                          const std::function<void(int item, const std::string &text)> &receive,
                          std::span<const std::vector<int>> waits_for = {},
-                         const std::function<std::string(int item)> &name_of = {});
+                         const std::function<void(int item, const std::string &how)> &lost = {});
 
 /// How many workers this process has cores for, and the machine memory.
 /// @param bytes_per_worker  that each of them needs

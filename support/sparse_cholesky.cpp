@@ -6,9 +6,11 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <stdexcept>
 #include <string>
 
+#include "support/blas_memory.hpp"
 #include "support/openmp.hpp"
 #include "support/orderings.hpp"
 #include "support/supernodes.hpp"
@@ -61,9 +63,11 @@ struct SparseCholesky::Impl {
     Impl &operator=(const Impl &) = delete;
 
     void check(const std::string &what, std::size_t num_rows) const {
+        if (common.status == CHOLMOD_OUT_OF_MEMORY)
+            throw std::bad_alloc();
         if (common.status < CHOLMOD_OK)
             throw std::runtime_error("CHOLMOD failed to " + what + " a matrix of " + std::to_string(num_rows) +
-                                     " rows" + (common.status == CHOLMOD_OUT_OF_MEMORY ? ": out of memory" : ""));
+                                     " rows");
     }
 
     /// One of the parts of a solve.
@@ -112,6 +116,7 @@ SparseCholesky::SparseCholesky(SparseCholesky &&) noexcept = default;
 SparseCholesky &SparseCholesky::operator=(SparseCholesky &&) noexcept = default;
 
 void SparseCholesky::order(const Matrix &matrix) {
+    reserve_blas_memory();
     auto upper = view(matrix);
     cholmod_free_factor(&impl_->factor, &impl_->common);
     {

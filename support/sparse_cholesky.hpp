@@ -22,11 +22,11 @@ class SparseCholesky {
     SparseCholesky &operator=(SparseCholesky &&) noexcept;
 
     /// Finds an order for the unknowns, which serves all matrices with entries in the same places.
-    /// @throws std::runtime_error if CHOLMOD runs out of memory
+    /// @throws std::bad_alloc if there is too little memory
     void order(const Matrix &matrix);
     /// Only after order(). Nothing is constrained then.
     /// @return whether the matrix is positive definite
-    /// @throws std::runtime_error if CHOLMOD runs out of memory
+    /// @throws std::bad_alloc if there is too little memory
     bool factorise(const Matrix &matrix);
     /// The square of the ratio of the smallest to the largest entry on the diagonal of L.
     double pivot_ratio() const;

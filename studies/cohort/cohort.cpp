@@ -17,6 +17,7 @@
 #include "studies/run/run_cases.hpp"
 #include "studies/run/run_task.hpp"
 #include "support/input_error.hpp"
+#include "support/memory.hpp"
 #include "support/mpi_session.hpp"
 #include "support/whole_file.hpp"
 
@@ -106,6 +107,7 @@ void add_outcomes(Outcomes &&outcomes, const std::string &body, CohortOutcome &a
     }
     if (kept.num_kept > 0)
         all.kept.push_back(kept);
+    std::ranges::move(outcomes.notes, std::back_inserter(all.notes));
     for (const auto &[stage, seconds] : outcomes.spent.stages())
         all.spent.add(stage, seconds);
 }
@@ -125,7 +127,7 @@ void run_body(int number, const CohortOptions &options, RunOptions run, const Pr
                    fmt::format("{}: body and load cases", body.name));
         task = task_of_body(variant, file, options, run);
     } catch (const std::exception &error) {
-        all.cohort.failures.push_back(fmt::format("{}: {}", body.name, error.what()));
+        all.cohort.failures.push_back(fmt::format("{}: {}", body.name, support::reason_of(error)));
     }
     all.spent.stop();
     if (!task)
@@ -141,7 +143,7 @@ void run_body(int number, const CohortOptions &options, RunOptions run, const Pr
     } catch (const support::InputError &) {
         throw; // results have no place any more
     } catch (const std::exception &error) {
-        all.cohort.failures.push_back(fmt::format("{}: {}", body.name, error.what()));
+        all.cohort.failures.push_back(fmt::format("{}: {}", body.name, support::reason_of(error)));
     }
 }
 

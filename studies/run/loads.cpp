@@ -7,11 +7,12 @@
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/case_groups.hpp"
 #include "studies/run/load_scaling.hpp"
+#include "support/memory.hpp"
 
 namespace livermark::studies {
 
 std::vector<LoadedProblem> load_all(const RunTask &task, const RunOptions &options, PreparedModels &prepared,
-                                    const std::function<void(std::size_t, const char *)> &failed) {
+                                    const std::function<void(std::size_t, const std::string &)> &failed) {
     const auto &baseline = baseline_of(task.models);
     std::vector<LoadedProblem> loads;
     for (const auto &case_group : case_groups_of(task.problems).problems)
@@ -21,7 +22,7 @@ std::vector<LoadedProblem> load_all(const RunTask &task, const RunOptions &optio
                      at_amplitudes(scaled_to_target(task.problems[number], baseline, prepared), options.amplitudes))
                     loads.push_back({number, std::move(problem)});
             } catch (const std::exception &error) {
-                failed(number, error.what());
+                failed(number, support::reason_of(error));
             }
     return loads;
 }

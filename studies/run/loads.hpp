@@ -20,7 +20,7 @@ struct LoadedProblem {
 /// @param prepared  what the baseline solves with
 /// @param failed  called for what cannot be scaled to its target, with the reason
 std::vector<LoadedProblem> load_all(const RunTask &task, const RunOptions &options, PreparedModels &prepared,
-                                    const std::function<void(std::size_t number, const char *reason)> &failed);
+                                    const std::function<void(std::size_t number, const std::string &reason)> &failed);
 
 /// What they are of.
 std::vector<core::Problem> problems_of(const std::vector<LoadedProblem> &loads);

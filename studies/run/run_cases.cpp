@@ -1,6 +1,8 @@
 #include "studies/run/run_cases.hpp"
 
 #include <algorithm>
+#include <csignal>
+#include <cstring>
 #include <fmt/format.h>
 #include <optional>
 #include <stdexcept>
@@ -19,6 +21,7 @@
 #include "studies/run/work_plan.hpp"
 #include "studies/run/worker_messages.hpp"
 #include "support/input_error.hpp"
+#include "support/memory.hpp"
 #include "support/mpi_session.hpp"
 #include "support/process_pool.hpp"
 
@@ -119,7 +122,7 @@ void run_case(const Run &run, std::size_t load, PreparedModels &prepared, const 
             throw;
         send(to_text(MessageKind::failure, load, fmt::format("{}: {}", name_of(problem), error.what())));
     } catch (const std::exception &error) {
-        send(to_text(MessageKind::failure, load, fmt::format("{}: {}", name_of(problem), error.what())));
+        send(to_text(MessageKind::failure, load, fmt::format("{}: {}", name_of(problem), support::reason_of(error))));
     }
     send_times(spent, load, send);
 }
@@ -174,24 +177,29 @@ int num_steps(const Run &run) {
     return static_cast<int>(num);
 }
 
-std::string names_of_cases(const std::vector<core::Problem> &problems, const WorkItem &item) {
-    std::vector<std::string> names;
-    for (const auto &case_group : item.case_groups)
-        for (const auto problem : case_group)
-            names.push_back(name_of(problems[problem]));
-    return fmt::format("{}", fmt::join(names, ", "));
+/// @param where  the last step that the lost process told of
+/// @param how    as of run_in_process_pool()
+std::string sentence_on_lost(const std::string &where, const std::string &how) {
+    const bool is_killed = how == strsignal(SIGKILL), is_out_of_memory = how == "out of memory";
+    return fmt::format("{}: {}", where,
+                       is_out_of_memory ? fmt::format("there is too little memory; {}", support::memory_remedy)
+                       : is_killed      ? fmt::format("its process was killed, most likely because memory ran out; {}",
+                                                      support::memory_remedy)
+                                        : fmt::format("its process was lost ({}); leave this model or load case out, "
+                                                           "and report it as a fault of livermark",
+                                                      how));
 }
 
 } // namespace
 
 Outcomes run_cases(const RunTask &task, const RunOptions &options, const std::string &command_line,
                    const ProgressReport &report) {
-    Outcomes outcomes{std::vector<Outcome>(task.problems.size()), {}};
+    Outcomes outcomes{std::vector<Outcome>(task.problems.size()), {}, {}};
     Worker worker{PreparedModels(most_shared(task.problems))};
     outcomes.spent.begin(other_work);
     Run run{
         .task = task, .options = options, .command_line = command_line, .loads = {}, .problems = {}, .is_resumed = {}};
-    run.loads = load_all(task, options, worker.prepared, [&](std::size_t number, const char *reason) {
+    run.loads = load_all(task, options, worker.prepared, [&](std::size_t number, const std::string &reason) {
         outcomes.of_problem[number].failures.push_back(fmt::format("{}: {}", name_of(task.problems[number]), reason));
     });
     run.problems = problems_of(run.loads);
@@ -207,14 +215,16 @@ Outcomes run_cases(const RunTask &task, const RunOptions &options, const std::st
     outcomes.spent.stop();
     Steps steps(num_steps(run), report);
     std::vector<Outcome> of_load(run.loads.size()); // they end in any order
+    std::vector<std::string> last_step(run.plan.items.size());
     support::run_in_process_pool(
         run.plan.group, workers, [&](int item, const support::SendMessage &send) { do_item(run, item, worker, send); },
-        [&](int /*item*/, const std::string &text) {
+        [&](int item, const std::string &text) {
             const WorkerMessage message(text);
             auto &outcome = of_load[message.problem];
             switch (message.kind) {
             case MessageKind::step:
                 steps.next(message.about);
+                last_step[static_cast<std::size_t>(item)] = message.about;
                 break;
             case MessageKind::time:
                 outcomes.spent.add(message.about, message.seconds);
@@ -228,7 +238,16 @@ Outcomes run_cases(const RunTask &task, const RunOptions &options, const std::st
             }
         },
         run.plan.waits_for,
-        [&](int item) { return names_of_cases(run.problems, run.plan.items[static_cast<std::size_t>(item)]); });
+        [&](int item, const std::string &how) {
+            const auto &work = run.plan.items[static_cast<std::size_t>(item)];
+            const auto load = work.case_groups.front().front();
+            const auto &step = last_step[static_cast<std::size_t>(item)];
+            const auto sentence = sentence_on_lost(step.empty() ? name_of(run.problems[load]) : step, how);
+            if (work.models.empty())
+                of_load[load].failures.push_back(sentence);
+            else // a benchmark case solves by itself what it does not find
+                outcomes.notes.push_back(sentence + "; each load case was then solved by itself");
+        });
     for (std::size_t load = 0; load < of_load.size(); ++load) {
         auto &outcome = outcomes.of_problem[run.loads[load].number];
         outcome.num_kept += run.is_resumed[load] ? 1 : 0;
@@ -240,7 +259,7 @@ Outcomes run_cases(const RunTask &task, const RunOptions &options, const std::st
 
 void help_first_rank(const RunTask &task, const RunOptions &options, const std::string &command_line) {
     PreparedModels prepared;
-    const auto loads = load_all(task, options, prepared, [](std::size_t, const char *) {});
+    const auto loads = load_all(task, options, prepared, [](std::size_t, const std::string &) {});
     const auto solve = [&](const core::Model &model, const core::Problem &problem) {
         return prepared.solve(model, problem);
     };

@@ -21,14 +21,15 @@ struct Outcome {
 struct Outcomes {
     std::vector<Outcome> of_problem; ///< (P) in the order of the problems
     TimeSpent spent;                 ///< by all workers together
+    std::vector<std::string> notes;  ///< a sentence for each worker that was lost where nothing failed by it
 };
 
 /// Evaluates the benchmark cases of a run, after what models solve together: in several processes where cores and
 /// memory allow and the options do not say otherwise, and writes each to its file as soon as it is done. The numbers do
-/// not depend on how many processes there are.
+/// not depend on how many processes there are. A case whose process is killed, as happens where the memory ends, or
+/// that runs out of memory, has failed; the others go on.
 /// @param command_line  kept in the result files
 /// @throws support::InputError if a result cannot be kept
-/// @throws std::runtime_error if a worker is killed, as happens where the memory ends
 Outcomes run_cases(const RunTask &task, const RunOptions &options, const std::string &command_line,
                    const ProgressReport &report);
 

@@ -6,6 +6,8 @@
 #include <chrono>
 #include <csignal>
 #include <functional>
+#include <map>
+#include <new>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -118,6 +120,46 @@ TEST(SideBySide, AFaultEndsTheWork) {
 TEST(SideBySide, AWorkerThatIsKilledIsMissed) {
     const auto text = message<std::runtime_error>(2, [] { std::raise(SIGKILL); });
     EXPECT_NE(text.find("a worker ended before its work did (Killed), on item "), std::string::npos) << text;
+}
+
+/// Of twelve items the fourth ends its process and the eighth finds no memory; the last one waits for both.
+TEST(SideBySide, ALostWorkerCostsItsItemAlone) {
+    const std::vector<int> group{0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 3};
+    std::vector<std::vector<int>> waits_for(group.size());
+    waits_for.back() = {3, 7};
+    for (const int num_workers : {1, 2, 3}) {
+        SCOPED_TRACE(num_workers);
+        std::vector<int> done;
+        std::map<int, std::string> lost;
+        support::run_in_process_pool(
+            group, num_workers,
+            [&](int item, const support::SendMessage &tell) {
+                if (item == 3 && num_workers > 1)
+                    std::raise(SIGKILL);
+                if (item == 7)
+                    throw std::bad_alloc();
+                tell("done");
+            },
+            [&](int item, const std::string &) { done.push_back(item); }, waits_for,
+            [&](int item, const std::string &how) { EXPECT_TRUE(lost.emplace(item, how).second); });
+        std::map<int, std::string> expected{{7, "out of memory"}};
+        if (num_workers > 1)
+            expected.emplace(3, "Killed");
+        EXPECT_EQ(lost, expected);
+        EXPECT_EQ(done.size() + lost.size(), group.size());
+        EXPECT_EQ(done.back(), 11);
+    }
+}
+
+TEST(SideBySide, GoesOnWhereEveryItemEndsItsProcess) {
+    int num_lost = 0;
+    support::run_in_process_pool(
+        std::vector<int>(20, 0), 3, [](int, const support::SendMessage &) { std::raise(SIGSEGV); }, {}, {},
+        [&](int, const std::string &how) {
+            EXPECT_EQ(how, "Segmentation fault");
+            ++num_lost;
+        });
+    EXPECT_EQ(num_lost, 20);
 }
 
 TEST(WorkersThatFit, AreAtLeastOneAndOneForEachCoreAtMost) {
