@@ -4,6 +4,7 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
@@ -125,7 +126,7 @@ void exchange(std::string_view input, const Channel &to_child, const std::vector
 struct FolderToRemove {
     volatile std::sig_atomic_t is_used = 0;
     pid_t owner = 0;
-    std::array<char, 512> path{};
+    std::array<char, 512> path{}, gone{};
 };
 std::array<FolderToRemove, 16> folders_to_remove;
 
@@ -133,9 +134,12 @@ std::array<FolderToRemove, 16> folders_to_remove;
 void remove_and_end(int signal) {
     for (auto &folder : folders_to_remove)
         if (folder.is_used != 0 && folder.owner == getpid()) { // and not a copy of the process
+            // Under another name nobody who still works puts a file into it while it is emptied.
+            const bool is_renamed = std::rename(folder.path.data(), folder.gone.data()) == 0;
+            const char *path = is_renamed ? folder.gone.data() : folder.path.data();
             const pid_t child = fork();
             if (child == 0) {
-                execl("/bin/rm", "rm", "-rf", "--", folder.path.data(), static_cast<char *>(nullptr));
+                execl("/bin/rm", "rm", "-rf", "--", path, static_cast<char *>(nullptr));
                 _exit(1);
             }
             if (child > 0)
@@ -153,9 +157,12 @@ void remove_when_ended(const std::string &path) {
         return true;
     }();
     for (auto &folder : folders_to_remove)
-        if (are_installed && folder.is_used == 0 && path.size() < folder.path.size()) {
+        if (const auto gone = path + ".gone";
+            are_installed && folder.is_used == 0 && gone.size() < folder.path.size()) {
             std::ranges::copy(path, folder.path.begin());
             folder.path.at(path.size()) = '\0';
+            std::ranges::copy(gone, folder.gone.begin());
+            folder.gone.at(gone.size()) = '\0';
             folder.owner = getpid();
             folder.is_used = 1;
             return;

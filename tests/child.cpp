@@ -46,6 +46,10 @@ std::string content(std::FILE *file) {
         const rlimit limit{*options.largest_file, *options.largest_file};
         is_ready = is_ready && setrlimit(RLIMIT_FSIZE, &limit) == 0;
     }
+    if (options.address_space) {
+        const rlimit limit{*options.address_space, *options.address_space};
+        is_ready = is_ready && setrlimit(RLIMIT_AS, &limit) == 0;
+    }
     if (options.without_rights && geteuid() == 0)
         is_ready = is_ready && setgroups(0, nullptr) == 0 && setgid(nobody) == 0 && setuid(nobody) == 0;
     if (is_ready)
@@ -77,7 +81,7 @@ ChildEnd run_child(const std::vector<std::string> &words, const ChildOptions &op
         ended = waitpid(process, &status, WNOHANG);
     }
     if (options.killed_when && ended == 0)
-        kill(process, SIGKILL);
+        kill(process, options.kill_signal);
     if (ended == 0)
         ended = waitpid(process, &status, 0);
     if (ended != process)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <csignal>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -11,11 +12,13 @@ namespace livermark::tests {
 
 /// How a child process is to run.
 struct ChildOptions {
-    std::filesystem::path folder{};              ///< where it works
-    std::filesystem::path output{};              ///< where its standard output goes; kept if empty
-    std::optional<std::uint64_t> largest_file{}; ///< [byte]; what writes more meets a disk that is full
-    bool without_rights = false;                 ///< as the user nobody, if this is root, who may read everything
-    std::function<bool()> killed_when{};         ///< asked every millisecond whether to kill it
+    std::filesystem::path folder{};               ///< where it works
+    std::filesystem::path output{};               ///< where its standard output goes; kept if empty
+    std::optional<std::uint64_t> largest_file{};  ///< [byte]; what writes more meets a disk that is full
+    std::optional<std::uint64_t> address_space{}; ///< [byte]; what takes more meets a machine without memory
+    bool without_rights = false;                  ///< as the user nobody, if this is root, who may read everything
+    std::function<bool()> killed_when{};          ///< asked every millisecond whether to kill it
+    int kill_signal = SIGKILL;                    ///< with what
 };
 
 /// How it ended.

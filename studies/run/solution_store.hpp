@@ -6,18 +6,13 @@
 
 #include "core/problem.hpp"
 #include "core/solution.hpp"
+#include "support/child_process.hpp"
 
 namespace livermark::studies {
 
-/// A folder for temporary files, in which workers leave solutions of models for each other. It goes with the object.
+/// A folder for temporary files, in which workers leave solutions of models for each other: see support::ScratchFolder.
 class SolutionStore {
   public:
-    /// @throws support::InputError if there is no place for it
-    SolutionStore();
-    ~SolutionStore();
-    SolutionStore(const SolutionStore &) = delete;
-    SolutionStore &operator=(const SolutionStore &) = delete;
-
     /// @param number  of the problem
     /// @throws support::InputError if the disk is full
     void leave(std::size_t number, const std::string &model, const core::Solution &solution,
@@ -30,7 +25,7 @@ class SolutionStore {
   private:
     std::filesystem::path file(std::size_t number, const std::string &model) const;
 
-    std::filesystem::path path_;
+    support::ScratchFolder folder_;
 };
 
 } // namespace livermark::studies
