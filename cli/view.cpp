@@ -75,6 +75,14 @@ int view(const ViewOptions &options) {
                    "livermark: {}: the names of {} more result files are not UTF-8, and they are left out; "
                    "rename them\n",
                    support::shown(options.folder), files.num_not_utf8);
+    if (files.num_in_use > 0 && num_files > 0)
+        fmt::print(stderr,
+                   "livermark: {}: another program has {} of the files open to write, and they are left out until it "
+                   "closes them\n",
+                   support::shown(options.folder), files.num_in_use);
+    if (num_files == 0 && files.num_in_use > 0)
+        throw support::InputError(fmt::format(
+            "{}: another program has all result files here open to write; close them there", options.folder));
     if (num_files == 0)
         throw support::InputError(
             fmt::format("{}: there are no result files here; make some with `livermark run`", options.folder));

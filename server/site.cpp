@@ -206,7 +206,14 @@ ResultFiles result_files(const Site &site) {
              fs::recursive_directory_iterator(site.folder, fs::directory_options::skip_permission_denied, error);
          !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
         const auto path = entry->path().lexically_relative(site.folder);
-        if (const auto file = file_of(path, site.folder); file && site.is_result_file(*file)) {
+        const auto file = file_of(path, site.folder);
+        bool is_one = false;
+        try {
+            is_one = file && site.is_result_file(*file);
+        } catch (const support::InputError &) {
+            ++found.num_in_use;
+        }
+        if (is_one) {
             if (auto name = path.generic_string(); is_utf8(name))
                 found.paths.push_back(std::move(name));
             else

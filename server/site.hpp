@@ -20,7 +20,8 @@ struct Site {
     std::filesystem::path page;   ///< index.html
     std::uint16_t port;           ///< that the browser has to name
     std::string token;            ///< see new_token(); an empty one lets nobody in
-    /// Asked of each .h5 file that is to be listed or sent, by several threads; see remembered().
+    /// Asked of each .h5 file that is to be listed or sent, by several threads; see remembered(). May throw InputError
+    /// where nobody can say now.
     std::function<bool(const std::filesystem::path &)> is_result_file;
     std::map<std::string, BeginSession> sessions{}; ///< by the path that WebSockets ask for
 };
@@ -74,6 +75,7 @@ struct ResultFiles {
     /// Relative to the folder, with '/', by name.
     std::vector<std::string> paths;
     int num_not_utf8 = 0; ///< how many more there are whose names are no UTF-8: no address can name them
+    int num_in_use = 0;   ///< how many files could be, but another program has them open to write
 };
 
 /// The result files below the folder.

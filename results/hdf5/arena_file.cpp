@@ -9,6 +9,7 @@
 
 #include "results/hdf5/file_parts.hpp"
 #include "results/hdf5/hdf5_io.hpp"
+#include "results/hdf5/read_apart.hpp"
 #include "support/input_error.hpp"
 #include "support/whole_file.hpp"
 
@@ -124,7 +125,9 @@ void write_arena(const std::filesystem::path &path, const Arena &arena) {
     support::write_whole(path, file.image());
 }
 
-Arena read_arena(const std::filesystem::path &path) {
+namespace {
+
+Arena arena_in(const std::filesystem::path &path) {
     const InputFile file(path, "livermark arena");
     hdf5::check_schema(file);
     Arena arena{.provenance = hdf5::read_provenance(file),
@@ -175,6 +178,12 @@ Arena read_arena(const std::filesystem::path &path) {
                                               error.begin() + first + static_cast<std::ptrdiff_t>(num_fields));
     }
     return arena;
+}
+
+} // namespace
+
+Arena read_arena(const std::filesystem::path &path) {
+    return hdf5::read_once_tried(path, [&] { return arena_in(path); });
 }
 
 } // namespace livermark::results

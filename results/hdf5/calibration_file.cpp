@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "results/hdf5/file_parts.hpp"
+#include "results/hdf5/read_apart.hpp"
 #include "results/hdf5/schema.hpp"
 #include "support/whole_file.hpp"
 
@@ -56,7 +57,9 @@ void write_calibration(const std::filesystem::path &path, const Calibration &cal
     support::write_whole(path, file.image());
 }
 
-Calibration read_calibration(const std::filesystem::path &path) {
+namespace {
+
+Calibration calibration_in(const std::filesystem::path &path) {
     const hdf5::InputFile file(path, maker);
     check_kind(file);
     Calibration calibration;
@@ -83,6 +86,12 @@ Calibration read_calibration(const std::filesystem::path &path) {
     calibration.error_before = file.dataset<double>("/loads/error_before", calibration.held_out.size());
     calibration.error_after = file.dataset<double>("/loads/error_after", calibration.held_out.size());
     return calibration;
+}
+
+} // namespace
+
+Calibration read_calibration(const std::filesystem::path &path) {
+    return hdf5::read_once_tried(path, [&] { return calibration_in(path); });
 }
 
 } // namespace livermark::results

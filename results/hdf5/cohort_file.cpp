@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "results/hdf5/file_parts.hpp"
+#include "results/hdf5/read_apart.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::results {
@@ -227,7 +228,9 @@ void write_cohort(const std::filesystem::path &path, const Cohort &cohort) {
     support::write_whole(path, file.image());
 }
 
-Cohort read_cohort(const std::filesystem::path &path) {
+namespace {
+
+Cohort cohort_in(const std::filesystem::path &path) {
     const InputFile file(path, "livermark cohort");
     hdf5::check_schema(file);
     return {.provenance = hdf5::read_provenance(file),
@@ -235,6 +238,12 @@ Cohort read_cohort(const std::filesystem::path &path) {
             .bodies = read_bodies(file),
             .errors = read_errors(file),
             .failures = read_failures(file)};
+}
+
+} // namespace
+
+Cohort read_cohort(const std::filesystem::path &path) {
+    return hdf5::read_once_tried(path, [&] { return cohort_in(path); });
 }
 
 } // namespace livermark::results

@@ -1,10 +1,13 @@
 #include "results/hdf5/file_kind.hpp"
 
 #include "results/hdf5/hdf5_io.hpp"
+#include "results/hdf5/read_apart.hpp"
 
 namespace livermark::results {
 
-FileKind kind_of_file(const std::filesystem::path &path) {
+namespace {
+
+FileKind kind_in(const std::filesystem::path &path) {
     const hdf5::InputFile file(path);
     if (file.has("/critical_time_step"))
         return FileKind::stability;
@@ -21,6 +24,12 @@ FileKind kind_of_file(const std::filesystem::path &path) {
     if (file.has("/solutions") && !file.children("/solutions").empty())
         return FileKind::result;
     return file.has("/modes") ? FileKind::modes : FileKind::other;
+}
+
+} // namespace
+
+FileKind kind_of_file(const std::filesystem::path &path) {
+    return hdf5::read_once_tried(path, [&] { return kind_in(path); });
 }
 
 } // namespace livermark::results

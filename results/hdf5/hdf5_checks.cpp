@@ -2,10 +2,16 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <fstream>
 #include <string_view>
+#include <sys/file.h>
+#include <unistd.h>
 #include <vector>
+
+#include "results/hdf5/file_kind.hpp"
 
 namespace livermark::results::hdf5 {
 
@@ -49,7 +55,23 @@ bool has_possible_chunks(hid_t properties, int rank, std::size_t bytes_per_entry
     return true;
 }
 
+/// Whether somebody has locked a file to write, as HDF5 does.
+bool is_locked(const std::filesystem::path &path) {
+    const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (file < 0)
+        return false;
+    const bool is_free = flock(file, LOCK_SH | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+    close(file);
+    return !is_free;
+}
+
 } // namespace
+
+void check_not_in_use(const std::filesystem::path &path) {
+    if (is_locked(path))
+        throw FileInUse(fmt::format("{}: another program has the file open to write; close it there, or wait for it",
+                                    path.string()));
+}
 
 bool has_checksums(const std::filesystem::path &path) {
     std::array<char, first_bytes.size()> found{};

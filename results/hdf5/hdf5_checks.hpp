@@ -13,6 +13,9 @@ namespace livermark::results::hdf5 {
 /// only found when HDF5 has run into it.
 bool has_checksums(const std::filesystem::path &path);
 
+/// @throws FileInUse if another program has the file open to write
+void check_not_in_use(const std::filesystem::path &path);
+
 /// Why the numbers of a dataset are not in the file itself: they are in files beside it, or in datasets of other files;
 /// empty if they are. Opens none of these.
 std::string fault_of_place(hid_t dataset);

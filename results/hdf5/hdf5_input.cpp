@@ -2,11 +2,8 @@
 #include <cerrno>
 #include <climits>
 #include <cstring>
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <fstream>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include "results/hdf5/hdf5_checks.hpp"
 #include "results/hdf5/hdf5_text.hpp"
@@ -15,16 +12,6 @@
 namespace livermark::results::hdf5 {
 
 namespace {
-
-/// Whether somebody has locked a file to write, as HDF5 does.
-bool is_locked(const std::filesystem::path &path) {
-    const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (file < 0)
-        return false;
-    const bool is_free = flock(file, LOCK_SH | LOCK_NB) == 0 || errno != EWOULDBLOCK;
-    close(file);
-    return !is_free;
-}
 
 Handle open_file(const std::filesystem::path &path, const std::string &maker) {
     const std::string name = path.string();
@@ -41,10 +28,9 @@ Handle open_file(const std::filesystem::path &path, const std::string &maker) {
         Handle file(H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
         if (file.valid())
             return file;
+        check_not_in_use(path);
         throw support::InputError(
-            is_locked(path)
-                ? fmt::format("{}: another program has the file open to write; close it there, or wait for it", name)
-                : fmt::format("{}: the file is truncated or damaged; make it again with `{}`", name, maker));
+            fmt::format("{}: the file is truncated or damaged; make it again with `{}`", name, maker));
     }
     throw support::InputError(fmt::format(
         "{}: this is not an HDF5 file in the format of this version; give a file that `{}` wrote", name, maker));

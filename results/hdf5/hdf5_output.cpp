@@ -4,6 +4,8 @@
 #include <cstring>
 #include <fmt/format.h>
 #include <memory>
+#include <new>
+#include <pthread.h>
 #include <stdexcept>
 
 #include "results/hdf5/hdf5_text.hpp"
@@ -103,6 +105,9 @@ Handle create_in_memory(std::shared_ptr<void> &kept) {
 /// A thread may have several files open.
 std::recursive_mutex &one_thread() {
     static std::recursive_mutex mutex;
+    // Another thread may be in HDF5 while this one makes a process to read in.
+    static const bool survives_forks [[maybe_unused]] =
+        pthread_atfork([] { mutex.lock(); }, [] { mutex.unlock(); }, [] { new (&mutex) std::recursive_mutex; }) == 0;
     return mutex;
 }
 
@@ -111,6 +116,10 @@ std::recursive_mutex &one_thread() {
 Quiet::Quiet() : alone_(one_thread()) {
     H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+    // HDF5 1.10 never gives back what it took for an object header whose checksum is wrong, and at the end of the
+    // process prints that it waits for it in vain. The handler comes before that of the library, which is there now.
+    static const bool ends_quietly [[maybe_unused]] =
+        std::atexit([] { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }) == 0;
 }
 
 Quiet::~Quiet() {

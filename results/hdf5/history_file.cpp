@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "results/hdf5/file_parts.hpp"
+#include "results/hdf5/read_apart.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::results {
@@ -67,7 +68,9 @@ void write_histories(const std::filesystem::path &path, const Histories &histori
     support::write_whole(path, file.image());
 }
 
-Histories read_histories(const std::filesystem::path &path) {
+namespace {
+
+Histories histories_in(const std::filesystem::path &path) {
     const hdf5::InputFile file(path, "livermark histories");
     hdf5::check_schema(file);
     Histories histories{.provenance = hdf5::read_provenance(file),
@@ -77,6 +80,12 @@ Histories read_histories(const std::filesystem::path &path) {
     for (const auto &name : file.children("/histories"))
         histories.cases.push_back(read_case(file, name));
     return histories;
+}
+
+} // namespace
+
+Histories read_histories(const std::filesystem::path &path) {
+    return hdf5::read_once_tried(path, [&] { return histories_in(path); });
 }
 
 } // namespace livermark::results

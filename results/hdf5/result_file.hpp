@@ -14,10 +14,16 @@ namespace livermark::results {
 /// @throws std::invalid_argument if the shapes or names are not as said
 void write_result(const std::filesystem::path &path, const Result &result);
 
+/// Who made a file.
+enum class Origin {
+    own,     ///< this run
+    outside, ///< anybody: it is read in a process of its own first, which a damaged file may end
+};
+
 /// Reads what write_result wrote. Shapes, types and ranges are checked, so that nothing after it needs to.
 /// Displacements, reactions, errors and norms may be NaN or infinite: that is how a diverged solution looks.
 /// @throws support::InputError that names the file and the dataset or attribute, and says what is wrong and what to do
-Result read_result(const std::filesystem::path &path);
+Result read_result(const std::filesystem::path &path, Origin origin = Origin::outside);
 
 /// A single solution without its problem, not compressed: for another process of the same run, which has the problem
 /// and reads it soon.

@@ -16,7 +16,9 @@ namespace livermark::results {
 namespace {
 
 /// The result files below a folder, by name. Other commands leave other files there.
-void add_results_below(const std::filesystem::path &path, std::vector<Result> &results) {
+/// @return how many files cannot be read
+int add_results_below(const std::filesystem::path &path, std::vector<Result> &results) {
+    int num_passed_over = 0;
     for (const auto &file : hdf5_files_below(path))
         try {
             if (kind_of_file(file) == FileKind::cohort) // sums up the files below it
@@ -28,7 +30,9 @@ void add_results_below(const std::filesystem::path &path, std::vector<Result> &r
             std::ranges::replace_if(
                 sentence, [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; }, ' ');
             fmt::print(stderr, "livermark: passed over: {}\n", sentence);
+            ++num_passed_over;
         }
+    return num_passed_over;
 }
 
 } // namespace
@@ -49,15 +53,19 @@ std::vector<std::filesystem::path> hdf5_files_below(const std::filesystem::path 
 
 std::vector<Result> read_results(std::span<const std::filesystem::path> paths) {
     std::vector<Result> results;
+    int num_passed_over = 0;
     for (const auto &path : paths)
         if (std::error_code ignored; std::filesystem::is_directory(path, ignored))
-            add_results_below(path, results);
+            num_passed_over += add_results_below(path, results);
         else
             results.push_back(read_result(path));
     if (results.empty()) {
         std::vector<std::string> names;
         for (const auto &path : paths)
             names.push_back(path.string());
+        if (num_passed_over > 0)
+            throw support::InputError(
+                fmt::format("{}: no result file here can be read; the reasons stand above", fmt::join(names, ", ")));
         throw support::InputError(
             fmt::format("{}: there are no result files here; make some with `livermark run`", fmt::join(names, ", ")));
     }
@@ -69,6 +77,8 @@ std::vector<Result> read_results(std::span<const std::filesystem::path> paths) {
 bool is_result_file(const std::filesystem::path &path) {
     try {
         return kind_of_file(path) == FileKind::result;
+    } catch (const FileInUse &) {
+        throw;
     } catch (const support::InputError &) {
         return false;
     }

@@ -18,6 +18,7 @@ std::vector<std::filesystem::path> hdf5_files_below(const std::filesystem::path 
 std::vector<Result> read_results(std::span<const std::filesystem::path> paths);
 
 /// Whether a file says that it contains solutions of models; reading it may still find a fault.
+/// @throws FileInUse if another program has it open to write, so that nobody can say
 bool is_result_file(const std::filesystem::path &path);
 
 } // namespace livermark::results

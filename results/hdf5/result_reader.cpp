@@ -11,6 +11,7 @@
 #include "results/hdf5/hdf5_io.hpp"
 #include "results/hdf5/load_case_group.hpp"
 #include "results/hdf5/node_numbers.hpp"
+#include "results/hdf5/read_apart.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/schema.hpp"
 #include "results/hdf5/solution_group.hpp"
@@ -183,9 +184,12 @@ template <class Read> auto within_memory(const InputFile &file, const Read &read
 
 } // namespace
 
-Result read_result(const std::filesystem::path &path) {
-    const InputFile file(path);
-    return within_memory(file, [&] { return read_file(file); });
+Result read_result(const std::filesystem::path &path, Origin origin) {
+    const auto read = [&] {
+        const InputFile file(path);
+        return within_memory(file, [&] { return read_file(file); });
+    };
+    return origin == Origin::own ? read() : hdf5::read_once_tried(path, read);
 }
 
 core::Solution read_solution(const std::filesystem::path &path, const core::Problem &problem) {

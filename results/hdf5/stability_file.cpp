@@ -1,6 +1,7 @@
 #include "results/hdf5/stability_file.hpp"
 
 #include "results/hdf5/file_parts.hpp"
+#include "results/hdf5/read_apart.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::results {
@@ -34,7 +35,9 @@ void write_stability(const std::filesystem::path &path, const Stability &stabili
     support::write_whole(path, file.image());
 }
 
-Stability read_stability(const std::filesystem::path &path) {
+namespace {
+
+Stability stability_in(const std::filesystem::path &path) {
     const hdf5::InputFile file(path, "livermark stability");
     hdf5::check_schema(file);
     Stability stability{.provenance = hdf5::read_provenance(file),
@@ -60,6 +63,12 @@ Stability read_stability(const std::filesystem::path &path) {
         stability.limits.push_back(
             {names[i], {undamped_predicted[i], undamped_observed[i]}, {damped_predicted[i], damped_observed[i]}});
     return stability;
+}
+
+} // namespace
+
+Stability read_stability(const std::filesystem::path &path) {
+    return hdf5::read_once_tried(path, [&] { return stability_in(path); });
 }
 
 } // namespace livermark::results

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "results/hdf5/file_parts.hpp"
+#include "results/hdf5/read_apart.hpp"
 #include "results/quantile.hpp"
 #include "support/whole_file.hpp"
 
@@ -87,12 +88,20 @@ void write_timings(const std::filesystem::path &path, const Timings &timings) {
     support::write_whole(path, file.image());
 }
 
-Timings read_timings(const std::filesystem::path &path) {
+namespace {
+
+Timings timings_in(const std::filesystem::path &path) {
     const hdf5::InputFile file(path, "step_benchmark --hdf5=FILE");
     hdf5::check_schema(file);
     Timings timings{.provenance = hdf5::read_provenance(file), .timings = {}};
     read_below(file, top, timings.timings);
     return timings;
+}
+
+} // namespace
+
+Timings read_timings(const std::filesystem::path &path) {
+    return hdf5::read_once_tried(path, [&] { return timings_in(path); });
 }
 
 } // namespace livermark::results

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "results/hdf5/file_parts.hpp"
+#include "results/hdf5/read_apart.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::results {
@@ -31,7 +32,9 @@ void write_tool_scene(const std::filesystem::path &path, const core::Problem &pr
     support::write_whole(path, file.image());
 }
 
-OutsideMotion read_outside_motion(const std::filesystem::path &path, const core::Problem &problem) {
+namespace {
+
+OutsideMotion motion_in(const std::filesystem::path &path, const core::Problem &problem) {
     const hdf5::InputFile file(path, "h5py.File(..., 'w', libver='latest')");
     const auto num_nodes = problem.body->mesh.points.size();
     const auto &tool = problem.load_case.tool.value();
@@ -56,6 +59,12 @@ OutsideMotion read_outside_motion(const std::filesystem::path &path, const core:
     motion.seconds_per_frame = file.has_attribute("/", "seconds_per_frame") ? file.number("/", "seconds_per_frame")
                                                                             : std::numeric_limits<double>::quiet_NaN();
     return motion;
+}
+
+} // namespace
+
+OutsideMotion read_outside_motion(const std::filesystem::path &path, const core::Problem &problem) {
+    return hdf5::read_once_tried(path, [&] { return motion_in(path, problem); });
 }
 
 } // namespace livermark::results

@@ -230,7 +230,7 @@ Outcomes run_cases(const RunTask &task, const RunOptions &options, const std::st
                 outcomes.spent.add(message.about, message.seconds);
                 break;
             case MessageKind::result:
-                outcome.done.push_back(results::read_result(message.about));
+                outcome.done.push_back(results::read_result(message.about, results::Origin::own));
                 break;
             case MessageKind::failure:
                 outcome.failures.push_back(message.about);

@@ -367,7 +367,7 @@ TEST_F(DamagedResultFile, IsReadOrRefusedWhateverByteIsWrong) {
         damaged[place] = static_cast<char>(~damaged[place]);
         std::ofstream(path_, std::ios::binary) << damaged;
         try {
-            read_result(path_);
+            read_result(path_, Origin::own); // what is wrong with it shows here
         } catch (const support::InputError &) {
             ++num_refused;
         }

@@ -9,6 +9,7 @@
 #include <unistd.h>
 #include <vector>
 
+#include "results/hdf5/file_kind.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "server/remembered.hpp"
@@ -176,6 +177,24 @@ TEST_F(SiteTest, AsksOnceAboutAFileThatStaysAsItIs) {
     EXPECT_EQ(*num_asked, 3);
     fs::remove(results / "liver" / "pull.h5");
     EXPECT_EQ(respond(request("/files/liver/pull.h5"), remembering).status, 404);
+}
+
+/// Nobody can say whether a file that another program writes is a result file: it is asked about again.
+TEST_F(SiteTest, LeavesOutAFileThatIsInUseAndLooksAgain) {
+    auto remembering = site;
+    const auto is_in_use = std::make_shared<bool>(true);
+    remembering.is_result_file = remembered([is_in_use](const fs::path &path) {
+        if (*is_in_use && path.filename() == "pull.h5")
+            throw results::FileInUse("pull.h5: another program has the file open to write");
+        return true;
+    });
+    EXPECT_EQ(result_files(remembering).paths.size(), 1U);
+    EXPECT_EQ(result_files(remembering).num_in_use, 1);
+    EXPECT_THROW(respond(request("/files/liver/pull.h5"), remembering), support::InputError);
+    *is_in_use = false;
+    EXPECT_EQ(result_files(remembering).paths.size(), 2U);
+    EXPECT_EQ(result_files(remembering).num_in_use, 0);
+    EXPECT_EQ(respond(request("/files/liver/pull.h5"), remembering).status, 200);
 }
 
 TEST_F(SiteTest, NeverLeavesTheFolder) {
