@@ -1,6 +1,32 @@
+#include <algorithm>
+#include <string>
+
+#include "fuzz/hdf5_checksums.hpp"
+#include "fuzz/mutations.hpp"
 #include "fuzz/scratch_file.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "support/input_error.hpp"
+
+extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t *data, std::size_t size, std::size_t max_size);
+
+/// Makes the checksums of HDF5 right again, or nearly all damage would end there.
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t *data, std::size_t size, std::size_t max_size,
+                                               unsigned int seed) {
+    using namespace livermark;
+    std::string bytes(data, data + size);
+    const auto blocks = fuzz::checksummed_blocks(bytes);
+    support::RandomNumbers random(seed);
+    if (random.below(3) == 0) { // with what libFuzzer has learnt
+        bytes.resize(max_size);
+        bytes.resize(LLVMFuzzerMutate(reinterpret_cast<std::uint8_t *>(bytes.data()), size, max_size));
+        fuzz::update_checksums(bytes, blocks);
+    } else {
+        fuzz::damage_hdf5(bytes, blocks, random);
+    }
+    bytes.resize(std::min(bytes.size(), max_size));
+    std::ranges::copy(bytes, data);
+    return bytes.size();
+}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
     try {

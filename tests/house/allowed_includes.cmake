@@ -27,9 +27,9 @@ set(may_include_python support core msm)
 set(may_include_python/suite support core meshes load_cases msm fem_reference models results studies
   studies/exchange/formats python)
 set(may_include_benchmarks support core meshes load_cases msm interactive live fem_reference models results results/tables)
-set(may_include_fuzz support core meshes load_cases live results studies/exchange/formats)
+set(may_include_fuzz support core meshes segmentation load_cases live results studies/exchange/formats)
 set(may_include_tests support core meshes segmentation load_cases msm interactive live fem_reference models results
-  results/tables server server/sessions studies studies/exchange/formats benchmarks)
+  results/tables server server/sessions studies studies/exchange/formats benchmarks fuzz)
 set(may_include_examples "")
 set(rooms support core meshes segmentation load_cases msm interactive live fem_reference models results results/tables
   server server/sessions studies/exchange/formats studies cli python python/suite benchmarks fuzz tests examples)

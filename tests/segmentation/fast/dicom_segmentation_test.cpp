@@ -6,6 +6,7 @@
 #include <functional>
 #include <gtest/gtest.h>
 
+#include "fuzz/dicom_elements.hpp"
 #include "segmentation/image_file.hpp"
 #include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
@@ -16,32 +17,9 @@ namespace {
 namespace fs = std::filesystem;
 using core::Vector3;
 
-std::string little_endian(std::uint32_t value, int bytes) {
-    std::string text;
-    for (int b = 0; b < bytes; ++b)
-        text += static_cast<char>(value >> (8 * b) & 0xff);
-    return text;
-}
-
-/// A data element in explicit VR, little endian (PS3.5 7.1.2).
-std::string element(std::uint32_t tag, const std::string &vr, std::string value) {
-    if (value.size() % 2 != 0)
-        value += vr == "UI" || vr == "OB" ? '\0' : ' ';
-    const bool is_long = vr == "SQ" || vr == "OB";
-    return little_endian(tag >> 16, 2) + little_endian(tag & 0xffff, 2) + vr +
-           (is_long ? std::string(2, '\0') + little_endian(static_cast<std::uint32_t>(value.size()), 4)
-                    : little_endian(static_cast<std::uint32_t>(value.size()), 2)) +
-           value;
-}
-
-std::string number(std::uint32_t tag, std::uint32_t value) {
-    return element(tag, "US", little_endian(value, 2));
-}
-
-std::string item(const std::string &content) {
-    return little_endian(0xfffe, 2) + little_endian(0xe000, 2) +
-           little_endian(static_cast<std::uint32_t>(content.size()), 4) + content;
-}
+using fuzz::element;
+using fuzz::item;
+using fuzz::number;
 
 struct Object {
     std::string sop_class = "1.2.840.10008.5.1.4.1.1.66.4";
@@ -96,10 +74,8 @@ void write(const fs::path &file, const Object &object) {
                 item(element(0x00280030, "DS", fmt::format("{}\\{}", object.row_spacing, object.column_spacing)))));
     const bool are_bits = object.kind == "BINARY";
     std::ofstream(file, std::ios::binary)
-        << std::string(128, '\0') << "DICM" << element(0x00020002, "UI", object.sop_class)
-        << element(0x00020003, "UI", "1.2.3") << element(0x00020010, "UI", "1.2.840.10008.1.2.1")
-        << element(0x00080016, "UI", object.sop_class) << element(0x00080060, "CS", "SEG")
-        << element(0x00280008, "IS", fmt::format("{}", object.frames.size()))
+        << fuzz::dicom_start(object.sop_class) << element(0x00080016, "UI", object.sop_class)
+        << element(0x00080060, "CS", "SEG") << element(0x00280008, "IS", fmt::format("{}", object.frames.size()))
         << number(0x00280010, static_cast<std::uint32_t>(object.rows))
         << number(0x00280011, static_cast<std::uint32_t>(object.columns)) << number(0x00280100, are_bits ? 1 : 8)
         << element(0x00620001, "CS", object.kind) << (are_bits ? "" : number(0x0062000e, 200))
