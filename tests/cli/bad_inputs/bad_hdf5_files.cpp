@@ -1,3 +1,4 @@
+#include <cstdint>
 #include <fstream>
 #include <hdf5.h>
 #include <limits>
@@ -142,6 +143,18 @@ std::vector<BadInput> bad_hdf5_files() {
                      [](const fs::path &file) {
                          results::write_result(file, sample_result());
                          fs::resize_file(file, fs::file_size(file) / 2);
+                     }),
+        in_its_place("DamagedFirstHeader", "a result file whose first header is damaged",
+                     "make the file again with `livermark run`",
+                     [](const fs::path &file) {
+                         results::write_result(file, sample_result());
+                         // The superblock says where the object header of the root group begins.
+                         constexpr std::streamoff place_of_root = 36;
+                         std::fstream stream(file, std::ios::binary | std::ios::in | std::ios::out);
+                         std::uint64_t root = 0;
+                         stream.seekg(place_of_root).read(reinterpret_cast<char *>(&root), sizeof root);
+                         constexpr std::streamoff of_a_message = 20;
+                         stream.seekp(static_cast<std::streamoff>(root) + of_a_message).put('\xff');
                      }),
         result("NoSchema", "HDF5 that is no result file", without_attribute("/", "schema_version"), "schema_version"),
         result("AnotherSchema", "a result file of another version", with_attribute("/", "schema_version", 99),

@@ -33,6 +33,16 @@ void expect_part(const std::string &text, const std::string &part) {
     EXPECT_NE(text.find(part), std::string::npos) << "'" << part << "' is missing in: " << text;
 }
 
+/// What docs/bad_input.md says of each input.
+std::map<std::string, std::string> documented_messages() {
+    std::map<std::string, std::string> messages;
+    std::istringstream text(support::read_text(LIVERMARK_SOURCE_DIR "/docs/bad_input.md"));
+    for (std::string line; std::getline(text, line);)
+        if (const auto middle = line.find(" | "); line.starts_with("| ") && middle != std::string::npos)
+            messages[line.substr(2, middle - 2)] = line.substr(middle + 3, line.size() - middle - 5);
+    return messages;
+}
+
 class BadInputs : public testing::TestWithParam<BadInput> {};
 
 TEST_P(BadInputs, EndInOneSentenceAndLeaveNothing) {
@@ -51,6 +61,8 @@ TEST_P(BadInputs, EndInOneSentenceAndLeaveNothing) {
     for (const auto &part : {row.file, row.place, row.remedy})
         expect_part(lines[0], part);
     EXPECT_FALSE(row.remedy.empty());
+    EXPECT_EQ(as_documented(lines[0], folder), documented_messages()[row.what])
+        << "write the table again: build/release/tests/bad_input_table > docs/bad_input.md";
     EXPECT_EQ(files_below(folder), before) << "something was left behind";
     EXPECT_EQ(end.output, "");
 }

@@ -1,6 +1,7 @@
 #include "tests/cli/bad_inputs/bad_inputs.hpp"
 
 #include <fstream>
+#include <regex>
 #include <sstream>
 #include <stdexcept>
 
@@ -120,6 +121,15 @@ std::vector<std::string> message_lines(const std::string &errors) {
         if (!line.starts_with('['))
             lines.push_back(line);
     return lines;
+}
+
+std::string as_documented(const std::string &line, const fs::path &folder) {
+    std::string text = line.substr(line.find(": ") + 2);
+    const auto place = folder.string() + "/";
+    for (auto at = text.find(place); at != std::string::npos; at = text.find(place))
+        text.erase(at, place.size());
+    static const std::regex number("(cannot write |prints the )[0-9]+( bytes| that are known)");
+    return std::regex_replace(text, number, "$1N$2");
 }
 
 std::vector<BadInputGroup> all_bad_inputs() {

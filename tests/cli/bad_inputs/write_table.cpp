@@ -5,16 +5,6 @@
 #include "support/child_process.hpp"
 #include "tests/cli/bad_inputs/bad_inputs.hpp"
 
-namespace {
-
-std::string without(const std::string &part, std::string text) {
-    for (auto at = text.find(part); at != std::string::npos; at = text.find(part))
-        text.erase(at, part.size());
-    return text;
-}
-
-} // namespace
-
 int main() {
     using namespace livermark::tests;
     std::size_t num_rows = 0;
@@ -42,8 +32,7 @@ int main() {
                 fmt::print(stderr, "bad_input_table: {} ends with status {}: {}\n", row.what, end.status, end.errors);
                 return 1;
             }
-            fmt::print("| {} | {} |\n", row.what,
-                       without(scratch.path.string() + "/", lines[0].substr(lines[0].find(": ") + 2)));
+            fmt::print("| {} | {} |\n", row.what, as_documented(lines[0], scratch.path));
         }
     }
     return 0;
