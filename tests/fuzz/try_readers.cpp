@@ -1,7 +1,9 @@
 // try_readers NUMBER PROGRAM [KIND...]: tries so many damaged inputs of each kind with its reader, and so many with the
-// program, and prints a table in Markdown. Exit status 1 if one of them did not end as it should.
+// program, and prints a table in Markdown. Exit status 1 if one of them did not end as it should. After SIGINT or
+// SIGTERM the table has what was tried until then.
 //
 // try_readers --write KIND NUMBER FOLDER: writes the input of a number.
+#include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -14,6 +16,25 @@
 
 namespace tests = livermark::tests;
 
+namespace {
+
+volatile std::sig_atomic_t is_to_end = 0;
+
+/// Tries inputs until there are enough.
+template <class Try> int try_all(std::uint64_t most, tests::Attempts &all, const Try &try_one) {
+    int num_tried = 0;
+    for (std::uint64_t number = 0; number < most; ++number) {
+        const auto attempt = try_one(number);
+        if (is_to_end != 0) // it may have ended by the same signal
+            break;
+        all.add(attempt);
+        ++num_tried;
+    }
+    return num_tried;
+}
+
+} // namespace
+
 int main(int argc, char **argv) {
     const std::vector<std::string> words(argv + 1, argv + argc);
     if (words.size() == 4 && words[0] == "--write") {
@@ -25,6 +46,8 @@ int main(int argc, char **argv) {
         fmt::print(stderr, "usage: try_readers NUMBER PROGRAM [KIND...], or --write KIND NUMBER FOLDER\n");
         return 2;
     }
+    for (const int signal : {SIGINT, SIGTERM})
+        std::signal(signal, [](int) { is_to_end = 1; });
     const auto num_by_reader = std::stoull(words[0]), num_by_program = std::stoull(words[1]);
     const auto kinds = words.size() > 2 ? std::vector(words.begin() + 2, words.end()) : tests::kinds_to_try();
     fmt::print("| kind | by its reader | by the program | read | refused | otherwise | longest [s] |\n"
@@ -34,17 +57,19 @@ int main(int argc, char **argv) {
         const livermark::support::ScratchFolder scratch;
         const tests::Readers readers(kind, scratch.path);
         auto all = readers.try_seeds();
-        const auto num_seeds = static_cast<std::uint64_t>(all.num_tried);
-        for (std::uint64_t number = 0; number < num_by_reader; ++number)
-            all.add(readers.try_reader(number));
-        for (std::uint64_t number = 0; number < num_by_program; ++number)
-            all.add(readers.try_program(number));
-        fmt::print("| {} | {} | {} | {} | {} | {} | {:.1f} |\n", kind, num_seeds + num_by_reader, num_by_program,
-                   all.num_read, all.num_refused, all.faults.size(), all.longest);
+        const int num_seeds = all.num_tried;
+        const int by_reader =
+            num_seeds + try_all(num_by_reader, all, [&](std::uint64_t number) { return readers.try_reader(number); });
+        const int by_program =
+            try_all(num_by_program, all, [&](std::uint64_t number) { return readers.try_program(number); });
+        fmt::print("| {} | {} | {} | {} | {} | {} | {:.1f} |\n", kind, by_reader, by_program, all.num_read,
+                   all.num_refused, all.faults.size(), all.longest);
         std::fflush(stdout);
         for (const auto &fault : all.faults)
             fmt::print(stderr, "{}\n", fault);
         num_faults += all.faults.size();
+        if (is_to_end != 0)
+            break;
     }
     return num_faults == 0 ? 0 : 1;
 }
