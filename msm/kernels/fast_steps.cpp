@@ -73,6 +73,7 @@ template <class T> class Steps : public FastSteps::Implementation {
         at_.alpha = damping.alpha;
         at_.beta = damping.beta;
         at_.least_stretch = options.least_stretch;
+        at_.scheme.largest_speed = options.largest_speed;
         if (!at_.body.watched_volume.empty())
             at_.lack.assign(at_.body.fan_start.size() - 1 + at_.body.volume_row.size() / slice_size, T(0));
         at_.nodes.resize(at_.body.num_slices);
@@ -104,6 +105,12 @@ template <class T> class Steps : public FastSteps::Implementation {
     }
 
     void set_state(const State &state) override {
+        // What fills up slices is put back too. Nothing moves it but forces that are no numbers: it would keep these,
+        // and give them to the node of its lane through a spring without stiffness.
+        for (auto &slice : at_.nodes) {
+            slice.position = {};
+            slice.velocity = {};
+        }
         for (std::size_t i = 0; i < num_nodes(); ++i)
             for (std::size_t c = 0; c < 3; ++c) {
                 const auto unknown = static_cast<Eigen::Index>(3 * i + c);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,6 +27,9 @@ struct FastStepOptions {
     /// no stiffer and explicit steps bear what is pressed flat or turned inside out; of means of volumes its square
     /// root. Above it nothing differs.
     double least_stretch = 0.0;
+    /// What each component of a velocity has at most [m/s], of symplectic_euler: steps that are too long for a body as
+    /// it is then do not add energy without end. Slower motion does not differ.
+    double largest_speed = std::numeric_limits<double>::infinity();
     /// (M) volume of each tetrahedron that has a guard against inversion below which is_pressed() tells of it [m^3]; 0
     /// where it does not have to. Empty if nobody asks.
     std::vector<double> watched_volume{};

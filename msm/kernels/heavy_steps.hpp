@@ -177,6 +177,10 @@ template <class T> class HeavySteps {
                 v[i] = static_cast<T>(part.before[c][i]);
                 a[i] = static_cast<T>((velocity - part.before[c][i]) * per_step + at.alpha * part.before[c][i]);
             }
+            // What fills the part up has no mass, but moves to the centre with the others: what is no number would
+            // stay.
+            std::fill(x + part.row.size(), x + arrays.size, T(0));
+            std::fill(a + part.row.size(), a + arrays.size, T(0));
         }
     }
 

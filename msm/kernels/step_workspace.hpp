@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "msm/dynamics/chebyshev_stages.hpp"
@@ -19,6 +20,8 @@ struct StepScheme {
     std::vector<double> weight{1.0};
     std::vector<double> next{};
     std::vector<ChebyshevStage> chebyshev{}; ///< of Runge-Kutta-Chebyshev methods
+    /// Of a component, at most, of symplectic Euler [m/s]; see FastStepOptions.
+    double largest_speed = std::numeric_limits<double>::infinity();
     int num_stages() const {
         if (kind == Kind::runge_kutta_chebyshev)
             return static_cast<int>(chebyshev.size());

@@ -47,6 +47,19 @@ template <class D> HWY_INLINE hn::Vec<D> move_by(D d, Fine<double> value, hn::Ve
     return sum;
 }
 
+/// The same, but no further than to a limit on either side. What is no number stays so.
+template <class D>
+HWY_INLINE hn::Vec<D> move_within(D d, Fine<hn::TFromD<D>> value, hn::Vec<D> factor, hn::Vec<D> change,
+                                  hn::Vec<D> limit) {
+    const auto sum = move_by(d, value, factor, change);
+    const auto is_beyond = hn::Gt(hn::Abs(sum), limit);
+    const auto within = hn::IfThenElse(is_beyond, hn::CopySignToAbs(limit, sum), sum);
+    hn::Store(within, d, value.high);
+    if constexpr (sizeof(hn::TFromD<D>) == 4)
+        hn::Store(hn::IfThenZeroElse(is_beyond, hn::Load(d, value.low)), d, value.low);
+    return within;
+}
+
 /// A component of some nodes where the next stage is to be evaluated.
 template <class D> struct Motion { hn::Vec<D> position, velocity; };
 
@@ -84,7 +97,8 @@ template <class D, class T> HWY_INLINE hn::Vec<D> add_to(D d, T *sum, bool is_fi
 
 template <class T> class SymplecticEuler {
   public:
-    SymplecticEuler(const StepScheme & /*scheme*/, int /*stage*/, double step) : step_(static_cast<T>(step)) {}
+    SymplecticEuler(const StepScheme &scheme, int /*stage*/, double step)
+        : step_(static_cast<T>(step)), largest_speed_(static_cast<T>(scheme.largest_speed)) {}
 
     HWY_INLINE Component<T> component(StepWorkspace<T> &at, int slice, std::size_t c, std::size_t lane) const {
         return component_without_stages(at, slice, c, lane);
@@ -96,12 +110,12 @@ template <class T> class SymplecticEuler {
 
     template <class D> HWY_INLINE Motion<D> advance(D d, hn::Vec<D> a, const Component<T> &at) const {
         const auto h = hn::Set(d, step_);
-        const auto velocity = move_by(d, at.velocity, h, a);
+        const auto velocity = move_within(d, at.velocity, h, a, hn::Set(d, largest_speed_));
         return {move_by(d, at.position, h, velocity), velocity};
     }
 
   private:
-    T step_;
+    T step_, largest_speed_;
 };
 
 template <class T> class VelocityVerlet {

@@ -1,0 +1,134 @@
+#include <gtest/gtest.h>
+#include <limits>
+
+#include "msm/coupled_springs.hpp"
+#include "msm/integrator.hpp"
+#include "msm/inversion_guard.hpp"
+#include "msm/kernels/fast_steps.hpp"
+#include "msm/spring_network.hpp"
+#include "msm/springs_with_volume.hpp"
+#include "tests/moving_samples.hpp"
+#include "tests/test_meshes.hpp"
+
+namespace livermark {
+namespace {
+
+using msm::FastSteps;
+using msm::State;
+using tests::Sample;
+
+/// A bar of 63 nodes, which fill no slice: soft, with a hard middle.
+core::Body odd_bar() {
+    auto mesh = tests::box_mesh({0.12, 0.04, 0.04}, {6, 2, 2});
+    mesh.region_names = {"soft", "hard"};
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
+        core::Vector3 centre = core::Vector3::Zero();
+        for (const int node : mesh.tetrahedra[t])
+            centre += mesh.points[node] / 4.0;
+        mesh.region[t] = centre.x() > 0.04 && centre.x() < 0.08 ? 1 : 0;
+    }
+    return {.name = "bar", .mesh = mesh, .materials = {{1060.0, 5e3, 0.45}, {1060.0, 1e5, 0.45}}};
+}
+
+std::vector<std::pair<std::string, Sample>> odd_samples() {
+    const auto body = odd_bar();
+    auto sample = tests::loose(body);
+    for (std::size_t i = 0; i < sample.positions.size(); ++i) // parts whose masses are scaled are free
+        sample.conditions.displacement[i].setConstant(
+            sample.positions[i].x() == 0.0 ? 0.0 : std::numeric_limits<double>::quiet_NaN());
+    std::vector<std::pair<std::string, Sample>> samples;
+    const auto add = [&](const std::string &name, const msm::ElasticBody &springs) {
+        sample.body = springs;
+        sample.body.terms.push_back(msm::inversion_guard(body));
+        samples.emplace_back(name, sample);
+    };
+    const auto &law = msm::all_spring_laws().front();
+    add(law.name, msm::ElasticBody(msm::spring_network(body, law)));
+    add("with volumes",
+        msm::springs_with_volume(body, msm::springs_beside_volume(body, law), msm::find_volume_term("nodal_volume"))
+            .body);
+    for (const auto &springs : msm::all_coupled_springs())
+        if (msm::are_in_kernels(springs))
+            add(springs.name, msm::coupled_springs_with_volume(body, springs));
+    return samples;
+}
+
+/// So near rest that no energy is without bounds there.
+State stirred(const Sample &sample) {
+    auto state = tests::shaken(sample);
+    state.displacement *= 0.05;
+    return state;
+}
+
+/// Steps that have met what is no number, and are set to a state then.
+void expect_nothing_left(const Sample &sample, const std::string &integrator, const msm::FastStepOptions &options) {
+    for (const auto &damping : {core::RayleighDamping{0.0, 0.0}, core::RayleighDamping{3.0, 1e-4}}) {
+        const auto prepare = [&] {
+            return *FastSteps::prepare(sample.body, sample.positions, sample.conditions, damping, integrator,
+                                       tests::sample_step, options);
+        };
+        auto fresh = prepare(), lost = prepare();
+        const auto size = static_cast<Eigen::Index>(3 * sample.positions.size());
+        const Eigen::VectorXd nothing = Eigen::VectorXd::Constant(size, std::numeric_limits<double>::quiet_NaN());
+        lost.set_state({nothing, nothing});
+        lost.take(3);
+        for (auto *steps : {&fresh, &lost}) {
+            steps->set_state(stirred(sample));
+            steps->take(5);
+        }
+        EXPECT_TRUE(fresh.state().velocity.allFinite());
+        EXPECT_EQ(lost.state().displacement, fresh.state().displacement);
+        EXPECT_EQ(lost.state().velocity, fresh.state().velocity);
+    }
+}
+
+TEST(FastStepsAfterALoss, KeepNothingOfItWhenAStateIsSet) {
+    for (const auto &[name, sample] : odd_samples())
+        for (const auto precision : tests::both_precisions)
+            for (const auto &integrator : msm::all_integrators()) {
+                if (!integrator.is_explicit)
+                    continue;
+                SCOPED_TRACE(name + " " + integrator.name);
+                expect_nothing_left(sample, integrator.name, {.precision = precision});
+            }
+}
+
+TEST(FastStepsAfterALoss, KeepNothingOfItInScaledMasses) {
+    for (const auto &[name, sample] : odd_samples())
+        for (const auto precision : tests::both_precisions) {
+            SCOPED_TRACE(name);
+            const auto scaling = msm::scale_masses(odd_bar(), sample.body, sample.conditions);
+            ASSERT_EQ(scaling.parts.size(), 1U);
+            expect_nothing_left(sample, "symplectic_euler", {.precision = precision, .scaling = scaling});
+        }
+}
+
+/// Steps twice as long as the body bears.
+TEST(FastStepsWithALimit, GoNoFasterHoweverLongStepsAre) {
+    const auto sample = tests::tetrahedra(108, "nodal_volume");
+    for (const auto precision : tests::both_precisions) {
+        auto steps = *FastSteps::prepare(sample.body, sample.positions, sample.conditions, {}, "symplectic_euler", 0.02,
+                                         {.precision = precision, .largest_speed = 0.5});
+        steps.set_state(tests::shaken(sample));
+        for (int s = 0; s < 200; ++s) {
+            steps.take(1);
+            ASSERT_LE(steps.state().velocity.lpNorm<Eigen::Infinity>(), 0.5);
+        }
+        EXPECT_EQ(steps.state().velocity.lpNorm<Eigen::Infinity>(), 0.5) << "without it they would go faster";
+    }
+}
+
+TEST(FastStepsWithALimit, MoveAsWithoutOneWhereNobodyReachesIt) {
+    const auto sample = tests::tetrahedra(108, "nodal_volume");
+    for (const auto precision : tests::both_precisions) {
+        const auto without = tests::by_the_kernel(sample, {}, "symplectic_euler", 10, {.precision = precision}),
+                   with = tests::by_the_kernel(sample, {}, "symplectic_euler", 10,
+                                               {.precision = precision, .largest_speed = 100.0});
+        EXPECT_LT(without.velocity.lpNorm<Eigen::Infinity>(), 100.0);
+        EXPECT_EQ(with.displacement, without.displacement);
+        EXPECT_EQ(with.velocity, without.velocity);
+    }
+}
+
+} // namespace
+} // namespace livermark
