@@ -172,6 +172,21 @@ Stepping chosen_steps(const core::Body &body, const msm::MassSprings &parts, con
     return stepping;
 }
 
+double mean_edge(const core::TetraMesh &mesh) {
+    const auto edges = core::edge_table(mesh.tetrahedra).edges;
+    double sum = 0.0;
+    for (const auto &[a, b] : edges)
+        sum += (mesh.points[b] - mesh.points[a]).norm();
+    return sum / static_cast<double>(edges.size());
+}
+
+double largest_speed(const Eigen::VectorXd &velocity) {
+    double square = 0.0;
+    for (Eigen::Index i = 0; i < velocity.size(); i += 3)
+        square = std::max(square, velocity.segment<3>(i).squaredNorm());
+    return std::sqrt(square);
+}
+
 double smallest_volume_ratio(const core::TetraMesh &mesh, const std::vector<core::Vector3> &displacement) {
     double smallest = std::numeric_limits<double>::infinity();
     for (const auto &[a, b, c, d] : mesh.tetrahedra) {

@@ -42,6 +42,13 @@ Stepping chosen_steps(const core::Body &body, const msm::MassSprings &parts, con
 std::vector<double> watched_volumes(const core::Body &body, const msm::MassSprings &parts,
                                     const msm::NodalConditions &conditions, const Stepping &stepping);
 
+/// Mean length of the edges [m].
+double mean_edge(const core::TetraMesh &mesh);
+
+/// Of all nodes [m/s].
+/// @param velocity  shape (3 N) [m/s]
+double largest_speed(const Eigen::VectorXd &velocity);
+
 /// Of all tetrahedra the smallest volume, as a part of what it is at rest.
 double smallest_volume_ratio(const core::TetraMesh &mesh, const std::vector<core::Vector3> &displacement);
 

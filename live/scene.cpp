@@ -38,16 +38,16 @@ constexpr double soft_start = 0.02;
 constexpr double tracking_time = 0.05;
 /// Steps that are divided after something was pressed: to change their length at each oscillation would add energy.
 constexpr int num_divided = 16;
-/// A body that has moved by so many times its size is lost.
-constexpr double largest_motion = 1.0;
-
-/// @param velocity  shape (3 N) [m/s]
-double largest_speed(const Eigen::VectorXd &velocity) {
-    double square = 0.0;
-    for (Eigen::Index i = 0; i < velocity.size(); i += 3)
-        square = std::max(square, velocity.segment<3>(i).squaredNorm());
-    return std::sqrt(square);
-}
+/// Parts of the mean edge that each component of a node's motion is at most long in one step. Nothing that a hand does
+/// is so fast but what snaps back from half the size of the body. Where a body is torn so far that its steps are too
+/// long, it keeps them from adding energy without end.
+constexpr double way_in_step = 0.25;
+/// A pull leads its disc no further from its place at rest than this part of the diagonal of the body: with the
+/// strongest coupling a soft body could be drawn out to many times its size.
+constexpr double furthest_pull = 0.5;
+/// A body that has moved by so many times its size is lost. A soft bar that is bent over moves by more than once its
+/// size, and is not.
+constexpr double largest_motion = 4.0;
 
 } // namespace
 
@@ -57,6 +57,7 @@ Scene::Scene(core::Body body, const std::vector<bool> &is_constrained, int num_t
     surface_ = touchable_surface(body_.mesh, is_constrained);
     is_constrained_ = constrained_nodes(body_.mesh, is_constrained);
     extent_ = core::extent(body_.mesh.points);
+    mean_edge_ = mean_edge(body_.mesh);
     load_ = no_load(surface_);
 }
 
@@ -74,9 +75,15 @@ Chosen Scene::choose(const Settings &settings) {
                                          .num_threads = num_threads_,
                                          .scaling = stepping.scaling,
                                          .least_stretch = least_stretch,
+                                         .largest_speed = way_in_step * mean_edge_ / chosen.time_step,
                                          .watched_volume = watched_volumes(body, parts, conditions, stepping)});
-    if (steps_)
-        next->set_state(steps_->state());
+    divided_steps_ = 0;
+    if (steps_) {
+        const auto state = sound_state();
+        next->set_state(state);
+        if (!state.displacement.isZero(0.0))
+            divided_steps_ = num_divided; // these springs may be pressed where the body is
+    }
     steps_ = std::move(next);
     node_mass_ = parts.body.node_mass;
     time_step_ = chosen.time_step;
@@ -167,10 +174,18 @@ void Scene::carry_load(double part) {
     }
 }
 
+core::Vector3 Scene::within_reach(const core::Vector3 &goal) const {
+    if (tool_.kind != ToolKind::pull)
+        return goal;
+    const auto &middle = contact_.disc.place.point;
+    const double length = (goal - middle).norm(), furthest = furthest_pull * extent_;
+    return length > furthest ? core::Vector3(middle + furthest / length * (goal - middle)) : goal;
+}
+
 /// @param part  that is moved on by [s]
 void Scene::step(const core::Vector3 &goal, double part) {
     if (tool_.kind != ToolKind::none) {
-        follow(proxy_, goal, part);
+        follow(proxy_, within_reach(goal), part);
         touch(part);
         advance(proxy_, -load_.total, part);
     }
@@ -203,13 +218,17 @@ Frame Scene::move(const Tool &tool, int num_steps) {
     return frame();
 }
 
-Frame Scene::frame() {
+msm::State Scene::sound_state() {
     auto state = steps_->state();
-    if (is_lost(state)) {
-        reset();
-        ++restarts_;
-        state = steps_->state();
-    }
+    if (!is_lost(state))
+        return state;
+    settle();
+    ++restarts_;
+    return steps_->state();
+}
+
+Frame Scene::frame() {
+    const auto state = sound_state();
     Frame frame;
     frame.time = time_;
     frame.tool = proxy_.position;
@@ -242,20 +261,26 @@ void Scene::take_load_off() {
 
 void Scene::reset() {
     kept_.reset();
-    if (!steps_)
-        return;
+    if (steps_)
+        settle();
+}
+
+void Scene::settle() {
     const auto size = static_cast<Eigen::Index>(3 * body_.mesh.points.size());
     take_load_off();
     steps_->set_state({Eigen::VectorXd::Zero(size), Eigen::VectorXd::Zero(size)});
     tool_ = {};
     proxy_ = {};
+    contact_ = {};
     divided_steps_ = 0;
+    fit_tool();
 }
 
 void Scene::keep() {
     if (!steps_)
         throw support::InputError("nothing has been chosen yet that could be kept; choose springs first");
-    kept_ = {.state = steps_->state(),
+    auto state = sound_state();
+    kept_ = {.state = std::move(state),
              .tool = tool_,
              .proxy = proxy_,
              .contact = contact_,

@@ -46,7 +46,7 @@ struct Frame {
     double indentation = 0.0;
     double smallest_volume = 1.0; ///< of a tetrahedron, as a part of its volume at rest; below 0 it is inverted
     double largest_speed = 0.0;   ///< of all nodes, and of the tool [m/s]
-    int restarts = 0;             ///< how often the motion has left all bounds and was set back to rest
+    int restarts = 0;             ///< how often the motion has left all bounds and was set back to rest, as by reset()
     std::vector<core::Vector3> displacement; ///< (N) [m]
     Load load;                               ///< of the tool on the body, in the last step
     const Surface *surface = nullptr;        ///< that the triangles of the load belong to
@@ -80,7 +80,8 @@ class Scene {
     /// was pressed.
     long num_evaluations() const { return num_evaluations_; }
 
-    /// Puts the body to where it is without loads, at rest, and takes the tool away. What was kept is forgotten.
+    /// Puts the body to where it is without loads, at rest, and takes the tool away: from here on it moves to the last
+    /// bit as a scene in which the same was chosen and nothing else was done. What was kept is forgotten.
     void reset();
 
     /// Keeps where the body is, how fast, and what the tool does to it. One state is kept, the last one.
@@ -97,12 +98,15 @@ class Scene {
     void take_up(const Tool &tool);
     void fit_tool();
     core::Vector3 force_of_tool(double part);
+    core::Vector3 within_reach(const core::Vector3 &goal) const;
     void step(const core::Vector3 &goal, double part);
     void touch(double part);
     void carry_load(double part);
     void take_load_off();
     core::Vector3 position(int node) const;
     bool is_lost(const msm::State &state) const;
+    void settle();
+    msm::State sound_state();
     Frame frame();
 
     /// What restore() goes back to.
@@ -118,7 +122,8 @@ class Scene {
     core::Body body_;
     std::vector<bool> is_constrained_; ///< (N)
     Surface surface_;
-    double extent_ = 0.0; ///< [m]
+    double extent_ = 0.0;    ///< diagonal of the box around the body [m]
+    double mean_edge_ = 0.0; ///< [m]
     int num_threads_;
     std::map<std::string, core::SpringNetwork, std::less<>> springs_; ///< of each law, for the unit body
 
