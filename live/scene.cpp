@@ -64,7 +64,7 @@ Scene::Scene(core::Body body, const std::vector<bool> &is_constrained, int num_t
 Chosen Scene::choose(const Settings &settings) {
     check_settings(settings);
     const auto body = with_material(body_, settings.young_modulus, settings.poisson_ratio);
-    const auto parts = mass_springs(body, settings, springs_);
+    const auto parts = mass_springs(body_, settings, springs_);
     const auto conditions = constrained_conditions(is_constrained_);
     const auto stepping = chosen_steps(body, parts, conditions, settings);
     const auto &chosen = stepping.chosen;

@@ -28,11 +28,12 @@ std::shared_ptr<const msm::ElasticTerm> guard(const core::Body &body) {
     return msm::inversion_guard(with_material_of_guard(body));
 }
 
-msm::MassSprings springs_of_law(const core::Body &body, const Settings &settings, SpringsOfLaws &kept) {
+msm::MassSprings springs_of_law(const core::Body &own, const core::Body &body, const Settings &settings,
+                                SpringsOfLaws &kept) {
     auto known = kept.find(settings.springs);
     if (known == kept.end()) {
         const auto &law = support::find_named(msm::all_spring_laws(), settings.springs, "spring law");
-        const auto reference = with_material(body, reference_young_modulus, 0.25);
+        const auto reference = with_material(own, reference_young_modulus, 0.25);
         known = kept.emplace(settings.springs, msm::spring_network(reference, law)).first;
     }
     auto springs = known->second;
@@ -95,10 +96,11 @@ core::Body with_material_of_guard(core::Body body) {
     return body;
 }
 
-msm::MassSprings mass_springs(const core::Body &body, const Settings &settings, SpringsOfLaws &kept) {
+msm::MassSprings mass_springs(const core::Body &own, const Settings &settings, SpringsOfLaws &kept) {
+    const auto body = with_material(own, settings.young_modulus, settings.poisson_ratio);
     const auto laws = msm::all_spring_laws();
     const bool is_law = std::ranges::any_of(laws, [&](const auto &law) { return law.name == settings.springs; });
-    return is_law ? springs_of_law(body, settings, kept) : springs_around_nodes(body, settings);
+    return is_law ? springs_of_law(own, body, settings, kept) : springs_around_nodes(body, settings);
 }
 
 } // namespace livermark::live

@@ -22,10 +22,11 @@ using SpringsOfLaws = std::map<std::string, core::SpringNetwork, std::less<>>;
 
 /// Springs, and what else the settings ask for. The stiffness that a law gives is Young's modulus times a number of the
 /// mesh, so each law is asked once and its solution kept.
-/// @param body  with the material that the settings ask for
-/// @param kept  springs of laws for the body with another Young's modulus, all regions in the same ratio
+/// @param own   the body with its own materials; the settings say with which it moves
+/// @param kept  springs of laws for the body with another Young's modulus: these do not depend on what was chosen
+/// before
 /// @throws support::InputError if there are no such springs
-msm::MassSprings mass_springs(const core::Body &body, const Settings &settings, SpringsOfLaws &kept);
+msm::MassSprings mass_springs(const core::Body &own, const Settings &settings, SpringsOfLaws &kept);
 
 /// The same with the material that the guard against inversion has everywhere: that of the largest region, with a
 /// Poisson's ratio of at most 0.45. What is nearly incompressible keeps its volume without a guard that is as stiff,

@@ -1,10 +1,9 @@
 // How fast the springs of the live page move in WebAssembly: a finger of 10 mm goes 10 mm deep and out again once in a
 // second of motion, as in hand_benchmark, and a picture is asked for 60 times in it. Times are those of the processor.
 //   node tests/kernel_pace.mjs RESULT.h5 [--springs NAME,...] [--poisson NUMBER,...] [--seconds NUMBER] [--kernel FILE.wasm]
-import { readFile } from 'node:fs/promises';
-import { basename, dirname, join } from 'node:path';
+import { basename, dirname } from 'node:path';
 import { parseArgs } from 'node:util';
-import { WASI } from 'node:wasi';
+import { builtKernel, startKernel } from './node_kernel.mjs';
 import { bodyNumbers, bodyOf } from './springs.mjs';
 
 const { values: options, positionals } = parseArgs({
@@ -13,41 +12,12 @@ const { values: options, positionals } = parseArgs({
     springs: { type: 'string', default: 'patch,nodal_neo_hookean' },
     poisson: { type: 'string', default: '0.45' },
     seconds: { type: 'string', default: '1' },
-    kernel: { type: 'string', default: join(import.meta.dirname, '../../build/wasm/livermark.wasm') },
+    kernel: { type: 'string', default: builtKernel },
   },
 });
 if (positionals.length === 0) {
   console.error('name a result file of livermark run');
   process.exit(2);
-}
-
-async function startKernel() {
-  const wasi = new WASI({ version: 'preview1' });
-  const fault = (begin, length) => {
-    throw new Error(new TextDecoder().decode(new Uint8Array(kernel.memory.buffer, begin, length)));
-  };
-  const { instance } = await WebAssembly.instantiate(await readFile(options.kernel), { ...wasi.getImportObject(), livermark: { fault } });
-  const kernel = instance.exports;
-  wasi.initialize(instance);
-  const write = (numbers) => {
-    const begin = kernel.room(numbers.length); // which may make the memory a larger one
-    new Float64Array(kernel.memory.buffer, begin, numbers.length).set(numbers);
-  };
-  const read = (length) => {
-    const begin = kernel.answer();
-    return kernel.memory.buffer.slice(begin, begin + length);
-  };
-  return {
-    open(numbers) {
-      write(numbers);
-      kernel.open();
-    },
-    ask(...numbers) {
-      write(numbers);
-      return new Float64Array(read(kernel.reply()).slice(0, 32));
-    },
-    springs: () => new TextDecoder().decode(read(kernel.spring_laws())).split(','),
-  };
 }
 
 /** The free node of the surface that is furthest in front. */
@@ -73,10 +43,10 @@ for (const path of positionals) {
   const [x, y, z] = frontOf(body);
   for (const name of options.springs.split(','))
     for (const ratio of options.poisson.split(',').map(Number)) {
-      const kernel = await startKernel();
+      const kernel = await startKernel(options.kernel);
       kernel.open(bodyNumbers(body));
       const begin = now();
-      const [timeStep] = kernel.ask(1, kernel.springs().indexOf(name), 1, 5000, ratio, 10, 0, 0);
+      const [timeStep] = new Float64Array(kernel.reply([1, kernel.springs().indexOf(name), 1, 5000, ratio, 10, 0, 0]));
       const toChoose = now() - begin;
       const took = [];
       const numSteps = Math.ceil(1 / 60 / timeStep);
@@ -84,7 +54,7 @@ for (const path of positionals) {
       while (took.length * picture < Number(options.seconds)) {
         const depth = 0.005 * (1 - Math.cos(2 * Math.PI * took.length * picture));
         const before = now();
-        kernel.ask(2, 1, x, y + depth - 0.01, z, 0.01, 0, numSteps);
+        kernel.reply([2, 1, x, y + depth - 0.01, z, 0.01, 0, numSteps]);
         took.push(now() - before);
       }
       const pace = (1000 * picture * took.length) / took.reduce((sum, each) => sum + each, 0);

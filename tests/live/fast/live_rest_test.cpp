@@ -55,7 +55,7 @@ TEST(LiveRest, IsThatOfAFreshSceneAfterAnything) {
     for (const auto &springs : spring_names()) {
         SCOPED_TRACE(springs);
         const Settings settings{.springs = springs, .young_modulus = 5e3, .poisson_ratio = 0.49};
-        auto scene = beam.scene({.young_modulus = 2e3});
+        auto scene = beam.scene({.springs = springs, .young_modulus = 2e3, .poisson_ratio = 0.3});
         scene.move(beam.pull({0.0, 0.0, 300.0}), 300);
         scene.choose(settings);
         scene.move(beam.pull({0.0, 0.0, 0.004}), 100);
