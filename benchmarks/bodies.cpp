@@ -6,7 +6,7 @@
 
 #include "benchmarks/node_order.hpp"
 #include "core/refinement.hpp"
-#include "meshes/body_reader.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "msm/kernels/layout/node_order.hpp"
 #include "support/input_error.hpp"
 #include "support/root_folder.hpp"

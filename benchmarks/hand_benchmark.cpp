@@ -13,7 +13,7 @@
 #include "live/scene.hpp"
 #include "live/springs.hpp"
 #include "load_cases/load_case_reader.hpp"
-#include "meshes/body_reader.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "support/input_error.hpp"
 #include "support/root_folder.hpp"
 

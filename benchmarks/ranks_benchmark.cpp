@@ -8,7 +8,7 @@
 #include "benchmarks/on_ranks.hpp"
 #include "fem_reference/distributed/distributed_solver.hpp"
 #include "load_cases/load_case_reader.hpp"
-#include "meshes/body_reader.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "support/mpi_session.hpp"
 #include "support/root_folder.hpp"
 

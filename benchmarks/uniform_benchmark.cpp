@@ -12,7 +12,7 @@
 #include "core/observed_error.hpp"
 #include "fem_reference/distributed/distributed_solver.hpp"
 #include "load_cases/load_case_reader.hpp"
-#include "meshes/body_reader.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "models/model_table.hpp"
 #include "support/input_error.hpp"
 #include "support/mpi_session.hpp"

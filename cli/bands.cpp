@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "cli/commands.hpp"
-#include "meshes/body_reader.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "results/error_bands.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "results/tables/band_proposals.hpp"

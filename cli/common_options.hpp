@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "meshes/body_reader.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "studies/run/run_options.hpp"
 
 /// Options that several commands have, with the same words.

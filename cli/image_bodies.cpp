@@ -7,7 +7,7 @@
 
 #include "cli/body_sources.hpp"
 #include "cli/segment.hpp"
-#include "meshes/surface_formats.hpp"
+#include "meshes/io/surface_formats.hpp"
 #include "studies/catalogue.hpp"
 #include "studies/run/output_folder.hpp"
 #include "support/file_ending.hpp"

@@ -6,7 +6,7 @@
 #include "cli/commands.hpp"
 #include "cli/usage.hpp"
 #include "load_cases/load_case_reader.hpp"
-#include "meshes/body_reader.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "models/model_table.hpp"
 #include "models/tool_motion/contender.hpp"
 #include "msm/implicit_integrators.hpp"

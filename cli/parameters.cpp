@@ -7,7 +7,7 @@
 #include "cli/progress.hpp"
 #include "cli/usage.hpp"
 #include "core/units.hpp"
-#include "meshes/body_reader.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "results/tables/table_layout.hpp"
 #include "studies/msm_choice.hpp"
 #include "studies/parameters/body_parameters.hpp"

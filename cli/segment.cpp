@@ -9,8 +9,8 @@
 
 #include "cli/body_sources.hpp"
 #include "cli/progress.hpp"
-#include "meshes/mesh_figures.hpp"
-#include "meshes/msh_reader.hpp"
+#include "meshes/io/mesh_figures.hpp"
+#include "meshes/io/msh_reader.hpp"
 #include "support/child_process.hpp"
 #include "support/input_error.hpp"
 #include "support/toml_input.hpp"

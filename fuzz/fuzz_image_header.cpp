@@ -1,8 +1,8 @@
 #include <array>
 
 #include "fuzz/scratch_file.hpp"
-#include "segmentation/image_bytes.hpp"
-#include "segmentation/nifti_header.hpp"
+#include "segmentation/images/image_bytes.hpp"
+#include "segmentation/images/nifti_header.hpp"
 #include "support/input_error.hpp"
 
 /// What is looked at in an image before and after ITK reads it. The first byte says what the file is called.

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "live/messages.hpp"
-#include "meshes/box_generator.hpp"
+#include "meshes/generators/box_generator.hpp"
 #include "support/input_error.hpp"
 
 namespace {

@@ -1,6 +1,6 @@
 #include "fuzz/scratch_file.hpp"
 #include "load_cases/load_case_reader.hpp"
-#include "meshes/box_generator.hpp"
+#include "meshes/generators/box_generator.hpp"
 #include "support/input_error.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {

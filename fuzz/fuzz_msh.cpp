@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <string>
 
-#include "meshes/msh_reader.hpp"
+#include "meshes/io/msh_reader.hpp"
 #include "support/input_error.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {

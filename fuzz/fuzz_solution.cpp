@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <string>
 
-#include "meshes/box_generator.hpp"
+#include "meshes/generators/box_generator.hpp"
 #include "studies/exchange/formats/outside_solution.hpp"
 #include "support/input_error.hpp"
 

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 #include <string>
 
-#include "meshes/box_generator.hpp"
-#include "meshes/msh_writer.hpp"
+#include "meshes/generators/box_generator.hpp"
+#include "meshes/io/msh_writer.hpp"
 
 namespace livermark::tests {
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "meshes/body_reader.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "results/arena.hpp"
 #include "studies/arena/arena_reference.hpp"
 #include "studies/progress.hpp"

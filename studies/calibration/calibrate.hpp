@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "meshes/body_reader.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "results/hdf5/calibration_file.hpp"
 #include "studies/progress.hpp"
 

@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "meshes/liver_variation.hpp"
+#include "meshes/generators/liver_variation.hpp"
 #include "results/cohort.hpp"
 #include "results/one_reference.hpp"
 #include "results/provenance.hpp"

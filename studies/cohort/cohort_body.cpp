@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 #include <string>
 
-#include "meshes/liver_body_file.hpp"
-#include "meshes/liver_generator.hpp"
+#include "meshes/generators/liver_generator.hpp"
+#include "meshes/io/liver_body_file.hpp"
 #include "support/input_error.hpp"
 #include "support/toml_input.hpp"
 #include "support/whole_file.hpp"

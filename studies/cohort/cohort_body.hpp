@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "meshes/liver_variation.hpp"
+#include "meshes/generators/liver_variation.hpp"
 #include "results/hdf5/cohort_file.hpp"
 
 namespace livermark::studies {

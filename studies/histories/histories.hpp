@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "meshes/body_reader.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "results/hdf5/history_file.hpp"
 #include "studies/progress.hpp"
 

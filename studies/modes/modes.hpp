@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "meshes/body_reader.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "models/model_table.hpp"
 #include "results/result.hpp"
 #include "studies/progress.hpp"

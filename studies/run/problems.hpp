@@ -6,7 +6,7 @@
 
 #include "core/problem.hpp"
 #include "load_cases/load_case_reader.hpp"
-#include "meshes/body_reader.hpp"
+#include "meshes/io/body_reader.hpp"
 
 namespace livermark::studies {
 

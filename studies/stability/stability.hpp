@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "meshes/body_reader.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "results/hdf5/stability_file.hpp"
 #include "studies/progress.hpp"
 

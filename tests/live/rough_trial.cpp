@@ -5,7 +5,7 @@
 
 #include "live/springs.hpp"
 #include "load_cases/load_case_reader.hpp"
-#include "meshes/body_reader.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "tests/test_meshes.hpp"
 
 namespace livermark::live {

@@ -12,7 +12,7 @@
 #include "core/refinement.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "load_cases/load_case_reader.hpp"
-#include "meshes/body_reader.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "models/model_table.hpp"
 
 namespace livermark {

@@ -5,7 +5,7 @@
 #include "core/error_norms.hpp"
 #include "load_cases/load_case_reader.hpp"
 #include "load_cases/selector.hpp"
-#include "meshes/body_reader.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "models/model_table.hpp"
 #include "msm/spring_law.hpp"
 #include "support/toml_input.hpp"

@@ -5,7 +5,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "meshes/msh_writer.hpp"
+#include "meshes/io/msh_writer.hpp"
 #include "tests/test_meshes.hpp"
 
 namespace livermark::tests {

@@ -8,7 +8,7 @@
 #include <ranges>
 
 #include "load_cases/load_case_reader.hpp"
-#include "meshes/msh_writer.hpp"
+#include "meshes/io/msh_writer.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/test_meshes.hpp"

@@ -8,8 +8,8 @@
 #include <numeric>
 #include <sstream>
 
-#include "meshes/body_reader.hpp"
-#include "meshes/msh_writer.hpp"
+#include "meshes/io/body_reader.hpp"
+#include "meshes/io/msh_writer.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/test_meshes.hpp"
 

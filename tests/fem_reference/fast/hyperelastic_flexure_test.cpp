@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "fem_reference/hyperelastic/load_path.hpp"
-#include "meshes/box_generator.hpp"
+#include "meshes/generators/box_generator.hpp"
 #include "tests/lagrange_elements.hpp"
 #include "tests/test_meshes.hpp"
 

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "fem_reference/solvers/constrained_solver.hpp"
-#include "meshes/box_generator.hpp"
+#include "meshes/generators/box_generator.hpp"
 #include "tests/lagrange_elements.hpp"
 #include "tests/test_meshes.hpp"
 

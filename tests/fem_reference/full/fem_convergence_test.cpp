@@ -8,7 +8,7 @@
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "fem_reference/linear/mixed_solver.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
-#include "meshes/box_generator.hpp"
+#include "meshes/generators/box_generator.hpp"
 #include "tests/lagrange_elements.hpp"
 #include "tests/test_meshes.hpp"
 

@@ -15,7 +15,7 @@
 #include "fem_reference/dynamics/modes.hpp"
 #include "fem_reference/solvers/multivector.hpp"
 #include "load_cases/load_case_reader.hpp"
-#include "meshes/body_reader.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "support/input_error.hpp"
 #include "tests/fem_reference/arpack.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "load_cases/load_case_reader.hpp"
-#include "meshes/msh_reader.hpp"
+#include "meshes/io/msh_reader.hpp"
 #include "studies/exchange/formats/outside_solution.hpp"
 #include "support/input_error.hpp"
 #include "support/toml_input.hpp"

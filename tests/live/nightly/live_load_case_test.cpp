@@ -7,7 +7,7 @@
 #include "live/scene.hpp"
 #include "live/springs.hpp"
 #include "load_cases/load_case_reader.hpp"
-#include "meshes/body_reader.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "msm/coupled_springs.hpp"
 #include "msm/inversion_guard.hpp"
 #include "msm/spring_energy.hpp"

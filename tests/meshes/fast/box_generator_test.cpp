@@ -1,11 +1,11 @@
-#include "meshes/box_generator.hpp"
+#include "meshes/generators/box_generator.hpp"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "meshes/mesh_figures.hpp"
-#include "meshes/orientation.hpp"
+#include "meshes/io/mesh_figures.hpp"
+#include "meshes/io/orientation.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark {

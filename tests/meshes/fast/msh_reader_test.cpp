@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-#include "meshes/msh_reader.hpp"
+#include "meshes/io/msh_reader.hpp"
 #include "tests/bad_input.hpp"
 
 namespace livermark {

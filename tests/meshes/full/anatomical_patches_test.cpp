@@ -1,15 +1,15 @@
-#include "meshes/anatomical_patches.hpp"
+#include "meshes/anatomy/anatomical_patches.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "meshes/box_generator.hpp"
-#include "meshes/liver_generator.hpp"
-#include "meshes/liver_registration.hpp"
-#include "meshes/liver_variation.hpp"
-#include "meshes/msh_reader.hpp"
+#include "meshes/anatomy/liver_registration.hpp"
+#include "meshes/generators/box_generator.hpp"
+#include "meshes/generators/liver_generator.hpp"
+#include "meshes/generators/liver_variation.hpp"
+#include "meshes/io/msh_reader.hpp"
 
 namespace livermark::meshes {
 namespace {

@@ -1,4 +1,4 @@
-#include "meshes/liver_generator.hpp"
+#include "meshes/generators/liver_generator.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,11 +11,11 @@
 #include <set>
 #include <sstream>
 
-#include "meshes/body_reader.hpp"
-#include "meshes/liver_shape.hpp"
-#include "meshes/mesh_figures.hpp"
-#include "meshes/msh_reader.hpp"
-#include "meshes/msh_writer.hpp"
+#include "meshes/generators/liver_shape.hpp"
+#include "meshes/io/body_reader.hpp"
+#include "meshes/io/mesh_figures.hpp"
+#include "meshes/io/msh_reader.hpp"
+#include "meshes/io/msh_writer.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::meshes {

@@ -1,10 +1,10 @@
-#include "meshes/liver_variation.hpp"
+#include "meshes/generators/liver_variation.hpp"
 
 #include <gtest/gtest.h>
 #include <set>
 
-#include "meshes/liver_generator.hpp"
-#include "meshes/mesh_figures.hpp"
+#include "meshes/generators/liver_generator.hpp"
+#include "meshes/io/mesh_figures.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::meshes {

@@ -1,4 +1,4 @@
-#include "meshes/mesh_reader.hpp"
+#include "meshes/io/mesh_reader.hpp"
 
 #include <cmath>
 #include <filesystem>
@@ -8,8 +8,8 @@
 #include <set>
 #include <sys/stat.h>
 
-#include "meshes/body_reader.hpp"
-#include "meshes/msh_reader.hpp"
+#include "meshes/io/body_reader.hpp"
+#include "meshes/io/msh_reader.hpp"
 #include "support/input_error.hpp"
 #include "tests/livermark_command.hpp"
 

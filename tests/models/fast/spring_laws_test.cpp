@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "core/error_norms.hpp"
-#include "meshes/box_generator.hpp"
+#include "meshes/generators/box_generator.hpp"
 #include "models/model_table.hpp"
 #include "msm/spring_network.hpp"
 #include "tests/test_meshes.hpp"

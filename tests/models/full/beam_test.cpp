@@ -7,9 +7,9 @@
 #include <sstream>
 
 #include "load_cases/load_case_reader.hpp"
-#include "meshes/body_reader.hpp"
-#include "meshes/box_generator.hpp"
-#include "meshes/msh_writer.hpp"
+#include "meshes/generators/box_generator.hpp"
+#include "meshes/io/body_reader.hpp"
+#include "meshes/io/msh_writer.hpp"
 #include "models/model_table.hpp"
 
 namespace livermark {

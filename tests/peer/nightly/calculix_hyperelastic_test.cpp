@@ -7,7 +7,7 @@
 #include "core/error_norms.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "load_cases/load_case_reader.hpp"
-#include "meshes/body_reader.hpp"
+#include "meshes/io/body_reader.hpp"
 #include "tests/calculix_neo_hooke.hpp"
 #include "tests/peer/calculix.hpp"
 

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 #include <numeric>
 
-#include "segmentation/phantom.hpp"
-#include "segmentation/segmentation.hpp"
+#include "segmentation/images/phantom.hpp"
+#include "segmentation/images/segmentation.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::segmentation {

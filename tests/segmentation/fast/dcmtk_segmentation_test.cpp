@@ -12,8 +12,8 @@
 #include <gtest/gtest.h>
 #include <memory>
 
-#include "segmentation/dicom_segmentation.hpp"
-#include "segmentation/image_file.hpp"
+#include "segmentation/images/dicom_segmentation.hpp"
+#include "segmentation/images/image_file.hpp"
 #include "tests/result_folder.hpp"
 
 /// Segmentation objects that DCMTK writes, as dcmqi and 3D Slicer do by it: its tags, its lengths and its bits.

@@ -1,4 +1,4 @@
-#include "segmentation/dicom_segmentation.hpp"
+#include "segmentation/images/dicom_segmentation.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "fuzz/dicom_elements.hpp"
-#include "segmentation/image_file.hpp"
+#include "segmentation/images/image_file.hpp"
 #include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
 

@@ -1,4 +1,4 @@
-#include "segmentation/label_fields.hpp"
+#include "segmentation/images/label_fields.hpp"
 
 #include <cmath>
 #include <functional>

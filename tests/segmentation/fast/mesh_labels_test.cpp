@@ -1,4 +1,4 @@
-#include "segmentation/mesh_labels.hpp"
+#include "segmentation/meshing/mesh_labels.hpp"
 
 #include <cmath>
 #include <functional>
@@ -6,8 +6,8 @@
 #include <numeric>
 #include <set>
 
-#include "meshes/liver_shape.hpp"
-#include "meshes/mesh_checks.hpp"
+#include "meshes/generators/liver_shape.hpp"
+#include "meshes/io/mesh_checks.hpp"
 #include "tests/same_bits.hpp"
 
 namespace livermark::segmentation {

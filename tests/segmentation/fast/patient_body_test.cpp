@@ -1,9 +1,9 @@
-#include "segmentation/patient_body.hpp"
+#include "segmentation/meshing/patient_body.hpp"
 
 #include <gtest/gtest.h>
 
-#include "meshes/mesh_figures.hpp"
-#include "segmentation/phantom.hpp"
+#include "meshes/io/mesh_figures.hpp"
+#include "segmentation/images/phantom.hpp"
 #include "support/toml_input.hpp"
 
 namespace livermark::segmentation {

@@ -1,4 +1,4 @@
-#include "segmentation/image_file.hpp"
+#include "segmentation/images/image_file.hpp"
 
 #include <fstream>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <itkImageFileWriter.h>
 #include <itkMetaDataObject.h>
 
-#include "segmentation/phantom.hpp"
+#include "segmentation/images/phantom.hpp"
 #include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
 

@@ -4,7 +4,7 @@
 #include <fstream>
 #include <gtest/gtest.h>
 
-#include "meshes/surface_mesh.hpp"
+#include "meshes/generators/surface_mesh.hpp"
 #include "support/whole_file.hpp"
 #include "tests/child.hpp"
 #include "tests/result_folder.hpp"

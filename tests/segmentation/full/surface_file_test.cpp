@@ -1,5 +1,5 @@
-#include "meshes/surface_formats.hpp"
-#include "segmentation/surface_file.hpp"
+#include "meshes/io/surface_formats.hpp"
+#include "segmentation/surfaces/surface_file.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
@@ -8,8 +8,8 @@
 #include <numbers>
 #include <utility>
 
-#include "meshes/msh_writer.hpp"
-#include "segmentation/surface_voxels.hpp"
+#include "meshes/io/msh_writer.hpp"
+#include "segmentation/surfaces/surface_voxels.hpp"
 #include "support/input_error.hpp"
 #include "support/whole_file.hpp"
 #include "tests/child.hpp"

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <regex>
 
-#include "meshes/mesh_figures.hpp"
+#include "meshes/io/mesh_figures.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "support/whole_file.hpp"
 

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <numeric>
 
-#include "meshes/msh_writer.hpp"
+#include "meshes/io/msh_writer.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 

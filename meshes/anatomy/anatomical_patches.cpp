@@ -1,0 +1,73 @@
+#include "meshes/anatomy/anatomical_patches.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <numbers>
+
+#include "meshes/anatomy/liver_patches.hpp"
+#include "meshes/anatomy/liver_registration.hpp"
+
+namespace livermark::meshes {
+
+namespace {
+
+/// Below this another orientation fits about as well (docs/your_own_model.md).
+constexpr double doubtful = 0.06;
+
+/// Patches that no facet has any more lose their names.
+void drop_empty_patches(core::TetraMesh &mesh) {
+    std::vector<int> new_number(mesh.patch_names.size(), -1);
+    std::vector<std::string> names;
+    for (std::size_t patch = 0; patch < mesh.patch_names.size(); ++patch)
+        if (std::ranges::find(mesh.boundary_patch, static_cast<int>(patch)) != mesh.boundary_patch.end()) {
+            new_number[patch] = static_cast<int>(names.size());
+            names.push_back(mesh.patch_names[patch]);
+        }
+    for (int &patch : mesh.boundary_patch)
+        patch = new_number[patch];
+    mesh.patch_names = std::move(names);
+}
+
+} // namespace
+
+std::optional<FoundPatches> find_anatomical_patches(core::TetraMesh &mesh) {
+    const auto fit = fit_liver(mesh);
+    auto liver = mesh;
+    assign_liver_patches(liver, fit);
+    const auto of_file = mesh.patch_names;
+    const auto is_there = [](const std::vector<std::string> &names, const std::string &name) {
+        return std::ranges::find(names, name) != names.end();
+    };
+    std::vector<int> number(liver.patch_names.size(), -1);
+    std::vector<double> area(liver.patch_names.size(), 0.0);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+        const int found = liver.boundary_patch[f];
+        if (is_there(liver.patch_names, of_file[mesh.boundary_patch[f]]) || is_there(of_file, liver.patch_names[found]))
+            continue;
+        if (number[found] < 0) {
+            number[found] = static_cast<int>(mesh.patch_names.size());
+            mesh.patch_names.push_back(liver.patch_names[found]);
+        }
+        mesh.boundary_patch[f] = number[found];
+        area[found] += core::area_vector(mesh, f).norm();
+    }
+    drop_empty_patches(mesh);
+    constexpr double square_centimetres = 1e4, millimetres = 1e3, degrees = 180.0 / std::numbers::pi;
+    std::vector<std::string> places;
+    for (std::size_t patch = 0; patch < number.size(); ++patch)
+        if (number[patch] >= 0)
+            places.push_back(fmt::format("{} {:.0f} cm^2", liver.patch_names[patch], square_centimetres * area[patch]));
+    if (places.empty())
+        return std::nullopt;
+    return FoundPatches{
+        fit.confidence(),
+        fmt::format(
+            "patches are those of the liver that ships, bent to this one; it is {:.1f} mm off, and {:.1f} mm in "
+            "the next best orientation, so the confidence is {:.2f}{}; the body is turned by {:.0f} degrees from LPS: "
+            "{}",
+            millimetres * fit.distance, millimetres * fit.next_distance, fit.confidence(),
+            fit.confidence() < doubtful ? ", which is low: look at them with `livermark mesh check --picture`" : "",
+            degrees * fit.turn(), fmt::join(places, ", "))};
+}
+
+} // namespace livermark::meshes

@@ -1,0 +1,183 @@
+#include "meshes/io/body_reader.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <iterator>
+
+#include "core/plausible_liver.hpp"
+#include "meshes/anatomy/anatomical_patches.hpp"
+#include "meshes/io/mesh_figures.hpp"
+#include "meshes/io/mesh_reader.hpp"
+#include "support/file_ending.hpp"
+#include "support/input_error.hpp"
+#include "support/toml_input.hpp"
+#include "support/whole_file.hpp"
+
+namespace livermark::meshes {
+
+namespace {
+
+void check_material(const core::Material &material, const std::string &place) {
+    if (!(material.density > 0.0))
+        throw support::InputError(
+            fmt::format("{}: the density is {} kg/m^3; it has to be positive", place, material.density));
+    if (!(material.young_modulus > 0.0))
+        throw support::InputError(
+            fmt::format("{}: Young's modulus is {} Pa; it has to be positive", place, material.young_modulus));
+    if (!(material.poisson_ratio > -1.0 && material.poisson_ratio < 0.5))
+        throw support::InputError(
+            fmt::format("{}: Poisson's ratio is {}; it has to lie between -1 and 0.5, both excluded", place,
+                        material.poisson_ratio));
+    if (material.poisson_ratio > core::largest_poisson_ratio)
+        throw support::InputError(
+            fmt::format("{}: Poisson's ratio is {:.12g}, so close to 0.5 that its equations have no "
+                        "solution in double precision; take {} at most",
+                        place, material.poisson_ratio, core::largest_poisson_ratio));
+}
+
+core::Material read_material(const toml::table &table) {
+    support::refuse_unknown_keys(table, {"density", "young_modulus", "poisson_ratio", "source"});
+    support::required_string(table, "source");
+    const core::Material material{.density = support::required_number(table, "density"),
+                                  .young_modulus = support::required_number(table, "young_modulus"),
+                                  .poisson_ratio = support::required_number(table, "poisson_ratio")};
+    check_material(material, support::place_of(table));
+    return material;
+}
+
+void check_patches(const toml::table &body, const core::TetraMesh &mesh) {
+    if (!body.contains("patches"))
+        return;
+    for (const auto &[name, patch] : support::required_table(body, "patches")) {
+        if (std::ranges::find(mesh.patch_names, name.str()) == mesh.patch_names.end())
+            throw support::InputError(fmt::format("{}: the mesh has no patch '{}'; it has {}", support::place_of(patch),
+                                                  name.str(), fmt::join(mesh.patch_names, ", ")));
+        if (!patch.is_table())
+            throw support::InputError(fmt::format("{}: patch '{}' has to be a table with a description",
+                                                  support::place_of(patch), name.str()));
+        support::refuse_unknown_keys(*patch.as_table(), {"description"});
+        support::required_string(*patch.as_table(), "description");
+    }
+}
+
+std::vector<core::Material> read_materials(const toml::table &body, const core::TetraMesh &mesh) {
+    const auto &regions = support::required_table(body, "regions");
+    for (const auto &[name, region] : regions)
+        if (std::ranges::find(mesh.region_names, name.str()) == mesh.region_names.end())
+            throw support::InputError(fmt::format("{}: the mesh has no region '{}'; it has {}",
+                                                  support::place_of(region), name.str(),
+                                                  fmt::join(mesh.region_names, ", ")));
+    std::vector<core::Material> materials;
+    for (const auto &name : mesh.region_names) {
+        if (!regions.contains(name))
+            throw support::InputError(fmt::format("{}: region '{}' of the mesh has no material; add [regions.{}]",
+                                                  support::place_of(regions), name, name));
+        materials.push_back(read_material(support::required_table(regions, name)));
+    }
+    return materials;
+}
+
+void apply(const MaterialOverride &override_with, std::vector<core::Material> &materials) {
+    const double first = materials.front().young_modulus;
+    for (auto &material : materials) {
+        if (override_with.young_modulus)
+            material.young_modulus *= *override_with.young_modulus / first;
+        if (override_with.poisson_ratio)
+            material.poisson_ratio = *override_with.poisson_ratio;
+        check_material(material, "--young and --poisson");
+    }
+}
+
+toml::table read_table(const std::filesystem::path &toml_file) {
+    auto table = support::parse_toml(support::read_text(toml_file), toml_file);
+    support::refuse_unknown_keys(table,
+                                 {"title", "mesh", "unit", "find_patches", "generator", "regions", "patches", "image"});
+    return table;
+}
+
+void scale(core::TetraMesh &mesh, double factor) {
+    if (factor != 1.0)
+        for (auto &point : mesh.points)
+            point *= factor;
+}
+
+/// A word, or a number of metres.
+double metres_of(const toml::table &table, const toml::node &unit) {
+    if (!unit.is_number())
+        return metres_per_unit(support::required_string(table, "unit"), support::place_of(unit));
+    const double metres = support::required_number(table, "unit");
+    if (!(metres > 0.0))
+        throw support::InputError(
+            fmt::format("{}: a unit has {} m; it has to be positive", support::place_of(unit), metres));
+    return metres;
+}
+
+/// What is told of the image that a body was made of; the rest of [image] is for people.
+void append_remarks(const toml::table &image, std::vector<std::string> &assumptions) {
+    const auto spacing = support::required_vector(image, "spacing");
+    assumptions.push_back(fmt::format("made of the segmentation {} with voxels of {:.3g} x {:.3g} x {:.3g} mm",
+                                      support::required_string(image, "name"), 1e3 * spacing.x(), 1e3 * spacing.y(),
+                                      1e3 * spacing.z()));
+    if (const auto *remarks = image.get("remarks"); remarks && !(remarks->is_array() && remarks->as_array()->empty()))
+        std::ranges::move(support::required_strings(image, "remarks"), std::back_inserter(assumptions));
+}
+
+void find_patches(core::Body &body) {
+    if (const auto found = find_anatomical_patches(body.mesh)) {
+        body.assumptions.push_back(found->remark);
+        body.patch_confidence = found->confidence;
+    }
+}
+
+core::Body body_of_table(const std::filesystem::path &file) {
+    const auto table = read_table(file);
+    support::required_string(table, "title");
+    core::Body body;
+    body.mesh = read_mesh(file.parent_path() / support::required_string(table, "mesh"), body.assumptions);
+    if (const auto *unit = table.get("unit"))
+        scale(body.mesh, metres_of(table, *unit));
+    if (table.contains("image"))
+        append_remarks(support::required_table(table, "image"), body.assumptions);
+    std::ranges::move(core::doubts_about_unit(body.mesh.points), std::back_inserter(body.assumptions));
+    if (support::optional_flag(table, "find_patches")) { // so it is a liver
+        std::ranges::move(core::doubts_about_liver(body.mesh), std::back_inserter(body.assumptions));
+        find_patches(body);
+    }
+    body.materials = read_materials(table, body.mesh);
+    check_patches(table, body.mesh);
+    return body;
+}
+
+/// A mesh that comes alone: all that is missing is assumed, and said.
+core::Body body_of_mesh(const std::filesystem::path &file) {
+    core::Body body;
+    body.mesh = read_mesh(file, body.assumptions);
+    const auto unit = guess_unit(body.mesh.points, mesh_figures(body.mesh).volume, file.string());
+    scale(body.mesh, unit.metres);
+    std::ranges::move(core::doubts_about_lesions(body.mesh),
+                      std::back_inserter(body.assumptions)); // the volume is said
+    body.assumptions.push_back(
+        fmt::format("coordinates are taken to be in {}, {}; a body .toml may say 'unit'", unit.unit, unit.remark));
+    // As the parenchyma of the livers that ship.
+    body.materials.assign(body.mesh.region_names.size(), {1060.0, 5000.0, 0.45});
+    body.assumptions.push_back(fmt::format("all {} regions are taken to be of 1060 kg/m^3, 5000 Pa and Poisson's ratio "
+                                           "0.45; a body .toml may give each its material",
+                                           body.mesh.region_names.size()));
+    find_patches(body);
+    return body;
+}
+
+} // namespace
+
+std::string body_title(const std::filesystem::path &toml_file) {
+    return support::required_string(read_table(toml_file), "title");
+}
+
+core::Body read_body(const std::filesystem::path &file, const MaterialOverride &override_with) {
+    auto body = support::file_ending(file) == ".toml" ? body_of_table(file) : body_of_mesh(file);
+    body.name = file.stem().string();
+    apply(override_with, body.materials);
+    return body;
+}
+
+} // namespace livermark::meshes

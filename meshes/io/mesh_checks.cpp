@@ -1,0 +1,131 @@
+#include "meshes/io/mesh_checks.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <map>
+#include <numeric>
+#include <utility>
+
+#include "core/bounding_box.hpp"
+#include "core/plausible_liver.hpp"
+#include "meshes/io/mesh_figures.hpp"
+#include "support/input_error.hpp"
+
+namespace livermark::meshes {
+
+namespace {
+
+std::string node_name(const RawMesh &raw, int node) {
+    return fmt::format("node {}", raw.node_tag[node]);
+}
+
+std::string corner_names(const RawMesh &raw, const std::array<int, 3> &face) {
+    return fmt::format("{} {} {}", raw.node_tag[face[0]], raw.node_tag[face[1]], raw.node_tag[face[2]]);
+}
+
+void refuse_coinciding_nodes(const RawMesh &raw, const std::string &file) {
+    const double tolerance = 1e-9 * core::extent(raw.points);
+    std::vector<int> order(raw.points.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::ranges::sort(order, {}, [&](int node) { return std::pair(raw.points[node].x(), node); });
+    for (std::size_t a = 0; a < order.size(); ++a)
+        for (std::size_t b = a + 1; b < order.size(); ++b) {
+            const core::Vector3 apart = raw.points[order[b]] - raw.points[order[a]];
+            if (apart.x() > tolerance)
+                break;
+            if (apart.norm() <= tolerance)
+                throw support::InputError(fmt::format("{}: {} and {} are in one place; merge them", file,
+                                                      node_name(raw, order[a]), node_name(raw, order[b])));
+        }
+}
+
+/// Union-find over the nodes, with path halving.
+int root_of(std::vector<int> &parent, int node) {
+    while (parent[node] != node)
+        node = parent[node] = parent[parent[node]];
+    return node;
+}
+
+/// A part that hangs on an edge or a node swings about it: finite elements have no reference for it.
+void refuse_several_parts(const RawMesh &raw, const std::string &file) {
+    std::vector<int> parent(raw.points.size());
+    std::iota(parent.begin(), parent.end(), 0);
+    for (const auto &nodes : raw.tetrahedra)
+        for (const int node : nodes)
+            parent[root_of(parent, node)] = root_of(parent, nodes[0]);
+    for (std::size_t node = 1; node < parent.size(); ++node)
+        if (root_of(parent, static_cast<int>(node)) != root_of(parent, 0))
+            throw support::InputError(fmt::format("{}: {} and {} are in parts that do not touch; keep one part", file,
+                                                  node_name(raw, 0), node_name(raw, static_cast<int>(node))));
+    if (const auto apart = core::apart_by_faces(raw.tetrahedra))
+        throw support::InputError(
+            fmt::format("{}: tetrahedra {} and {} are in parts that hang together by an edge or a node only; join them "
+                        "by faces, or keep one part",
+                        file, raw.tetrahedron_tag[apart->first], raw.tetrahedron_tag[apart->second]));
+}
+
+} // namespace
+
+void check_nodes(const RawMesh &raw, const std::string &file) {
+    std::vector<bool> used(raw.points.size(), false);
+    for (const auto &nodes : raw.tetrahedra)
+        for (const int node : nodes)
+            used[node] = true;
+    for (int node = 0; node < static_cast<int>(raw.points.size()); ++node) {
+        if (!raw.points[node].allFinite())
+            throw support::InputError(
+                fmt::format("{}: {} has a coordinate that is not finite; correct it", file, node_name(raw, node)));
+        if (!used[node] && !raw.tetrahedra.empty())
+            throw support::InputError(
+                fmt::format("{}: {} belongs to no tetrahedron; remove it", file, node_name(raw, node)));
+    }
+    if (!raw.points.empty())
+        refuse_coinciding_nodes(raw, file);
+}
+
+void check_tetrahedra(const RawMesh &raw, const std::string &file) {
+    if (raw.tetrahedra.empty())
+        throw support::InputError(
+            fmt::format("{}: there are no tetrahedra; mesh the volume, not only the surface", file));
+    // A tetrahedron this flat has no stiffness or time step that a double can hold.
+    constexpr double flat = 1e-9;
+    std::map<std::array<int, 4>, std::size_t> seen;
+    for (std::size_t t = 0; t < raw.tetrahedra.size(); ++t) {
+        const auto &[a, b, c, d] = raw.tetrahedra[t];
+        const auto &x = raw.points;
+        const double quality = tetrahedron_quality(x[a], x[b], x[c], x[d]);
+        if (!(quality > flat))
+            throw support::InputError(fmt::format("{}: tetrahedron {} {}; {}", file, raw.tetrahedron_tag[t],
+                                                  quality < -flat ? "is inverted" : "is flat",
+                                                  quality < -flat ? "exchange two of its nodes" : "remesh there"));
+        auto key = raw.tetrahedra[t];
+        std::ranges::sort(key);
+        const auto [first, is_new] = seen.emplace(key, t);
+        if (!is_new)
+            throw support::InputError(fmt::format("{}: tetrahedra {} and {} have the same nodes; remove one", file,
+                                                  raw.tetrahedron_tag[first->second], raw.tetrahedron_tag[t]));
+    }
+}
+
+void check_faces(const RawMesh &raw, const std::string &file) {
+    const auto key_of = [](std::array<int, 3> face) {
+        std::ranges::sort(face);
+        return face;
+    };
+    std::map<std::array<int, 3>, int> num_owners;
+    for (const auto &nodes : raw.tetrahedra)
+        for (const auto &[a, b, c] : core::tetrahedron_faces) {
+            const std::array face{nodes[a], nodes[b], nodes[c]};
+            if (++num_owners[key_of(face)] > 2)
+                throw support::InputError(fmt::format("{}: more than two tetrahedra share the face of nodes {}; remesh "
+                                                      "without overlaps",
+                                                      file, corner_names(raw, face)));
+        }
+    for (const auto &triangle : raw.triangles)
+        if (!num_owners.contains(key_of(triangle)))
+            throw support::InputError(fmt::format("{}: the triangle of nodes {} is no face of a tetrahedron; remove it",
+                                                  file, corner_names(raw, triangle)));
+    refuse_several_parts(raw, file);
+}
+
+} // namespace livermark::meshes

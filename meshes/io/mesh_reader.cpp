@@ -1,0 +1,101 @@
+#include "meshes/io/mesh_reader.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fmt/format.h>
+#include <fstream>
+#include <sstream>
+#include <string_view>
+
+#include "core/bounding_box.hpp"
+#include "core/plausible_liver.hpp"
+#include "meshes/io/msh_reader.hpp"
+#include "support/child_process.hpp"
+#include "support/file_ending.hpp"
+#include "support/input_error.hpp"
+#include "support/toml_input.hpp"
+#include "support/whole_file.hpp"
+
+namespace livermark::meshes {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Unit {
+    std::string_view name;
+    double metres;
+    double largest_organ; ///< longest side of the bounding box, in the unit
+};
+
+constexpr std::array<Unit, 3> units{{{"m", 1.0, core::largest_organ}, {"cm", 1e-2, 60.0}, {"mm", 1e-3, 2000.0}}};
+
+bool is_ascii_msh(const fs::path &file) {
+    if (support::file_ending(file) != ".msh")
+        return false;
+    // Comments may come before the format. A file that is damaged here is for the reader of ASCII files, which says
+    // where.
+    std::string start(4096, '\0'), version, is_binary;
+    std::ifstream stream(file, std::ios::binary);
+    stream.read(start.data(), static_cast<std::streamsize>(start.size()));
+    const auto format = start.find("$MeshFormat");
+    if (format == std::string::npos)
+        return true;
+    std::istringstream words(start.substr(format));
+    words >> version >> version >> is_binary;
+    return is_binary != "1";
+}
+
+core::TetraMesh read_converted(const fs::path &file, std::vector<std::string> &remarks) {
+    const auto converted = support::convert_by_script(
+        "convert_mesh", file,
+        "save it as ASCII MSH, VTU, VTK or INP with tetrahedra, and see that python3-meshio is installed");
+    remarks.insert(remarks.end(), converted.remarks.begin(), converted.remarks.end());
+    return parse_msh(converted.text, file.string(), &remarks);
+}
+
+} // namespace
+
+core::TetraMesh read_mesh(const fs::path &file, std::vector<std::string> &remarks) {
+    support::check_readable(file);
+    return is_ascii_msh(file) ? read_msh(file, &remarks) : read_converted(file, remarks);
+}
+
+double metres_per_unit(const std::string &unit, const std::string &place) {
+    const auto known = std::ranges::find(units, unit, &Unit::name);
+    if (known != units.end())
+        return known->metres;
+    double metres = 0.0;
+    const auto [end, error] = std::from_chars(unit.data(), unit.data() + unit.size(), metres);
+    if (error != std::errc{} || end != unit.data() + unit.size() || !(metres > 0.0 && std::isfinite(metres)))
+        throw support::InputError(fmt::format(
+            "{}: '{}' is no unit of length here; take m, cm or mm, or how many metres the unit has, such as 0.025",
+            place, support::shown(unit)));
+    return metres;
+}
+
+UnitGuess guess_unit(const std::vector<core::Vector3> &points, double volume, const std::string &file) {
+    const double longest = core::bounding_box(points).sizes().maxCoeff();
+    const auto unit = std::ranges::find_if(units, [&](const Unit &u) { return longest <= u.largest_organ; });
+    if (!(longest > 0.0) || unit == units.end())
+        throw support::InputError(fmt::format(
+            "{}: its longest side is {:g}, which is no organ in m, cm or mm; say which unit it is with 'unit' in a "
+            "body .toml",
+            file, longest));
+    const double litres = 1e3 * volume * unit->metres * unit->metres * unit->metres;
+    UnitGuess guess{std::string(unit->name), unit->metres, {}};
+    const auto by_length = fmt::format("from its longest side, which is then {:.3g} cm", 1e2 * longest * unit->metres);
+    if (litres >= core::smallest_liver && litres <= core::largest_liver)
+        guess.remark = fmt::format("{}, and its volume, which is then {:.3g} L", by_length, litres);
+    else
+        guess.remark = fmt::format(
+            "{}; but its volume is then {:.2g} L, where an adult liver has {} to {} L, and a unit of {:.2g} m "
+            "would make it {} L",
+            by_length, litres, core::smallest_liver, core::largest_liver, std::cbrt(1e-3 * core::usual_liver / volume),
+            core::usual_liver);
+    return guess;
+}
+
+} // namespace livermark::meshes

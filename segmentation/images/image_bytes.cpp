@@ -1,0 +1,150 @@
+#include "segmentation/images/image_bytes.hpp"
+
+#include <algorithm>
+#include <array>
+#include <fmt/format.h>
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <zlib.h>
+
+#include "segmentation/images/nifti_header.hpp"
+#include "support/file_ending.hpp"
+#include "support/input_error.hpp"
+#include "support/whole_file.hpp"
+
+namespace livermark::segmentation {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void refuse(const fs::path &file, const std::string &what) {
+    throw support::InputError(
+        fmt::format("{}: {}; the file is damaged or cut off, so export or copy it again", file.string(), what));
+}
+
+/// Bytes of a file once it is inflated, or as it is if it is not compressed.
+double inflated_size(const fs::path &file) {
+    const std::unique_ptr<gzFile_s, int (*)(gzFile)> stream(gzopen(file.c_str(), "rb"), gzclose);
+    if (!stream)
+        refuse(file, "it cannot be opened");
+    std::array<char, 1 << 16> buffer{};
+    double size = 0.0;
+    int count = 0;
+    while ((count = gzread(stream.get(), buffer.data(), buffer.size())) > 0)
+        size += count;
+    int status = Z_OK;
+    gzerror(stream.get(), &status);
+    if (count < 0 || status != Z_OK)
+        refuse(file, "its compressed data end too early");
+    return size;
+}
+
+void check_nifti(const fs::path &file, double num_voxels, double data_bytes) {
+    constexpr double shortest_header = 348;
+    const double size = inflated_size(file);
+    double header = shortest_header;
+    if (const auto said = read_nifti_header(file); said && said->bits_per_voxel > 0) {
+        data_bytes = num_voxels * said->bits_per_voxel / 8.0; // ITK speaks of what a slope makes of them
+        header = std::max(header, said->data_offset);
+    }
+    if (size < header + data_bytes)
+        refuse(file,
+               fmt::format("it holds {:.0f} bytes where header and voxels need {:.0f}", size, header + data_bytes));
+}
+
+std::string trimmed(const std::string &text) {
+    const auto first = text.find_first_not_of(" \t\r");
+    return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r") + 1 - first);
+}
+
+/// Such as "slice_%03d.raw 1 40 1": the first word goes to printf, which believes whatever it says.
+bool is_pattern_of_one_number(const std::string &data_file) {
+    const auto word = data_file.substr(0, data_file.find(' '));
+    const auto percent = word.find('%');
+    const auto letter = word.find_first_not_of("0123456789", percent + 1);
+    return letter != std::string::npos && letter - percent <= 3 && word[letter] == 'd' &&
+           word.find('%', percent + 1) == std::string::npos;
+}
+
+void check_meta_image(const fs::path &file, double data_bytes) {
+    std::ifstream stream(file, std::ios::binary);
+    std::string line, data_file;
+    bool is_compressed = false;
+    double compressed = 0.0;
+    while (data_file.empty() && std::getline(stream, line)) {
+        const auto equals = line.find('=');
+        if (equals == std::string::npos)
+            refuse(file, fmt::format("its header has the line '{}'", support::shown(line)));
+        const auto key = trimmed(line.substr(0, equals)), value = trimmed(line.substr(equals + 1));
+        if (key == "CompressedData")
+            is_compressed = value == "True" || value == "true" || value == "1";
+        else if (key == "CompressedDataSize")
+            compressed = std::strtod(value.c_str(), nullptr);
+        else if (key == "ElementDataFile")
+            data_file = value;
+    }
+    std::error_code error;
+    double present = 0.0;
+    if (data_file == "LOCAL")
+        present = static_cast<double>(fs::file_size(file, error)) - static_cast<double>(stream.tellg());
+    else if (data_file.find('%') != std::string::npos && !is_pattern_of_one_number(data_file))
+        refuse(file, fmt::format("'{}' is no pattern for the names of its slices", support::shown(data_file)));
+    else if (data_file != "LIST" && data_file.find('%') == std::string::npos)
+        present = static_cast<double>(fs::file_size(file.parent_path() / data_file, error));
+    else
+        return; // a file for each slice: ITK misses one that is not whole
+    if (error)
+        refuse(file, fmt::format("there is no file '{}' with its voxels", support::shown(data_file)));
+    const double wanted = is_compressed ? compressed : data_bytes;
+    if (present < wanted || (is_compressed && wanted == 0.0))
+        refuse(file, fmt::format("it holds {:.0f} bytes of voxels where {:.0f} are said", present, wanted));
+}
+
+} // namespace
+
+void check_named_files(const fs::path &file) {
+    constexpr int most_lines = 1000;
+    std::ifstream stream(file, std::ios::binary);
+    std::string line;
+    for (int l = 0; l < most_lines && std::getline(stream, line) && !line.empty() && line != "\r"; ++l) {
+        std::ranges::replace_if(
+            line, [](char c) { return c == '=' || c == ':' || c == '\r'; }, ' ');
+        std::istringstream words(line);
+        for (std::string word; words >> word && word.size() < 4096;) {
+            if (word == "LOCAL")
+                return; // voxels follow
+            std::error_code ignored;
+            if (fs::is_other(fs::status(file.parent_path() / word, ignored)))
+                refuse(file, fmt::format("'{}', which its header names, is no plain file", support::shown(word)));
+        }
+    }
+}
+
+void check_all_there(const fs::path &file, double num_voxels, double data_bytes) {
+    const auto name = support::lower_case(file.filename().string());
+    if (name.ends_with(".nii") || name.ends_with(".nii.gz"))
+        check_nifti(file, num_voxels, data_bytes);
+    else if (name.ends_with(".mha") || name.ends_with(".mhd"))
+        check_meta_image(file, data_bytes);
+}
+
+void check_dicom_pixels(const fs::path &file, std::size_t data_bytes) {
+    const auto bytes = support::read_text(file);
+    const std::string tag("\xe0\x7f\x10\x00", 4);
+    const auto length_at = [&](std::size_t place) {
+        std::size_t length = 0;
+        for (std::size_t b = 0; b < 4 && place + b < bytes.size(); ++b)
+            length |= static_cast<std::size_t>(static_cast<unsigned char>(bytes[place + b])) << (8 * b);
+        return length;
+    };
+    for (auto at = bytes.find(tag); at != std::string::npos; at = bytes.find(tag, at + 1))
+        for (const std::size_t header : {8, 12}) // implicit and explicit VR
+            if (length_at(at + header - 4) == data_bytes && at + header + data_bytes <= bytes.size())
+                return;
+    refuse(file, fmt::format("it does not hold the {} bytes of pixels that are said", data_bytes));
+}
+
+} // namespace livermark::segmentation

@@ -1,0 +1,231 @@
+#include "segmentation/images/image_file.hpp"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fmt/format.h>
+#include <gdcmTrace.h>
+#include <iterator>
+#include <itkGDCMImageIO.h>
+#include <itkGDCMSeriesFileNames.h>
+#include <itkImageSeriesReader.h>
+#include <itkMetaDataObject.h>
+#include <itkMultiThreaderBase.h>
+#include <limits>
+#include <map>
+#include <optional>
+#include <set>
+#include <unistd.h>
+
+#include "segmentation/images/dicom_segmentation.hpp"
+#include "segmentation/images/image_values.hpp"
+#include "segmentation/images/nifti_header.hpp"
+#include "support/child_process.hpp"
+#include "support/input_error.hpp"
+#include "support/own_process.hpp"
+#include "support/packed_bytes.hpp"
+#include "support/whole_file.hpp"
+
+namespace livermark::segmentation {
+
+namespace {
+
+namespace fs = std::filesystem;
+using core::Vector3;
+using support::InputError;
+
+constexpr double metres_per_millimetre = 1e-3;
+constexpr double finest = 0.05e-3, coarsest = 20e-3; // [m]
+constexpr int max_labels_of_image = 1000;
+
+/// Refuses what cannot be, and makes the axes orthonormal to the last digit.
+void check_grid(ImageGrid &grid, const std::string &name, std::vector<std::string> &remarks) {
+    for (unsigned d = 0; d < 3; ++d) {
+        if (grid.size.at(d) < 2)
+            throw InputError(fmt::format("{}: the image is {} voxel thick along axis {}; a body has three dimensions",
+                                         name, grid.size.at(d), d));
+        if (!(grid.spacing[d] >= finest && grid.spacing[d] <= coarsest))
+            throw InputError(fmt::format("{}: the voxels are {:.3g} mm apart along axis {}, where {} to {} mm is "
+                                         "possible; see whether the header is in millimetres",
+                                         name, 1e3 * grid.spacing[d], d, 1e3 * finest, 1e3 * coarsest));
+    }
+    const auto off = off_right_angles(grid.direction);
+    const Vector3 lengths = grid.direction.colwise().norm();
+    if (!grid.origin.allFinite() || !lengths.allFinite() || !((lengths.array() - 1.0).abs() < 1e-2).all() ||
+        !(off.degrees <= most_degrees_off))
+        throw InputError(fmt::format("{}: the axes of the image are not at right angles{}; resample it, as with 3D "
+                                     "Slicer's module Resample Scalar/Vector/DWI Volume",
+                                     name, off.text.empty() ? "" : " (" + off.text + ")"));
+    constexpr double rounding = 0.01;
+    if (off.degrees > rounding)
+        remarks.push_back(off.text + ", and are turned to the nearest axes at right angles");
+    // Headers carry some six digits; the mesh shall not be sheared by the rest.
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(grid.direction, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    grid.direction = svd.matrixU() * svd.matrixV().transpose();
+}
+
+ImageGrid grid_of(const Values &values, const std::string &name, std::vector<std::string> &remarks) {
+    ImageGrid grid;
+    for (unsigned d = 0; d < 3; ++d) {
+        grid.size.at(d) = static_cast<int>(values.GetLargestPossibleRegion().GetSize(d));
+        grid.spacing[d] = metres_per_millimetre * values.GetSpacing()[d];
+        grid.origin[d] = metres_per_millimetre * values.GetOrigin()[d];
+        for (unsigned c = 0; c < 3; ++c)
+            grid.direction(c, d) = values.GetDirection()(c, d);
+    }
+    check_grid(grid, name, remarks);
+    return grid;
+}
+
+LabelImage labels_of(const Values &values, const std::string &name) {
+    LabelImage image{.name = name, .grid = {}, .label = {}};
+    image.grid = grid_of(values, name, image.remarks);
+    constexpr float most_off = 1e-3F; // a slope and its product are rounded
+    const float *value = values.GetBufferPointer();
+    image.label.resize(num_voxels(image.grid));
+    std::set<std::uint16_t> labels;
+    for (std::size_t v = 0; v < image.label.size(); ++v) {
+        const float label = std::round(value[v]);
+        if (!(label >= 0.0F && label <= 65535.0F && std::abs(value[v] - label) <= most_off))
+            throw InputError(fmt::format("{}: voxel {} has the value {}, which is no label; this is a scan or a map of "
+                                         "probabilities, so segment "
+                                         "it first, as with 3D Slicer or TotalSegmentator",
+                                         name, v, value[v]));
+        image.label[v] = static_cast<std::uint16_t>(label);
+        if (v == 0 || image.label[v] != image.label[v - 1])
+            labels.insert(image.label[v]);
+        if (labels.size() > max_labels_of_image)
+            throw InputError(fmt::format("{}: there are more than {} different values, so this is a scan and no label "
+                                         "map; segment it first, as with 3D Slicer or TotalSegmentator",
+                                         name, max_labels_of_image));
+    }
+    return image;
+}
+
+LabelImage read_plain_image(const fs::path &file, const std::string &name, const fs::path &scratch) {
+    auto read = read_image_values(file, scratch);
+    auto image = labels_of(*read.values, name);
+    image.label_names = std::move(read.names);
+    std::ranges::move(read.remarks, std::back_inserter(image.remarks));
+    return image;
+}
+
+LabelImage read_segmentation_object(const fs::path &file) {
+    auto image = read_dicom_segmentation(file);
+    check_grid(image.grid, image.name, image.remarks);
+    return image;
+}
+
+LabelImage read_folder(const fs::path &folder, const std::string &name) {
+    auto names = itk::GDCMSeriesFileNames::New();
+    names->SetUseSeriesDetails(true);
+    names->SetDirectory(folder.string());
+    const auto series = names->GetSeriesUIDs();
+    if (series.size() != 1)
+        throw InputError(fmt::format("{}: the folder holds {} DICOM series; give a folder with the one of the "
+                                     "segmentation, or a file: {}",
+                                     folder.string(), series.size(), image_formats));
+    const auto files = names->GetFileNames(series.front());
+    if (files.size() == 1 && is_dicom_segmentation(files.front()))
+        return read_segmentation_object(files.front());
+    auto io = itk::GDCMImageIO::New();
+    check_header(*io, files.front());
+    auto reader = itk::ImageSeriesReader<Values>::New();
+    reader->SetImageIO(io);
+    reader->SetFileNames(files);
+    reader->ForceOrthogonalDirectionOff(); // a gantry that was tilted shows in the axes, and is refused
+    reader->Update();
+    double deviation = 0.0;
+    itk::ExposeMetaData(reader->GetOutput()->GetMetaDataDictionary(), "ITK_non_uniform_sampling_deviation", deviation);
+    if (deviation > 0.1)
+        throw InputError(fmt::format("{}: the slices are not evenly spaced ({:.2g} mm off); a slice may be missing, so "
+                                     "export the series again",
+                                     folder.string(), deviation));
+    return labels_of(*reader->GetOutput(), name);
+}
+
+LabelImage read_here(const fs::path &file, const fs::path &scratch) {
+    itk::Object::GlobalWarningDisplayOff(); // what matters of it is checked here
+    gdcm::Trace::WarningOff();
+    gdcm::Trace::ErrorOff();
+    itk::MultiThreaderBase::SetGlobalDefaultNumberOfThreads(1); // each takes address space
+    try {
+        auto name = file.has_filename() ? file.filename() : file.parent_path().filename();
+        if (std::error_code error; fs::is_directory(file, error))
+            return read_folder(file, name.string());
+        return is_dicom_file(file) ? read_segmentation_object(file) : read_plain_image(file, name.string(), scratch);
+    } catch (const itk::ExceptionObject & /*in words for programmers*/) {
+        throw InputError(fmt::format("{}: cannot be read as an image; it may be damaged or cut off, so export it again",
+                                     file.string()));
+    }
+}
+
+std::string packed(const LabelImage &image) {
+    support::Packer packer;
+    packer.put(image.name);
+    packer.put(image.grid.size);
+    for (const Vector3 &vector : {image.grid.spacing, image.grid.origin, Vector3(image.grid.direction.col(0)),
+                                  Vector3(image.grid.direction.col(1)), Vector3(image.grid.direction.col(2))})
+        packer.put(std::array{vector.x(), vector.y(), vector.z()});
+    packer.put(image.label);
+    packer.put(image.remarks);
+    packer.put(static_cast<int>(image.label_names.size()));
+    for (const auto &[label, name] : image.label_names) {
+        packer.put(label);
+        packer.put(name);
+    }
+    return std::move(packer).bytes();
+}
+
+LabelImage unpacked(const std::string &bytes) {
+    support::Unpacker unpacker(bytes);
+    LabelImage image;
+    unpacker.get(image.name);
+    unpacker.get(image.grid.size);
+    std::array<std::array<double, 3>, 5> vectors{};
+    for (auto &vector : vectors)
+        unpacker.get(vector);
+    const auto vector = [&](std::size_t v) { return Vector3(vectors[v][0], vectors[v][1], vectors[v][2]); };
+    image.grid.spacing = vector(0);
+    image.grid.origin = vector(1);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        image.grid.direction.col(static_cast<Eigen::Index>(axis)) = vector(2 + axis);
+    unpacker.get(image.label);
+    unpacker.get(image.remarks);
+    int num_names = 0;
+    unpacker.get(num_names);
+    for (int n = 0; n < num_names; ++n) {
+        int label = 0;
+        unpacker.get(label);
+        unpacker.get(image.label_names[label]);
+    }
+    return image;
+}
+
+} // namespace
+
+LabelImage read_label_image(const fs::path &file) {
+    std::error_code error;
+    const auto status = fs::status(file, error);
+    if (!fs::exists(status))
+        throw InputError(fmt::format("{}: there is no such file or folder; check the path", file.string()));
+    if (access(file.c_str(), R_OK) != 0)
+        throw InputError(fmt::format("{}: cannot be read; see who may read it", file.string()));
+    if (!fs::is_directory(status))
+        support::check_readable(file);
+    else
+        for (const auto &entry : fs::directory_iterator(file, error))
+            if (std::error_code ignored; fs::is_other(entry.status(ignored)))
+                throw InputError(fmt::format("{}: '{}' in it is no plain file; remove it", file.string(),
+                                             entry.path().filename().string()));
+    std::optional<support::ScratchFolder> scratch; // of this process, which is there whatever becomes of the other
+    if (!fs::is_directory(status) && needs_a_copy(file))
+        scratch.emplace();
+    constexpr double bytes_per_byte = 8000.0; // compressed to a thousandth, in floats and labels
+    return unpacked(support::in_own_process(file, support::limits_for(file, bytes_per_byte), [&] {
+        return packed(read_here(file, scratch ? scratch->path : fs::path()));
+    }));
+}
+
+} // namespace livermark::segmentation

@@ -1,0 +1,168 @@
+#include "segmentation/images/image_values.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fmt/format.h>
+#include <iterator>
+#include <itkImageFileReader.h>
+#include <itkMetaDataObject.h>
+#include <itkMetaImageIO.h>
+#include <itkNiftiImageIO.h>
+#include <itkNrrdImageIO.h>
+
+#include "segmentation/images/dicom_segmentation.hpp"
+#include "segmentation/images/image_bytes.hpp"
+#include "segmentation/images/nifti_header.hpp"
+#include "support/file_ending.hpp"
+#include "support/input_error.hpp"
+
+namespace livermark::segmentation {
+
+namespace {
+
+namespace fs = std::filesystem;
+using support::InputError;
+
+constexpr double largest_image = 1 << 28; // voxels; the largest abdominal scans have about this many
+constexpr double best_compression = 1100; // zlib cannot do better
+
+itk::ImageIOBase::Pointer reader_of(const fs::path &file) {
+    for (const itk::ImageIOBase::Pointer &io :
+         {itk::ImageIOBase::Pointer(itk::NiftiImageIO::New()), itk::ImageIOBase::Pointer(itk::NrrdImageIO::New()),
+          itk::ImageIOBase::Pointer(itk::MetaImageIO::New())})
+        if (io->CanReadFile(file.c_str()))
+            return io;
+    throw InputError(fmt::format("{}: this is no image that can be read here, or it is damaged from the start; give {}",
+                                 file.string(), image_formats));
+}
+
+/// 3D Slicer names its segments in the header: Segment0_LabelValue:=1, Segment0_Name:=Liver.
+std::map<int, std::string> segment_names(const itk::MetaDataDictionary &dictionary) {
+    constexpr int most_segments = 1000;
+    std::map<int, std::string> names;
+    for (int s = 0; s < most_segments; ++s) {
+        std::string label, name;
+        if (!itk::ExposeMetaData(dictionary, fmt::format("Segment{}_LabelValue", s), label))
+            break;
+        itk::ExposeMetaData(dictionary, fmt::format("Segment{}_Name", s), name);
+        if (const int number = std::atoi(label.c_str()); number > 0 && !name.empty())
+            names.emplace(number, name);
+    }
+    return names;
+}
+
+ReadValues read_values(const fs::path &file) {
+    const auto io = reader_of(file);
+    check_header(*io, file);
+    ReadValues read;
+    auto reader = itk::ImageFileReader<Values>::New();
+    reader->SetImageIO(io);
+    reader->SetFileName(file.string());
+    reader->Update();
+    read.names = segment_names(io->GetMetaDataDictionary());
+    read.values = reader->GetOutput();
+    return read;
+}
+
+/// Whether ITK would take the axes for sheared where they are only rounded.
+bool has_rounded_axes(const NiftiHeader &header) {
+    constexpr double seen_by_itk = 0.005;
+    const double off = off_right_angles(header.sform).degrees;
+    return header.sform_code > 0 && off > seen_by_itk && off <= most_degrees_off;
+}
+
+std::string name_with_lower_ending(const fs::path &file) {
+    const auto name = file.filename().string(), ending = file.extension().string();
+    return name.substr(0, name.size() - ending.size()) + support::lower_case(ending);
+}
+
+/// ITK goes by endings in lower case. A link has one, with links beside it to whatever a header may name.
+fs::path with_lower_ending(const fs::path &file, const fs::path &scratch) {
+    const auto lower = name_with_lower_ending(file);
+    if (scratch.empty())
+        return file;
+    std::error_code error;
+    const auto whole = fs::absolute(file);
+    for (auto entry = fs::directory_iterator(whole.parent_path(), error); !error && entry != fs::directory_iterator();
+         entry.increment(error))
+        fs::create_symlink(entry->path(), scratch / entry->path().filename(), error);
+    fs::create_symlink(whole, scratch / lower, error);
+    return scratch / lower;
+}
+
+/// Reads a file that stands for another, which messages name.
+ReadValues read_in_place_of(const fs::path &file, const fs::path &readable) {
+    try {
+        return read_values(readable);
+    } catch (const InputError &error) {
+        std::string text = error.what();
+        if (const auto at = text.find(readable.string()); at != std::string::npos)
+            text.replace(at, readable.string().size(), file.string());
+        throw InputError(text);
+    }
+}
+
+} // namespace
+
+void check_header(itk::ImageIOBase &io, const fs::path &file) {
+    if (!fs::is_directory(file) && !read_nifti_header(file) && !is_dicom_file(file))
+        check_named_files(file);
+    io.SetFileName(file.string());
+    io.ReadImageInformation();
+    const auto dimensions = io.GetNumberOfDimensions();
+    if (dimensions < 3)
+        throw InputError(fmt::format("{}: the image has {} dimensions; a segmentation of a body has three",
+                                     file.string(), dimensions));
+    for (unsigned d = 3; d < dimensions; ++d)
+        if (io.GetDimensions(d) > 1)
+            throw InputError(fmt::format("{}: the image is a series of {} volumes; give one of them", file.string(),
+                                         io.GetDimensions(d)));
+    if (io.GetNumberOfComponents() != 1)
+        throw InputError(fmt::format("{}: each voxel has {} values; export it as a label map with one label a voxel",
+                                     file.string(), io.GetNumberOfComponents()));
+    double voxels = 1.0;
+    for (unsigned d = 0; d < 3; ++d)
+        voxels *= static_cast<double>(io.GetDimensions(d));
+    if (!(voxels > 0.0 && voxels <= largest_image))
+        throw InputError(
+            fmt::format("{}: the header speaks of {:.3g} voxels; between 1 and {:.3g} can be read, so crop "
+                        "the image around the liver, or see whether the file is damaged",
+                        file.string(), voxels, largest_image));
+    const auto ending = support::file_ending(file);
+    const bool is_detached = ending == ".nhdr" || ending == ".mhd" || ending == ".hdr" || ending == ".img";
+    const double bytes = voxels * static_cast<double>(io.GetComponentSize());
+    if (!is_detached && bytes > best_compression * static_cast<double>(fs::file_size(file)))
+        throw InputError(fmt::format("{}: the header speaks of {:.0f} bytes, more than {} bytes of file can hold; the "
+                                     "file is damaged or cut off",
+                                     file.string(), bytes, fs::file_size(file)));
+    check_all_there(file, voxels, bytes);
+}
+
+bool needs_a_copy(const fs::path &file) {
+    if (const auto header = read_nifti_header(file))
+        return has_rounded_axes(*header);
+    return name_with_lower_ending(file) != file.filename().string();
+}
+
+ReadValues read_image_values(const fs::path &file, const fs::path &scratch) {
+    const auto header = read_nifti_header(file);
+    if (!header)
+        return read_in_place_of(file, with_lower_ending(file, scratch));
+    const auto off = off_right_angles(header->sform);
+    ReadValues read;
+    if (has_rounded_axes(*header)) {
+        write_with_right_angles(file, *header, scratch / "image.nii");
+        read = read_in_place_of(file, scratch / "image.nii");
+        read.remarks.push_back(off.text + ", and are turned to the nearest axes at right angles");
+    } else if (header->sform_code > 0 && header->qform_code <= 0 && off.degrees > most_degrees_off) {
+        throw InputError(fmt::format("{}: the axes of the image are not at right angles ({}); resample it, as with 3D "
+                                     "Slicer's module Resample Scalar/Vector/DWI Volume",
+                                     file.string(), off.text));
+    } else {
+        read = read_values(file);
+    }
+    std::ranges::move(doubts_about_forms(*header), std::back_inserter(read.remarks));
+    return read;
+}
+
+} // namespace livermark::segmentation

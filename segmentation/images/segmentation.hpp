@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "segmentation/images/label_image.hpp"
+
+namespace livermark::segmentation {
+
+/// Which labels of an image make the body.
+struct LabelChoice {
+    std::vector<int> liver;   ///< its tissue; empty: the smallest label that is there
+    std::vector<int> tumours; ///< empty: every label that is not the liver's
+};
+
+/// A liver in one piece without cavities, and its lesions, in voxels.
+struct Segmentation {
+    ImageGrid grid;
+    std::vector<std::uint8_t> region;      ///< (num_voxels) 0 outside the body, else 1 + index into region_names
+    std::vector<std::string> region_names; ///< (R) "parenchyma", then "tumour_1" ..., largest first
+    std::vector<std::string> remarks;      ///< a sentence for all that was left out, filled or taken for something else
+};
+
+/// The volume of the voxels of each region.
+/// @return (R) [m^3]
+std::vector<double> region_volumes(const Segmentation &segmentation);
+
+/// Picks the body out of an image: the largest piece of liver and tumours together; other pieces are left out, cavities
+/// become parenchyma, and each connected piece of a tumour label is a lesion of its own, unless it is smaller than
+/// smallest_lesion, in which case it becomes parenchyma. Nothing of this goes unsaid.
+/// @param smallest_lesion  [m^3]
+/// @throws support::InputError  if a label that was asked for is not in the image, if nothing is left, or if there are
+///                           more lesions than a body can have (254)
+Segmentation choose_labels(const LabelImage &image, const LabelChoice &choice, double smallest_lesion);
+
+} // namespace livermark::segmentation
