@@ -17,6 +17,7 @@ namespace {
 struct ArenaCommand {
     std::vector<double> budgets{1.0, 4.0, 1000.0 / 60.0}; ///< [ms]
     studies::ToolReferenceOptions reference;
+    std::string precision = "single";
     bool solve_reference = false, details = false, markdown = false;
 };
 
@@ -45,6 +46,8 @@ int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions opti
     options.budgets.clear();
     for (const double budget : sorted_once(command.budgets))
         options.budgets.push_back(1e-3 * budget);
+    if (command.precision == "double")
+        options.precision = models::Precision::double_precision;
     if (command.solve_reference)
         return solve_references(command, options, command_line);
     const auto found = studies::run_arena(options, command_line, print_progress());
@@ -92,6 +95,11 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
                      "1: as it is; 2: with the longest edge of each tetrahedron bisected; 3: with each tetrahedron cut "
                      "into eight")
         ->check(CLI::Range(1, 3))
+        ->capture_default_str();
+    command
+        ->add_option("--precision", arena->precision,
+                     "Of explicit linear elements: single, on vector units, or double, in plain loops")
+        ->check(CLI::IsMember({"single", "double"}))
         ->capture_default_str();
     add_materials(*command, options->material);
     command->add_option("--output", options->output, "Folder for <body>/arena.h5")->capture_default_str();

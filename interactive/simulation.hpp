@@ -45,7 +45,7 @@ class Simulation {
     const Field &targets() const { return targets_; }
 
     /// Dead forces on the nodes [N], from the next step on. Shape (3, N), or those of the nodes of the mesh alone.
-    void set_external_forces(const Field &forces);
+    virtual void set_external_forces(const Field &forces);
     /// Where the constrained nodes are at the end of the next step. shape (3, C) [m]
     void set_targets(const Field &positions);
     /// Starts elsewhere. Both shape (3, N).

@@ -1,22 +1,21 @@
 #include <memory>
 #include <utility>
 
-#include "interactive/elements/central_differences.hpp"
 #include "interactive/elements/element_energy.hpp"
+#include "interactive/elements/explicit_tetrahedra.hpp"
 #include "interactive/method.hpp"
 
 namespace livermark::interactive::methods {
 
 namespace {
 
-class Tled : public CentralDifferences {
+class Tled : public ExplicitTetrahedra {
   public:
-    explicit Tled(Scene given) : CentralDifferences(std::move(given)), energy_(tetrahedra_at_rest(*scene().body)) {}
+    explicit Tled(Scene given)
+        : ExplicitTetrahedra(std::move(given), kernels::Pressure::of_tetrahedra),
+          energy_(tetrahedra_at_rest(*scene().body)) {}
 
     const Energy &energy() const override { return energy_; }
-    Cost cost(int iterations) const override {
-        return {.element_passes = static_cast<double>(iterations), .bytes_per_element = sizeof(Tetrahedron)};
-    }
 
   private:
     ElementEnergy<densities::NeoHookean> energy_;
@@ -32,7 +31,8 @@ Method tled() {
             .energy = "mu / 2 (I1 - 3 - 2 ln J) + lambda / 2 (ln J)^2",
             .converges_to = "the motion of the energy as h goes to 0; at rest the equilibrium of neo-Hookean linear "
                             "tetrahedra",
-            .implementation = "plain loop over tetrahedra, double",
+            .implementation = "vector units, single precision",
+            .in_double = "plain loop over tetrahedra, double",
             .time_step = frame_time,
             .iterations = 40,
             .prepare = [](const Scene &scene) { return std::make_unique<Tled>(scene); }};

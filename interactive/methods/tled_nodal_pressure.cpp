@@ -1,7 +1,7 @@
 #include <memory>
 #include <utility>
 
-#include "interactive/elements/central_differences.hpp"
+#include "interactive/elements/explicit_tetrahedra.hpp"
 #include "interactive/elements/nodal_pressure_energy.hpp"
 #include "interactive/method.hpp"
 
@@ -9,14 +9,12 @@ namespace livermark::interactive::methods {
 
 namespace {
 
-class TledNodalPressure : public CentralDifferences {
+class TledNodalPressure : public ExplicitTetrahedra {
   public:
-    explicit TledNodalPressure(Scene given) : CentralDifferences(std::move(given)), energy_(*scene().body) {}
+    explicit TledNodalPressure(Scene given)
+        : ExplicitTetrahedra(std::move(given), kernels::Pressure::around_nodes), energy_(*scene().body) {}
 
     const Energy &energy() const override { return energy_; }
-    Cost cost(int iterations) const override {
-        return {.element_passes = 2.0 * iterations, .bytes_per_element = sizeof(Tetrahedron)};
-    }
 
   private:
     NodalPressureEnergy energy_;
@@ -32,7 +30,8 @@ Method tled_nodal_pressure() {
             .energy =
                 "mu / 2 (I1 - 3 - 2 ln J) in tetrahedra, lambda / 2 (ln J)^2 at nodes with the mean J around them",
             .converges_to = "the motion of the energy as h goes to 0; at rest its equilibrium",
-            .implementation = "two plain loops over tetrahedra, double",
+            .implementation = "vector units, single precision",
+            .in_double = "two plain loops over tetrahedra, double",
             .time_step = frame_time,
             .iterations = 40,
             .prepare = [](const Scene &scene) { return std::make_unique<TledNodalPressure>(scene); }};

@@ -18,6 +18,7 @@ namespace {
 using livermark::interactive::Equilibrium;
 using livermark::interactive::Field;
 using livermark::interactive::Method;
+using livermark::interactive::Precision;
 using livermark::interactive::Scene;
 using livermark::interactive::Simulation;
 
@@ -44,7 +45,8 @@ struct NodalProblem {
         : conditions(msm::nodal_conditions(problem, mass)),
           forces(to_field(conditions.force)), scene{.body = problem.body,
                                                     .node_mass = std::move(mass),
-                                                    .constrained_nodes = {}} {
+                                                    .constrained_nodes = {},
+                                                    .precision = Precision::double_precision} {
         const auto &points = problem.body->mesh.points;
         for (std::size_t i = 0; i < points.size(); ++i)
             if (!conditions.displacement[i].array().isNaN().any())

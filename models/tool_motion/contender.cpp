@@ -11,9 +11,9 @@ const char *to_string(Setting setting) {
     return setting == Setting::one_step ? "one step" : "one iteration";
 }
 
-std::vector<Contender> all_contenders() {
+std::vector<Contender> all_contenders(Precision precision) {
     auto contenders = spring_contenders();
-    std::ranges::move(interactive_contenders(), std::back_inserter(contenders));
+    std::ranges::move(interactive_contenders(precision), std::back_inserter(contenders));
     return contenders;
 }
 

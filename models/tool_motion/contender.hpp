@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
+#include "interactive/precision.hpp"
 
 /// Methods that move a body in real time, under a tool that moves.
 namespace livermark::models {
@@ -72,7 +73,10 @@ struct Contender {
     std::function<std::unique_ptr<MovingBody>(const core::Problem &problem)> prepare;
 };
 
+using livermark::interactive::Precision;
+
 /// All that there are: springs on the fastest kernels, then interactive methods.
-std::vector<Contender> all_contenders();
+/// @param precision  of interactive methods that have both
+std::vector<Contender> all_contenders(Precision precision = Precision::single_precision);
 
 } // namespace livermark::models

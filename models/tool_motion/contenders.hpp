@@ -19,6 +19,6 @@ struct MovingSpringModel {
 std::span<const MovingSpringModel> moving_spring_models();
 
 std::vector<Contender> spring_contenders();
-std::vector<Contender> interactive_contenders();
+std::vector<Contender> interactive_contenders(Precision precision);
 
 } // namespace livermark::models

@@ -17,11 +17,12 @@ using livermark::interactive::Scene;
 
 class InteractiveBody : public MovingBody {
   public:
-    InteractiveBody(Method method, const core::Problem &problem)
+    InteractiveBody(Method method, const core::Problem &problem, Precision precision)
         : method_(std::move(method)), scene_{.body = problem.body,
                                              .node_mass = livermark::msm::lumped_masses(*problem.body),
                                              .constrained_nodes = {},
-                                             .mass_damping = problem.load_case.tool.value().mass_damping},
+                                             .mass_damping = problem.load_case.tool.value().mass_damping,
+                                             .precision = precision},
           place_(tool_place(problem, scene_.node_mass)) {
         scene_.constrained_nodes = place_.nodes; // first, so that their targets are
         scene_.constrained_nodes.insert(scene_.constrained_nodes.end(), place_.held.begin(), place_.held.end());
@@ -89,15 +90,18 @@ class InteractiveBody : public MovingBody {
 
 } // namespace
 
-std::vector<Contender> interactive_contenders() {
+std::vector<Contender> interactive_contenders(Precision precision) {
     std::vector<Contender> contenders;
     for (const auto &method : livermark::interactive::all_methods())
-        contenders.push_back({.name = method.name,
-                              .source = method.source,
-                              .implementation = method.implementation,
-                              .prepare = [method](const core::Problem &problem) -> std::unique_ptr<MovingBody> {
-                                  return std::make_unique<InteractiveBody>(method, problem);
-                              }});
+        contenders.push_back(
+            {.name = method.name,
+             .source = method.source,
+             .implementation = precision == Precision::double_precision && !method.in_double.empty()
+                                   ? method.in_double
+                                   : method.implementation,
+             .prepare = [method, precision](const core::Problem &problem) -> std::unique_ptr<MovingBody> {
+                 return std::make_unique<InteractiveBody>(method, problem, precision);
+             }});
     return contenders;
 }
 

@@ -58,8 +58,8 @@ core::Problem on_mesh(const core::Problem &problem, int mesh) {
     return {std::make_shared<const core::Body>(std::move(parts.body)), std::move(load_case)};
 }
 
-std::vector<models::Contender> chosen_contenders(const std::vector<std::string> &names) {
-    auto contenders = models::all_contenders();
+std::vector<models::Contender> chosen_contenders(const std::vector<std::string> &names, models::Precision precision) {
+    auto contenders = models::all_contenders(precision);
     for (const auto &name : names)
         support::find_named(contenders, name, "method");
     if (!names.empty())
@@ -148,7 +148,7 @@ results::Arena empty_arena(const core::Problem &problem, const results::ToolRefe
 }
 
 ArenaResults run_arena(const ArenaOptions &options, const std::string &command_line, const ProgressReport &report) {
-    const auto contenders = chosen_contenders(options.methods);
+    const auto contenders = chosen_contenders(options.methods, options.precision);
     const auto [problems, notes, left_out] = read_arena_problems(options.bodies, options.load_case, options.material);
     ArenaResults done{{}, notes};
     Steps steps(static_cast<int>(problems.size() * contenders.size() * options.meshes.size()), report);

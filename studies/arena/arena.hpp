@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "meshes/io/body_reader.hpp"
+#include "models/tool_motion/contender.hpp"
 #include "results/arena.hpp"
 #include "studies/arena/arena_reference.hpp"
 #include "studies/progress.hpp"
@@ -19,7 +20,8 @@ struct ArenaOptions {
     /// How fine the meshes are: 1 as they are, 2 with the longest edge of each tetrahedron bisected, 3 with each
     /// tetrahedron cut into eight.
     std::vector<int> meshes{1, 2, 3};
-    std::vector<double> budgets{0.001, 0.004, 1.0 / 60.0}; ///< of one core, for a frame [s]
+    std::vector<double> budgets{0.001, 0.004, 1.0 / 60.0};             ///< of one core, for a frame [s]
+    models::Precision precision = models::Precision::single_precision; ///< of interactive methods that have both
     meshes::MaterialOverride material;
     std::string output; ///< folder for <body>/arena.h5
 };

@@ -15,9 +15,12 @@ inline std::shared_ptr<const core::Body> soft_bar(double poisson_ratio = 0.45) {
                      {.density = 1060.0, .young_modulus = 5000.0, .poisson_ratio = poisson_ratio});
 }
 
-/// The bar, free or with its end at x = 0 constrained.
+/// The bar, free or with its end at x = 0 constrained, for steps in double precision.
 inline interactive::Scene bar_scene(bool is_constrained, double poisson_ratio = 0.45, double mass_damping = 0.0) {
-    interactive::Scene scene{.body = soft_bar(poisson_ratio), .node_mass = {}, .constrained_nodes = {}};
+    interactive::Scene scene{.body = soft_bar(poisson_ratio),
+                             .node_mass = {},
+                             .constrained_nodes = {},
+                             .precision = interactive::Precision::double_precision};
     scene.node_mass = msm::lumped_masses(*scene.body);
     scene.mass_damping = mass_damping;
     for (int i = 0; is_constrained && i < scene.body->mesh.num_nodes(); ++i)

@@ -1,0 +1,287 @@
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+#include <memory>
+#include <set>
+#include <string>
+#include <tuple>
+
+#include "interactive/equilibrium.hpp"
+#include "interactive/kernels/fans.hpp"
+#include "interactive/method.hpp"
+#include "tests/interactive/moving_scene.hpp"
+
+namespace livermark {
+namespace {
+
+using core::Vector3;
+using interactive::Field;
+using interactive::Precision;
+using interactive::Scene;
+using tests::bar_scene;
+using tests::noise;
+
+Scene in_precision(Scene scene, Precision precision) {
+    scene.precision = precision;
+    return scene;
+}
+
+/// A bar of two materials, one ten times as hard, whose nodes are at no regular places: 6 nx ny nz tetrahedra, which no
+/// number of lanes divides where nx ny nz is odd.
+Scene uneven_scene(const std::array<int, 3> &bricks, bool is_constrained, double mass_damping = 0.0) {
+    auto mesh = tests::box_mesh({0.06, 0.03, 0.03}, bricks);
+    const double spacing = 0.03 / std::max(bricks[1], bricks[2]);
+    const auto shifts = noise(mesh.num_nodes(), 0.1 * spacing, 17);
+    for (int i = 0; i < mesh.num_nodes(); ++i)
+        if (mesh.points[i].x() != 0.0)
+            mesh.points[i] += shifts.col(i);
+    mesh.region_names.emplace_back("hard");
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
+        mesh.region[t] = t % 7 == 0 ? 1 : 0;
+    core::Body body{.name = "uneven",
+                    .mesh = std::move(mesh),
+                    .materials = {{.density = 1060.0, .young_modulus = 5000.0, .poisson_ratio = 0.45},
+                                  {.density = 1200.0, .young_modulus = 50000.0, .poisson_ratio = 0.3}}};
+    Scene scene{.body = std::make_shared<const core::Body>(std::move(body)), .node_mass = {}, .constrained_nodes = {}};
+    scene.node_mass = msm::lumped_masses(*scene.body);
+    scene.mass_damping = mass_damping;
+    for (int i = 0; is_constrained && i < scene.body->mesh.num_nodes(); ++i)
+        if (scene.body->mesh.points[i].x() == 0.0)
+            scene.constrained_nodes.push_back(i);
+    return scene;
+}
+
+std::vector<Scene> scenes_of_any_padding() {
+    std::vector<Scene> scenes{bar_scene(false), bar_scene(false, 0.49), uneven_scene({1, 1, 1}, false),
+                              uneven_scene({5, 3, 3}, false), uneven_scene({3, 2, 1}, false)};
+    auto &one = scenes.emplace_back();
+    one.body = tests::make_body(tests::regular_tetrahedron(0.02),
+                                {.density = 1060.0, .young_modulus = 5000.0, .poisson_ratio = 0.45});
+    one.node_mass = msm::lumped_masses(*one.body);
+    for (auto &scene : scenes)
+        scene.precision = Precision::single_precision;
+    return scenes;
+}
+
+/// The forces behind a step from rest at a shape.
+Field forces_of_step(const interactive::Method &method, const Scene &scene, const Field &x) {
+    const double h = 1e-4;
+    const auto simulation = method.prepare(scene);
+    simulation->set_state(x, Field::Zero(3, x.cols()));
+    simulation->step(h, 1);
+    Field forces = simulation->velocities() / h;
+    for (Eigen::Index i = 0; i < forces.cols(); ++i)
+        forces.col(i) *= scene.node_mass[i];
+    return forces;
+}
+
+Field forces_of_energy(const interactive::Method &method, const Scene &scene, const Field &x) {
+    const auto simulation = method.prepare(scene);
+    simulation->set_state(x, Field::Zero(3, x.cols()));
+    return simulation->elastic_forces();
+}
+
+double relative(const Field &found, const Field &expected) {
+    return (found - expected).norm() / expected.norm();
+}
+
+struct ExplicitTetrahedraMethod : testing::TestWithParam<const char *> {
+    const interactive::Method &method = interactive::find_method(GetParam());
+};
+
+TEST_P(ExplicitTetrahedraMethod, HasTheForcesOfItsEnergyInSinglePrecision) {
+    for (const auto &scene : scenes_of_any_padding()) {
+        const Field rest = interactive::rest_positions(scene);
+        // Displacements that single precision has exactly.
+        const Field u = noise(rest.cols(), 1e-3, 1).cast<float>().cast<double>();
+        const Field expected = forces_of_energy(method, scene, rest + u);
+        ASSERT_GT(expected.norm(), 0.01);
+        EXPECT_LT(relative(forces_of_step(method, scene, rest + u), expected), 2e-6) << rest.cols();
+    }
+}
+
+TEST_P(ExplicitTetrahedraMethod, KeepsTheDigitsOfForcesWhereStrainsAreSmall) {
+    for (const auto &scene : scenes_of_any_padding()) {
+        const Field rest = interactive::rest_positions(scene);
+        const Field u = noise(rest.cols(), 1e-8, 1).cast<float>().cast<double>();
+        const Field expected = forces_of_energy(method, scene, rest + u);
+        EXPECT_LT(relative(forces_of_step(method, scene, rest + u), expected), 1e-5) << rest.cols();
+    }
+}
+
+TEST_P(ExplicitTetrahedraMethod, HasNextToNoForcesWhereTheBodyIsTurned) {
+    const auto scene = in_precision(bar_scene(false), Precision::single_precision);
+    const Field rest = interactive::rest_positions(scene);
+    const Eigen::Matrix3d turn = Eigen::AngleAxisd(2.0, Vector3(1.0, -2.0, 0.5).normalized()).matrix();
+    const double turned = forces_of_step(method, scene, turn * rest).norm();
+    const double stretched = forces_of_step(method, scene, 1.1 * rest).norm();
+    EXPECT_LT(turned, 1e-4 * stretched);
+    EXPECT_GT(stretched, 0.0);
+}
+
+/// The moves of a tool and of a frame, with external forces: more than a centimetre.
+void move_on(interactive::Simulation &simulation) {
+    simulation.set_external_forces(Vector3(1e-3, 0.0, -4e-3).replicate(1, simulation.scene().body->mesh.num_nodes()));
+    const Field start = simulation.targets();
+    const double h = 0.8 * simulation.critical_time_step();
+    for (int frame = 1; frame <= 60; ++frame) {
+        const double way = std::min(frame, 30) / 30.0;
+        simulation.set_targets(start.colwise() + way * Vector3(2e-3, 4e-3, -1e-2));
+        simulation.step(20.0 * h, 20);
+    }
+}
+
+TEST_P(ExplicitTetrahedraMethod, MovesAsInDoublePrecision) {
+    for (const bool is_constrained : {true, false}) {
+        auto scene = uneven_scene({5, 3, 3}, is_constrained, 5.0);
+        const Field rest = interactive::rest_positions(scene);
+        Field ends[2];
+        for (const auto precision : {Precision::single_precision, Precision::double_precision}) {
+            const auto simulation = method.prepare(in_precision(scene, precision));
+            simulation->set_state(rest, noise(rest.cols(), 0.02, 5));
+            move_on(*simulation);
+            ends[precision == Precision::double_precision] = simulation->positions();
+        }
+        const double motion = (ends[1] - rest).norm();
+        EXPECT_GT(motion / std::sqrt(rest.cols()), 0.01);
+        EXPECT_LT((ends[0] - ends[1]).norm(), 1e-4 * motion) << is_constrained;
+        EXPECT_GT((ends[0] - ends[1]).norm(), 0.0) << "both are the same code";
+    }
+}
+
+TEST_P(ExplicitTetrahedraMethod, ComesToTheEquilibriumOfItsEnergy) {
+    const auto simulation = method.prepare(in_precision(bar_scene(true, 0.45, 20.0), Precision::single_precision));
+    simulation->set_external_forces(Vector3(1e-3, 0.0, -8e-3).replicate(1, simulation->positions().cols()));
+    const auto expected = interactive::equilibrium(*simulation);
+    ASSERT_TRUE(expected.converged);
+    const double h = 0.8 * simulation->critical_time_step();
+    for (int i = 0; i < 40; ++i)
+        simulation->step(100.0 * h, 100);
+    const double size = (expected.positions - interactive::rest_positions(simulation->scene())).norm();
+    EXPECT_LT((simulation->positions() - expected.positions).norm(), 1e-4 * size);
+}
+
+TEST_P(ExplicitTetrahedraMethod, StaysAtRestToTheLastBit) {
+    const auto simulation = method.prepare(uneven_scene({3, 2, 1}, true));
+    const Field rest = simulation->positions();
+    for (int i = 0; i < 5; ++i)
+        simulation->step(2e-3, 20);
+    EXPECT_EQ(simulation->positions(), rest);
+    EXPECT_EQ(simulation->velocities(), Field::Zero(3, rest.cols()));
+}
+
+TEST_P(ExplicitTetrahedraMethod, FliesAndConservesMomentum) {
+    const auto scene = uneven_scene({3, 2, 1}, false);
+    const auto simulation = method.prepare(scene);
+    const Field rest = simulation->positions();
+    const auto momentum = [&] {
+        Vector3 sum = Vector3::Zero();
+        for (Eigen::Index i = 0; i < rest.cols(); ++i)
+            sum += scene.node_mass[i] * simulation->velocities().col(i);
+        return sum;
+    };
+    const Vector3 velocity(0.3, -0.2, 0.1);
+    simulation->set_state(rest, velocity.replicate(1, rest.cols()) + noise(rest.cols(), 0.05, 3));
+    const Vector3 before = momentum();
+    const double h = 0.5 * simulation->critical_time_step();
+    for (int i = 0; i < 10; ++i)
+        simulation->step(20.0 * h, 20);
+    EXPECT_LT((momentum() - before).norm(), 1e-5 * before.norm());
+    EXPECT_GT(simulation->elastic_forces().norm(), 0.01); // it did deform
+    EXPECT_GT((simulation->positions() - rest).norm(), 100.0 * h * before.norm() / scene.node_mass[0] / rest.cols());
+}
+
+TEST_P(ExplicitTetrahedraMethod, PutsConstrainedNodesExactlyWhereTheyAreToldToBe) {
+    const auto simulation = method.prepare(uneven_scene({3, 2, 1}, true));
+    for (int i = 1; i <= 3; ++i) {
+        const Field targets = simulation->targets().colwise() + Vector3(-1e-3, 5e-4, 1e-4 / 3.0);
+        simulation->set_targets(targets);
+        simulation->step(2e-3, 20);
+        for (Eigen::Index c = 0; c < targets.cols(); ++c)
+            EXPECT_EQ(simulation->positions().col(simulation->scene().constrained_nodes[c]), targets.col(c));
+    }
+    EXPECT_LT(simulation->reactions().row(0).sum(), -0.01); // it is pulled there
+}
+
+TEST_P(ExplicitTetrahedraMethod, HasNoNumbersWhereTetrahedraAreInsideOut) {
+    const auto scene = uneven_scene({1, 1, 1}, false);
+    Field x = interactive::rest_positions(scene);
+    x.row(2) *= -1.0;
+    EXPECT_TRUE(forces_of_step(method, scene, x).hasNaN());
+}
+
+TEST_P(ExplicitTetrahedraMethod, SaysWhatIsSmallerInSinglePrecision) {
+    const auto scene = uneven_scene({5, 3, 3}, false);
+    const auto cost = method.prepare(scene)->cost(7);
+    const auto in_double = method.prepare(in_precision(scene, Precision::double_precision))->cost(7);
+    EXPECT_EQ(cost.element_passes, in_double.element_passes);
+    EXPECT_LT(cost.bytes_per_element, 2.0 * in_double.bytes_per_element);
+    EXPECT_GT(cost.bytes_per_element, 44.0); // gradients and moduli alone
+    EXPECT_NE(method.implementation, method.in_double);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ExplicitTetrahedraMethod, testing::Values("tled", "tled_nodal_pressure"));
+
+using MethodAndTarget = std::tuple<const char *, std::int64_t>;
+
+/// Takes one of the vector units for a test.
+struct VectorUnit : testing::TestWithParam<MethodAndTarget> {
+    void SetUp() override { choose(std::get<1>(GetParam())); }
+    void TearDown() override { choose(0); }
+    static void choose(std::int64_t target) {
+        hwy::SetSupportedTargetsForTest(target);
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    }
+};
+
+TEST_P(VectorUnit, HasTheForcesAndTheStepsOfTheOthers) {
+    const auto &method = interactive::find_method(std::get<0>(GetParam()));
+    const auto scene = uneven_scene({5, 3, 3}, true, 5.0);
+    const Field rest = interactive::rest_positions(scene);
+    const auto after_steps = [&] {
+        const auto simulation = method.prepare(scene);
+        simulation->set_state(rest, noise(rest.cols(), 0.05, 5));
+        simulation->step(5e-3, 60);
+        return simulation->positions();
+    };
+    const Field found = after_steps();
+    choose(0);
+    const Field expected = after_steps();
+    EXPECT_LT((found - expected).norm(), 1e-5 * (expected - rest).norm());
+    const bool multiplies_and_adds_at_once = (std::get<1>(GetParam()) & (HWY_SCALAR | HWY_SSSE3 | HWY_SSE4)) == 0;
+    if (multiplies_and_adds_at_once) {
+        EXPECT_EQ(found, expected);
+    }
+    EXPECT_EQ(after_steps(), expected);
+}
+
+std::string name_of_method_and_unit(const testing::TestParamInfo<MethodAndTarget> &info) {
+    return std::string(std::get<0>(info.param)) + "_" + hwy::TargetName(std::get<1>(info.param));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, VectorUnit,
+                         testing::Combine(testing::Values("tled", "tled_nodal_pressure"),
+                                          testing::ValuesIn(hwy::SupportedAndGeneratedTargets())),
+                         name_of_method_and_unit);
+
+TEST(Fans, HaveEachTetrahedronOnceAndGoFromFaceToFace) {
+    const auto mesh = tests::box_mesh({0.06, 0.03, 0.03}, {5, 3, 3});
+    const auto fans = interactive::kernels::cut_into_fans(mesh.tetrahedra);
+    std::set<int> seen;
+    for (const auto &[axis, rim, tetrahedra] : fans) {
+        ASSERT_EQ(rim.size(), tetrahedra.size() + 1);
+        for (std::size_t k = 0; k < tetrahedra.size(); ++k) {
+            EXPECT_TRUE(seen.insert(tetrahedra[k]).second);
+            std::set<int> expected{axis[0], axis[1], rim[k], rim[k + 1]};
+            const auto &nodes = mesh.tetrahedra[tetrahedra[k]];
+            EXPECT_EQ(std::set<int>(nodes.begin(), nodes.end()), expected);
+        }
+    }
+    EXPECT_EQ(seen.size(), mesh.tetrahedra.size());
+    EXPECT_LT(fans.size(), mesh.tetrahedra.size() / 3); // so that they are worth it
+}
+
+} // namespace
+} // namespace livermark
