@@ -98,7 +98,7 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
         ->capture_default_str();
     command
         ->add_option("--precision", arena->precision,
-                     "Of explicit linear elements: single, on vector units, or double, in plain loops")
+                     "Of tled, tled_nodal_pressure and both xpbd: single, on vector units, or double, in plain loops")
         ->check(CLI::IsMember({"single", "double"}))
         ->capture_default_str();
     add_materials(*command, options->material);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "interactive/colouring.hpp"
+#include "interactive/kernels/position_rows.hpp"
 #include "interactive/scene.hpp"
 
 namespace livermark::interactive {
@@ -32,8 +33,10 @@ template <class Kind> class ConstraintSet {
         std::vector<std::vector<int>> sets;
         for (const auto &kind : kinds)
             sets.emplace_back(kind.nodes.begin(), kind.nodes.end());
-        for (const int k : colour_sets(sets, num_nodes_of_mesh).order)
+        auto colouring = colour_sets(sets, num_nodes_of_mesh);
+        for (const int k : colouring.order)
             kinds_.push_back(kinds[k]);
+        offsets_ = std::move(colouring.offsets);
         clear();
     }
 
@@ -65,12 +68,14 @@ template <class Kind> class ConstraintSet {
     }
 
     /// f += g lambda / h^2 [N], what the constraints pull with.
-    void add_forces(const Field &x, double time_step, Field &f) const {
+    /// @param rows  whose multipliers these are, of rows(); its own if there are none
+    void add_forces(const Field &x, double time_step, Field &f, const kernels::ConstraintRows *rows = nullptr) const {
         Vector c;
         Gradients g;
         for (std::size_t k = 0; k < kinds_.size(); ++k) {
             kinds_[k].evaluate(x, c, g);
-            const Eigen::Matrix<double, 3 * num_nodes, 1> force = g * multipliers_[k] / (time_step * time_step);
+            const Vector multipliers = rows == nullptr ? multipliers_[k] : multipliers_in(*rows, k);
+            const Eigen::Matrix<double, 3 * num_nodes, 1> force = g * multipliers / (time_step * time_step);
             for (int a = 0; a < num_nodes; ++a)
                 f.col(kinds_[k].nodes[a]) += force.template segment<3>(3 * a);
         }
@@ -91,10 +96,32 @@ template <class Kind> class ConstraintSet {
         return size == 0.0 ? 0.0 : left / size;
     }
 
+    /// The same constraints for vectors, in the same order of colours. A kind has
+    ///     static constexpr kernels::Constraint constraint;    what the vectors call it
+    ///     std::vector<double> numbers(const Field &rest) const;
+    kernels::ConstraintRows rows(const Field &rest) const {
+        std::vector<std::vector<int>> nodes;
+        std::vector<std::vector<double>> numbers;
+        for (const auto &kind : kinds_) {
+            nodes.emplace_back(kind.nodes.begin(), kind.nodes.end());
+            numbers.push_back(kind.numbers(rest));
+        }
+        return kernels::constraint_rows(Kind::constraint, offsets_, nodes, numbers, static_cast<int>(rest.cols()));
+    }
+
     std::size_t bytes() const { return kinds_.size() * (sizeof(Kind) + sizeof(Vector)); }
 
   private:
+    static Vector multipliers_in(const kernels::ConstraintRows &rows, std::size_t k) {
+        const std::size_t batch = rows.place[k] / kernels::slice_size, lane = rows.place[k] % kernels::slice_size;
+        Vector multipliers;
+        for (int c = 0; c < num_constraints; ++c)
+            multipliers[c] = rows.multipliers[(batch * num_constraints + c) * kernels::slice_size + lane];
+        return multipliers;
+    }
+
     std::vector<Kind> kinds_;
+    std::vector<int> offsets_; ///< of colours, and the end
     std::vector<Vector> multipliers_;
 };
 

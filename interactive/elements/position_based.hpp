@@ -1,57 +1,53 @@
 #pragma once
 
-#include <algorithm>
 #include <optional>
-#include <utility>
+#include <span>
 #include <vector>
 
-#include "interactive/inertia.hpp"
+#include "interactive/kernels/position_rows.hpp"
+#include "interactive/simulation.hpp"
 
 namespace livermark::interactive {
 
 /// Steps of extended position-based dynamics: nodes go to where they would without elasticity, iterations over all
-/// constraints move them from there, and velocities follow from positions. A method projects its constraints.
+/// constraints move them from there, and velocities follow from positions. A method projects its constraints, and in
+/// single precision says what they are.
 class PositionBased : public Simulation {
   public:
-    explicit PositionBased(Scene given) : Simulation(std::move(given)), inverse_mass_(scene().node_mass.size()) {}
+    explicit PositionBased(Scene given);
 
-    void step(double time_step, int iterations) override {
-        auto &x = mutable_positions();
-        const Field before = x;
-        const auto terms = inertia(*this, time_step);
-        for (std::size_t i = 0; i < inverse_mass_.size(); ++i)
-            inverse_mass_[i] = is_free()[i] ? 1.0 / (terms.stiffness[i] * time_step * time_step) : 0.0;
-        x = terms.predicted;
-        clear_multipliers();
-        for (int i = 0; i < iterations; ++i)
-            project(x, inverse_mass_, time_step);
-        mutable_velocities() = (x - before) / time_step;
-        last_time_step_ = time_step;
-    }
-
-    void set_state(const Field &positions, const Field &velocities) override {
-        Simulation::set_state(positions, velocities);
-        last_time_step_.reset();
-    }
+    void step(double time_step, int iterations) override;
+    void set_state(const Field &positions, const Field &velocities) override;
+    void set_external_forces(const Field &forces) override;
 
     /// Those of the multipliers, as far as iterations have come: what a program would send to a haptic device.
     /// Before the first step those of the energy.
-    Field elastic_forces() const override {
-        if (!last_time_step_)
-            return Simulation::elastic_forces();
-        Field forces = Field::Zero(3, positions().cols());
-        add_constraint_forces(positions(), *last_time_step_, forces);
-        return forces;
-    }
+    Field elastic_forces() const override;
+
+    Cost cost(int iterations) const override;
 
   protected:
+    /// What a step in double precision does.
     virtual void clear_multipliers() = 0;
     virtual void project(Field &x, const std::vector<double> &inverse_mass, double time_step) = 0;
-    virtual void add_constraint_forces(const Field &x, double time_step, Field &f) const = 0;
+    /// In either precision.
+    /// @param sets  with the multipliers of single precision, in the order of use_vectors(); none in double precision
+    virtual void add_constraint_forces(const Field &x, double time_step, std::span<const kernels::ConstraintRows> sets,
+                                       Field &f) const = 0;
+    virtual std::size_t bytes_of_constraints() const = 0; ///< in double precision
+
+    bool is_in_single_precision() const { return scene().precision == Precision::single_precision; }
+    /// Steps go over these from now on.
+    void use_vectors(std::vector<kernels::ConstraintRows> sets);
 
   private:
-    std::vector<double> inverse_mass_;     ///< (N) 1 / (m (1 + alpha h)), zero where constrained
-    std::optional<double> last_time_step_; ///< [s]
+    void step_in_double(double time_step, int iterations);
+    void step_in_single(double time_step, int iterations);
+
+    Field rest_;
+    std::vector<double> inverse_mass_;          ///< (N) 1 / (m (1 + alpha h)), zero where constrained
+    std::optional<double> last_time_step_;      ///< [s]
+    std::optional<kernels::PositionRows> rows_; ///< in single precision
 };
 
 } // namespace livermark::interactive

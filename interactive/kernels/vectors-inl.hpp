@@ -71,12 +71,12 @@ HWY_INLINE Row fetch(const float *rows, const std::int32_t *index) {
     return {{number(at[0]), number(at[1]), number(at[2])}, number(at[3])};
 }
 
-HWY_INLINE void store(const Vec3 &v, float *rows, const std::int32_t *index) {
+HWY_INLINE void store(const Row &row, float *rows, const std::int32_t *index) {
     float *at = rows + *index;
-    hn::Store(v.x, d, at);
-    hn::Store(v.y, d, at + 1);
-    hn::Store(v.z, d, at + 2);
-    at[3] = 0.0F;
+    hn::Store(row.v.x, d, at);
+    hn::Store(row.v.y, d, at + 1);
+    hn::Store(row.v.z, d, at + 2);
+    hn::Store(row.w, d, at + 3);
 }
 
 #else
@@ -144,9 +144,9 @@ HWY_INLINE void store_blocks(Tag tag, hn::Vec<Tag> blocks, float *rows, const st
     }
 }
 
-/// Rows (x, y, z, 0) to scattered places.
-HWY_INLINE void store(const Vec3 &v, float *rows, const std::int32_t *index) {
-    const auto [r0, r1, r2, r3] = FourByFour{v.x, v.y, v.z, hn::Zero(d)}.transposed();
+/// Rows to scattered places.
+HWY_INLINE void store(const Row &row, float *rows, const std::int32_t *index) {
+    const auto [r0, r1, r2, r3] = FourByFour{row.v.x, row.v.y, row.v.z, row.w}.transposed();
     store_blocks(d, r0, rows, index);
     store_blocks(d, r1, rows, index + 1);
     store_blocks(d, r2, rows, index + 2);
@@ -154,6 +154,11 @@ HWY_INLINE void store(const Vec3 &v, float *rows, const std::int32_t *index) {
 }
 
 #endif
+
+/// Rows (x, y, z, 0) to scattered places.
+HWY_INLINE void store(const Vec3 &v, float *rows, const std::int32_t *index) {
+    store(Row{v, hn::Zero(d)}, rows, index);
+}
 
 } // namespace livermark::interactive::kernels::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -15,6 +15,7 @@ namespace {
 /// C = |x_a - x_b| - l, alpha = 1 / k.
 struct Distance {
     static constexpr int num_nodes = 2, num_constraints = 1;
+    static constexpr auto constraint = kernels::Constraint::distance;
     std::array<int, 2> nodes;
     Eigen::Matrix<double, 1, 1> compliance; ///< [m/N]
     double rest_length;
@@ -25,11 +26,17 @@ struct Distance {
         c[0] = length - rest_length;
         g << d / length, -d / length;
     }
+
+    std::vector<double> numbers(const Field &rest) const {
+        const core::Vector3 d = rest.col(nodes[0]) - rest.col(nodes[1]);
+        return {d.x(), d.y(), d.z(), rest_length, compliance[0]};
+    }
 };
 
 /// C = J - 1, alpha = 1 / (V k) with k of VolumeBesideSprings.
 struct Volume {
     static constexpr int num_nodes = 4, num_constraints = 1;
+    static constexpr auto constraint = kernels::Constraint::volume;
     std::array<int, 4> nodes;
     Eigen::Matrix<double, 1, 1> compliance; ///< [1/J]
     double rest_six_volumes;
@@ -42,20 +49,28 @@ struct Volume {
         c[0] = edges.determinant() / rest_six_volumes - 1.0;
         g << -slopes.rowwise().sum(), slopes.col(0), slopes.col(1), slopes.col(2);
     }
+
+    std::vector<double> numbers(const Field &rest) const {
+        Matrix3 edges;
+        for (int e = 0; e < 3; ++e)
+            edges.row(e) = rest.col(nodes[e + 1]) - rest.col(nodes[0]);
+        const Matrix3 gradients = edges.inverse(); // by columns
+        std::vector<double> numbers(gradients.data(), gradients.data() + gradients.size());
+        numbers.push_back(compliance[0]);
+        return numbers;
+    }
 };
 
 class XpbdSprings : public PositionBased {
   public:
     explicit XpbdSprings(Scene given)
         : PositionBased(std::move(given)), energy_(*scene().body), distances_(distances(), positions().cols()),
-          volumes_(volumes(), positions().cols()) {}
+          volumes_(volumes(), positions().cols()) {
+        if (is_in_single_precision())
+            use_vectors({distances_.rows(positions()), volumes_.rows(positions())});
+    }
 
     const Energy &energy() const override { return energy_; }
-    Cost cost(int iterations) const override {
-        return {.element_passes = 1.0 * iterations + 1.0,
-                .bytes_per_element = static_cast<double>(distances_.bytes() + volumes_.bytes()) /
-                                     static_cast<double>(energy_.tetrahedra().size())};
-    }
 
   protected:
     void clear_multipliers() override {
@@ -66,10 +81,12 @@ class XpbdSprings : public PositionBased {
         distances_.project(x, inverse_mass, time_step);
         volumes_.project(x, inverse_mass, time_step);
     }
-    void add_constraint_forces(const Field &x, double time_step, Field &f) const override {
-        distances_.add_forces(x, time_step, f);
-        volumes_.add_forces(x, time_step, f);
+    void add_constraint_forces(const Field &x, double time_step, std::span<const kernels::ConstraintRows> sets,
+                               Field &f) const override {
+        distances_.add_forces(x, time_step, f, sets.empty() ? nullptr : &sets[0]);
+        volumes_.add_forces(x, time_step, f, sets.empty() ? nullptr : &sets[1]);
     }
+    std::size_t bytes_of_constraints() const override { return distances_.bytes() + volumes_.bytes(); }
 
   private:
     std::vector<Distance> distances() const {
@@ -108,7 +125,8 @@ Method xpbd_springs() {
             .energy = "k / 2 (|x_a - x_b| - l)^2 on edges by Lloyd's formula for mu, (lambda - mu) / 2 (J - 1)^2",
             .converges_to = "the step of backward Euler, up to turns of constraint gradients during a step, which "
                             "vanish with h",
-            .implementation = "plain loop over constraints in the order of colours, double",
+            .implementation = "vector units over constraints of one colour, single precision",
+            .in_double = "plain loop over constraints in the order of colours, double",
             .time_step = frame_time,
             .iterations = 10,
             .prepare = [](const Scene &scene) { return std::make_unique<XpbdSprings>(scene); }};

@@ -1,7 +1,13 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <hwy/targets.h>
 #include <memory>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "interactive/scene.hpp"
 #include "msm/mass_lumping.hpp"
@@ -38,5 +44,64 @@ inline interactive::Field noise(Eigen::Index num_nodes, double largest, unsigned
         field.data()[k] = component(random);
     return field;
 }
+
+inline interactive::Scene in_precision(interactive::Scene scene, interactive::Precision precision) {
+    scene.precision = precision;
+    return scene;
+}
+
+/// A bar of two materials, one ten times as hard, whose nodes are at no regular places: 6 nx ny nz tetrahedra, which
+/// neither four lanes nor more divide where nx ny nz is odd.
+inline interactive::Scene uneven_scene(const std::array<int, 3> &bricks, bool is_constrained,
+                                       double mass_damping = 0.0) {
+    auto mesh = box_mesh({0.06, 0.03, 0.03}, bricks);
+    const double spacing = 0.03 / std::max(bricks[1], bricks[2]);
+    const auto shifts = noise(mesh.num_nodes(), 0.1 * spacing, 17);
+    for (int i = 0; i < mesh.num_nodes(); ++i)
+        if (mesh.points[i].x() != 0.0)
+            mesh.points[i] += shifts.col(i);
+    mesh.region_names.emplace_back("hard");
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
+        mesh.region[t] = t % 7 == 0 ? 1 : 0;
+    core::Body body{.name = "uneven",
+                    .mesh = std::move(mesh),
+                    .materials = {{.density = 1060.0, .young_modulus = 5000.0, .poisson_ratio = 0.45},
+                                  {.density = 1200.0, .young_modulus = 50000.0, .poisson_ratio = 0.3}}};
+    interactive::Scene scene{
+        .body = std::make_shared<const core::Body>(std::move(body)), .node_mass = {}, .constrained_nodes = {}};
+    scene.node_mass = msm::lumped_masses(*scene.body);
+    scene.mass_damping = mass_damping;
+    for (int i = 0; is_constrained && i < scene.body->mesh.num_nodes(); ++i)
+        if (scene.body->mesh.points[i].x() == 0.0)
+            scene.constrained_nodes.push_back(i);
+    return scene;
+}
+
+inline std::vector<interactive::Scene> scenes_of_any_padding() {
+    std::vector<interactive::Scene> scenes{bar_scene(false), bar_scene(false, 0.49), uneven_scene({1, 1, 1}, false),
+                                           uneven_scene({5, 3, 3}, false), uneven_scene({3, 2, 1}, false)};
+    auto &one = scenes.emplace_back();
+    one.body =
+        make_body(regular_tetrahedron(0.02), {.density = 1060.0, .young_modulus = 5000.0, .poisson_ratio = 0.45});
+    one.node_mass = msm::lumped_masses(*one.body);
+    for (auto &scene : scenes)
+        scene.precision = interactive::Precision::single_precision;
+    return scenes;
+}
+
+/// Takes one of the vector units of this machine while it is there.
+class ChosenVectorUnit {
+  public:
+    explicit ChosenVectorUnit(std::int64_t target) { choose(target); }
+    ~ChosenVectorUnit() { choose(0); }
+    ChosenVectorUnit(const ChosenVectorUnit &) = delete;
+    ChosenVectorUnit &operator=(const ChosenVectorUnit &) = delete;
+
+    /// Zero stands for the best one.
+    static void choose(std::int64_t target) {
+        hwy::SetSupportedTargetsForTest(target);
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    }
+};
 
 } // namespace livermark::tests

@@ -21,49 +21,10 @@ using interactive::Field;
 using interactive::Precision;
 using interactive::Scene;
 using tests::bar_scene;
+using tests::in_precision;
 using tests::noise;
-
-Scene in_precision(Scene scene, Precision precision) {
-    scene.precision = precision;
-    return scene;
-}
-
-/// A bar of two materials, one ten times as hard, whose nodes are at no regular places: 6 nx ny nz tetrahedra, which no
-/// number of lanes divides where nx ny nz is odd.
-Scene uneven_scene(const std::array<int, 3> &bricks, bool is_constrained, double mass_damping = 0.0) {
-    auto mesh = tests::box_mesh({0.06, 0.03, 0.03}, bricks);
-    const double spacing = 0.03 / std::max(bricks[1], bricks[2]);
-    const auto shifts = noise(mesh.num_nodes(), 0.1 * spacing, 17);
-    for (int i = 0; i < mesh.num_nodes(); ++i)
-        if (mesh.points[i].x() != 0.0)
-            mesh.points[i] += shifts.col(i);
-    mesh.region_names.emplace_back("hard");
-    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
-        mesh.region[t] = t % 7 == 0 ? 1 : 0;
-    core::Body body{.name = "uneven",
-                    .mesh = std::move(mesh),
-                    .materials = {{.density = 1060.0, .young_modulus = 5000.0, .poisson_ratio = 0.45},
-                                  {.density = 1200.0, .young_modulus = 50000.0, .poisson_ratio = 0.3}}};
-    Scene scene{.body = std::make_shared<const core::Body>(std::move(body)), .node_mass = {}, .constrained_nodes = {}};
-    scene.node_mass = msm::lumped_masses(*scene.body);
-    scene.mass_damping = mass_damping;
-    for (int i = 0; is_constrained && i < scene.body->mesh.num_nodes(); ++i)
-        if (scene.body->mesh.points[i].x() == 0.0)
-            scene.constrained_nodes.push_back(i);
-    return scene;
-}
-
-std::vector<Scene> scenes_of_any_padding() {
-    std::vector<Scene> scenes{bar_scene(false), bar_scene(false, 0.49), uneven_scene({1, 1, 1}, false),
-                              uneven_scene({5, 3, 3}, false), uneven_scene({3, 2, 1}, false)};
-    auto &one = scenes.emplace_back();
-    one.body = tests::make_body(tests::regular_tetrahedron(0.02),
-                                {.density = 1060.0, .young_modulus = 5000.0, .poisson_ratio = 0.45});
-    one.node_mass = msm::lumped_masses(*one.body);
-    for (auto &scene : scenes)
-        scene.precision = Precision::single_precision;
-    return scenes;
-}
+using tests::scenes_of_any_padding;
+using tests::uneven_scene;
 
 /// The forces behind a step from rest at a shape.
 Field forces_of_step(const interactive::Method &method, const Scene &scene, const Field &x) {
@@ -226,14 +187,8 @@ INSTANTIATE_TEST_SUITE_P(All, ExplicitTetrahedraMethod, testing::Values("tled", 
 
 using MethodAndTarget = std::tuple<const char *, std::int64_t>;
 
-/// Takes one of the vector units for a test.
 struct VectorUnit : testing::TestWithParam<MethodAndTarget> {
-    void SetUp() override { choose(std::get<1>(GetParam())); }
-    void TearDown() override { choose(0); }
-    static void choose(std::int64_t target) {
-        hwy::SetSupportedTargetsForTest(target);
-        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-    }
+    tests::ChosenVectorUnit unit{std::get<1>(GetParam())};
 };
 
 TEST_P(VectorUnit, HasTheForcesAndTheStepsOfTheOthers) {
@@ -247,7 +202,7 @@ TEST_P(VectorUnit, HasTheForcesAndTheStepsOfTheOthers) {
         return simulation->positions();
     };
     const Field found = after_steps();
-    choose(0);
+    tests::ChosenVectorUnit::choose(0);
     const Field expected = after_steps();
     EXPECT_LT((found - expected).norm(), 1e-5 * (expected - rest).norm());
     const bool multiplies_and_adds_at_once = (std::get<1>(GetParam()) & (HWY_SCALAR | HWY_SSSE3 | HWY_SSE4)) == 0;

@@ -1,0 +1,242 @@
+// Highway compiles this file once for each vector unit, and the machine's best one is taken when the program runs.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "interactive/kernels/position_steps.cpp"
+#include <algorithm>
+#include <hwy/foreach_target.h> // has to come before highway.h
+
+#include "interactive/kernels/neo_hookean-inl.hpp"
+#include "interactive/kernels/position_steps.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace livermark::interactive::kernels::HWY_NAMESPACE {
+
+/// Four nodes of a tetrahedron, and where they are.
+struct Corners {
+    const std::int32_t *index;
+    Row a, b, r, s;
+
+    HWY_INLINE Corners(const float *rows, const std::int32_t *at)
+        : index(at), a(fetch(rows, at)), b(fetch(rows, at + slice_size)), r(fetch(rows, at + 2 * slice_size)),
+          s(fetch(rows, at + 3 * slice_size)) {}
+
+    HWY_INLINE Matrix gradient(const ShapeGradients &g) const {
+        return displacement_gradient(g, b.v - a.v, r.v - a.v, s.v - a.v);
+    }
+};
+
+/// The gradient of a constraint at the four nodes of a tetrahedron.
+struct Slopes {
+    Vec3 a, b, r, s;
+
+    /// @param p  the derivative by F
+    HWY_INLINE Slopes(const Matrix &p, const ShapeGradients &g)
+        : b(pull_of(p, g.b)), r(pull_of(p, g.r)), s(pull_of(p, g.s)) {
+        const auto sum = b + r + s;
+        a = Vec3{hn::Neg(sum.x), hn::Neg(sum.y), hn::Neg(sum.z)};
+    }
+};
+
+/// Sum over the nodes of w p . q.
+HWY_INLINE V weighted(const Corners &at, const Slopes &p, const Slopes &q) {
+    return hn::MulAdd(
+        at.a.w, dot(p.a, q.a),
+        hn::MulAdd(at.b.w, dot(p.b, q.b), hn::MulAdd(at.r.w, dot(p.r, q.r), hn::Mul(at.s.w, dot(p.s, q.s)))));
+}
+
+/// a + factor b
+HWY_INLINE Vec3 plus_scaled(const Vec3 &a, V factor, const Vec3 &b) {
+    return {hn::MulAdd(factor, b.x, a.x), hn::MulAdd(factor, b.y, a.y), hn::MulAdd(factor, b.z, a.z)};
+}
+
+/// cof F - 1 of F = 1 + H, from cof H.
+HWY_INLINE Matrix change_of_cofactors(const Matrix &h, const Matrix &cofactors) {
+    const auto on_diagonal = [&](V other, V another, V cofactor)
+                                 HWY_ATTR { return hn::Add(hn::Add(other, another), cofactor); };
+    return {{on_diagonal(h.y.y, h.z.z, cofactors.x.x), hn::Sub(cofactors.x.y, h.y.x), hn::Sub(cofactors.x.z, h.z.x)},
+            {hn::Sub(cofactors.y.x, h.x.y), on_diagonal(h.z.z, h.x.x, cofactors.y.y), hn::Sub(cofactors.y.z, h.z.y)},
+            {hn::Sub(cofactors.z.x, h.x.z), hn::Sub(cofactors.z.y, h.y.z), on_diagonal(h.x.x, h.y.y, cofactors.z.z)}};
+}
+
+/// A + factor 1
+HWY_INLINE Matrix plus_ones(Matrix a, V factor) {
+    a.x.x = hn::Add(a.x.x, factor);
+    a.y.y = hn::Add(a.y.y, factor);
+    a.z.z = hn::Add(a.z.z, factor);
+    return a;
+}
+
+/// r A + s B
+HWY_INLINE Matrix combined(V r, const Matrix &a, V s, const Matrix &b) {
+    const auto column = [&](const Vec3 &of_a, const Vec3 &of_b) HWY_ATTR {
+        return Vec3{hn::MulAdd(r, of_a.x, hn::Mul(s, of_b.x)), hn::MulAdd(r, of_a.y, hn::Mul(s, of_b.y)),
+                    hn::MulAdd(r, of_a.z, hn::Mul(s, of_b.z))};
+    };
+    return {column(a.x, b.x), column(a.y, b.y), column(a.z, b.z)};
+}
+
+/// Both ends of springs. |d| - l = (2 X + u) . u / (|d| + l) with u of displacements keeps the digits of small strains.
+HWY_INLINE void move_ends(float *rows, const std::int32_t *corner, const float *numbers, float *multiplier,
+                          V per_step) {
+    const auto a = fetch(rows, corner), b = fetch(rows, corner + slice_size);
+    const auto rest = load3(numbers);
+    const auto moved = a.v - b.v;
+    const auto now = rest + moved;
+    const auto length = hn::Sqrt(dot(now, now));
+    const auto change = hn::Div(dot(rest + now, moved), hn::Add(length, hn::Load(d, numbers + 3 * slice_size)));
+    const auto compliance = hn::Mul(per_step, hn::Load(d, numbers + 4 * slice_size));
+    const auto was = hn::Load(d, multiplier);
+    const auto stiffness = hn::Add(hn::Add(a.w, b.w), compliance);
+    const auto lack = hn::Neg(hn::MulAdd(compliance, was, change));
+    const auto by_length = hn::Div(lack, hn::Mul(stiffness, length));
+    hn::Store(hn::MulAdd(by_length, length, was), d, multiplier);
+    store(Row{plus_scaled(a.v, hn::Mul(by_length, a.w), now), a.w}, rows, corner);
+    store(Row{plus_scaled(b.v, hn::Neg(hn::Mul(by_length, b.w)), now), b.w}, rows, corner + slice_size);
+}
+
+HWY_INLINE void move_volumes(float *rows, const std::int32_t *corner, const float *numbers, float *multiplier,
+                             V per_step) {
+    const Corners at(rows, corner);
+    const ShapeGradients g(numbers);
+    const auto h = at.gradient(g);
+    const auto cofactors = cofactors_of(h);
+    const Slopes slopes(plus_ones(change_of_cofactors(h, cofactors), number(1.0F)), g);
+    const auto compliance = hn::Mul(per_step, hn::Load(d, numbers + 9 * slice_size));
+    const auto was = hn::Load(d, multiplier);
+    const auto lack = hn::Neg(hn::MulAdd(compliance, was, growth_of(h, cofactors)));
+    const auto more = hn::Div(lack, hn::Add(weighted(at, slopes, slopes), compliance));
+    hn::Store(hn::Add(was, more), d, multiplier);
+    const auto move = [&](const Row &node, const Vec3 &slope, std::size_t k) HWY_ATTR {
+        store(Row{plus_scaled(node.v, hn::Mul(node.w, more), slope), node.w}, rows, corner + k * slice_size);
+    };
+    move(at.a, slopes.a, 0);
+    move(at.b, slopes.b, 1);
+    move(at.r, slopes.r, 2);
+    move(at.s, slopes.s, 3);
+}
+
+/// The slopes of |F| and of J are parallel at rest, and the matrix of both is all but singular in long steps. So this
+/// solves for dlambda_0 and dnu = dlambda_1 + dlambda_0 / sqrt 3, whose slopes are F / |F| - cof F / sqrt 3 and cof F:
+/// the first one by H, where nothing cancels but a rotation.
+HWY_INLINE void move_pairs(float *rows, const std::int32_t *corner, const float *numbers, float *multiplier,
+                           V per_step) {
+    const Corners at(rows, corner);
+    const ShapeGradients g(numbers);
+    const auto h = at.gradient(g);
+    const auto cofactors = cofactors_of(h);
+    const auto root3 = number(1.7320508075688772F), kappa = number(0.5773502691896258F);
+    const auto trace = hn::Add(h.x.x, hn::Add(h.y.y, h.z.z));
+    const auto excess = hn::MulAdd(number(2.0F), trace, hn::Add(dot(h.x, h.x), hn::Add(dot(h.y, h.y), dot(h.z, h.z))));
+    const auto size = hn::Sqrt(hn::Add(number(3.0F), excess)); // |F|
+    const auto inverse_size = hn::Div(number(1.0F), size);
+    // 1 / |F| - 1 / sqrt 3
+    const auto lack_of_inverse = hn::Neg(hn::Div(hn::Mul(excess, hn::Mul(kappa, inverse_size)), hn::Add(size, root3)));
+    const auto change = change_of_cofactors(h, cofactors);
+    const Slopes of_shape(plus_ones(combined(inverse_size, h, hn::Neg(kappa), change), lack_of_inverse), g);
+    const Slopes of_volume(plus_ones(change, number(1.0F)), g);
+    const auto compliance = [&](std::size_t k)
+                                HWY_ATTR { return hn::Mul(per_step, hn::Load(d, numbers + k * slice_size)); };
+    const auto c0 = compliance(10), c1 = compliance(11);
+    const auto was0 = hn::Load(d, multiplier), was1 = hn::Load(d, multiplier + slice_size);
+    const auto lack1 =
+        hn::Neg(hn::MulAdd(c1, was1, hn::Sub(growth_of(h, cofactors), hn::Load(d, numbers + 9 * slice_size))));
+    const auto lack0 = hn::Neg(hn::MulAdd(kappa, lack1, hn::MulAdd(c0, was0, size)));
+    const auto kappa_c1 = hn::Mul(kappa, c1);
+    const auto m00 = hn::Add(weighted(at, of_shape, of_shape), hn::MulAdd(kappa, kappa_c1, c0));
+    const auto m01 = hn::Sub(weighted(at, of_shape, of_volume), kappa_c1);
+    const auto m11 = hn::Add(weighted(at, of_volume, of_volume), c1);
+    const auto inverse = hn::Div(number(1.0F), hn::MulSub(m00, m11, hn::Mul(m01, m01)));
+    const auto more0 = hn::Mul(inverse, hn::MulSub(m11, lack0, hn::Mul(m01, lack1)));
+    const auto more_nu = hn::Mul(inverse, hn::MulSub(m00, lack1, hn::Mul(m01, lack0)));
+    hn::Store(hn::Add(was0, more0), d, multiplier);
+    hn::Store(hn::Add(was1, hn::NegMulAdd(kappa, more0, more_nu)), d, multiplier + slice_size);
+    const auto move = [&](const Row &node, const Vec3 &p, const Vec3 &q, std::size_t k) HWY_ATTR {
+        const auto moved = plus_scaled(node.v, hn::Mul(node.w, more0), p);
+        store(Row{plus_scaled(moved, hn::Mul(node.w, more_nu), q), node.w}, rows, corner + k * slice_size);
+    };
+    move(at.a, of_shape.a, of_volume.a, 0);
+    move(at.b, of_shape.b, of_volume.b, 1);
+    move(at.r, of_shape.r, of_volume.r, 2);
+    move(at.s, of_shape.s, of_volume.s, 3);
+}
+
+template <Constraint kind> HWY_NOINLINE void project(ConstraintRows &set, float *rows, float per_step) {
+    for (std::size_t batch = 0; batch < set.num_batches(); ++batch)
+        for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+            const auto *corner = set.corner.data() + batch * num_nodes_of(kind) * slice_size + lane;
+            const auto *numbers = set.numbers.data() + batch * num_numbers_of(kind) * slice_size + lane;
+            auto *multiplier = set.multipliers.data() + batch * num_multipliers_of(kind) * slice_size + lane;
+            if constexpr (kind == Constraint::distance)
+                move_ends(rows, corner, numbers, multiplier, number(per_step));
+            else if constexpr (kind == Constraint::volume)
+                move_volumes(rows, corner, numbers, multiplier, number(per_step));
+            else
+                move_pairs(rows, corner, numbers, multiplier, number(per_step));
+        }
+}
+
+/// To where nodes go without elasticity, as inertia() says.
+HWY_NOINLINE void predict(PositionRows &rows, float step, float damping) {
+    const auto h = number(step), inverse_damping = number(1.0F / damping);
+    for (std::size_t at = 0; at < rows.displacement.size(); at += hn::Lanes(d)) {
+        const auto inverse_mass = hn::Load(d, rows.inverse_mass.data() + at);
+        const auto was = hn::Load(d, rows.displacement.data() + at);
+        const auto velocity = hn::Load(d, rows.velocity.data() + at);
+        const auto pushed = hn::MulAdd(hn::Mul(h, inverse_mass), hn::Load(d, rows.external.data() + at), velocity);
+        const auto is_free = hn::Gt(inverse_mass, hn::Zero(d));
+        const auto factor = hn::IfThenElse(is_free, hn::Mul(h, inverse_damping), h);
+        hn::Store(was, d, rows.before.data() + at);
+        hn::Store(hn::MulAdd(factor, pushed, was), d, rows.displacement.data() + at);
+    }
+}
+
+HWY_NOINLINE void find_velocities(PositionRows &rows, float per_second) {
+    for (std::size_t at = 0; at < rows.displacement.size(); at += hn::Lanes(d))
+        hn::Store(hn::Mul(number(per_second),
+                          hn::Sub(hn::Load(d, rows.displacement.data() + at), hn::Load(d, rows.before.data() + at))),
+                  d, rows.velocity.data() + at);
+}
+
+void take_step(PositionRows &rows, double time_step, double mass_damping, int iterations) {
+    const auto damping = static_cast<float>(1.0 + mass_damping * time_step);
+    if (damping != rows.damping) {
+        for (std::size_t at = 0; at < rows.displacement.size(); at += 4)
+            rows.displacement[at + 3] = rows.inverse_mass[at] / damping;
+        rows.damping = damping;
+    }
+    predict(rows, static_cast<float>(time_step), damping);
+    for (auto &set : rows.sets)
+        std::fill(set.multipliers.begin(), set.multipliers.end(), 0.0F);
+    const auto per_step = static_cast<float>(1.0 / (time_step * time_step));
+    float *const nodes = rows.displacement.data();
+    for (int i = 0; i < iterations; ++i)
+        for (auto &set : rows.sets)
+            switch (set.kind) {
+            case Constraint::distance:
+                project<Constraint::distance>(set, nodes, per_step);
+                break;
+            case Constraint::volume:
+                project<Constraint::volume>(set, nodes, per_step);
+                break;
+            case Constraint::pair:
+                project<Constraint::pair>(set, nodes, per_step);
+                break;
+            }
+    find_velocities(rows, static_cast<float>(1.0 / time_step));
+}
+
+} // namespace livermark::interactive::kernels::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace livermark::interactive::kernels {
+
+namespace {
+HWY_EXPORT(take_step);
+} // namespace
+
+void take_position_step(PositionRows &rows, double time_step, double mass_damping, int iterations) {
+    HWY_DYNAMIC_DISPATCH(take_step)(rows, time_step, mass_damping, iterations);
+}
+
+} // namespace livermark::interactive::kernels
+#endif
