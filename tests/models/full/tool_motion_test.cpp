@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <set>
 #include <string>
 
 #include "core/tool_errors.hpp"
@@ -14,8 +15,9 @@ namespace livermark {
 namespace {
 
 /// A contender moved through the whole motion.
-core::ToolHistory move(const std::string &name, const core::Problem &problem, const models::Effort &effort) {
-    const auto contenders = models::all_contenders();
+core::ToolHistory move(const std::string &name, const core::Problem &problem, const models::Effort &effort,
+                       models::Precision precision = models::Precision::single_precision) {
+    const auto contenders = models::all_contenders(precision);
     const auto contender = std::ranges::find(contenders, name, &models::Contender::name);
     const auto body = contender->prepare(problem);
     const auto &motion = *problem.load_case.tool;
@@ -138,6 +140,34 @@ TEST(Contenders, SpringsAreNearerToTheReferenceThanLinearElements) {
     const auto elements = compare(problem, move("tled", problem, {}), reference);
     EXPECT_LT(springs.contact, elements.contact);
     EXPECT_LT(springs.force, elements.force);
+}
+
+/// Press, slide and release, with damping.
+TEST(Contenders, MoveInSinglePrecisionAsInDouble) {
+    const auto problem = tests::tool_block();
+    for (const char *const name : {"tled", "tled_nodal_pressure", "xpbd_springs", "xpbd_neo_hookean"}) {
+        const models::Effort effort{.steps = 20, .iterations = 1};
+        const auto in_double = move(name, problem, effort, models::Precision::double_precision);
+        const auto in_single = move(name, problem, effort);
+        const auto errors = compare(problem, in_single, in_double);
+        EXPECT_LT(errors.contact, 8e-4) << name;
+        EXPECT_LT(errors.after, 8e-4) << name;
+        EXPECT_LT(errors.force, 2e-3) << name;
+        EXPECT_NE(in_single.force, in_double.force) << name;
+    }
+}
+
+/// What the list of methods says of their code is true of what moves.
+TEST(Contenders, SayWhichPrecisionTheyHave) {
+    const auto fast = models::all_contenders(), slow = models::all_contenders(models::Precision::double_precision);
+    ASSERT_EQ(fast.size(), slow.size());
+    std::set<std::string> differ;
+    for (std::size_t c = 0; c < fast.size(); ++c) {
+        EXPECT_EQ(fast[c].name, slow[c].name);
+        if (fast[c].implementation != slow[c].implementation)
+            differ.insert(fast[c].name);
+    }
+    EXPECT_EQ(differ, (std::set<std::string>{"tled", "tled_nodal_pressure", "xpbd_neo_hookean", "xpbd_springs"}));
 }
 
 TEST(Contenders, GiveTheSameBitsAgainAndLetGo) {
