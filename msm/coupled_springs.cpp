@@ -230,12 +230,11 @@ std::span<const CoupledSprings> all_coupled_springs() {
         for (const auto &energy : all_spring_energies()) {
             using enum StrainMeasure;
             if (energy.is_finite) {
-                springs.push_back({"nodal_springs", nodes, elongation, energy, false, true});
+                springs.push_back({"nodal_springs", nodes, elongation, energy, false});
                 continue;
             }
             for (const auto &[measure, ending] : {std::pair(cauchy_green, ""), std::pair(deformation_gradient, "_f")}) {
-                springs.push_back(
-                    {"nodal_" + energy.name + ending, nodes, measure, energy, false, measure == cauchy_green});
+                springs.push_back({"nodal_" + energy.name + ending, nodes, measure, energy, false});
                 springs.push_back({"edge_" + energy.name + ending, edges, measure, energy, true});
             }
         }

@@ -36,7 +36,6 @@ struct CoupledSprings {
     /// Whether relative changes of the volumes around nodes are averaged with those of their neighbours before they are
     /// resisted, see mean_volumes_around_nodes().
     bool averages_volumes = false;
-    bool runs_by_default = false; ///< whether the model joins a run of which no models are named
 };
 
 /// The part of the stiffness that springs around nodes keep inside tetrahedra. See docs/models.md on how it was chosen.
