@@ -3,10 +3,18 @@
 file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/validation/*_test.cpp)
 livermark_test_executable(validation_tests full SOURCES ${sources} LINK livermark::studies livermark_result_samples livermark_hdf5)
 
+# livermark_runs_folder(<tier> <folder>): where runs of a tier put their files. Those of earlier tests go first.
+function(livermark_runs_folder tier folder)
+  set(${tier}_runs ${CMAKE_CURRENT_BINARY_DIR}/${folder} PARENT_SCOPE)
+  add_test(NAME Livermark.BeginsAnew.${tier} COMMAND ${CMAKE_COMMAND} -E rm -rf ${CMAKE_CURRENT_BINARY_DIR}/${folder})
+  set_tests_properties(Livermark.BeginsAnew.${tier} PROPERTIES LABELS ${tier} FIXTURES_SETUP ${tier}_folder)
+endfunction()
+
 # livermark_run(<tier> <name> <argument>...): a run whose files tests of that tier look at.
 function(livermark_run tier name)
   add_test(NAME Livermark.${name} COMMAND livermark run ${ARGN})
-  set_tests_properties(Livermark.${name} PROPERTIES LABELS ${tier} TIMEOUT ${timeout_of_${tier}} FIXTURES_SETUP ${tier}_runs)
+  set_tests_properties(Livermark.${name} PROPERTIES LABELS ${tier} TIMEOUT ${timeout_of_${tier}} FIXTURES_REQUIRED ${tier}_folder
+    FIXTURES_SETUP ${tier}_runs)
 endfunction()
 
 # livermark_validation(<tier> <name> <filter> [<runs>])
@@ -18,7 +26,7 @@ function(livermark_validation tier name filter)
   endif()
 endfunction()
 
-set(full_runs ${CMAKE_CURRENT_BINARY_DIR}/validation_runs)
+livermark_runs_folder(full validation_runs)
 livermark_run(full RunsModelsOn.beam --jobs 1 --static --body beam --output ${full_runs})
 livermark_run(full RunsModelsOn.liver_tumours --jobs 1 --body liver_tumours --load-case palpation pneumoperitoneum traction
   --output ${full_runs})
@@ -33,7 +41,7 @@ livermark_validation(full LargeDeformations OnTheHealthyLiver/LargeDeformations.
 livermark_validation(full RelaxationOf.beam Bodies/Relaxation.*/beam)
 
 if("nightly" IN_LIST LIVERMARK_TESTS)
-  set(nightly_runs ${CMAKE_CURRENT_BINARY_DIR}/nightly_runs)
+  livermark_runs_folder(nightly nightly_runs)
   # Those that a run leaves out unless they are named have bands too.
   set(all_models biquadratic_springs edge_neo_hookean fem_p1 fem_p2 fem_p2p1 lloyd lloyd_edge lloyd_mean_edge lloyd_nodal_volume
     nodal_neo_hookean nodal_springs patch patch_nodal_volume uniform van_gelder van_gelder_nodal_volume
