@@ -40,7 +40,8 @@ Command add_table(CLI::App &parent) {
             "all, brief (two numbers for each model and body, as a run ends with), models (a row for each model and "
             "load case), forces (of large deformations along the path of the load), summary (a column for each load "
             "case), overview (columns for each Poisson's ratio), means (columns for each body), medians (over load "
-            "cases, for each Poisson's ratio, with the load cases of pressure apart), or cohort (over bodies whose names "
+            "cases, for each Poisson's ratio, with the load cases of pressure apart), or cohort (over bodies whose "
+            "names "
             "end in a number, odd ones and even ones apart)")
         ->transform(one_of(table_kinds))
         ->default_str("all");
