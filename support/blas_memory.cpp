@@ -17,7 +17,7 @@ void reserve_blas_memory() {
         return;
     constexpr std::size_t enough = std::size_t{160} << 20; // its buffer, with room around it
     void *probe = mmap(nullptr, enough, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (probe == MAP_FAILED)
+    if (probe == MAP_FAILED) // NOLINT(performance-no-int-to-ptr): as POSIX has it
         throw std::bad_alloc();
     munmap(probe, enough);
     // The routine takes the buffer however small the matrix is, and BLAS keeps it for the calls to come.

@@ -1,12 +1,45 @@
 #pragma once
 
+#include <atomic>
+#include <chrono>
 #include <exception>
 #include <optional>
+#include <pthread.h>
 #include <pybind11/pybind11.h>
+#include <thread>
 #include <type_traits>
+#include <unistd.h>
 #include <utility>
 
 namespace livermark::python {
+
+/// Work that goes on while the program ends would use what the program takes down. So when the interpreter ends it
+/// waits for it, but not for long, and other threads begin no more.
+namespace work_at_the_end {
+inline std::atomic<int> num_running = 0;
+inline std::atomic<bool> is_ending = false;
+inline std::thread::id ending_thread;
+
+/// What a thread of the program that ends does in place of more work.
+[[noreturn]] inline void wait_for_the_end() {
+    while (true)
+        pause();
+}
+
+/// For each module, once.
+inline void register_with() {
+    pthread_atfork(nullptr, nullptr, [] { num_running = 0; }); // the threads are not there
+    pybind11::module_::import("atexit").attr("register")(pybind11::cpp_function([] {
+        ending_thread = std::this_thread::get_id();
+        is_ending = true;
+        const pybind11::gil_scoped_release others_go_on;
+        constexpr auto longest = std::chrono::seconds(5);
+        for (const auto start = std::chrono::steady_clock::now();
+             num_running > 0 && std::chrono::steady_clock::now() - start < longest;)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }));
+}
+} // namespace work_at_the_end
 
 /// Does work while other threads of Python run, and returns what it returns or throws what it throws.
 ///
@@ -16,6 +49,12 @@ namespace livermark::python {
 template <class Work> auto without_interpreter(const Work &work) {
     using Found = std::invoke_result_t<Work>;
     PyThreadState *const state = PyEval_SaveThread();
+    using namespace work_at_the_end;
+    ++num_running;
+    if (is_ending && std::this_thread::get_id() != ending_thread) {
+        --num_running;
+        wait_for_the_end();
+    }
     std::exception_ptr thrown;
     std::optional<std::conditional_t<std::is_void_v<Found>, bool, Found>> found;
     try {
@@ -26,6 +65,7 @@ template <class Work> auto without_interpreter(const Work &work) {
     } catch (...) {
         thrown = std::current_exception();
     }
+    --num_running;
     PyEval_RestoreThread(state);
     if (thrown)
         std::rethrow_exception(thrown);

@@ -117,9 +117,12 @@ Quiet::Quiet() : alone_(one_thread()) {
     H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
     // HDF5 1.10 never gives back what it took for an object header whose checksum is wrong, and at the end of the
-    // process prints that it waits for it in vain. The handler comes before that of the library, which is there now.
-    static const bool ends_quietly [[maybe_unused]] =
-        std::atexit([] { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }) == 0;
+    // process prints that it waits for it in vain. The handler comes before that of the library, which is there now;
+    // other threads are kept out of the library from then on.
+    static const bool ends_quietly [[maybe_unused]] = std::atexit([] {
+                                                          one_thread().lock();
+                                                          H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+                                                      }) == 0;
 }
 
 Quiet::~Quiet() {

@@ -172,7 +172,7 @@ sys.exit(0 if status == 0 else 1)
 @pytest.mark.parametrize("num_threads", [1, 2])
 @pytest.mark.parametrize("before, said", [
     ("", "True"),
-    ("threading.Thread(target=lambda: simulation.step(10**9), daemon=True).start()\ntime.sleep(0.3)",
+    ("threading.Thread(target=lambda: simulation.step(10**9), daemon=True).start()\ntime.sleep(2)",
      "this process was forked while another thread used the simulation")])
 def test_a_process_that_is_forked_steps_or_says_why_not(num_threads, before, said):
     program = FORK.format(num_threads=num_threads, before=before)
