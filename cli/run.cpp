@@ -47,11 +47,10 @@ struct Printing {
 
 void print_done(const std::vector<results::Result> &done, const std::vector<double> &amplitudes, Printing printing) {
     print_tables(done, printing.tables ? TableKind::all : TableKind::brief, printing.markdown);
-    const bool markdown = printing.markdown;
     if (!amplitudes.empty()) {
         const auto layout = studies::nonlinearity_by_amplitude(done, amplitudes);
         fmt::print("\nDistance of the models from their own linearised solution, at multiples of the load:\n\n{}",
-                   markdown ? results::to_markdown(layout) : results::to_text(layout));
+                   printing.markdown ? results::to_markdown(layout) : results::to_text(layout));
     }
 }
 

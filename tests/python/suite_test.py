@@ -229,36 +229,6 @@ assert set(ends) <= {{0, 3}} and 3 in ends, ends
     subprocess.run([sys.executable, "-c", code], check=True, timeout=300)
 
 
-@pytest.mark.parametrize("work", ["solve('fem_p1')", "solve('nodal_springs')"])
-def test_a_process_that_is_forked_while_a_thread_solves_solves_too(work):
-    code = ENDS.format(work=work, seconds=1) + f"""
-for k in range(10):
-    time.sleep(0.02)
-    child = os.fork()
-    if child == 0:
-        signal.alarm(100)
-        os._exit(0 if problem.{work}.status == "ok" else 1)
-    assert os.waitpid(child, 0)[1] == 0
-"""
-    subprocess.run([sys.executable, "-c", code], check=True, timeout=300)
-
-
-def test_a_process_that_is_forked_while_a_thread_scores_says_why_it_cannot():
-    score = "score(problem.points, reference_on_mesh=True)"
-    code = ENDS.format(work=score, seconds=1) + f"""
-child = os.fork()
-if child == 0:
-    signal.alarm(100)
-    try:
-        problem.{score}
-    except RuntimeError as error:
-        os._exit(0 if "forked while another thread computed a score" in str(error) else 1)
-    os._exit(2)
-assert os.waitpid(child, 0)[1] == 0
-"""
-    subprocess.run([sys.executable, "-c", code], check=True, timeout=300)
-
-
 @pytest.mark.parametrize("work", ["solve('fem_p1')", "solve('no model')", "score(problem.points, reference_on_mesh=True)"])
 def test_a_program_may_end_while_a_thread_solves_or_is_refused(work):
     for seconds in (0.1, 0.35, 0.8):
