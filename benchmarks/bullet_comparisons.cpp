@@ -166,7 +166,7 @@ Sides position_based_step(const MovingScene &moving, bool is_check) {
         material.poisson_ratio = 0.2;
     auto changed = moving;
     changed.scene.body = body;
-    changed.scene.precision = interactive::Precision::double_precision; // as the numbers of docs/bullet.md
+    changed.scene.precision = interactive::Precision::double_precision; // as the numbers of docs/studies/bullet.md
     const int iterations = is_check ? 1 : passes;
     std::shared_ptr<Simulation> ours = interactive::find_method("xpbd_springs").prepare(changed.scene);
     auto bullet = std::make_shared<BulletPositionBased>(changed.scene, iterations);

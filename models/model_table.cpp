@@ -20,7 +20,7 @@ std::string swept_name(std::string_view constant, double value) {
 namespace {
 
 /// Other models that cost as much are closer to the reference in displacement and in stiffness at the tool
-/// (docs/models.md), so a run over everything has no time for these.
+/// (docs/studies/models.md), so a run over everything has no time for these.
 constexpr std::array<std::string_view, 6> dominated{
     "biquadratic_springs", "lloyd_edge", "lloyd_mean_edge",
     "lloyd_nodal_volume",  "uniform",    "van_gelder_tetrahedral_volume"};

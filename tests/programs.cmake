@@ -97,7 +97,7 @@ set_tests_properties(Examples.PythonReadsAResultFile PROPERTIES
   PASS_REGULAR_EXPRESSION "blown_up: diverged.*springs: 20.00 % off fem_p2, at most [0-9.]+ mm")
 set_tests_properties(Examples.CppReadsAResultFile Examples.PythonReadsAResultFile PROPERTIES LABELS full TIMEOUT 60 FIXTURES_REQUIRED sample_result)
 
-# Bullet as somebody else's program: what docs/your_own_model.md shows.
+# Bullet as somebody else's program: what docs/howto/judge_my_engine.md shows.
 if(BULLET_FOUND)
   add_executable(move_with_bullet ${PROJECT_SOURCE_DIR}/examples/move_with_bullet.cpp)
   target_compile_features(move_with_bullet PRIVATE cxx_std_20)

@@ -64,7 +64,7 @@ core::Solution solve(const core::Problem &problem, const std::string &law, const
 /// One percent, where four meshes give it.
 constexpr Refinement refinement{.goal = 0.01, .finest_level = 3};
 
-/// At rims alone: stored references are minutes each, see docs/large_deformations.md.
+/// At rims alone: stored references are minutes each, see docs/studies/large_deformations.md.
 core::Solution solve_finer(const core::Problem &problem, const std::string &law, const Discretisation &discretisation) {
     return solve_locally_refined(
         problem, refinement, [](const core::Problem &coarse) { return core::refine_at_rims(coarse); },

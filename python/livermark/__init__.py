@@ -1,6 +1,6 @@
 """Livermark: springs for soft tissue, their motion, and a benchmark suite that judges them.
 
-Arrays come in and go out as numpy arrays, all quantities are in SI units. See docs/python.md.
+Arrays come in and go out as numpy arrays, all quantities are in SI units. See docs/reference/python.md.
 """
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 
@@ -39,5 +39,5 @@ def __getattr__(name):
     if name in ("Problem", "Score", "Solution"):  # they come with finite elements, which load when they are asked for
         return getattr(_suite_functions.load(), name)
     if name in __all__:
-        raise ImportError(f"livermark.{name} is compiled, and this package is not; see docs/python.md")
+        raise ImportError(f"livermark.{name} is compiled, and this package is not; see docs/reference/python.md")
     raise AttributeError(f"module 'livermark' has no attribute '{name}'")

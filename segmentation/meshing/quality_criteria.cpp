@@ -30,7 +30,7 @@ QualityCriterion at_most(std::string name, double value, double bound, std::stri
     return {std::move(name), value, bound, value <= bound, std::move(remedy)};
 }
 
-/// What does not make numbers wrong, see worst_with_right_numbers and docs/segmentation.md.
+/// What does not make numbers wrong, see worst_with_right_numbers and docs/studies/segmentation.md.
 QualityCriterion advice_if(bool is_advice, QualityCriterion criterion) {
     criterion.is_advice = is_advice;
     return criterion;

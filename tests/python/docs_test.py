@@ -13,7 +13,7 @@ def examples(document):
     return re.findall(r"```python\n(.*?)```", (SOURCE / document).read_text(), re.DOTALL)
 
 
-@pytest.mark.parametrize("document, imports", [("README.md", True), ("docs/python.md", True)])
+@pytest.mark.parametrize("document, imports", [("README.md", True), ("docs/reference/python.md", True)])
 def test_examples_run(document, imports, monkeypatch, tmp_path):
     (tmp_path / "meshes").symlink_to(SOURCE / "meshes")  # so that files they write are not in the source tree
     monkeypatch.chdir(tmp_path)
@@ -25,7 +25,7 @@ def test_examples_run(document, imports, monkeypatch, tmp_path):
 
 
 def test_examples_of_result_files_run(monkeypatch):
-    blocks = [block for block in examples("docs/python.md") if RESULTS in block]
+    blocks = [block for block in examples("docs/reference/python.md") if RESULTS in block]
     assert len(blocks) == 1
     code = blocks[0].replace(RESULTS + "palpation.h5", "beam/beam_bend.h5").replace(RESULTS + "release.h5",
                                                                                     "beam/beam_release.h5")
@@ -36,7 +36,7 @@ def test_examples_of_result_files_run(monkeypatch):
 def test_examples_for_slicer_run(monkeypatch, tmp_path):
     replaced = {"runs/seg/palpation.h5": os.environ["LIVERMARK_PYTHON_RUNS"] + "/beam/beam_bend.h5",
                 '"runs/seg.toml", "traction"': '"beam", "beam_bend"'}
-    code = "\n".join(examples("docs/slicer.md"))
+    code = "\n".join(examples("docs/howto/from_segmentation_to_table.md"))
     for written, here in replaced.items():
         assert written in code
         code = code.replace(written, here)

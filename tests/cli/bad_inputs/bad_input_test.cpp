@@ -33,10 +33,10 @@ void expect_part(const std::string &text, const std::string &part) {
     EXPECT_NE(text.find(part), std::string::npos) << "'" << part << "' is missing in: " << text;
 }
 
-/// What docs/bad_input.md says of each input.
+/// What docs/studies/bad_input.md says of each input.
 std::map<std::string, std::string> documented_messages() {
     std::map<std::string, std::string> messages;
-    std::istringstream text(support::read_text(LIVERMARK_SOURCE_DIR "/docs/bad_input.md"));
+    std::istringstream text(support::read_text(LIVERMARK_SOURCE_DIR "/docs/studies/bad_input.md"));
     for (std::string line; std::getline(text, line);)
         if (const auto middle = line.find(" | "); line.starts_with("| ") && middle != std::string::npos)
             messages[line.substr(2, middle - 2)] = line.substr(middle + 3, line.size() - middle - 5);
@@ -62,7 +62,7 @@ TEST_P(BadInputs, EndInOneSentenceAndLeaveNothing) {
         expect_part(lines[0], part);
     EXPECT_FALSE(row.remedy.empty());
     EXPECT_EQ(as_documented(lines[0], folder), documented_messages()[row.what])
-        << "write the table again: build/release/tests/bad_input_table > docs/bad_input.md";
+        << "write the table again: build/release/tests/bad_input_table > docs/studies/bad_input.md";
     EXPECT_EQ(files_below(folder), before) << "something was left behind";
     EXPECT_EQ(end.output, "");
 }
@@ -101,11 +101,11 @@ TEST(GoodInput, ThatTheRowsStartFromIsAccepted) {
     }
 }
 
-/// docs/bad_input.md says with which command it is made; what stays of each message is checked here.
+/// docs/studies/bad_input.md says with which command it is made; what stays of each message is checked here.
 TEST(BadInputTable, StandsInTheDocumentation) {
     std::map<std::string, std::string> documented;
     std::size_t num_rows = 0;
-    std::istringstream text(support::read_text(LIVERMARK_SOURCE_DIR "/docs/bad_input.md"));
+    std::istringstream text(support::read_text(LIVERMARK_SOURCE_DIR "/docs/studies/bad_input.md"));
     for (std::string line; std::getline(text, line);)
         if (line.starts_with("| ") && !line.starts_with("| ---") && !line.starts_with("| input |")) {
             documented[line.substr(2, line.find(" | ") - 2)] = line;

@@ -6,7 +6,7 @@
 namespace livermark::live {
 namespace {
 
-/// docs/live.md says what a longer one came to.
+/// docs/studies/live.md says what a longer one came to.
 void expect_nothing_lost(const std::string &body, int num_steps, std::uint32_t seed) {
     const auto found = take_trial(body, num_steps, seed);
     EXPECT_EQ(found.num_steps, num_steps);
