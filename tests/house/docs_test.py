@@ -1,0 +1,78 @@
+"""docs_test.py [<livermark>]: Markdown files of the tree lead where they say; with a program, what it makes of docs is true.
+
+Without arguments this is the fast tier: no program is started but git, which knows the files.
+"""
+import importlib.machinery
+import importlib.util
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+loader = importlib.machinery.SourceFileLoader("docs", str(ROOT / "scripts/docs"))
+sys.dont_write_bytecode = True
+docs = importlib.util.module_from_spec(importlib.util.spec_from_loader("docs", loader))
+loader.exec_module(docs)
+PROGRAM = pathlib.Path(sys.argv.pop()) if len(sys.argv) > 1 else None
+
+
+def dead_links_of(pages):
+    with tempfile.TemporaryDirectory() as folder:
+        for name, text in pages.items():
+            path = pathlib.Path(folder, name)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text)
+        return docs.dead_links(pathlib.Path(folder))
+
+
+class Links(unittest.TestCase):
+    def test_of_this_tree_lead_somewhere(self):
+        self.assertGreater(len([path for path in docs.files(ROOT) if path.suffix == ".md"]), 20)
+        self.assertEqual(docs.dead_links(ROOT), [])
+
+    def test_that_lead_somewhere_are_not_named(self):
+        other = "# A heading, with `code` and 2 words\n\n## Twice\n\n## Twice\n"
+        page = ("# Top\n[a](other.md) [b](other.md#a-heading-with-code-and-2-words) [c](other.md#twice-1) [d](#top) "
+                "[e](https://example.org/x) ![f](folder/picture.png)\n```sh\n[g](nowhere.md)\n```\n`[h](nowhere.md)`\n")
+        self.assertEqual(dead_links_of({"page.md": page, "other.md": other, "folder/picture.png": ""}), [])
+
+    def test_that_lead_nowhere_are_named(self):
+        for target, why in {"nowhere.md": "there is no such file", "other.md#nowhere": "there is no heading for #nowhere",
+                            "#nowhere": "there is no heading for #nowhere", "folder/": "is a folder",
+                            "picture.png#top": "there is no heading for #top", "../../out.md": "leads out of the tree"}.items():
+            lines = dead_links_of({"page.md": f"# Top\n[a]({target})\n", "other.md": "# Top\n", "folder/a.md": "", "picture.png": ""})
+            self.assertEqual(len(lines), 1, (target, lines))
+            self.assertIn(why, lines[0])
+            self.assertIn("page.md", lines[0])
+
+    def test_in_notebooks_are_looked_at(self):
+        notebook = '{"cells": [{"cell_type": "markdown", "source": ["[a](", "nowhere.md)"]}]}'
+        self.assertEqual(len(dead_links_of({"page.ipynb": notebook})), 1)
+
+    def test_paths_of_pages_in_sources_are_looked_at(self):
+        page = "docs/" + "page.md"
+        self.assertEqual(dead_links_of({"a.cpp": f"// see {page}\n", page: "# Top\n"}), [])
+        self.assertEqual(dead_links_of({"a.cpp": f"// see {page}\n"}), [f"a.cpp: {page} is not there"])
+
+
+class GeneratedParts(unittest.TestCase):
+    @unittest.skipIf(PROGRAM is None, "no program is given")
+    def test_are_what_the_program_says(self):
+        self.assertGreaterEqual(len(docs.pages_with_generated_parts()), 3)
+        done = subprocess.run([sys.executable, ROOT / "scripts/docs", "--check", PROGRAM], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    @unittest.skipIf(PROGRAM is None, "no program is given")
+    def test_that_are_old_are_made_again(self):
+        page = "before\n<!-- generated: livermark list integrators -->\nold\n<!-- end -->\nafter\n"
+        new = docs.with_generated(page, PROGRAM)
+        self.assertTrue(new.startswith("before\n") and new.endswith("<!-- end -->\nafter\n"), new)
+        self.assertIn("| `symplectic_euler` | symplectic (semi-implicit) Euler", new)
+        self.assertNotIn("old", new)
+        self.assertEqual(docs.with_generated(new, PROGRAM), new)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
