@@ -11,7 +11,7 @@ namespace livermark::meshes {
 
 namespace {
 
-/// Below this another orientation fits about as well (docs/howto/judge_my_engine.md).
+/// Below this another orientation fits about as well (docs/studies/segmentation.md).
 constexpr double doubtful = 0.06;
 
 /// Patches that no facet has any more lose their names.

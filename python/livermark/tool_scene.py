@@ -121,7 +121,7 @@ SCENE = '''"""A moving load case of Livermark in SOFA: runSofa -l SofaPython3 {n
 
 {title}.
 SI units. For SOFA with SofaPython3 in which NeoHookean takes mu and lambda, as its sources of August 2026 do: see
-docs/howto/judge_my_engine.md. The suite's tests do not run SOFA.
+docs/studies/peers.md. The suite's tests do not run SOFA.
 """
 
 TIME_STEP = {time_step!r}  # [s]

@@ -34,7 +34,7 @@ table = run(livermark, "score", "liver_healthy", "press_and_slide", folder / "mo
 assert "unverified cost" in table
 bullet = scored("press_and_slide.bullet")
 print(bullet)
-# 20.2 and 11.3 % are those of corotational_implicit with 149 iterations in a frame (docs/studies/arena.md).
+# 20.2 and 11.3 % are those of corotational_implicit with 149 iterations in a frame (docs/studies/bullet.md).
 assert abs(bullet["contact_error"][0] - 0.20) < 0.005, bullet
 assert abs(bullet["force_error"][0] - 0.112) < 0.005, bullet
 assert bullet["frame_seconds"][0] > 0.0

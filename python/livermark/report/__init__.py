@@ -1,4 +1,4 @@
-"""The HTML report of a folder of result files, which `livermark report` makes. See docs/howto/read_result_files.md."""
+"""The HTML report of a folder of result files, which `livermark report` makes. See docs/reference/commands.md."""
 import os as _os
 
 # Matplotlib reads settings from a file of the working directory, which may be a folder that somebody was sent.

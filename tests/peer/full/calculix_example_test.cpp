@@ -15,7 +15,7 @@
 namespace livermark {
 namespace {
 
-/// The worked example of docs/howto/judge_my_engine.md: a problem goes out as a file, CalculiX solves it, and its
+/// The worked example of docs/studies/peers.md: a problem goes out as a file, CalculiX solves it, and its
 /// displacements come back. Its C3D4 are linear tetrahedra, so they have to score as our own.
 TEST(CalculixExample, ScoresAsLinearElements) {
     const auto ccx = tests::find_ccx();
@@ -52,7 +52,7 @@ TEST(CalculixExample, ScoresAsLinearElements) {
     EXPECT_NEAR(error_of("calculix"), error_of("fem_p1"), 1e-6);
 }
 
-/// examples/score_calculix.py, which docs/howto/judge_my_engine.md shows. Linear tetrahedra with CalculiX's own energy of a
+/// examples/score_calculix.py, which docs/studies/peers.md shows. Linear tetrahedra with CalculiX's own energy of a
 /// change of volume find what it scores, to the seven digits that CalculiX writes.
 TEST(CalculixExample, ScoresLargeDeformationsAsLinearElementsWithItsEnergy) {
     const auto ccx = tests::find_ccx();
@@ -66,7 +66,7 @@ TEST(CalculixExample, ScoresLargeDeformationsAsLinearElementsWithItsEnergy) {
                     LIVERMARK_BINARY, LIVERMARK_SOURCE_DIR, folder.string()));
     ASSERT_EQ(scored.status, 0) << scored.output;
     EXPECT_NE(scored.output.find("| liver_healthy | large_traction | calculix | 5.54 |"), std::string::npos)
-        << scored.output; // as in docs/howto/judge_my_engine.md
+        << scored.output; // as in docs/studies/peers.md
     const auto result = results::read_result(folder / "liver_healthy" / "large_traction.calculix.h5");
     const auto &theirs = std::ranges::find(result.models, "calculix", &results::ModelResult::name)->solution;
     const auto ours = hyperelastic::solve(result.problem, tests::calculix_neo_hooke(),
