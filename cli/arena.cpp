@@ -86,8 +86,8 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
         ->add_option("--load-case", options->load_case,
                      "A name as in 'livermark list moving-load-cases', or the path of one with a [tool]")
         ->capture_default_str();
-    command->add_option("--method", options->methods, "Names as in the table; all if left out");
-    command->add_option("--budget", arena->budgets, "Of one core, for a frame [ms]")
+    command->add_option("--method", options->methods, "Names as in 'livermark list methods'; all if left out");
+    command->add_option("--budget", arena->budgets, "Processor times of one core for a frame [ms]")
         ->check(CLI::Range(0.01, 1e5))
         ->capture_default_str();
     command

@@ -112,7 +112,7 @@ Command add_bands(CLI::App &parent) {
     options->paths = {(support::root_folder() / "results" / "runs").string()};
     command->add_option("paths", options->paths, "Result files of 'livermark run', or folders of them")
         ->capture_default_str();
-    command->add_option("--model", options->models, "Only of these models; of all in the files if none is named");
+    command->add_option("--model", options->models, "Models; all in the files if none is named");
     command->add_flag("--all", options->all, "Also the lines of entries that are in their bands, to make them new");
     return [options] { return propose(*options); };
 }

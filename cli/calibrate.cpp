@@ -63,16 +63,15 @@ Command add_calibrate(CLI::App &parent, const std::string &command_line) {
     command->add_option("--law", options->law, "The spring law to start from")->capture_default_str();
     command->add_option("--constrained", options->constrained, "The patch where the body is constrained")
         ->capture_default_str();
-    command->add_option("--loads", options->num_loads, "How many loads; every fourth has no part in the fit")
+    command->add_option("--loads", options->num_loads, "Number of loads; every fourth has no part in the fit")
         ->check(CLI::Range(studies::held_out_stride, 1000))
         ->capture_default_str();
-    command->add_option("--seed", options->seed, "Of the random loads")
+    command->add_option("--seed", options->seed, "Seed of the random loads")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
     command
-        ->add_option(
-            "--iterations", options->num_iterations,
-            "How many evaluations of the objective in total, including those of earlier calls; a multiple of 20")
+        ->add_option("--iterations", options->num_iterations,
+                     "Evaluations of the objective in total, including those of earlier calls; a multiple of 20")
         ->check([](const std::string &text) {
             int value = 0;
             return CLI::detail::lexical_cast(text, value) && value >= studies::round_length &&

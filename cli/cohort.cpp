@@ -67,7 +67,7 @@ Command add_cohort(CLI::App &parent, const std::string &command_line) {
         ->required();
     command
         ->add_option("--tetrahedra", options->tetrahedra,
-                     "How many each body has, about; by default as many as the livers that ship")
+                     "Tetrahedra of each body, approximately; by default as many as the livers that ship")
         ->check(CLI::Range(2000, 2000000));
     add_run_choices(*command, run);
     command

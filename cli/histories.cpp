@@ -38,8 +38,12 @@ Command add_histories(CLI::App &parent, const std::string &command_line) {
         ->capture_default_str();
     command->add_option("--integrator", options->integrator, "A name as in 'livermark list integrators'")
         ->capture_default_str();
-    command->add_option("--time-step", options->time_steps, "[s]")->check(CLI::Range(1e-6, 1e6))->capture_default_str();
-    command->add_option("--duration", options->duration, "[s]")->check(CLI::Range(1e-3, 1e6))->capture_default_str();
+    command->add_option("--time-step", options->time_steps, "Time steps [s]")
+        ->check(CLI::Range(1e-6, 1e6))
+        ->capture_default_str();
+    command->add_option("--duration", options->duration, "Duration [s]")
+        ->check(CLI::Range(1e-3, 1e6))
+        ->capture_default_str();
     add_materials(*command, options->material);
     command->add_option("--output", options->output, "Folder for <body>/histories.<law>.h5")->capture_default_str();
     command->add_flag("--markdown", *markdown, "Print the table in Markdown");

@@ -175,9 +175,10 @@ std::shared_ptr<SegmentationOptions> add_segmentation(CLI::App &command, const s
         ->group(group);
     command
         .add_option("--unit", options->body.unit,
-                    "Of the surfaces: m, cm or mm, or how many metres, such as 0.025; by default guessed from the size")
+                    "Unit of the surfaces: m, cm or mm, or its length in metres, such as 0.025; by default guessed "
+                    "from the size")
         ->group(group);
-    command.add_option("--tetrahedra", options->body.tetrahedra, "How many, about")
+    command.add_option("--tetrahedra", options->body.tetrahedra, "Number of tetrahedra, approximately")
         ->check(CLI::Range(2000, 2000000))
         ->capture_default_str()
         ->group(group);
@@ -185,7 +186,7 @@ std::shared_ptr<SegmentationOptions> add_segmentation(CLI::App &command, const s
     command.add_flag("--force", options->body.force, "Write over a body that is there")->group(group);
     command.add_flag("--phantom", options->is_phantom, "Write a label image of the liver that ships, with its lesions")
         ->group(group);
-    command.add_option("--spacing", options->phantom.spacing, "Of the phantom's voxels [m]")
+    command.add_option("--spacing", options->phantom.spacing, "Size of the phantom's voxels [m]")
         ->expected(3)
         ->capture_default_str()
         ->group(group);
@@ -218,8 +219,8 @@ Command add_mesh(CLI::App &parent, const std::string &command_line) {
 
     auto liver = std::make_shared<LiverCommand>();
     auto *make = command->add_subcommand("liver", "Make the mesh of the liver with gmsh");
-    make->add_flag("--tumours", liver->options.tumours, "With its six lesions");
-    make->add_option("--tetrahedra", liver->options.target_tetrahedra, "How many, about")
+    make->add_flag("--tumours", liver->options.tumours, "Give the liver its six lesions");
+    make->add_option("--tetrahedra", liver->options.target_tetrahedra, "Number of tetrahedra, approximately")
         ->check(CLI::Range(2000, 2000000));
     make->add_option("--variant", liver->variant,
                      "The liver of another person, drawn by this number: volume, lobes, lesions; 0 is the liver that "
@@ -230,8 +231,8 @@ Command add_mesh(CLI::App &parent, const std::string &command_line) {
 
     auto box = std::make_shared<BoxCommand>();
     auto *make_a_box = command->add_subcommand("box", "Make the mesh of a box, with a patch for each side");
-    make_a_box->add_option("--size", box->size, "In x, y and z [m]")->expected(3)->required();
-    make_a_box->add_option("--edge", box->edge, "Length of the edges, about [m]")->required();
+    make_a_box->add_option("--size", box->size, "Size in x, y and z [m]")->expected(3)->required();
+    make_a_box->add_option("--edge", box->edge, "Length of the edges, approximately [m]")->required();
     using enum meshes::BoxTopology;
     make_a_box
         ->add_option("--topology", box->topology,
@@ -244,9 +245,9 @@ Command add_mesh(CLI::App &parent, const std::string &command_line) {
 
     auto file = std::make_shared<std::string>();
     auto *check = command->add_subcommand("check", "Check a mesh, a surface or a label image, and print its size");
-    check->add_option("file", *file, "Whatever `livermark run --body` reads")->required();
+    check->add_option("file", *file, "A mesh, surface or label image that `livermark run --body` reads")->required();
     auto picture = std::make_shared<std::string>();
-    check->add_option("--picture", *picture, "Of a mesh: a .png file to draw its patches into");
+    check->add_option("--picture", *picture, "A .png file to draw the patches of a mesh into");
 
     return [=] {
         if (make->parsed())

@@ -37,7 +37,7 @@ Command add_modes(CLI::App &parent, const std::string &command_line) {
     command->add_option("--load-case", options->load_case, "The load case that gives the constraints")
         ->capture_default_str();
     command->add_option("--model", options->models, "Models that can compute their modes")->capture_default_str();
-    command->add_option("--count", options->count, "How many modes")
+    command->add_option("--count", options->count, "Number of modes")
         ->check(CLI::Range(1, studies::most_modes))
         ->capture_default_str();
     add_materials(*command, options->material);

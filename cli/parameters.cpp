@@ -151,7 +151,8 @@ Command add_parameters(CLI::App &parent) {
     command->add_option("--load-case", options->load_case, "The load case that gives the constraints")
         ->capture_default_str();
     add_materials(*command, options->material);
-    command->add_option("--damping-ratio", options->damping.ratio, "Of the critical damping")->capture_default_str();
+    command->add_option("--damping-ratio", options->damping.ratio, "Damping over critical damping")
+        ->capture_default_str();
     command
         ->add_option(
             "--damping", options->damping.kind,

@@ -114,13 +114,13 @@ Command add_reference(CLI::App &parent, const std::string & /*command_line*/) {
     std::vector<std::string> names;
     for (const auto &model : studies::models_to_keep())
         names.push_back(model.name);
-    command->add_option("--model", options->models, "Which of the references; all if left out")
+    command->add_option("--model", options->models, "Names of references; all if left out")
         ->check(CLI::IsMember(names));
     command
         ->add_option("--poisson", options->poisson_ratios,
                      "Poisson's ratios of every region; as the bodies say if left out")
         ->delimiter(',');
-    command->add_option("--folder", options->folder, "Where they are stored")->capture_default_str();
+    command->add_option("--folder", options->folder, "Folder of the references")->capture_default_str();
     command->add_flag("--check", options->only_check,
                       "Write nothing; exit status 1 if a solution is not the one that is stored");
     return [options] { return solve_all(*options); };

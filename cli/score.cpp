@@ -61,7 +61,7 @@ Command add_score(CLI::App &parent, const std::string &command_line) {
             "displacement, or VTU with the point data displacement; in any order. Under a moving tool: HDF5 with "
             "displacement and force over time")
         ->required();
-    command->add_option("--name", options->name, "Of the model, in table and result file")
+    command->add_option("--name", options->name, "Name of the model in table and result file")
         ->check(CLI::Validator(check_name, "NAME"))
         ->capture_default_str();
     command->add_option("--model", options->models, "Models to compare it with, as in 'livermark list models'")

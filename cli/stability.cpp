@@ -160,10 +160,10 @@ Command add_stability(CLI::App &parent, const std::string &command_line) {
         ->capture_default_str();
     command->add_option("--integrator", options->integrators,
                         "Names as in 'livermark list integrators'; all if none is named");
-    command->add_option("--damping-ratio", options->damping_ratio, "Of critical, at two frequencies")
+    command->add_option("--damping-ratio", options->damping_ratio, "Damping over critical damping, at two frequencies")
         ->check(number_not_below_zero())
         ->capture_default_str();
-    command->add_option("--damping-frequencies", options->damping_frequencies, "These two [Hz]")
+    command->add_option("--damping-frequencies", options->damping_frequencies, "The two frequencies [Hz]")
         ->check(positive_number())
         ->capture_default_str();
     add_materials(*command, options->material);

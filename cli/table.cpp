@@ -45,7 +45,7 @@ Command add_table(CLI::App &parent) {
             "end in a number, odd ones and even ones apart)")
         ->transform(one_of(table_kinds))
         ->default_str("all");
-    command->add_flag("--markdown", options->markdown, "In Markdown");
+    command->add_flag("--markdown", options->markdown, "Print the tables in Markdown");
     return [options] { return print(*options); };
 }
 
