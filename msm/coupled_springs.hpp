@@ -38,7 +38,8 @@ struct CoupledSprings {
     bool averages_volumes = false;
 };
 
-/// The part of the stiffness that springs around nodes keep inside tetrahedra. See docs/studies/models.md on how it was chosen.
+/// The part of the stiffness that springs around nodes keep inside tetrahedra. See docs/studies/models.md on how it was
+/// chosen.
 inline constexpr double part_inside_beside_nodes = 0.2;
 
 /// The same beside edges: enough for every tetrahedron to be seen when it turns inside out.

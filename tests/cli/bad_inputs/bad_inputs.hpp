@@ -55,8 +55,8 @@ ChildEnd try_bad_input(const BadInput &row, const std::filesystem::path &folder)
 /// Lines of standard error without those that tell of progress.
 std::vector<std::string> message_lines(const std::string &errors);
 
-/// A message as docs/studies/bad_input.md has it: without the program's name and the folder, and without numbers of bytes,
-/// which depend on libraries, and of models.
+/// A message as docs/studies/bad_input.md has it: without the program's name and the folder, and without numbers of
+/// bytes, which depend on libraries, and of models.
 std::string as_documented(const std::string &line, const std::filesystem::path &folder);
 
 /// What the rows start from; each is good as it is.

@@ -16,7 +16,8 @@ int main() {
         "This page lists {} wrong inputs and the message that `livermark` prints for each. In every case the program\n"
         "ends with exit status 2, prints one sentence on standard error (`livermark: ` stands before it) and leaves "
         "no\n"
-        "new file. The tests `BadInputs` check this. `build/release/tests/bad_input_table > docs/studies/bad_input.md` makes\n"
+        "new file. The tests `BadInputs` check this. `build/release/tests/bad_input_table > docs/studies/bad_input.md` "
+        "makes\n"
         "this page.\n",
         num_rows);
     for (const auto &group : groups) {
