@@ -101,7 +101,13 @@ std::vector<core::Model> choose_models(const std::vector<std::string> &wanted, c
     for (const auto &name : wanted)
         support::find_named(models, name, "model");
     const auto measures_motion = [](const core::Model &model) {
-        return model.name == models::moving_reference(core::Regime::large).on_mesh;
+        return model.name == models::moving_reference(core::Regime::small).on_mesh ||
+               model.name == models::moving_reference(core::Regime::large).on_mesh;
+    };
+    // What judges only where another one finds no solution has no finer meshes.
+    const auto judges_first = [](const core::Model &model) {
+        const auto found = std::ranges::find(models::references, model.name, &models::Reference::on_mesh);
+        return found != models::references.end() && !found->refined.empty();
     };
     const auto refines_motion = [](const core::Model &model) {
         return model.name == models::moving_reference(core::Regime::small).refined ||
@@ -115,10 +121,7 @@ std::vector<core::Model> choose_models(const std::vector<std::string> &wanted, c
         const bool is_refined = std::ranges::find(models::references, model.name, &models::Reference::refined) !=
                                     models::references.end() ||
                                 refines_motion(model);
-        const bool is_measure = std::ranges::find(models::references, model.name, &models::Reference::on_mesh) !=
-                                    models::references.end() ||
-                                model.name == models::baseline_model;
-        return is_refined ? !with_uncertainty : !wanted.empty() && !is_measure && !measures_motion(model);
+        return is_refined ? !with_uncertainty : !wanted.empty() && !judges_first(model) && !measures_motion(model);
     });
     for (auto &model : models)
         if (measures_motion(model) && !wanted.empty() && std::ranges::find(wanted, model.name) == wanted.end())

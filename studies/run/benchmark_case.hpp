@@ -11,14 +11,14 @@
 
 namespace livermark::studies {
 
-/// The models asked for by name, with the reference, the refined reference and the baseline beside them, in the order
-/// of the table; all if none was asked for.
+/// The models asked for by name, with what judges them beside them, in the order of the table: the reference, the
+/// refined reference, and those of motion where something moves. All if none was asked for.
 /// @param with_uncertainty  if not, the refined reference runs only if it was asked for by name
 /// @throws support::InputError for a name that there is not, with the nearest one that there is
 std::vector<core::Model> choose_models(const std::vector<std::string> &wanted, const models::ModelOptions &options,
                                        bool with_uncertainty);
 
-/// The one that scales loads; every choice of models has it.
+/// The one that scales loads, of all models.
 const core::Model &baseline_of(const std::vector<core::Model> &models);
 
 /// Whether it is a result like others that a model finds no solution: in the large regime, unless it is a reference.

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "models/model_table.hpp"
+#include "studies/run/benchmark_case.hpp"
 #include "support/input_error.hpp"
 #include "support/mpi_session.hpp"
 
@@ -37,10 +38,8 @@ core::Problem scaled_to_target(core::Problem problem) {
         throw support::InputError(fmt::format("load case {} is scaled to its target, which this command cannot do on "
                                               "several ranks; start without mpirun",
                                               problem.load_case.name));
-    const auto models = models::all_models();
     PreparedModels prepared;
-    return scaled_to_target(std::move(problem), *std::ranges::find(models, models::baseline_model, &core::Model::name),
-                            prepared);
+    return scaled_to_target(std::move(problem), baseline_of(models::all_models()), prepared);
 }
 
 } // namespace livermark::studies

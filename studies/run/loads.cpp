@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include "studies/run/amplitudes.hpp"
-#include "studies/run/benchmark_case.hpp"
 #include "studies/run/case_groups.hpp"
 #include "studies/run/load_scaling.hpp"
 #include "support/memory.hpp"
@@ -13,13 +12,12 @@ namespace livermark::studies {
 
 std::vector<LoadedProblem> load_all(const RunTask &task, const RunOptions &options, PreparedModels &prepared,
                                     const std::function<void(std::size_t, const std::string &)> &failed) {
-    const auto &baseline = baseline_of(task.models);
     std::vector<LoadedProblem> loads;
     for (const auto &case_group : case_groups_of(task.problems).problems)
         for (const auto number : case_group)
             try {
                 for (auto &problem :
-                     at_amplitudes(scaled_to_target(task.problems[number], baseline, prepared), options.amplitudes))
+                     at_amplitudes(scaled_to_target(task.problems[number], task.baseline, prepared), options.amplitudes))
                     loads.push_back({number, std::move(problem)});
             } catch (const std::exception &error) {
                 failed(number, support::reason_of(error));

@@ -86,7 +86,8 @@ RunTask read_task(const RunOptions &options) {
                  {},
                  read_bands(options),
                  {},
-                 {}};
+                 {},
+                 baseline_of(models::all_models(options.model_options))};
     auto read = read_all_problems(options);
     task.problems = std::move(read.problems);
     task.notes = std::move(read.notes);

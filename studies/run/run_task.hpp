@@ -18,6 +18,7 @@ struct RunTask {
     results::ErrorBands bands;
     std::vector<std::string> notes; ///< what a user should know of the input, a sentence each
     std::vector<LeftOut> left_out;
+    core::Model baseline; ///< what scales loads, whether it was asked for or not
 };
 
 /// Reads and checks all that a user may have got wrong, on this MPI rank alone, and writes nothing.

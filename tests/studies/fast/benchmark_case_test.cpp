@@ -120,12 +120,16 @@ bool has(const std::vector<std::string> &names, const std::string &name) {
     return std::ranges::find(names, name) != names.end();
 }
 
-TEST(ChosenModels, HaveReferencesAndBaselineBesideThem) {
-    const auto names = names_of(choose_models({"lloyd"}, {}, true));
-    for (const auto *name : {"lloyd", "fem_p1", "fem_p2", "fem_p2p1", "fem_p2p1_refined"})
+TEST(ChosenModels, HaveWhatJudgesThemBesideThem) {
+    const auto models = choose_models({"lloyd"}, {}, true);
+    const auto names = names_of(models);
+    for (const auto *name : {"lloyd", "fem_p2", "fem_p2p1", "fem_p2p1_refined"})
         EXPECT_TRUE(has(names, name)) << name;
-    EXPECT_FALSE(has(names, "van_gelder"));
-    EXPECT_EQ(baseline_of(choose_models({"lloyd"}, {}, true)).name, "fem_p1");
+    for (const auto *name : {"van_gelder", "fem_p1"})
+        EXPECT_FALSE(has(names, name)) << name;
+    EXPECT_TRUE(std::ranges::find(models, "fem_p2", &core::Model::name)->only_moving) << "judges motion alone";
+    EXPECT_TRUE(has(names_of(choose_models({"fem_p1"}, {}, true)), "fem_p1"));
+    EXPECT_EQ(baseline_of(choose_models({}, {}, true)).name, "fem_p1");
 }
 
 TEST(ChosenModels, HaveTheRefinedReferenceWithoutUncertaintyOnlyIfItIsNamed) {
