@@ -4,6 +4,8 @@ find_package(fmt REQUIRED)
 find_package(Spectra 1.0 REQUIRED)
 find_package(Threads REQUIRED)
 find_package(hwy 1.0 REQUIRED)
+# What has no AVX2 has SSE4 since 2008: kernels compile in four fifths of the time without the one between.
+target_compile_definitions(hwy::hwy INTERFACE HWY_DISABLED_TARGETS=HWY_SSSE3)
 find_package(Boost REQUIRED)
 if(NOT LIVERMARK_WITH_FEM_REFERENCE)
   return()
