@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "core/compliance.hpp"
+#include "core/interior_place.hpp"
 #include "core/modes.hpp"
 #include "core/problem.hpp"
 #include "core/solution.hpp"
@@ -45,6 +47,9 @@ struct Model {
     /// Its lowest modes, as many as asked for, with the constraints of the load case; empty if it cannot tell. Throws
     /// InputError if the body is free to move or has too few.
     std::function<Modes(const Problem &, int)> modes{};
+    /// How the body at rest gives way at some places inside, with the constraints of the load case; empty if it cannot
+    /// tell. Throws InputError if the body is free to move.
+    std::function<Compliance(const Problem &, std::span<const InteriorPlace>)> compliance{};
     /// Whether it can do what its user asked for on a problem; throws InputError if not. Called for every problem
     /// before the first one is solved. Empty if nothing can be wrong.
     std::function<void(const Problem &)> check{};

@@ -15,6 +15,7 @@
 #include "msm/dynamics/spectrum.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/implicit_integrators.hpp"
+#include "msm/statics/compliance.hpp"
 #include "msm/statics/dynamic_relaxation.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "msm/statics/load_path.hpp"
@@ -214,6 +215,15 @@ core::Modes modes(const core::Problem &problem, const MakeMassSprings &make, int
     return found;
 }
 
+core::Compliance compliance(const core::Problem &problem, const MakeMassSprings &make,
+                            std::span<const core::InteriorPlace> places) {
+    const auto start = Clock::now();
+    const auto body = make(*problem.body).body;
+    auto found = msm::compliance(body, problem, places);
+    found.seconds = seconds(Clock::now() - start);
+    return found;
+}
+
 void check(const core::Problem &problem, const MakeMassSprings &make, const ModelOptions &options) {
     const auto &integrator = relaxing_integrator(options); // refuses unknown names even where nothing moves
     if (options.equilibrium == EquilibriumMethod::relaxation) {
@@ -249,6 +259,8 @@ core::Model mass_spring_model(std::string name, std::string summary, std::string
                 return std::make_unique<PreparedMassSprings>(body, common, make, options);
             },
         .modes = [=](const core::Problem &problem, int count) { return modes(problem, make, count); },
+        .compliance = [=](const core::Problem &problem,
+                          std::span<const core::InteriorPlace> places) { return compliance(problem, make, places); },
         .check = [=](const core::Problem &problem) { check(problem, make, options); },
         // Time stepping knows the loads before it begins, and the force of what presses to a depth is a result.
         .is_wanted = [relaxes = options.equilibrium == EquilibriumMethod::relaxation](

@@ -18,6 +18,8 @@
 #include "fem_reference/facet_conditions.hpp"
 #include "fem_reference/linear/chosen_solver.hpp"
 #include "fem_reference/linear/mixed_solver.hpp"
+#include "fem_reference/linear/place_weights.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::fem_reference {
 
@@ -77,6 +79,7 @@ struct StaticSolver::Impl {
                             ConstrainedSolution &found) const;
     std::vector<core::Solution> solve_together(std::span<const core::LoadCase> load_cases);
     core::Solution solve(const core::LoadCase &load_case, bool moves_mixed);
+    core::Compliance compliance(const core::LoadCase &load_case, std::span<const core::InteriorPlace> places);
     core::History motion(const core::LoadCase &load_case, const std::vector<double> &displacement);
     std::optional<core::History> motion_of_mixed(const core::LoadCase &load_case, std::vector<double> force,
                                                  const ConstrainedSolution &start);
@@ -239,6 +242,46 @@ std::vector<core::Solution> StaticSolver::solve(std::span<const core::LoadCase> 
         std::ranges::move(found, std::back_inserter(solutions));
     }
     return solutions;
+}
+
+core::Compliance StaticSolver::Impl::compliance(const core::LoadCase &load_case,
+                                                std::span<const core::InteriorPlace> places) {
+    check_facets(load_case, body->mesh);
+    const auto begin = Clock::now();
+    auto held = dof_conditions(load_case, matrices.system).prescribed;
+    for (double &value : held)
+        value = std::isnan(value) ? nan : 0.0;
+    const auto weights = place_weights(places, matrices.system, body->mesh);
+    const auto num_columns = 3 * weights.rows();
+    core::Compliance found;
+    found.matrix.resize(num_columns, num_columns);
+    found.degrees_of_freedom = static_cast<std::int64_t>(held.size()) + matrices.pressure.num_pressures();
+    const auto together = mixed ? static_cast<Eigen::Index>(mixed->max_columns()) : 1;
+    for (Eigen::Index first = 0; first < num_columns; first += together) {
+        std::vector<std::vector<double>> loads;
+        std::vector<Conditions> conditions;
+        for (auto column = first; column < std::min(first + together, num_columns); ++column)
+            loads.push_back(load_of(weights, column / 3, static_cast<int>(column % 3)));
+        for (const auto &load : loads)
+            conditions.push_back({held, load});
+        auto solutions =
+            mixed ? mixed->solve(conditions) : std::vector<ConstrainedSolution>{solver.solve(held, loads.front())};
+        for (std::size_t c = 0; c < solutions.size(); ++c) {
+            if (!solutions[c].unique)
+                throw support::InputError(fmt::format("{}: load case '{}' leaves the body free to move; constrain it",
+                                                      body->name, load_case.name));
+            const Eigen::Map<const Eigen::Matrix3Xd> displacement(solutions[c].displacement.data(), 3, weights.cols());
+            const Eigen::Matrix3Xd at_places = displacement * weights.transpose();
+            found.matrix.col(first + static_cast<Eigen::Index>(c)) = at_places.reshaped();
+        }
+    }
+    found.seconds = seconds_since(begin);
+    return found;
+}
+
+core::Compliance StaticSolver::compliance(const core::LoadCase &load_case,
+                                          std::span<const core::InteriorPlace> places) {
+    return impl_->compliance(load_case, places);
 }
 
 std::size_t StaticSolver::max_columns() const {

@@ -4,6 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "core/compliance.hpp"
+#include "core/interior_place.hpp"
 #include "core/problem.hpp"
 #include "core/solution.hpp"
 #include "fem_reference/linear/formulation.hpp"
@@ -67,6 +69,11 @@ class StaticSolver {
     /// together the solutions differ from those of one by one within the tolerance, and solve_seconds is a part of the
     /// time of all.
     std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases);
+
+    /// How the body gives way at some places inside, with what a load case constrains.
+    /// @throws support::InputError if the load case leaves the body free to move
+    /// @throws std::invalid_argument if a place is outside the body
+    core::Compliance compliance(const core::LoadCase &load_case, std::span<const core::InteriorPlace> places);
 
     /// How many load cases take less time together than one by one.
     std::size_t max_columns() const;
