@@ -120,4 +120,21 @@ std::optional<SurfacePoint> exit_point(const core::TetraMesh &mesh, const Vector
     return chosen;
 }
 
+core::Vector3 region_centroid(const std::string &name, const toml::node &place, const core::TetraMesh &mesh) {
+    const auto region = std::ranges::find(mesh.region_names, name) - mesh.region_names.begin();
+    if (region == std::ssize(mesh.region_names))
+        throw NotOnBody(support::place_of(place), fmt::format("the body has no region '{}'", name),
+                        fmt::format("it has {}", fmt::join(mesh.region_names, ", ")));
+    const auto volumes = tetrahedron_volumes(mesh);
+    core::Vector3 moment = core::Vector3::Zero();
+    double volume = 0.0;
+    for (int t = 0; t < mesh.num_tetrahedra(); ++t)
+        if (mesh.region[t] == region) {
+            for (const int node : mesh.tetrahedra[t])
+                moment += 0.25 * volumes[t] * mesh.points[node];
+            volume += volumes[t];
+        }
+    return moment / volume;
+}
+
 } // namespace livermark::load_cases

@@ -7,7 +7,7 @@
 #include "core/tetra_mesh.hpp"
 #include "support/toml_input.hpp"
 
-/// The little geometry of boundary triangles that selectors share. Facets are indices into mesh.boundary_triangles.
+/// The little geometry that selectors and needles share. Facets are indices into mesh.boundary_triangles.
 namespace livermark::load_cases {
 
 std::vector<int> all_facets(const core::TetraMesh &mesh);
@@ -35,6 +35,11 @@ struct SurfacePoint {
 /// The point of the facets that is nearest to a point [m].
 /// @param facets  at least one
 SurfacePoint nearest_point(const std::vector<int> &facets, const core::TetraMesh &mesh, const core::Vector3 &point);
+
+/// Of the volume of a region [m].
+/// @param place  where its name stands, for the message
+/// @throws NotOnBody if the body has no such region
+core::Vector3 region_centroid(const std::string &name, const toml::node &place, const core::TetraMesh &mesh);
 
 enum class Exit { first, last };
 

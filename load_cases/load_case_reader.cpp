@@ -115,7 +115,7 @@ void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core
 toml::table read_table(const std::string &text, const std::filesystem::path &file) {
     auto table = support::parse_toml(text, file);
     support::refuse_unknown_keys(table, {"title", "regime", "path", "target_peak_displacement", "scale_to_target",
-                                         "acceleration", "condition", "release", "probe", "tool"});
+                                         "acceleration", "condition", "release", "probe", "tool", "needle"});
     return table;
 }
 
@@ -137,7 +137,7 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file) {
     const auto table = read_table(support::read_text(toml_file), toml_file);
     core::LoadCase load_case;
     read_regime(table, load_case);
-    return {load_case.regime, table.contains("release"), table.contains("tool")};
+    return {load_case.regime, table.contains("release"), table.contains("tool"), table.contains("needle")};
 }
 
 core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core::TetraMesh &mesh) {

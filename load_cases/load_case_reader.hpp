@@ -16,6 +16,7 @@ struct LoadCaseKind {
     core::Regime regime;
     bool depends_on_time;
     bool moves_tool = false;
+    bool has_needle = false; ///< see read_needles()
 };
 
 /// @throws support::InputError

@@ -9,7 +9,8 @@ namespace livermark::studies {
 /// Where bodies and load cases stand below the root.
 inline constexpr const char *bodies_folder = "meshes";
 inline constexpr const char *load_cases_folder = "load_cases";
-inline constexpr const char *moving_load_cases_folder = "load_cases/moving"; ///< in which a tool moves
+inline constexpr const char *moving_load_cases_folder = "load_cases/moving";  ///< in which a tool moves
+inline constexpr const char *needle_load_cases_folder = "load_cases/needles"; ///< in which a needle is driven in
 
 /// A .toml file, or of a body also a mesh file, for each name or path that was asked for; all that ship if none was.
 /// @param folder  one of these

@@ -19,23 +19,6 @@ struct Place {
     std::optional<SurfacePoint> middle{};
 };
 
-Vector3 region_centroid(const std::string &name, const toml::node &place, const core::TetraMesh &mesh) {
-    const auto region = std::ranges::find(mesh.region_names, name) - mesh.region_names.begin();
-    if (region == std::ssize(mesh.region_names))
-        throw NotOnBody(support::place_of(place), fmt::format("the body has no region '{}'", name),
-                        fmt::format("it has {}", fmt::join(mesh.region_names, ", ")));
-    const auto volumes = tetrahedron_volumes(mesh);
-    Vector3 moment = Vector3::Zero();
-    double volume = 0.0;
-    for (int t = 0; t < mesh.num_tetrahedra(); ++t)
-        if (mesh.region[t] == region) {
-            for (const int node : mesh.tetrahedra[t])
-                moment += 0.25 * volumes[t] * mesh.points[node];
-            volume += volumes[t];
-        }
-    return moment / volume;
-}
-
 Place around_patch(const toml::table &disc, const core::TetraMesh &mesh) {
     const auto name = support::required_string(disc, "patch");
     Place place{"disc on " + name, facets_of_patch(name, *disc.get("patch"), mesh)};

@@ -1,0 +1,111 @@
+#include "load_cases/needle_reader.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <string>
+
+#include "load_cases/load_case_reader.hpp"
+#include "load_cases/selector.hpp"
+#include "tests/bad_input.hpp"
+#include "tests/test_meshes.hpp"
+
+namespace livermark {
+namespace {
+
+constexpr auto held_box = R"(title = "Needle"
+target_peak_displacement = 0.01
+[[condition]]
+patch = "z_min"
+displacement = [0.0, 0.0, 0.0]
+)";
+constexpr auto box_needle = R"([[needle]]
+name = "down"
+entry = "z_max"
+target = [0.05, 0.04, 0.05]
+diameter = 0.001
+spread = 0.01
+toughness = 150.0
+friction = 12.0
+)";
+
+class Needles : public testing::Test {
+  protected:
+    std::vector<core::Needle> read(const std::string &text) {
+        std::ofstream(file_) << text;
+        return load_cases::read_needles(file_, body_, load_cases::read_load_case(file_, body_.mesh));
+    }
+    void refused(const std::string &what, const std::string &by, const std::string &why) {
+        std::string text = std::string(held_box) + box_needle;
+        ASSERT_NE(text.find(what), std::string::npos) << what;
+        text.replace(text.find(what), what.size(), by);
+        tests::expect_input_error([&] { read(text); }, {why});
+    }
+    void TearDown() override { std::filesystem::remove(file_); }
+
+    core::Body body_ = *tests::make_body(tests::box_mesh({0.1, 0.08, 0.1}, {4, 4, 4}), {1000.0, 5000.0, 0.45});
+    std::filesystem::path file_ =
+        std::filesystem::temp_directory_path() /
+        (std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + "_needle.toml");
+};
+
+TEST_F(Needles, GoFromThePointOfAPatchThatIsNearestToTheirTarget) {
+    const auto needles = read(std::string(held_box) + box_needle);
+    ASSERT_EQ(needles.size(), 1U);
+    const auto &needle = needles.front();
+    EXPECT_LT((needle.entry - core::Vector3(0.05, 0.04, 0.1)).norm(), 1e-12);
+    EXPECT_DOUBLE_EQ(needle.depth(), 0.05);
+    EXPECT_DOUBLE_EQ(needle.tip_force(), 0.15);
+    EXPECT_DOUBLE_EQ(needle.puncture_force, 0.15) << "a nick was made first";
+}
+
+TEST_F(Needles, GoToTheCentroidOfARegionOrToADepth) {
+    auto text = std::string(box_needle);
+    text.replace(text.find("[0.05, 0.04, 0.05]"), 18, "\"solid\"");
+    const auto to_region = read(held_box + text);
+    EXPECT_LT((to_region.front().target - core::Vector3(0.05, 0.04, 0.05)).norm(), 1e-12);
+    text.replace(text.find("target = \"solid\""), 16, "depth = 0.03");
+    const auto to_depth = read(held_box + text);
+    EXPECT_LT((to_depth.front().target - core::Vector3(0.05, 0.04, 0.07)).norm(), 1e-12);
+}
+
+TEST_F(Needles, AreRefusedWhereTheyCannotBe) {
+    refused("0.04, 0.05]", "0.04, 0.15]", "leaves the body");
+    refused("0.04, 0.05]", "0.04, -0.05]", "leaves the body");
+    refused("0.04, 0.05]", "0.04, 0.005]", "within its 'spread' of where the body is held");
+    refused("0.04, 0.05]", "0.04, 0.095]", "less than its 'spread'");
+    refused("\"z_max\"", "\"z_min\"", "choose another entry");
+    refused("\"z_max\"", "[0.05, 0.04, 0.2]", "from the surface of the body");
+    refused("\"z_max\"", "\"dome\"", "dome");
+    refused("[0.05, 0.04, 0.05]", "\"tumour_1\"", "no region 'tumour_1'");
+    refused("target = [0.05, 0.04, 0.05]", "target = [0.05, 0.04, 0.05]\ndepth = 0.05", "give one of them");
+}
+
+TEST_F(Needles, AreRefusedWithNumbersThatCannotBe) {
+    refused("diameter = 0.001", "diameter = 0.0", "'diameter' is 0");
+    refused("diameter = 0.001", "diameter = 1.27", "in SI units");
+    refused("toughness = 150.0", "toughness = 0.0", "has to be positive");
+    refused("friction = 12.0", "friction = -1.0", "'friction' is -1");
+    refused("friction = 12.0", "friction = 12.0\npuncture_force = 0.1", "'puncture_force' is 0.1");
+    refused("friction = 12.0", "friction = 12.0\nstep = 0.000001", "choose a longer one");
+    refused("friction = 12.0", "friction = 12.0\nspeed = 1.0", "speed");
+    refused("name = \"down\"\n", "", "name");
+}
+
+TEST_F(Needles, AreRefusedTwice) {
+    const auto twice = std::string(held_box) + box_needle + box_needle;
+    tests::expect_input_error([&] { read(twice); }, {"two needles have the name 'down'"});
+    auto other = twice;
+    other.replace(other.rfind("\"down\""), 6, "\"again\"");
+    tests::expect_input_error([&] { read(other); }, {"'down' and 'again' go the same way"});
+}
+
+TEST_F(Needles, AreAloneInALoadCase) {
+    tests::expect_input_error([&] { read(held_box); }, {"there is no [[needle]]"});
+    auto text = std::string(held_box) + box_needle;
+    text.replace(text.find("displacement = [0.0"), 19, "displacement = [0.1");
+    tests::expect_input_error([&] { read(text); }, {"conditions only hold the body"});
+}
+
+} // namespace
+} // namespace livermark
