@@ -37,6 +37,11 @@ void list_moving_load_cases() {
         print_entry(file.stem().string(), load_cases::load_case_title(file));
 }
 
+void list_needle_load_cases() {
+    for (const auto &file : studies::find_toml_files({}, studies::needle_load_cases_folder, "load case"))
+        print_entry(file.stem().string(), load_cases::load_case_title(file));
+}
+
 void list_models() {
     for (const auto &model : models::all_models())
         print_entry(model.name, fmt::format("{} [{}]", model.summary, model.source));
@@ -66,6 +71,7 @@ const std::vector<List> &lists() {
     static const std::vector<List> table{{"bodies", list_bodies},
                                          {"load-cases", list_load_cases},
                                          {"moving-load-cases", list_moving_load_cases},
+                                         {"needle-load-cases", list_needle_load_cases},
                                          {"models", list_models},
                                          {"methods", list_methods},
                                          {"spring-laws", list_spring_laws},
@@ -76,8 +82,9 @@ const std::vector<List> &lists() {
 } // namespace
 
 Command add_list(CLI::App &parent) {
-    auto *command = parent.add_subcommand("list", "List the bodies, load cases, those with a moving tool, models, "
-                                                  "methods of the arena, spring laws or integrators");
+    auto *command =
+        parent.add_subcommand("list", "List the bodies, load cases, those with a moving tool or a needle, models, "
+                                      "methods of the arena, spring laws or integrators");
     auto what = std::make_shared<std::string>();
     const auto names = support::names_of(lists());
     command->add_option("what", *what, fmt::format("One of {}", fmt::join(names, ", ")))

@@ -34,6 +34,7 @@ int run(int argc, char **argv) {
     const std::vector<livermark::cli::Command> commands{
         livermark::cli::add_list(app),
         livermark::cli::add_modes(app, command_line),
+        livermark::cli::add_needle(app, command_line),
         livermark::cli::add_run(app, command_line),
         livermark::cli::add_arena(app, command_line),
         livermark::cli::add_cohort(app, command_line),

@@ -97,6 +97,7 @@ void read_file(const std::filesystem::path &file, const std::string &name, Repor
         return keep(results::read_arena(file), data.arenas, data.files.arenas);
     case results::FileKind::cohort: // none is left in the list
     case results::FileKind::modes:
+    case results::FileKind::needle:
     case results::FileKind::calibration:
     case results::FileKind::other:
         data.files.others.push_back(name);

@@ -95,6 +95,10 @@ ProblemSet read_all(const std::vector<std::string> &bodies, const std::vector<st
 
 ProblemSet read_problems(const std::vector<std::string> &bodies, const std::vector<std::string> &load_cases,
                          const meshes::MaterialOverride &material, bool may_leave_out) {
+    for (const auto &file : find_toml_files(load_cases, load_cases_folder, "load case"))
+        if (load_cases::load_case_kind(file).has_needle)
+            throw support::InputError(fmt::format(
+                "load case {} has a needle; ask 'livermark needle --load-case' for it", file.stem().string()));
     auto set = read_all(bodies, load_cases, material, may_leave_out);
     for (const auto &problem : set.problems)
         if (problem.load_case.tool)

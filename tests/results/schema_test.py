@@ -12,6 +12,7 @@ import h5py
 OTHER_FILES = {
     "Cohort files": "sample_cohort.h5",
     "Arena files": "sample_arena.h5",
+    "Needle files": "sample_needles.h5",
     "Tool scenes": "sample_scene.h5",
     "Stability files": "sample_stability.h5",
     "History files": "sample_histories.h5",
@@ -43,6 +44,8 @@ def general(path, file):
     """The path with <model> for the name of a model, <case> for that of a history, <n> for the number of a step, and
     <benchmark> for that of a benchmark."""
     path = re.sub(r"^/timings/[^@]+?(/seconds)?(?=@|$)", r"/timings/<benchmark>\1", path)
+    path = re.sub(r"^/needles/\d+(/models/[^/@]+)?",
+                  lambda found: "/needles/<n>" + ("/models/<model>" if found[1] else ""), path)
     path = re.sub(r"^/histories/[^/@]+(/\d+)?", lambda found: "/histories/<case>" + ("/<n>" if found[1] else ""), path)
     for model in file.get("/solutions", ()):
         path = re.sub(rf"(/solutions/|/comparisons/|/modes/|displacement_|error_){model}(?=[/@]|$)", r"\1<model>", path)
@@ -96,6 +99,8 @@ def sizes_of(file):
         return {"N": file["/points"].shape[0], "M": file["/tetrahedra"].shape[0],
                 "R": file["/materials/density"].shape[0], "H": file["/held"].shape[0],
                 "T": file["/tool/nodes"].shape[0], "K": file["/tool/time"].shape[0]}
+    if "needles" in file:
+        return {"J": file["/needles/0/models/judge/depth"].shape[0]}
     if "arena" in file:
         return {"M": file["/arena/budget"].shape[0], "K": file["/arena/time"].shape[0],
                 "F": file["/arena/error_over_time"].shape[1]}

@@ -5,11 +5,13 @@
 #include "results/hdf5/calibration_file.hpp"
 #include "results/hdf5/cohort_file.hpp"
 #include "results/hdf5/history_file.hpp"
+#include "results/hdf5/needle_file.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/stability_file.hpp"
 #include "results/hdf5/timings_file.hpp"
 #include "results/hdf5/tool_scene_file.hpp"
 #include "tests/sample_arena.hpp"
+#include "tests/sample_needles.hpp"
 #include "tests/sample_calibration.hpp"
 #include "tests/sample_cohort.hpp"
 #include "tests/sample_result.hpp"
@@ -46,6 +48,7 @@ int main(int argc, char **argv) {
     results::write_calibration(folder / "sample_calibration.h5", tests::sample_calibration(*result.problem.body));
     results::write_cohort(folder / "sample_cohort.h5", tests::sample_cohort());
     results::write_arena(folder / "sample_arena.h5", tests::sample_arena());
+    results::write_needles(folder / "sample_needles.h5", tests::sample_needles());
     const auto moved = tests::tool_block();
     results::write_tool_scene(
         folder / "sample_scene.h5", moved,

@@ -1,0 +1,393 @@
+#include "studies/needle/insertion.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <utility>
+
+namespace livermark::studies {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
+constexpr double spacing_over_radius = 1.0 / 3.0;
+/// Beyond the target, so that the tissue before the tip is there; the tip itself never gets there.
+constexpr int places_beyond = 2;
+/// Of lengths, over the spacing.
+constexpr double rounding = 1e-9;
+
+/// Two directions across an axis, and the axis itself, as rows.
+Eigen::Matrix3d frame_of(const core::Vector3 &axis) {
+    Eigen::Matrix3d frame;
+    frame.row(0) = axis;
+    frame.row(1) = axis.unitOrthogonal();
+    frame.row(2) = axis.cross(frame.row(1).transpose());
+    return frame;
+}
+
+/// The body along the axis of the needle and across it.
+class Tissue {
+  public:
+    Tissue(const MatrixXd &compliance, const core::Vector3 &axis) : frame_(frame_of(axis)) {
+        const Index count = compliance.rows() / 3;
+        along_.resize(count, count);
+        between_.resize(count, 2 * count);
+        across_.resize(2 * count, 2 * count);
+        for (Index i = 0; i < count; ++i)
+            for (Index j = 0; j < count; ++j) {
+                // Solvers leave a rounding.
+                const Eigen::Matrix3d block =
+                    0.5 * frame_ *
+                    (compliance.block<3, 3>(3 * i, 3 * j) + compliance.block<3, 3>(3 * j, 3 * i).transpose()) *
+                    frame_.transpose();
+                along_(i, j) = block(0, 0);
+                between_.block<1, 2>(i, 2 * j) = block.block<1, 2>(0, 1);
+                across_.block<2, 2>(2 * i, 2 * j) = block.block<2, 2>(1, 1);
+            }
+    }
+
+    /// With the first places held across.
+    struct Held {
+        MatrixXd along;              ///< (K, K) displacement along the axis for forces along it [m/N]
+        MatrixXd of_hold;            ///< (K, 2 h) the same for displacements across of what is held
+        Eigen::LLT<MatrixXd> across; ///< of what is held
+    };
+
+    const Held &held(Index count) {
+        const auto found = held_.find(count);
+        if (found != held_.end())
+            return found->second;
+        Held held;
+        held.across.compute(across_.topLeftCorner(2 * count, 2 * count));
+        const MatrixXd between = between_.leftCols(2 * count);
+        held.of_hold = held.across.solve(between.transpose()).transpose();
+        held.along = along_ - held.of_hold * between.transpose();
+        return held_.emplace(count, std::move(held)).first->second;
+    }
+
+    /// @return (2 h) what holds the places [N]
+    VectorXd forces_across(const VectorXd &along, const VectorXd &hold) {
+        return held(hold.size() / 2).across.solve(hold - between_.leftCols(hold.size()).transpose() * along);
+    }
+    /// @return (2 K) [m]
+    VectorXd displacement_across(const VectorXd &along, const VectorXd &across) const {
+        return between_.transpose() * along + across_.leftCols(across.size()) * across;
+    }
+    core::Vector3 in_space(double along, double across_1, double across_2) const {
+        return frame_.transpose() * core::Vector3(along, across_1, across_2);
+    }
+    Index size() const { return along_.rows(); }
+
+  private:
+    Eigen::Matrix3d frame_;
+    MatrixXd along_, between_, across_;
+    std::map<Index, Held> held_;
+};
+
+/// A needle in a body, one depth after the other.
+class Driving {
+  public:
+    Driving(const MatrixXd &compliance, const NeedleLine &line, const core::Needle &needle)
+        : tissue_(compliance, needle.direction()), needle_(needle), spacing_(line.spacing), target_(line.target),
+          stuck_at_(VectorXd::Constant(tissue_.size(), no_number)), along_(VectorXd::Zero(tissue_.size())),
+          shaft_(VectorXd::Zero(tissue_.size())), displacement_(VectorXd::Zero(tissue_.size())),
+          across_(VectorXd::Zero(2 * tissue_.size())), hold_(VectorXd::Zero(2)) {
+        found_.depth.push_back(0.0);
+        record(0.0);
+        for (auto *const sum : {&found_.work, &found_.friction, &found_.tearing})
+            sum->push_back(0.0);
+        found_.stored.push_back(0.0);
+    }
+
+    void go_to(double depth) {
+        const double before = tip_;
+        const bool was_whole = !is_punctured_;
+        const VectorXd old_displacement = displacement_, old_shaft = shaft_;
+        const double old_tip_force = tip_force_;
+        accept(found(depth), depth);
+        found_.depth.push_back(depth);
+        record(force());
+        add_energies(before, old_displacement, old_shaft, old_tip_force);
+        if (was_whole && is_punctured_) {
+            found_.puncture_depth = depth;
+            const auto j = found_.depth.size() - 1;
+            found_.puncture_loss = found_.work[j] - found_.stored[j] - found_.friction[j] - found_.tearing[j];
+        }
+    }
+
+    bool is_out() const { return tip_ <= 0.0 && force() <= 0.0; }
+    core::Insertion take() && { return std::move(found_); }
+    void plan_is_reached() { found_.at_plan = static_cast<int>(found_.depth.size()) - 1; }
+
+  private:
+    struct Trial {
+        double tip = 0.0, tip_force = 0.0;
+        VectorXd along;        ///< (K) forces of shaft and tip [N]
+        VectorXd shaft;        ///< (K) those of the shaft
+        VectorXd displacement; ///< (K) along the axis [m]
+        VectorXd hold;         ///< (2 h) displacements across of what is held [m]
+        double overlap = 0.0;  ///< of needle and tissue at the tip [m]
+    };
+
+    /// (K) parts that the places have of a point of the axis.
+    VectorXd parts_at(double point) const {
+        VectorXd parts = VectorXd::Zero(tissue_.size());
+        const double position = std::clamp(point / spacing_, 0.0, static_cast<double>(tissue_.size() - 1));
+        const Index below = std::min(static_cast<Index>(position), tissue_.size() - 2);
+        parts[below] = 1.0 - (position - static_cast<double>(below));
+        parts[below + 1] = 1.0 - parts[below];
+        return parts;
+    }
+
+    /// (K) length of the shaft that each place stands for [m].
+    VectorXd lengths(double tip) const {
+        VectorXd length = VectorXd::Zero(tissue_.size());
+        const double position = tip / spacing_;
+        for (Index k = 0; static_cast<double>(k) < position; ++k) {
+            const double part = std::min(position - static_cast<double>(k), 1.0);
+            length[k] += spacing_ * (part - 0.5 * part * part);
+            length[k + 1] += spacing_ * 0.5 * part * part;
+        }
+        return length;
+    }
+
+    /// The tissue with the tip at a point of it.
+    /// @param tip_force  that it exerts; if not given, from nothing to the largest, as it takes to be at the depth
+    Trial with_tip_at(double tip, double depth, std::optional<double> tip_force, double largest = 0.0) {
+        const double reach = std::min(tip, tip_) / spacing_ + rounding;
+        const Index num_held = std::min(hold_.size() / 2, static_cast<Index>(reach) + 1);
+        Trial trial{.tip = tip,
+                    .tip_force = tip_force.value_or(0.0),
+                    .along = {},
+                    .shaft = {},
+                    .displacement = {},
+                    .hold = hold_.head(2 * num_held),
+                    .overlap = 0.0};
+        const auto &held = tissue_.held(num_held);
+        const VectorXd at_tip = parts_at(tip), length = lengths(tip);
+        const Index num_touched = (length.array() > 0.0).count();
+        const VectorXd without_shaft = held.of_hold * trial.hold + held.along * (trial.tip_force * at_tip);
+
+        const Index unknowns = num_touched + (tip_force ? 0 : 1);
+        MatrixXd columns = MatrixXd::Zero(tissue_.size(), unknowns);
+        columns.topLeftCorner(num_touched, num_touched).setIdentity();
+        VectorXd wanted(unknowns), high(unknowns);
+        for (Index k = 0; k < num_touched; ++k) {
+            const double stuck = std::isnan(stuck_at_[k]) ? displacement_[k] - found_.depth.back() : stuck_at_[k];
+            wanted[k] = stuck + depth - without_shaft[k];
+            high[k] = needle_.friction * length[k];
+        }
+        VectorXd low = -high;
+        if (!tip_force) {
+            columns.col(num_touched) = at_tip;
+            wanted[num_touched] = depth - tip - at_tip.dot(without_shaft);
+            low[num_touched] = 0.0;
+            high[num_touched] = largest;
+        }
+        MatrixXd matrix = columns.transpose() * held.along * columns;
+        matrix.diagonal() *= 1.0 + 1e-9; // a tip at a place has its column twice
+        const VectorXd force = least_within_limits(matrix, wanted, low, high);
+        if (!tip_force)
+            trial.tip_force = force[num_touched];
+        trial.shaft = VectorXd::Zero(tissue_.size());
+        trial.shaft.head(num_touched) = force.head(num_touched);
+        trial.along = trial.shaft + trial.tip_force * at_tip;
+        trial.displacement = held.of_hold * trial.hold + held.along * trial.along;
+        trial.overlap = depth - tip - at_tip.dot(trial.displacement);
+        return trial;
+    }
+
+    /// The nearest point where the tip is at the depth, on the way to another one; that one if there is none.
+    Trial moved(double depth, double tip_force, double limit) {
+        const double way = limit > tip_ ? 1.0 : -1.0;
+        const auto goes_on = [&](const Trial &trial) { return way * trial.overlap > 0.0; };
+        double from = tip_;
+        auto trial = with_tip_at(from, depth, tip_force);
+        while (goes_on(trial)) {
+            double to = from + way * std::min(0.25 * spacing_, std::abs(limit - from));
+            trial = with_tip_at(to, depth, tip_force);
+            if (!goes_on(trial)) {
+                while (std::abs(to - from) > rounding * spacing_) {
+                    const double middle = 0.5 * (from + to);
+                    auto there = with_tip_at(middle, depth, tip_force);
+                    goes_on(there) ? from = middle : to = middle;
+                    if (to == middle)
+                        trial = std::move(there);
+                }
+                return trial;
+            }
+            from = to;
+            if (from == limit)
+                return trial;
+        }
+        return trial;
+    }
+
+    Trial found(double depth) {
+        const double end = spacing_ * static_cast<double>(tissue_.size() - 1);
+        if (tip_ < deepest_) { // in its own hole
+            auto trial = with_tip_at(tip_, depth, 0.0);
+            if (trial.overlap < 0.0)
+                return moved(depth, 0.0, 0.0);
+            trial = moved(depth, 0.0, deepest_);
+            if (trial.tip < deepest_ || trial.overlap <= 0.0)
+                return trial;
+            tip_ = deepest_;
+        }
+        const double largest = is_punctured_ ? needle_.tip_force() : needle_.puncture_force;
+        auto trial = with_tip_at(tip_, depth, std::nullopt, largest);
+        const double enough = rounding * spacing_;
+        if (trial.tip_force <= 0.0 && trial.overlap < -enough && tip_ > 0.0)
+            return moved(depth, 0.0, 0.0);
+        if (trial.tip_force >= largest && trial.overlap > enough) {
+            is_punctured_ = true;
+            return moved(depth, needle_.tip_force(), end);
+        }
+        return trial;
+    }
+
+    void accept(Trial trial, double depth) {
+        const VectorXd forces = tissue_.forces_across(trial.along, trial.hold);
+        across_ = tissue_.displacement_across(trial.along, forces);
+        stored_ = 0.5 * (trial.along.dot(trial.displacement) + forces.dot(trial.hold));
+        tip_ = trial.tip;
+        deepest_ = std::max(deepest_, tip_);
+        tip_force_ = trial.tip_force;
+        shaft_ = trial.shaft;
+        along_ = trial.along;
+        displacement_ = trial.displacement;
+        const VectorXd length = lengths(tip_);
+        for (Index k = 0; k < tissue_.size(); ++k)
+            stuck_at_[k] = length[k] > 0.0 ? displacement_[k] - depth : no_number;
+        const Index num_held = static_cast<Index>(tip_ / spacing_ + rounding) + 1;
+        const Index were_held = trial.hold.size();
+        hold_.resize(2 * num_held);
+        hold_ << trial.hold, across_.segment(were_held, 2 * num_held - were_held);
+    }
+
+    double force() const { return along_.sum(); }
+
+    void record(double force) {
+        found_.force.push_back(force);
+        found_.tip.push_back(tip_);
+        found_.target.push_back(
+            tissue_.in_space(displacement_[target_], across_[2 * target_], across_[2 * target_ + 1]));
+        found_.entry.push_back(displacement_[0]);
+    }
+
+    /// By the trapezoidal rule.
+    void add_energies(double tip_before, const VectorXd &old_displacement, const VectorXd &old_shaft,
+                      double old_tip_force) {
+        const auto j = found_.depth.size() - 1;
+        const double step = found_.depth[j] - found_.depth[j - 1];
+        const double tip_force = 0.5 * (old_tip_force + tip_force_);
+        const VectorXd mean_displacement = 0.5 * (old_displacement + displacement_);
+        // Tissue tears over its length as it is, not as it was at rest.
+        const double torn = tip_ - tip_before + (parts_at(tip_) - parts_at(tip_before)).dot(mean_displacement);
+        const double tearing = tip_ > tip_before ? std::max(tip_force * torn, 0.0) : 0.0;
+        const VectorXd mean_shaft = 0.5 * (old_shaft + shaft_);
+        const double sliding = mean_shaft.sum() * step - mean_shaft.dot(displacement_ - old_displacement);
+        found_.work.push_back(found_.work.back() + 0.5 * (found_.force[j] + found_.force[j - 1]) * step);
+        found_.friction.push_back(found_.friction.back() + sliding);
+        found_.tearing.push_back(found_.tearing.back() + tearing);
+        found_.stored.push_back(stored_);
+    }
+
+    Tissue tissue_;
+    core::Needle needle_;
+    double spacing_;
+    Index target_;
+    double tip_ = 0.0, deepest_ = 0.0, tip_force_ = 0.0, stored_ = 0.0;
+    bool is_punctured_ = false;
+    VectorXd stuck_at_;      ///< (K) displacement less depth of what touches the shaft, NaN of what does not
+    VectorXd along_, shaft_; ///< (K) forces of shaft and tip, and of the shaft alone [N]
+    VectorXd displacement_;  ///< (K) along the axis [m]
+    VectorXd across_;        ///< (2 K) [m]
+    VectorXd hold_;          ///< (2 h) of what is held [m]
+    core::Insertion found_;
+};
+
+enum class Side { low, free, high };
+
+/// How often the number of those on a wrong side may fail to fall before one alone changes sides.
+constexpr int most_goes = 3;
+
+} // namespace
+
+VectorXd least_within_limits(const MatrixXd &matrix, const VectorXd &b, const VectorXd &low, const VectorXd &high) {
+    const Index count = b.size();
+    if (count == 0)
+        return b;
+    std::vector<Side> side(count, Side::free);
+    VectorXd x(count);
+    Index fewest = count + 1;
+    int goes = most_goes;
+    while (true) {
+        std::vector<Index> free;
+        for (Index i = 0; i < count; ++i) {
+            if (side[i] == Side::free)
+                free.push_back(i);
+            else
+                x[i] = side[i] == Side::low ? low[i] : high[i];
+        }
+        VectorXd right = b;
+        for (Index i = 0; i < count; ++i)
+            if (side[i] != Side::free)
+                right -= x[i] * matrix.col(i);
+        if (!free.empty())
+            x(free) = matrix(free, free).llt().solve(right(free)).eval();
+        const VectorXd gradient = matrix * x - b;
+        const double slack = 1e-12 * (b.cwiseAbs().maxCoeff() + 1e-300);
+        std::vector<std::pair<Index, Side>> changes;
+        for (Index i = 0; i < count; ++i) {
+            if (side[i] == Side::free && x[i] < low[i])
+                changes.emplace_back(i, Side::low);
+            else if (side[i] == Side::free && x[i] > high[i])
+                changes.emplace_back(i, Side::high);
+            else if ((side[i] == Side::low && gradient[i] < -slack) || (side[i] == Side::high && gradient[i] > slack))
+                changes.emplace_back(i, Side::free);
+        }
+        if (changes.empty())
+            return x;
+        const auto wrong = static_cast<Index>(changes.size());
+        if (wrong < fewest) {
+            fewest = wrong;
+            goes = most_goes;
+        } else if (--goes < 0) {
+            changes.erase(changes.begin(), changes.end() - 1); // Murty's rule: it ends
+        }
+        for (const auto &[i, to] : changes)
+            side[i] = to;
+    }
+}
+
+NeedleLine needle_line(const core::Needle &needle) {
+    NeedleLine line;
+    line.target = std::max(2, static_cast<int>(std::ceil(needle.depth() / (spacing_over_radius * needle.spread))));
+    line.spacing = needle.depth() / line.target;
+    for (int k = 0; k <= line.target + places_beyond; ++k)
+        line.places.push_back({needle.entry + k * line.spacing * needle.direction(), needle.spread});
+    return line;
+}
+
+core::Insertion insert(const MatrixXd &compliance, const NeedleLine &line, const core::Needle &needle) {
+    Driving driving(compliance, line, needle);
+    const int steps = std::max(1, static_cast<int>(std::ceil(needle.depth() / needle.step - rounding)));
+    const auto depth_after = [&](int step) { return needle.depth() * step / steps; };
+    for (int step = 1; step <= steps; ++step)
+        driving.go_to(depth_after(step));
+    driving.plan_is_reached();
+    // Tissue that sticks to the shaft may come along outwards, no further than it went in.
+    for (int step = steps - 1; step >= -steps && !driving.is_out(); --step)
+        driving.go_to(depth_after(step));
+    return std::move(driving).take();
+}
+
+} // namespace livermark::studies

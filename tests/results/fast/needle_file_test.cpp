@@ -1,0 +1,61 @@
+#include "results/hdf5/needle_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include "results/hdf5/file_kind.hpp"
+#include "results/provenance.hpp"
+#include "results/tables/needle_table.hpp"
+#include "support/input_error.hpp"
+#include "tests/result_folder.hpp"
+#include "tests/sample_needles.hpp"
+
+namespace livermark::results {
+namespace {
+
+using NeedleFiles = tests::ResultFolder;
+
+TEST_F(NeedleFiles, HoldWhatWasWritten) {
+    auto written = tests::sample_needles();
+    written.provenance = current_provenance("livermark needle");
+    write_needles(path_, written);
+    EXPECT_EQ(kind_of_file(path_), FileKind::needle);
+    const auto read = read_needles_file(path_);
+    EXPECT_EQ(read.provenance, written.provenance);
+    EXPECT_EQ(read.load_case, "biopsy");
+    ASSERT_EQ(read.needles.size(), 1U);
+    const auto &study = read.needles.front(), &expected = written.needles.front();
+    EXPECT_EQ(study.needle.target, expected.needle.target);
+    EXPECT_EQ(study.needle.friction, 20.0);
+    EXPECT_EQ(study.reference_force_change, 0.004);
+    ASSERT_EQ(study.runs.size(), 2U);
+    EXPECT_EQ(study.runs[0].model, "judge");
+    EXPECT_EQ(study.runs[1].insertion.force, expected.runs[1].insertion.force);
+    EXPECT_EQ(study.runs[1].insertion.target, expected.runs[1].insertion.target);
+    EXPECT_EQ(study.runs[1].insertion.puncture_depth, 0.01);
+    EXPECT_EQ(study.runs[1].insertion.at_plan, 2);
+}
+
+TEST_F(NeedleFiles, AreRefusedWhereTheyCannotBe) {
+    EXPECT_THROW(read_needles_file(directory_ / "none.h5"), support::InputError);
+    auto wrong = tests::sample_needles();
+    wrong.needles[0].runs[1].insertion.at_plan = 1;
+    write_needles(path_, wrong);
+    EXPECT_THROW(read_needles_file(path_), support::InputError);
+    wrong = tests::sample_needles();
+    wrong.needles[0].runs[0].insertion.force.pop_back();
+    write_needles(path_, wrong);
+    EXPECT_THROW(read_needles_file(path_), support::InputError);
+}
+
+TEST_F(NeedleFiles, HaveATableOfWhereTheTargetIs) {
+    const auto table = needle_table(tests::sample_needles());
+    ASSERT_EQ(table.rows.size(), 2U);
+    EXPECT_EQ(table.rows[0], (std::vector<std::string>{"to tumour 1", "judge (reference)", "5.00", "-", "4.00", "2.000",
+                                                       "2.000", "-", "0.500", "-"}));
+    EXPECT_EQ(table.rows[1], (std::vector<std::string>{"to tumour 1", "springs", "5.00", "0.00", "4.00", "2.200",
+                                                       "2.200", "10.0", "0.550", "10.0"}));
+    EXPECT_NE(needle_note(tests::sample_needles()).find("0.010 mm"), std::string::npos);
+}
+
+} // namespace
+} // namespace livermark::results
