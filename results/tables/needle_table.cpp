@@ -47,11 +47,17 @@ Layout needle_table(const NeedleFile &file) {
 
 std::string needle_note(const NeedleFile &file) {
     std::string note;
-    for (const auto &study : file.needles)
+    for (const auto &study : file.needles) {
+        if (std::isnan(study.reference_miss_change)) {
+            note += fmt::format("{}: {} is on the mesh itself, and how far it is from finer ones is not known\n",
+                                printable(study.needle.name), study.runs.front().model);
+            continue;
+        }
         note += fmt::format("{}: the last refinement of {} near the needle moved the target by {:.3f} mm and changed "
                             "the force by {:.2f} %\n",
                             printable(study.needle.name), study.runs.front().model,
                             millimetres * study.reference_miss_change, percent * study.reference_force_change);
+    }
     return note;
 }
 
