@@ -46,9 +46,9 @@ bool are_statically_equal(const LoadCase &a, const LoadCase &b) {
         return std::equal(x.begin(), x.end(), y.begin(), same_component);
     };
     return a.regime == b.regime && a.path == b.path && a.follows == b.follows && a.node_factor == b.node_factor &&
-           a.round_loads == b.round_loads && a.round_load == b.round_load && a.condition == b.condition &&
-           a.constraint == b.constraint && a.press_depth == b.press_depth && a.acceleration == b.acceleration &&
-           std::ranges::equal(a.value, b.value, same_value);
+           a.node_shift == b.node_shift && a.round_loads == b.round_loads && a.round_load == b.round_load &&
+           a.condition == b.condition && a.constraint == b.constraint && a.press_depth == b.press_depth &&
+           a.acceleration == b.acceleration && std::ranges::equal(a.value, b.value, same_value);
 }
 
 bool constrain_the_same(const LoadCase &a, const LoadCase &b) {
@@ -73,6 +73,8 @@ LoadCase scaled(LoadCase load_case, double factor) {
     for (int facet = 0; facet < static_cast<int>(load_case.value.size()); ++facet)
         if (!load_case.presses(facet))
             load_case.value[facet] *= factor; // NaN, a free component, stays NaN
+    for (auto &shift : load_case.node_shift)
+        shift *= factor;
     load_case.press_depth *= factor;
     load_case.acceleration *= factor;
     load_case.load_scale *= factor;
@@ -83,7 +85,7 @@ bool is_driven(const LoadCase &load_case) {
     const auto is_load = [](double component) { return component < 0.0 || component > 0.0; }; // not NaN
     const auto drives = [&](const Vector3 &value) { return std::ranges::any_of(value, is_load); };
     return is_load(load_case.press_depth) || drives(load_case.acceleration) ||
-           std::ranges::any_of(load_case.value, drives);
+           std::ranges::any_of(load_case.value, drives) || std::ranges::any_of(load_case.node_shift, drives);
 }
 
 } // namespace livermark::core

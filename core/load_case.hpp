@@ -89,6 +89,9 @@ struct LoadCase {
     /// (N) what prescribed displacements are multiplied by at each node of the mesh, linear along edges: how a round
     /// tool sinks in. Empty where all are as the value says.
     std::vector<double> node_factor;
+    /// (N) what is added to prescribed displacements at each node of the mesh, linear along edges: how a place moved
+    /// that was measured [m]. Free components stay free. Empty where nothing is added.
+    std::vector<Vector3> node_shift;
     Vector3 acceleration = Vector3::Zero();    ///< body force per mass [m/s^2]
     std::vector<std::string> constraint_names; ///< (P) the places whose force is a result: they hold, or press
     std::vector<int> constraint;               ///< (T) index into constraint_names, -1 where the force is known
@@ -108,6 +111,11 @@ struct LoadCase {
 
     /// What a prescribed displacement is multiplied by at a node of the mesh.
     double factor_at(int node) const { return node_factor.empty() ? 1.0 : node_factor[node]; }
+    /// What a facet prescribes at one of its nodes [m]; NaN = component is free.
+    Vector3 prescribed_at(int facet, int node) const {
+        const Vector3 prescribed = factor_at(node) * value[facet];
+        return node_shift.empty() ? prescribed : Vector3(prescribed + node_shift[node]);
+    }
     /// The same in the middle of an edge.
     double factor_between(int a, int b) const {
         return node_factor.empty() ? 1.0 : 0.5 * (node_factor[a] + node_factor[b]);

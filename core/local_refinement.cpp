@@ -189,6 +189,9 @@ LoadCase on_parts(const LoadCase &load_case, const BisectedBody &parts) {
     if (!load_case.node_factor.empty())
         for (const auto &[a, b] : parts.parent_edge)
             result.node_factor.push_back(load_case.factor_between(a, b));
+    if (!load_case.node_shift.empty())
+        for (const auto &[a, b] : parts.parent_edge)
+            result.node_shift.emplace_back(0.5 * (load_case.node_shift[a] + load_case.node_shift[b]));
     return result;
 }
 

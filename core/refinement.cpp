@@ -109,6 +109,9 @@ LoadCase refine(const LoadCase &load_case, const TetraMesh &coarse) {
     if (!load_case.node_factor.empty())
         for (const auto &[a, b] : edge_table(coarse.tetrahedra).edges)
             refined.node_factor.push_back(load_case.factor_between(a, b));
+    if (!load_case.node_shift.empty())
+        for (const auto &[a, b] : edge_table(coarse.tetrahedra).edges)
+            refined.node_shift.emplace_back(0.5 * (load_case.node_shift[a] + load_case.node_shift[b]));
     return refined;
 }
 

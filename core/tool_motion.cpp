@@ -42,6 +42,7 @@ LoadCase with_slide(LoadCase load_case) {
         if (load_case.constraint[f] == tool.constraint)
             load_case.value[f] = tool.slide;
     load_case.node_factor.clear();
+    load_case.node_shift.clear();
     return load_case;
 }
 

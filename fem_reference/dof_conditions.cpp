@@ -11,19 +11,22 @@ namespace {
 
 constexpr double is_free = std::numeric_limits<double>::quiet_NaN();
 
-/// What prescribed displacements are multiplied by at the nodes of the facets; 1 at all others.
-std::vector<double> factors(const core::LoadCase &load_case, const ElasticSystem &system) {
-    std::vector<double> factor(system.points.size(), 1.0);
-    if (load_case.node_factor.empty())
-        return factor;
+/// Values at the nodes of the mesh as those of all nodes of the facets, linear along edges.
+/// @param at_mesh_nodes  (N), or empty
+/// @param elsewhere      at nodes that are on no facet, and everywhere where there are no values
+template <class T>
+std::vector<T> at_facet_nodes(const std::vector<T> &at_mesh_nodes, const ElasticSystem &system, const T &elsewhere) {
+    std::vector<T> values(system.points.size(), elsewhere);
+    if (at_mesh_nodes.empty())
+        return values;
     for (std::size_t node = 0; node < system.mesh_node.size(); ++node)
-        factor[system.mesh_node[node]] = load_case.node_factor[node];
+        values[system.mesh_node[node]] = at_mesh_nodes[node];
     for (std::size_t first = 0; first < system.facet_nodes.size(); first += system.nodes_per_facet)
         for (int middle = 3; middle < system.nodes_per_facet; ++middle) {
             const int a = system.facet_nodes[first + middle - 3], b = system.facet_nodes[first + (middle - 2) % 3];
-            factor[system.facet_nodes[first + middle]] = 0.5 * (factor[a] + factor[b]);
+            values[system.facet_nodes[first + middle]] = 0.5 * (values[a] + values[b]);
         }
-    return factor;
+    return values;
 }
 
 /// (nodes_per_facet) integrals of the shape functions over a facet, weighted with what a round tool presses [m^2].
@@ -66,7 +69,9 @@ DofConditions dof_conditions(const core::LoadCase &load_case, const ElasticSyste
         for (int i = 0; i < 3; ++i)
             dofs.load.push_back(mass * load_case.acceleration[i]);
 
-    const auto factor = factors(load_case, system);
+    const auto factor = at_facet_nodes(load_case.node_factor, system, 1.0);
+    const core::Vector3 none = core::Vector3::Zero();
+    const auto shift = at_facet_nodes(load_case.node_shift, system, none);
     for (std::size_t f = 0; f < load_case.condition.size(); ++f) {
         if (load_case.condition[f] == core::FacetCondition::traction)
             add_traction(load_case, static_cast<int>(f), system, dofs.load);
@@ -80,7 +85,7 @@ DofConditions dof_conditions(const core::LoadCase &load_case, const ElasticSyste
                 if (load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
                     (owner < 0 || load_case.constraint[f] < owner)) {
                     owner = load_case.constraint[f];
-                    dofs.prescribed[dof] = factor[system.facet_nodes[k]] * value;
+                    dofs.prescribed[dof] = factor[system.facet_nodes[k]] * value + shift[system.facet_nodes[k]][i];
                 }
             }
         }

@@ -40,7 +40,7 @@ NodalConditions nodal_conditions(const core::Problem &problem, const std::vector
         }
         if (load_case.condition[f] == core::FacetCondition::prescribed_displacement)
             for (const int node : mesh.boundary_triangles[f])
-                prescribe(nodes, node, load_case.factor_at(node) * load_case.value[f], load_case.constraint[f]);
+                prescribe(nodes, node, load_case.prescribed_at(f, node), load_case.constraint[f]);
     }
     return nodes;
 }

@@ -48,6 +48,8 @@ core::Problem sample_problem(int num_bricks) {
             load_case.round_load[f] = static_cast<int>(f % 8);
     load_case.node_factor.assign(body->mesh.points.size(), 1.0);
     load_case.node_factor.back() = 0.5;
+    load_case.node_shift.assign(body->mesh.points.size(), core::Vector3::Zero());
+    load_case.node_shift.front() = {0.001, 0.0, -0.002};
     for (int y = 1; y <= 7; ++y)
         load_case.yielded.push_back({"jaw " + std::to_string(y), 0.03 * y});
     load_case.release = core::Release{52, 0.01, {1.5, 1e-4}, {{"tip", 3}, {"dome", 0}, {"edge", 5}}};

@@ -92,6 +92,8 @@ Part at_nodes_of(int rank, const Part &whole) {
         part.mesh_node.push_back(whole.mesh_node[node]);
         if (!load_case.node_factor.empty())
             conditions.node_factor.push_back(load_case.node_factor[node]);
+        if (!load_case.node_shift.empty())
+            conditions.node_shift.push_back(load_case.node_shift[node]);
     }
     for (const auto t : kept) {
         auto corners = mesh.tetrahedra[t];

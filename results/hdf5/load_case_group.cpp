@@ -127,6 +127,8 @@ void write_load_case(OutputFile &file, const core::LoadCase &load_case) {
         file.dataset("/load_case/follows", load_case.follows, "");
     if (!load_case.node_factor.empty())
         file.dataset("/load_case/node_factor", load_case.node_factor, "");
+    if (!load_case.node_shift.empty())
+        file.dataset("/load_case/node_shift", load_case.node_shift, "m");
     if (!load_case.round_load.empty())
         write_round_loads(file, load_case);
     if (!load_case.path.empty())
@@ -186,6 +188,10 @@ core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles, 
         if (!std::ranges::all_of(load_case.node_factor,
                                  [](double factor) { return factor >= 0.0 && std::isfinite(factor); }))
             file.refuse("/load_case/node_factor", "holds what is not a number from 0");
+    }
+    if (file.has("/load_case/node_shift")) {
+        load_case.node_shift = file.dataset<core::Vector3>("/load_case/node_shift", num_nodes);
+        check_finite(file, "/load_case/node_shift", load_case.node_shift);
     }
     if (file.has("/load_case/round_load"))
         read_round_loads(file, num_triangles, load_case);

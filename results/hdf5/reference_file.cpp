@@ -56,6 +56,8 @@ std::string fingerprint(const core::Problem &problem, const std::string &model) 
         hash.add(value);
     for (const double factor : load_case.node_factor)
         hash.add(factor);
+    for (const auto &shift : load_case.node_shift)
+        hash.add(shift);
     hash.add_integers(load_case.round_load);
     for (const auto &load : load_case.round_loads) {
         hash.add(load.middle);

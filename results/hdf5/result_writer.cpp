@@ -100,6 +100,8 @@ void check_shapes(const Result &result) {
         require_size(load_case.round_load.size(), mesh.boundary_triangles.size(), "the round tools of the load case");
     if (!load_case.node_factor.empty())
         require_size(load_case.node_factor.size(), mesh.points.size(), "the factor at the nodes of the load case");
+    if (!load_case.node_shift.empty())
+        require_size(load_case.node_shift.size(), mesh.points.size(), "the shift at the nodes of the load case");
     std::set<std::string> names;
     for (const ModelResult &model : result.models) {
         check_model(model, result.problem);

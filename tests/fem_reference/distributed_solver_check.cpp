@@ -32,6 +32,8 @@ core::Problem rod(double poisson_ratio, const std::array<int, 3> &bricks = {5, 4
     tests::pull(problem.load_case, problem.body->mesh, "z_max", {20.0, -10.0, 5.0});
     for (const auto &point : problem.body->mesh.points)
         problem.load_case.node_factor.push_back(1.0 + 5.0 * point.y());
+    for (const auto &point : problem.body->mesh.points)
+        problem.load_case.node_shift.emplace_back(0.002 * point.z(), -0.001 * point.y(), 0.0);
     return problem;
 }
 

@@ -49,9 +49,11 @@ std::vector<Vector3> prescribed_displacement(const core::LoadCase &load_case, co
                 for (std::size_t k = 0; k < fem.facets[f].size(); ++k) {
                     const auto &nodes = fem.facets[f];
                     const int a = nodes[k % 3], b = k < 3 ? a : nodes[(k + 1) % 3];
+                    const Vector3 prescribed = 0.5 * (load_case.prescribed_at(static_cast<int>(f), a) +
+                                                      load_case.prescribed_at(static_cast<int>(f), b));
                     for (int i = 0; i < 3; ++i)
                         if (std::isnan(value[nodes[k]][i]))
-                            value[nodes[k]][i] = load_case.factor_between(a, b) * load_case.value[f][i];
+                            value[nodes[k]][i] = prescribed[i];
                 }
     return value;
 }

@@ -81,11 +81,13 @@ TEST(LocalRefinement, KeepsWhatIsPrescribedLinearBetweenNodes) {
     auto problem = pressed_box();
     for (const auto &point : problem.body->mesh.points)
         problem.load_case.node_factor.push_back(1.0 + point.x() - 2.0 * point.z());
+    problem.load_case.node_shift = problem.body->mesh.points;
     const auto refined = core::refine_at_rims(problem, 2);
     ASSERT_EQ(refined.load_case.node_factor.size(), refined.body->mesh.points.size());
     for (int node = 0; node < refined.body->mesh.num_nodes(); ++node) {
         const auto &point = refined.body->mesh.points[node];
         EXPECT_NEAR(refined.load_case.factor_at(node), 1.0 + point.x() - 2.0 * point.z(), 1e-15);
+        EXPECT_LT((refined.load_case.node_shift[node] - point).norm(), 1e-15);
     }
 }
 

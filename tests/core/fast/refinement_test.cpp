@@ -165,6 +165,7 @@ TEST(Refinement, CarriesTheConditionsOverOnTheFacets) {
     load_case.acceleration = {0.0, 0.0, -9.81};
     for (const auto &point : body->mesh.points)
         load_case.node_factor.push_back(1.0 + point.x());
+    load_case.node_shift = body->mesh.points;
     const auto fine = refine(Problem{body, load_case});
     const auto same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
     ASSERT_EQ(fine.load_case.condition.size(), fine.body->mesh.boundary_triangles.size());
@@ -178,6 +179,9 @@ TEST(Refinement, CarriesTheConditionsOverOnTheFacets) {
     }
     for (int node = 0; node < fine.body->mesh.num_nodes(); ++node)
         EXPECT_NEAR(fine.load_case.factor_at(node), 1.0 + fine.body->mesh.points[node].x(), 1e-15);
+    ASSERT_EQ(fine.load_case.node_shift.size(), fine.body->mesh.points.size());
+    for (int node = 0; node < fine.body->mesh.num_nodes(); ++node)
+        EXPECT_LT((fine.load_case.node_shift[node] - fine.body->mesh.points[node]).norm(), 1e-15);
     EXPECT_EQ(fine.load_case.constraint_names, load_case.constraint_names);
     EXPECT_EQ(fine.load_case.acceleration, load_case.acceleration);
     EXPECT_EQ(fine.load_case.name, load_case.name);

@@ -80,6 +80,20 @@ TEST_P(FemLoadCases, AFactorAtTheNodesIsLinearBetweenThem) {
         EXPECT_LT((solution.displacement[node] - load_case.node_factor[node] * value).norm(), 1e-10 * value.norm());
 }
 
+/// The same where the displacement of each node is given, in all directions.
+TEST_P(FemLoadCases, AShiftOfTheNodesIsLinearBetweenThem) {
+    Eigen::Matrix3d gradient;
+    gradient << 0.01, 0.02, -0.01, 0.0, -0.02, 0.005, 0.01, 0.0, 0.01; // without change of volume
+    for (const auto &patch : mesh.patch_names)
+        tests::prescribe(load_case, mesh, patch, Vector3::Zero());
+    for (const auto &point : mesh.points)
+        load_case.node_shift.emplace_back(gradient * point);
+    const auto solution = fem_reference::solve_static({body, load_case}, GetParam());
+    ASSERT_EQ(solution.status, core::SolutionStatus::ok) << solution.message;
+    for (int node = 0; node < mesh.num_nodes(); ++node)
+        EXPECT_LT((solution.displacement[node] - load_case.node_shift[node]).norm(), 1e-11);
+}
+
 /// Forces at the nodes do the work of the traction on every displacement that the elements have, and so on x^degree.
 TEST_P(FemLoadCases, WhatARoundToolPressesDoesItsWork) {
     const core::RoundLoad tool{{0.05, 0.03, box_size.z()}, 0.025};

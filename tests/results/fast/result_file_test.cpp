@@ -77,6 +77,7 @@ void expect_equal(const core::LoadCase &a, const core::LoadCase &b) {
     EXPECT_EQ(a.path, b.path);
     EXPECT_EQ(a.follows, b.follows);
     EXPECT_EQ(a.node_factor, b.node_factor);
+    EXPECT_EQ(a.node_shift, b.node_shift);
     EXPECT_EQ(a.round_load, b.round_load);
     EXPECT_EQ(a.round_loads, b.round_loads);
     ASSERT_EQ(a.yielded.size(), b.yielded.size());
