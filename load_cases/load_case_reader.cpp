@@ -9,6 +9,7 @@
 #include "core/tool_motion.hpp"
 #include "load_cases/effects.hpp"
 #include "load_cases/free_body.hpp"
+#include "load_cases/load_case_table.hpp"
 #include "load_cases/place_apart.hpp"
 #include "load_cases/regime_reader.hpp"
 #include "load_cases/release_reader.hpp"
@@ -112,10 +113,14 @@ void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core
     }
 }
 
-toml::table read_table(const std::string &text, const std::filesystem::path &file) {
-    auto table = support::parse_toml(text, file);
+void refuse_unknown_keys_of_load_case(const toml::table &table) {
     support::refuse_unknown_keys(table, {"title", "regime", "path", "target_peak_displacement", "scale_to_target",
                                          "acceleration", "condition", "release", "probe", "tool", "needle"});
+}
+
+toml::table read_table(const std::string &text, const std::filesystem::path &file) {
+    auto table = support::parse_toml(text, file);
+    refuse_unknown_keys_of_load_case(table);
     return table;
 }
 
@@ -146,11 +151,17 @@ core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core
 
 core::LoadCase parse_load_case(const std::string &text, const std::filesystem::path &file,
                                const core::TetraMesh &mesh) {
-    const auto table = read_table(text, file);
+    auto load_case = load_case_of_table(support::parse_toml(text, file), file, mesh);
+    load_case.definition = text;
+    return load_case;
+}
+
+core::LoadCase load_case_of_table(const toml::table &table, const std::filesystem::path &file,
+                                  const core::TetraMesh &mesh) {
+    refuse_unknown_keys_of_load_case(table);
     core::LoadCase load_case;
     load_case.name = file.stem().string();
     load_case.title = support::required_string(table, "title");
-    load_case.definition = text;
     read_regime(table, load_case);
     load_case.target_peak_displacement = support::required_number(table, "target_peak_displacement");
     if (!(load_case.target_peak_displacement > 0.0))

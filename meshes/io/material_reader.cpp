@@ -1,0 +1,38 @@
+#include "meshes/io/material_reader.hpp"
+
+#include <fmt/format.h>
+
+#include "core/plausible_liver.hpp"
+#include "support/input_error.hpp"
+
+namespace livermark::meshes {
+
+void check_material(const core::Material &material, const std::string &place) {
+    if (!(material.density > 0.0))
+        throw support::InputError(
+            fmt::format("{}: the density is {} kg/m^3; it has to be positive", place, material.density));
+    if (!(material.young_modulus > 0.0))
+        throw support::InputError(
+            fmt::format("{}: Young's modulus is {} Pa; it has to be positive", place, material.young_modulus));
+    if (!(material.poisson_ratio > -1.0 && material.poisson_ratio < 0.5))
+        throw support::InputError(
+            fmt::format("{}: Poisson's ratio is {}; it has to lie between -1 and 0.5, both excluded", place,
+                        material.poisson_ratio));
+    if (material.poisson_ratio > core::largest_poisson_ratio)
+        throw support::InputError(
+            fmt::format("{}: Poisson's ratio is {:.12g}, so close to 0.5 that its equations have no "
+                        "solution in double precision; take {} at most",
+                        place, material.poisson_ratio, core::largest_poisson_ratio));
+}
+
+core::Material read_material(const toml::table &table) {
+    support::refuse_unknown_keys(table, {"density", "young_modulus", "poisson_ratio", "source"});
+    support::required_string(table, "source");
+    const core::Material material{.density = support::required_number(table, "density"),
+                                  .young_modulus = support::required_number(table, "young_modulus"),
+                                  .poisson_ratio = support::required_number(table, "poisson_ratio")};
+    check_material(material, support::place_of(table));
+    return material;
+}
+
+} // namespace livermark::meshes
