@@ -1,0 +1,86 @@
+#include "experiments/experiment.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+#include "core/bounding_box.hpp"
+#include "experiments/marker_field.hpp"
+#include "support/input_error.hpp"
+
+namespace livermark::experiments {
+
+namespace {
+
+using core::Vector3;
+
+constexpr double largest_peg = 0.2; ///< of the extent of a body: how far a marker may stand off it
+constexpr std::size_t fewest_compared = 3;
+
+} // namespace
+
+void check(const Experiment &experiment, const std::string &place) {
+    const auto body = experiment.body(experiment.edge_length);
+    const double extent = core::extent(body.mesh.points);
+    std::vector<Vector3> positions;
+    for (const auto &marker : experiment.markers)
+        positions.push_back(marker.position);
+    const auto outside = MarkerField(body.mesh, positions).outside();
+    for (std::size_t k = 0; k < outside.size(); ++k)
+        if (!(outside[k] <= largest_peg * extent))
+            throw support::InputError(
+                fmt::format("{}: marker {} is {:.3g} m outside the body, which is {:.3g} m across; check the unit and "
+                            "the frame of the markers, and where the body is",
+                            place, experiment.markers[k].name, outside[k], extent));
+    if (experiment.states.empty())
+        throw support::InputError(fmt::format("{}: nothing was measured; add a state", place));
+    for (const auto &state : experiment.states) {
+        std::size_t num_compared = 0;
+        if (state.displacement.size() != experiment.markers.size())
+            throw support::InputError(fmt::format("{}: state {} has {} markers and the body {}; give each a position",
+                                                  place, state.name, state.displacement.size(),
+                                                  experiment.markers.size()));
+        for (std::size_t k = 0; k < state.displacement.size(); ++k) {
+            const auto &displacement = state.displacement[k];
+            const bool is_seen = displacement.allFinite();
+            if (is_seen && displacement.norm() > extent)
+                throw support::InputError(
+                    fmt::format("{}: marker {} moved by {:.3g} m in state {}, and the body is {:.3g} m across; check "
+                                "the unit and whether positions stand where displacements should",
+                                place, experiment.markers[k].name, displacement.norm(), state.name, extent));
+            if (experiment.markers[k].drives.empty() && is_seen)
+                ++num_compared;
+        }
+        if (num_compared < fewest_compared)
+            throw support::InputError(fmt::format("{}: {} markers can be compared in state {}; {} are needed", place,
+                                                  num_compared, state.name, fewest_compared));
+    }
+}
+
+std::vector<PlaceMotion> driven_places(const Experiment &experiment, const MeasuredState &state) {
+    std::vector<std::string> patches;
+    for (const auto &marker : experiment.markers)
+        if (!marker.drives.empty() && std::ranges::find(patches, marker.drives) == patches.end())
+            patches.push_back(marker.drives);
+    std::vector<PlaceMotion> places;
+    for (const auto &patch : patches) {
+        std::vector<Vector3> positions, displacements;
+        for (std::size_t k = 0; k < experiment.markers.size(); ++k)
+            if (experiment.markers[k].drives == patch) {
+                positions.push_back(experiment.markers[k].position);
+                displacements.push_back(state.displacement[k]);
+            }
+        places.push_back({patch, FittedMotion(positions, displacements, experiment.fit_degree,
+                                              fmt::format("{}: place {}", experiment.name, patch))});
+    }
+    return places;
+}
+
+core::Problem problem_of(const Experiment &experiment, const MeasuredState &state,
+                         const std::shared_ptr<const core::Body> &body) {
+    core::Problem problem{body, state.load_case(body->mesh)};
+    for (const auto &place : driven_places(experiment, state))
+        drive(problem.load_case, body->mesh, place);
+    return problem;
+}
+
+} // namespace livermark::experiments

@@ -1,0 +1,120 @@
+#include "experiments/fitted_motion.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <fmt/ranges.h>
+
+#include "support/input_error.hpp"
+
+namespace livermark::experiments {
+
+namespace {
+
+using core::Vector3;
+
+Vector3 mean(std::span<const Vector3> vectors) {
+    Vector3 sum = Vector3::Zero();
+    for (const auto &vector : vectors)
+        sum += vector;
+    return sum / static_cast<double>(vectors.size());
+}
+
+int num_coefficients(int degree) {
+    return (degree + 1) * (degree + 2) / 2;
+}
+
+} // namespace
+
+FittedMotion::FittedMotion(std::span<const Vector3> positions, std::span<const Vector3> displacements, int degree,
+                           const std::string &place)
+    : degree_(degree), middle_(mean(positions)) {
+    const int needed = num_coefficients(degree);
+    const auto count = static_cast<int>(positions.size());
+    const auto refuse = [&](const std::string &fault) {
+        throw support::InputError(
+            fmt::format("{}: {}; take a polynomial of lower degree, or more markers", place, fault));
+    };
+    if (count < needed)
+        refuse(fmt::format("{} markers do not determine the {} coefficients of a polynomial of degree {}", count,
+                           needed, degree));
+    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+    for (const auto &position : positions)
+        spread += (position - middle_) * (position - middle_).transpose() / count;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread); // ascending
+    for (int axis = 0; axis < 2; ++axis) {
+        const double length = std::sqrt(std::max(axes.eigenvalues()[2 - axis], 0.0));
+        axes_.row(axis) = axes.eigenvectors().col(2 - axis).transpose() / (length > 0.0 ? length : 1.0);
+    }
+    Eigen::MatrixXd basis(count, needed);
+    Eigen::MatrixX3d moved(count, 3);
+    for (int k = 0; k < count; ++k) {
+        basis.row(k) = monomials(positions[k]);
+        moved.row(k) = displacements[k].transpose();
+    }
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factor(basis);
+    factor.setThreshold(1e-8);
+    if (factor.rank() < needed)
+        refuse(
+            fmt::format("its {} markers lie so that they do not determine a polynomial of degree {}", count, degree));
+    coefficients_ = factor.solve(moved);
+    residual_ = std::sqrt((basis * coefficients_ - moved).squaredNorm() / count);
+}
+
+Eigen::RowVectorXd FittedMotion::monomials(const Vector3 &point) const {
+    const Eigen::Vector2d along = axes_ * (point - middle_);
+    Eigen::RowVectorXd values(num_coefficients(degree_));
+    int next = 0;
+    for (int a = 0; a <= degree_; ++a)
+        for (int b = 0; a + b <= degree_; ++b)
+            values[next++] = std::pow(along[0], a) * std::pow(along[1], b);
+    return values;
+}
+
+Vector3 FittedMotion::at(const Vector3 &point) const {
+    return (monomials(point) * coefficients_).transpose();
+}
+
+void drive(core::LoadCase &load_case, const core::TetraMesh &mesh, const PlaceMotion &place) {
+    const auto patch = std::ranges::find(mesh.patch_names, place.patch);
+    if (patch == mesh.patch_names.end())
+        throw support::InputError(fmt::format("markers drive '{}', and the body has no such patch; it has {}",
+                                              support::shown(place.patch), fmt::join(mesh.patch_names, ", ")));
+    load_case.node_shift.resize(mesh.points.size(), Vector3::Zero());
+    const auto number = static_cast<int>(patch - mesh.patch_names.begin());
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+        if (mesh.boundary_patch[f] != number)
+            continue;
+        if (load_case.condition[f] != core::FacetCondition::prescribed_displacement)
+            throw support::InputError(fmt::format("markers drive '{}', and nothing holds it; give it a [[condition]] "
+                                                  "with displacement = [0.0, 0.0, 0.0]",
+                                                  place.patch));
+        for (const int node : mesh.boundary_triangles[f])
+            load_case.node_shift[node] = place.motion.at(mesh.points[node]);
+    }
+}
+
+Vector3 straight_line(const PlaceMotion &from, const PlaceMotion &to, const Vector3 &point) {
+    const Vector3 way = to.motion.middle() - from.motion.middle();
+    const double part = (point - from.motion.middle()).dot(way) / way.squaredNorm();
+    return (1.0 - part) * from.motion.at(point) + part * to.motion.at(point);
+}
+
+std::vector<Vector3> best_rigid_motion(std::span<const Vector3> positions, std::span<const Vector3> displacements) {
+    const Vector3 middle = mean(positions), moved_middle = middle + mean(displacements);
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    for (std::size_t k = 0; k < positions.size(); ++k)
+        covariance += (positions[k] + displacements[k] - moved_middle) * (positions[k] - middle).transpose();
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Vector3 signs = Vector3::Ones();
+    signs[2] = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
+    const Eigen::Matrix3d rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+    std::vector<Vector3> result;
+    for (const auto &position : positions)
+        result.emplace_back(rotation * (position - middle) + moved_middle - position);
+    return result;
+}
+
+} // namespace livermark::experiments

@@ -1,0 +1,126 @@
+#include "experiments/marker_table.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <set>
+#include <sstream>
+#include <string_view>
+
+#include "support/input_error.hpp"
+#include "support/whole_file.hpp"
+
+namespace livermark::experiments {
+
+namespace {
+
+using core::Vector3;
+
+constexpr std::size_t first_state_column = 5;
+constexpr const char *expected_header = "marker,drives,x,y,z and <state>_x,<state>_y,<state>_z for each state";
+
+std::string trimmed(const std::string &cell) {
+    constexpr const char *blanks = " \t\r\"";
+    const auto first = cell.find_first_not_of(blanks);
+    return first == std::string::npos ? "" : cell.substr(first, cell.find_last_not_of(blanks) - first + 1);
+}
+
+/// The states that a header names.
+std::vector<std::string> states_of(const CsvRow &header) {
+    const auto refuse = [&] {
+        throw support::InputError(
+            fmt::format("{}: the first line of a table of markers is {}; correct it", header.place, expected_header));
+    };
+    const auto &cells = header.cells;
+    if (cells.size() < first_state_column + 3 || (cells.size() - first_state_column) % 3 != 0 ||
+        !std::ranges::equal(std::vector<std::string>{"marker", "drives", "x", "y", "z"},
+                            std::vector(cells.begin(), cells.begin() + first_state_column)))
+        refuse();
+    std::vector<std::string> states;
+    for (std::size_t c = first_state_column; c < cells.size(); c += 3) {
+        const auto name = cells[c].substr(0, std::max<std::size_t>(cells[c].size(), 2) - 2);
+        for (std::size_t i = 0; i < 3; ++i)
+            if (name.empty() || cells[c + i] != fmt::format("{}_{}", name, "xyz"[i]))
+                refuse();
+        if (std::ranges::find(states, name) != states.end())
+            throw support::InputError(fmt::format("{}: state '{}' is there twice; rename one", header.place, name));
+        states.push_back(name);
+    }
+    return states;
+}
+
+Vector3 position_in(const CsvRow &row, std::size_t column, double metres) {
+    return metres * Vector3(number_in(row, column), number_in(row, column + 1), number_in(row, column + 2));
+}
+
+bool is_empty(const CsvRow &row, std::size_t column) {
+    return row.cells[column].empty() && row.cells[column + 1].empty() && row.cells[column + 2].empty();
+}
+
+} // namespace
+
+std::vector<CsvRow> read_csv(const std::filesystem::path &file) {
+    std::istringstream text(support::read_text(file));
+    std::vector<CsvRow> rows;
+    std::string line, cell;
+    for (int number = 1; std::getline(text, line); ++number) {
+        CsvRow row{fmt::format("{}:{}", file.string(), number), {}};
+        std::istringstream cells(line + ",");
+        while (std::getline(cells, cell, ','))
+            row.cells.push_back(trimmed(cell));
+        if (!std::ranges::all_of(row.cells, &std::string::empty))
+            rows.push_back(std::move(row));
+    }
+    return rows;
+}
+
+double number_in(const CsvRow &row, std::size_t column) {
+    double number = 0.0;
+    std::string_view text = row.cells.at(column);
+    if (text.starts_with('+') && !text.starts_with("+-"))
+        text.remove_prefix(1); // which from_chars does not know
+    const auto [next, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc{} || next != text.data() + text.size() || !std::isfinite(number))
+        throw support::InputError(fmt::format("{}: '{}' in column {} is not a finite number; correct the line",
+                                              row.place, support::shown(text), column + 1));
+    return number;
+}
+
+MarkerTable read_markers(const std::filesystem::path &file, double metres_per_unit) {
+    const auto rows = read_csv(file);
+    if (rows.size() < 2)
+        throw support::InputError(fmt::format("{}: there are no markers; give a line of {}, and a line for each marker",
+                                              file.string(), expected_header));
+    MarkerTable table;
+    table.states = states_of(rows.front());
+    table.displacement.resize(table.states.size());
+    std::set<std::string> names;
+    for (auto row = rows.begin() + 1; row != rows.end(); ++row) {
+        if (row->cells.size() != rows.front().cells.size())
+            throw support::InputError(fmt::format("{}: the line has {} cells and the first line {}; correct it",
+                                                  row->place, row->cells.size(), rows.front().cells.size()));
+        const auto &name = row->cells[0];
+        if (name.empty() || !names.insert(name).second)
+            throw support::InputError(fmt::format("{}: marker '{}' has no name of its own; give each line another",
+                                                  row->place, support::shown(name)));
+        table.names.push_back(name);
+        table.drives.push_back(row->cells[1]);
+        table.rest.push_back(position_in(*row, 2, metres_per_unit));
+        for (std::size_t s = 0; s < table.states.size(); ++s) {
+            const std::size_t column = first_state_column + 3 * s;
+            const bool is_seen = !is_empty(*row, column);
+            if (!is_seen && !table.drives.back().empty())
+                throw support::InputError(fmt::format("{}: marker '{}' drives a place and has no position in state "
+                                                      "'{}'; give it, or leave the marker out",
+                                                      row->place, support::shown(name), table.states[s]));
+            table.displacement[s].push_back(
+                is_seen ? Vector3(position_in(*row, column, metres_per_unit) - table.rest.back())
+                        : Vector3::Constant(std::numeric_limits<double>::quiet_NaN()));
+        }
+    }
+    return table;
+}
+
+} // namespace livermark::experiments

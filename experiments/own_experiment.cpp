@@ -1,0 +1,178 @@
+#include "experiments/own_experiment.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/ranges.h>
+#include <memory>
+#include <utility>
+
+#include "experiments/marker_table.hpp"
+#include "load_cases/load_case_table.hpp"
+#include "meshes/generators/box_generator.hpp"
+#include "meshes/generators/cylinder_generator.hpp"
+#include "meshes/io/body_reader.hpp"
+#include "meshes/io/material_reader.hpp"
+#include "meshes/io/mesh_reader.hpp"
+#include "support/input_error.hpp"
+#include "support/toml_input.hpp"
+#include "support/whole_file.hpp"
+
+namespace livermark::experiments {
+
+namespace {
+
+using core::Vector3;
+
+constexpr int largest_degree = 6;
+
+toml::table parse(const std::filesystem::path &file) {
+    auto table = support::parse_toml(support::read_text(file), file);
+    support::refuse_unknown_keys(table, {"title", "source", "assumptions", "markers", "unit", "noise", "fit_degree",
+                                         "body", "material", "state"});
+    return table;
+}
+
+double unit_of(const toml::table &table) {
+    const auto *unit = table.get("unit");
+    if (unit && unit->is_number()) {
+        const double metres = support::required_number(table, "unit");
+        if (!(metres > 0.0))
+            throw support::InputError(
+                fmt::format("{}: a unit has {} m; it has to be positive", support::place_of(*unit), metres));
+        return metres;
+    }
+    const auto word = support::required_string(table, "unit"); // says if there is none
+    return meshes::metres_per_unit(word, support::place_of(*unit));
+}
+
+Vector3 optional_vector(const toml::table &table, const char *key) {
+    return table.contains(key) ? support::required_vector(table, key) : Vector3::Zero();
+}
+
+core::TetraMesh moved(core::TetraMesh mesh, const Vector3 &by) {
+    for (auto &point : mesh.points)
+        point += by;
+    return mesh;
+}
+
+/// Takes the body of a table and says how to make it.
+void read_body(const toml::table &table, const std::filesystem::path &file, Experiment &experiment) {
+    const auto &body = support::required_table(table, "body");
+    support::refuse_unknown_keys(body, {"box", "cylinder", "file"});
+    if (body.size() != 1)
+        throw support::InputError(
+            fmt::format("{}: a body is one of box, cylinder and file; leave one of them in", support::place_of(body)));
+    if (body.contains("file")) {
+        if (table.contains("material"))
+            throw support::InputError(fmt::format("{}: a body of a file has its materials there; leave [material] out",
+                                                  support::place_of(*table.get("material"))));
+        const auto path = file.parent_path() / support::required_string(body, "file");
+        experiment.body = [path](double) { return meshes::read_body(path); };
+        return;
+    }
+    const auto material = meshes::read_material(support::required_table(table, "material"));
+    std::function<core::TetraMesh(double)> mesh;
+    if (body.contains("box")) {
+        const auto &box = support::required_table(body, "box");
+        support::refuse_unknown_keys(box, {"size", "edge_length", "corner"});
+        experiment.edge_length = support::required_number(box, "edge_length");
+        mesh = [size = support::required_vector(box, "size"), corner = optional_vector(box, "corner")](double edge) {
+            return moved(meshes::generate_box(size, edge, meshes::BoxTopology::body_centred), corner);
+        };
+    } else {
+        const auto &cylinder = support::required_table(body, "cylinder");
+        support::refuse_unknown_keys(cylinder, {"radius", "height", "edge_length", "base"});
+        experiment.edge_length = support::required_number(cylinder, "edge_length");
+        mesh = [radius = support::required_number(cylinder, "radius"),
+                height = support::required_number(cylinder, "height"), base = optional_vector(cylinder, "base")](
+                   double edge) { return moved(meshes::generate_cylinder(radius, height, edge), base); };
+    }
+    experiment.body = [mesh, material, name = experiment.name](double edge) {
+        return core::Body{.name = name, .mesh = mesh(edge), .materials = {material}};
+    };
+}
+
+toml::array &states_of(toml::table &table) {
+    auto *states = table.get("state");
+    if (!states || !states->is_array_of_tables())
+        throw support::InputError(
+            fmt::format("{}: there is no [[state]]; add one for each state of the markers", support::place_of(table)));
+    return *states->as_array();
+}
+
+/// The load case of a state, whose keys a load case knows but for the name. Tables that are moved keep their lines.
+core::LoadCase load_case_of_state(toml::table state, const std::filesystem::path &file, const core::TetraMesh &mesh) {
+    const auto name = support::required_string(state, "name");
+    state.erase("name");
+    if (!state.contains("title"))
+        state.insert("title", name);
+    if (!state.contains("regime"))
+        state.insert("regime", "large");
+    state.insert("target_peak_displacement", 1.0); // nothing is scaled to it
+    auto load_case = load_cases::load_case_of_table(state, file, mesh);
+    load_case.name = name;
+    load_case.definition = support::read_text(file);
+    return load_case;
+}
+
+void read_states(toml::table &table, const std::filesystem::path &file, const MarkerTable &markers,
+                 Experiment &experiment) {
+    double noise = 0.0;
+    if (table.contains("noise") && !((noise = support::required_number(table, "noise")) >= 0.0))
+        throw support::InputError(fmt::format("{}: the noise is {} m; it has to be 0 or more",
+                                              support::place_of(*table.get("noise")), noise));
+    auto &states = states_of(table);
+    for (std::size_t s = 0; s < states.size(); ++s) {
+        const auto &state = *states[s].as_table();
+        const auto name = support::required_string(state, "name");
+        for (const char *key : {"release", "tool", "scale_to_target", "target_peak_displacement"})
+            if (state.contains(key))
+                throw support::InputError(fmt::format("{}: a state is at rest under what was done to the body; leave "
+                                                      "'{}' out",
+                                                      support::place_of(*state.get(key)), key));
+        const auto column = std::ranges::find(markers.states, name);
+        if (column == markers.states.end())
+            throw support::InputError(fmt::format("{}: the markers have no state '{}'; they have {}",
+                                                  support::place_of(*state.get("name")), support::shown(name),
+                                                  fmt::join(markers.states, ", ")));
+        if (std::ranges::find(experiment.states, name, &MeasuredState::name) != experiment.states.end())
+            throw support::InputError(
+                fmt::format("{}: state '{}' is there twice; leave one out", support::place_of(state), name));
+        experiment.states.push_back({name,
+                                     [file, s](const core::TetraMesh &mesh) {
+                                         auto again = parse(file);
+                                         return load_case_of_state(std::move(*states_of(again)[s].as_table()), file,
+                                                                   mesh);
+                                     },
+                                     markers.displacement[column - markers.states.begin()], noise});
+    }
+}
+
+} // namespace
+
+Experiment read_experiment(const std::filesystem::path &toml_file) {
+    auto table = parse(toml_file);
+    Experiment experiment;
+    experiment.name = toml_file.stem().string();
+    experiment.title = support::required_string(table, "title");
+    experiment.source = support::required_string(table, "source");
+    if (table.contains("assumptions"))
+        experiment.assumptions = support::required_strings(table, "assumptions");
+    if (table.contains("fit_degree")) {
+        const double degree = support::required_number(table, "fit_degree");
+        if (degree != std::round(degree) || degree < 0.0 || degree > largest_degree)
+            throw support::InputError(fmt::format("{}: 'fit_degree' is a whole number from 0 to {}",
+                                                  support::place_of(*table.get("fit_degree")), largest_degree));
+        experiment.fit_degree = static_cast<int>(degree);
+    }
+    read_body(table, toml_file, experiment);
+    const auto file = toml_file.parent_path() / support::required_string(table, "markers");
+    const auto markers = read_markers(file, unit_of(table));
+    for (std::size_t k = 0; k < markers.names.size(); ++k)
+        experiment.markers.push_back({markers.names[k], markers.rest[k], markers.drives[k]});
+    read_states(table, toml_file, markers, experiment);
+    check(experiment, file.string());
+    return experiment;
+}
+
+} // namespace livermark::experiments

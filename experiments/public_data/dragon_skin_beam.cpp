@@ -1,0 +1,145 @@
+#include <array>
+#include <cmath>
+#include <fmt/format.h>
+#include <string>
+#include <vector>
+
+#include "experiments/experiment.hpp"
+#include "experiments/motion_capture.hpp"
+#include "load_cases/load_case_reader.hpp"
+#include "meshes/generators/box_generator.hpp"
+#include "support/input_error.hpp"
+
+namespace livermark::experiments::public_data {
+
+namespace {
+
+using core::Vector3;
+
+constexpr int num_markers = 6, num_compared = 3; ///< the first three are near the tip, the others on the clamp
+constexpr int held_frames = 10;                  ///< at the start, where a hand holds the beam
+constexpr int frames_at_rest = 50;               ///< at the end
+const Vector3 beam_size(0.1, 0.03, 0.03);        ///< [m]
+/// Young's modulus as the authors fitted it to this beam.
+constexpr core::Material dragon_skin{.density = 1070.0, .young_modulus = 263824.0, .poisson_ratio = 0.499};
+/// Middle of the three markers near the tip, of the positions that the authors give, with the clamp at x = 0 [m].
+const Vector3 middle_of_markers(0.1, 0.015, 0.022);
+
+struct Weight {
+    const char *name;
+    const char *file; ///< between beam_ and _V2_a.c3d
+    double force;     ///< [N]
+};
+constexpr std::array<Weight, 3> weights{
+    {{"0 N", "gravity", 0.0}, {"0.510 N", "load52", 0.51012}, {"1.001 N", "load101", 1.00062}}};
+
+std::string load_case_under(double force) {
+    std::string text = R"(title = "A beam that is clamped at one end and bends under its weight"
+regime = "large"
+path = [0.5, 1.0]
+target_peak_displacement = 0.03
+acceleration = [0.0, 0.0, -9.81]
+[[condition]]
+patch = "x_min"
+displacement = [0.0, 0.0, 0.0]
+)";
+    if (force > 0.0)
+        text +=
+            fmt::format("[[condition]]\nedge = {{ between = [\"x_max\", \"z_max\"], width = 0.006, length = 0.04 }}\n"
+                        "force = [0.0, 0.0, {:.6f}]\n",
+                        -force);
+    return text;
+}
+
+/// From the frame of the cameras, whose x points up and whose z points along the beam.
+Vector3 to_beam(const Vector3 &point) {
+    return {point.z(), -point.y(), point.x()};
+}
+
+/// Mean position of a marker over some frames, in the directions of the beam [m].
+Vector3 mean_of(const MotionCapture &capture, int marker, int first, int count) {
+    Vector3 sum = Vector3::Zero();
+    for (int frame = first; frame < first + count; ++frame)
+        sum += to_beam(capture.at(frame, marker));
+    return sum / count;
+}
+
+using Markers = std::array<Vector3, num_compared>;
+
+struct Recording {
+    Markers held, displacement; ///< [m]
+};
+
+Recording read_recording(const std::filesystem::path &file) {
+    const auto capture = read_motion_capture(file);
+    if (capture.num_markers != num_markers || capture.num_frames() < held_frames + frames_at_rest)
+        throw support::InputError(fmt::format("{}: there are {} markers in {} frames, and {} in at least {} were "
+                                              "recorded; take the public file",
+                                              file.string(), capture.num_markers, capture.num_frames(), num_markers,
+                                              held_frames + frames_at_rest));
+    Recording recording;
+    for (int k = 0; k < num_compared; ++k) {
+        recording.held[k] = mean_of(capture, k, 0, held_frames);
+        recording.displacement[k] =
+            mean_of(capture, k, capture.num_frames() - frames_at_rest, frames_at_rest) - recording.held[k];
+    }
+    return recording;
+}
+
+Experiment read(const std::filesystem::path &folder) {
+    Experiment experiment;
+    experiment.assumptions = {
+        "the clamp holds all of one end face, and its end is 100 mm from the free end",
+        "the weight pulls on the 7.5 mm beside the upper edge of the free end, and keeps its direction",
+        "the beam is straight where a hand holds it at the start; displacements are from there",
+        "markers stand on pegs, which move with the surface under them",
+        "Young's modulus is the one that the authors fitted to this beam"};
+    for (const auto &weight : weights) {
+        std::array<Recording, 2> repeats;
+        for (std::size_t r = 0; r < repeats.size(); ++r)
+            repeats[r] = read_recording(folder / fmt::format("beam_{}_V2_{}.c3d", weight.file, "ab"[r]));
+        MeasuredState state{.name = weight.name, .load_case = {}, .displacement = {}};
+        double difference = 0.0;
+        for (int k = 0; k < num_compared; ++k) {
+            const auto &a = repeats[0].displacement[k], &b = repeats[1].displacement[k];
+            state.displacement.emplace_back(0.5 * (a + b));
+            difference += (a - b).squaredNorm() / num_compared;
+        }
+        state.noise = 0.5 * std::sqrt(difference); // of the mean of two
+        state.load_case = [text = load_case_under(weight.force), name = state.name](const core::TetraMesh &mesh) {
+            auto made = load_cases::parse_load_case(text, "dragon_skin_beam.toml", mesh);
+            made.name = name;
+            return made;
+        };
+        if (experiment.markers.empty()) {
+            Vector3 middle = Vector3::Zero();
+            for (const auto &held : repeats[0].held)
+                middle += held / num_compared;
+            for (int k = 0; k < num_compared; ++k)
+                experiment.markers.push_back(
+                    {fmt::format("{}", k), repeats[0].held[k] - middle + middle_of_markers, ""});
+        }
+        experiment.states.push_back(std::move(state));
+    }
+    experiment.body = [](double edge_length) {
+        return core::Body{.name = "dragon_skin_beam",
+                          .mesh = meshes::generate_box(beam_size, edge_length, meshes::BoxTopology::body_centred),
+                          .materials = {dragon_skin}};
+    };
+    experiment.edge_length = 0.0069; // bricks of 7.5 mm
+    return experiment;
+}
+
+} // namespace
+
+/// A clamped beam of silicone under its own weight and two others, seen by cameras (Dubied et al. 2022).
+PublicExperiment dragon_skin_beam() {
+    return {.name = {},
+            .title = "Dragon Skin beam: a clamped beam of silicone under weights at its tip",
+            .data = "dragon_skin_beam",
+            .source = "Dubied et al. 2022, arXiv:2201.12560; python/realbeam_experiments/ of "
+                      "github.com/srl-ethz/diffPD_sim2real, MIT",
+            .read = read};
+}
+
+} // namespace livermark::experiments::public_data
