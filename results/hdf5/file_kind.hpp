@@ -13,7 +13,19 @@ class FileInUse : public support::InputError {
 };
 
 /// The kinds of files that results/schema.md describes.
-enum class FileKind { result, modes, stability, histories, timings, calibration, cohort, arena, needle, other };
+enum class FileKind {
+    result,
+    modes,
+    stability,
+    histories,
+    timings,
+    calibration,
+    cohort,
+    arena,
+    experiment,
+    needle,
+    other
+};
 
 /// What a file is, from the groups in it; `other` for HDF5 that holds none of these, such as an exported problem.
 /// @throws support::InputError if the file cannot be read, is damaged or no HDF5; FileInUse

@@ -96,6 +96,7 @@ void read_file(const std::filesystem::path &file, const std::string &name, Repor
     case results::FileKind::arena:
         return keep(results::read_arena(file), data.arenas, data.files.arenas);
     case results::FileKind::cohort: // none is left in the list
+    case results::FileKind::experiment:
     case results::FileKind::modes:
     case results::FileKind::needle:
     case results::FileKind::calibration:

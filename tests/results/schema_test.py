@@ -14,6 +14,7 @@ OTHER_FILES = {
     "Arena files": "sample_arena.h5",
     "Needle files": "sample_needles.h5",
     "Tool scenes": "sample_scene.h5",
+    "Experiment files": "sample_experiment.h5",
     "Stability files": "sample_stability.h5",
     "History files": "sample_histories.h5",
     "Calibration files": "sample_calibration.h5",
@@ -101,6 +102,11 @@ def sizes_of(file):
                 "T": file["/tool/nodes"].shape[0], "K": file["/tool/time"].shape[0]}
     if "needles" in file:
         return {"J": file["/needles/0/models/judge/depth"].shape[0]}
+    if "experiment" in file:
+        group = file["/experiment"]
+        return {"A": len(group.attrs["assumptions"]), "K": group["markers/position"].shape[0],
+                "S": group["states/noise"].shape[0], "R": group["runs/state"].shape[0],
+                "N": group["body/points"].shape[0], "T": group["body/boundary_triangles"].shape[0]}
     if "arena" in file:
         return {"M": file["/arena/budget"].shape[0], "K": file["/arena/time"].shape[0],
                 "F": file["/arena/error_over_time"].shape[1]}

@@ -4,6 +4,7 @@
 
 #include "results/hdf5/calibration_file.hpp"
 #include "results/hdf5/cohort_file.hpp"
+#include "results/hdf5/experiment_file.hpp"
 #include "results/hdf5/history_file.hpp"
 #include "results/hdf5/needle_file.hpp"
 #include "results/hdf5/result_file.hpp"
@@ -14,6 +15,7 @@
 #include "tests/sample_needles.hpp"
 #include "tests/sample_calibration.hpp"
 #include "tests/sample_cohort.hpp"
+#include "tests/sample_experiment.hpp"
 #include "tests/sample_result.hpp"
 #include "tests/sample_timings.hpp"
 #include "tests/tool_block.hpp"
@@ -49,6 +51,7 @@ int main(int argc, char **argv) {
     results::write_cohort(folder / "sample_cohort.h5", tests::sample_cohort());
     results::write_arena(folder / "sample_arena.h5", tests::sample_arena());
     results::write_needles(folder / "sample_needles.h5", tests::sample_needles());
+    results::write_experiment(folder / "sample_experiment.h5", tests::sample_experiment());
     const auto moved = tests::tool_block();
     results::write_tool_scene(
         folder / "sample_scene.h5", moved,
