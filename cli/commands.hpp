@@ -22,6 +22,7 @@ Command add_cohort(CLI::App &parent, const std::string &command_line);
 Command add_calibrate(CLI::App &parent, const std::string &command_line);
 Command add_modes(CLI::App &parent, const std::string &command_line);
 Command add_needle(CLI::App &parent, const std::string &command_line);
+Command add_experiment(CLI::App &parent, const std::string &command_line);
 Command add_export(CLI::App &parent, const std::string &command_line);
 Command add_score(CLI::App &parent, const std::string &command_line);
 Command add_reference(CLI::App &parent, const std::string &command_line);

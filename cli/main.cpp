@@ -37,6 +37,7 @@ int run(int argc, char **argv) {
         livermark::cli::add_needle(app, command_line),
         livermark::cli::add_run(app, command_line),
         livermark::cli::add_arena(app, command_line),
+        livermark::cli::add_experiment(app, command_line),
         livermark::cli::add_cohort(app, command_line),
         livermark::cli::add_reference(app, command_line),
         livermark::cli::add_mesh(app, command_line),

@@ -1,0 +1,267 @@
+#include "studies/experiments/experiments.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fmt/ranges.h>
+#include <iterator>
+#include <memory>
+#include <utility>
+
+#include "core/refinement.hpp"
+#include "experiments/marker_field.hpp"
+#include "experiments/own_experiment.hpp"
+#include "models/model_table.hpp"
+#include "models/tool_motion/contender.hpp"
+#include "results/hdf5/experiment_file.hpp"
+#include "results/provenance.hpp"
+#include "studies/run/output_folder.hpp"
+#include "support/file_ending.hpp"
+#include "support/input_error.hpp"
+#include "support/known_names.hpp"
+#include "support/whole_file.hpp"
+
+namespace livermark::studies {
+
+namespace {
+
+using core::Vector3;
+
+/// The states of an experiment on one mesh.
+struct StatesOnMesh {
+    std::shared_ptr<const core::Body> body;
+    std::vector<core::LoadCase> load_cases; ///< (S)
+    experiments::MarkerField field;
+};
+
+StatesOnMesh states_on_mesh(const experiments::Experiment &experiment, double edge_length,
+                            const std::vector<Vector3> &positions) {
+    const auto body = std::make_shared<const core::Body>(experiment.body(edge_length));
+    StatesOnMesh states{body, {}, experiments::MarkerField(body->mesh, positions)};
+    for (const auto &state : experiment.states)
+        states.load_cases.push_back(experiments::problem_of(experiment, state, body).load_case);
+    return states;
+}
+
+StatesOnMesh refined(const StatesOnMesh &coarse, const std::vector<Vector3> &positions) {
+    const auto body = std::make_shared<const core::Body>(core::refine(*coarse.body));
+    StatesOnMesh states{body, {}, experiments::MarkerField(body->mesh, positions)};
+    for (const auto &load_case : coarse.load_cases)
+        states.load_cases.push_back(core::refine(load_case, coarse.body->mesh));
+    return states;
+}
+
+/// The reference that has no finer meshes of its own, for the regime of the states.
+const models::Reference &reference_of(const StatesOnMesh &states) {
+    const auto regime = states.load_cases.front().regime;
+    for (const auto &load_case : states.load_cases)
+        if (load_case.regime != regime)
+            throw support::InputError(fmt::format("state {} is of another regime than state {}; make two experiments",
+                                                  load_case.name, states.load_cases.front().name));
+    return *std::ranges::find(models::references, regime, &models::Reference::regime);
+}
+
+std::vector<core::Model> chosen_models(const ExperimentOptions &options, const StatesOnMesh &states,
+                                       const models::Reference &reference) {
+    auto known = models::all_models();
+    const auto methods = support::names_of(models::all_contenders());
+    const auto is_method = [&](const core::Model &model) {
+        return model.only_when_named && std::ranges::find(methods, model.name) != methods.end();
+    };
+    for (const auto &name : options.models)
+        support::find_named(known, name, "model");
+    std::erase_if(known, [&](const core::Model &model) {
+        if (model.name == reference.on_mesh)
+            return false;
+        const bool takes_part = std::ranges::all_of(states.load_cases, [&](const core::LoadCase &load_case) {
+            return model.takes_part_in({states.body, load_case}) && !model.only_moving;
+        });
+        if (!options.models.empty())
+            return std::ranges::find(options.models, model.name) == options.models.end() || !takes_part;
+        const bool refines_itself =
+            std::ranges::find(models::references, model.name, &models::Reference::refined) != models::references.end();
+        const bool is_left_out = model.only_when_named && !(options.with_methods && is_method(model));
+        return !takes_part || refines_itself || is_left_out;
+    });
+    for (const auto &name : options.models)
+        if (std::ranges::find(known, name, &core::Model::name) == known.end())
+            throw support::InputError(fmt::format("model {} takes no part in deformations of the {} regime, or not in "
+                                                  "these conditions; leave it out",
+                                                  name, core::to_string(reference.regime)));
+    return known;
+}
+
+results::ExperimentResult without_runs(const experiments::Experiment &experiment, const StatesOnMesh &states,
+                                       const std::vector<Vector3> &positions, const std::string &command_line) {
+    results::ExperimentResult result{.provenance = results::current_provenance(command_line),
+                                     .name = experiment.name,
+                                     .title = experiment.title,
+                                     .source = experiment.source,
+                                     .assumptions = experiment.assumptions,
+                                     .reference = std::string(reference_of(states).on_mesh),
+                                     .markers = {},
+                                     .drives = {},
+                                     .positions = positions,
+                                     .states = {},
+                                     .runs = {},
+                                     .points = states.body->mesh.points,
+                                     .boundary = states.body->mesh.boundary_triangles};
+    std::ranges::copy(states.body->assumptions, std::back_inserter(result.assumptions));
+    for (const auto &marker : experiment.markers) {
+        result.markers.push_back(marker.name);
+        result.drives.push_back(marker.drives);
+    }
+    return result;
+}
+
+/// What can be said of a state without a model.
+results::ExperimentState without_models(const experiments::Experiment &experiment,
+                                        const experiments::MeasuredState &measured,
+                                        const results::ExperimentResult &result) {
+    results::ExperimentState state{
+        .name = measured.name, .displacement = measured.displacement, .noise = measured.noise};
+    const auto error = [&](const std::vector<Vector3> &displacement) {
+        return results::marker_error(result, displacement, measured.displacement).root_mean_square;
+    };
+    const auto num_markers = result.markers.size();
+    state.no_motion = error(std::vector<Vector3>(num_markers, Vector3::Zero()));
+    std::vector<Vector3> positions, displacements, rigid(num_markers, Vector3::Zero());
+    std::vector<std::size_t> compared;
+    for (std::size_t k = 0; k < num_markers; ++k)
+        if (result.is_compared(k) && measured.displacement[k].allFinite()) {
+            positions.push_back(result.positions[k]);
+            displacements.push_back(measured.displacement[k]);
+            compared.push_back(k);
+        }
+    const auto fitted = experiments::best_rigid_motion(positions, displacements);
+    for (std::size_t c = 0; c < compared.size(); ++c)
+        rigid[compared[c]] = fitted[c];
+    state.rigid_motion = error(rigid);
+    const auto places = experiments::driven_places(experiment, measured);
+    for (const auto &place : places)
+        state.fit_residual += place.motion.residual() * place.motion.residual() / static_cast<double>(places.size());
+    state.fit_residual = std::sqrt(state.fit_residual);
+    if (places.size() == 2) {
+        std::vector<Vector3> line;
+        for (const auto &position : result.positions)
+            line.push_back(experiments::straight_line(places[0], places[1], position));
+        state.straight_line = error(line);
+    }
+    return state;
+}
+
+void add_runs(results::ExperimentResult &result, const std::string &model, const StatesOnMesh &on_mesh,
+              const std::vector<core::Solution> &solutions) {
+    for (std::size_t s = 0; s < solutions.size(); ++s) {
+        const auto &solution = solutions[s];
+        results::ExperimentRun run{.model = model,
+                                   .state = static_cast<int>(s),
+                                   .tetrahedra = on_mesh.body->mesh.num_tetrahedra(),
+                                   .status = solution.status,
+                                   .message = solution.message,
+                                   .seconds = solution.setup_seconds + solution.solve_seconds,
+                                   .displacement = on_mesh.field.at_points(solution.displacement)};
+        const auto error = results::marker_error(result, run.displacement, result.states[s].displacement);
+        run.error = error.root_mean_square;
+        run.worst_error = error.worst;
+        result.runs.push_back(std::move(run));
+    }
+}
+
+std::vector<core::Solution> solve_all(const core::Model &model, const StatesOnMesh &states) {
+    for (const auto &load_case : states.load_cases)
+        if (model.check)
+            model.check({states.body, load_case});
+    return model.prepare(states.body, nullptr)->solve(states.load_cases);
+}
+
+/// The reference on the refined mesh: how far it is from that on the mesh, and the shape of the body.
+void add_refined_reference(results::ExperimentResult &result, const core::Model &model, const StatesOnMesh &fine,
+                           const std::vector<core::Solution> &coarse) {
+    const auto solutions = solve_all(model, fine);
+    const auto first_coarse = std::ranges::find(result.runs, model.name, &results::ExperimentRun::model);
+    const auto first = first_coarse - result.runs.begin();
+    add_runs(result, model.name, fine, solutions);
+    for (std::size_t s = 0; s < solutions.size(); ++s) {
+        const auto &last = result.runs[result.runs.size() - solutions.size() + s];
+        const auto &before = result.runs[first + s];
+        auto &state = result.states[s];
+        const bool is_solved =
+            solutions[s].status == core::SolutionStatus::ok && coarse[s].status == core::SolutionStatus::ok;
+        if (is_solved)
+            state.reference_uncertainty =
+                results::marker_error(result, last.displacement, before.displacement).root_mean_square;
+        const auto &shape = is_solved ? solutions[s].displacement : coarse[s].displacement;
+        state.deformed.assign(shape.begin(), shape.begin() + std::ssize(result.points)); // nodes of the mesh are first
+    }
+}
+
+} // namespace
+
+results::ExperimentResult evaluate_experiment(const experiments::Experiment &experiment,
+                                              const ExperimentOptions &options, const std::string &command_line,
+                                              const ProgressReport &report) {
+    if (options.edge_length && experiment.edge_length == 0.0)
+        throw support::InputError(fmt::format("the body of {} has a mesh of its own; leave --edge-length out, or give "
+                                              "a box or a cylinder",
+                                              experiment.name));
+    std::vector<Vector3> positions;
+    for (const auto &marker : experiment.markers)
+        positions.push_back(marker.position);
+    const auto states = states_on_mesh(experiment, options.edge_length.value_or(experiment.edge_length), positions);
+    const auto &reference = reference_of(states);
+    const auto chosen = chosen_models(options, states, reference);
+    auto result = without_runs(experiment, states, positions, command_line);
+    for (const auto &measured : experiment.states)
+        result.states.push_back(without_models(experiment, measured, result));
+    Steps steps(static_cast<int>(chosen.size()) + (options.refines_reference ? 1 : 0), report);
+    std::vector<core::Solution> of_reference;
+    for (const auto &model : chosen) {
+        steps.next(fmt::format("{}: {}", experiment.name, model.name));
+        auto solutions = solve_all(model, states);
+        add_runs(result, model.name, states, solutions);
+        if (model.name == reference.on_mesh)
+            of_reference = std::move(solutions);
+    }
+    for (std::size_t s = 0; s < of_reference.size(); ++s)
+        result.states[s].deformed = of_reference[s].displacement;
+    if (options.refines_reference) {
+        steps.next(fmt::format("{}: {} with each tetrahedron cut into eight", experiment.name, reference.on_mesh));
+        add_refined_reference(result, support::find_named(chosen, std::string(reference.on_mesh), "model"),
+                              refined(states, positions), of_reference);
+    }
+    return result;
+}
+
+ExperimentResults run_experiments(const ExperimentOptions &options, const std::string &command_line,
+                                  const ProgressReport &report) {
+    ExperimentResults found;
+    std::vector<experiments::Experiment> read;
+    for (const auto &name : options.names)
+        read.push_back(
+            support::file_ending(name) == ".toml"
+                ? experiments::read_experiment(name)
+                : experiments::read_public(support::find_named(experiments::all_public_data(), name, "experiment")));
+    if (options.names.empty())
+        for (const auto &experiment : experiments::all_public_data()) {
+            if (experiments::has_data(experiment))
+                read.push_back(experiments::read_public(experiment));
+            else
+                found.notes.push_back(fmt::format("the data of {} are not in {}; get them from {}", experiment.name,
+                                                  experiments::data_folder().string(), experiment.source));
+        }
+    if (read.empty())
+        throw support::InputError(
+            fmt::format("{}; or give the .toml of an experiment of your own", fmt::join(found.notes, "; ")));
+    const auto folder = make_output_folder(options.output, "");
+    for (const auto &experiment : read) {
+        const auto file = folder / (experiment.name + ".h5");
+        support::check_place(file);
+        found.of_experiment.push_back(evaluate_experiment(experiment, options, command_line, report));
+        results::write_experiment(file, found.of_experiment.back());
+        found.files.push_back(file.string());
+    }
+    return found;
+}
+
+} // namespace livermark::studies

@@ -1,0 +1,130 @@
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <string>
+
+#include "experiments/experiment.hpp"
+#include "results/hdf5/experiment_file.hpp"
+#include "studies/experiments/experiments.hpp"
+#include "support/known_names.hpp"
+#include "support/whole_file.hpp"
+#include "tests/result_folder.hpp"
+
+namespace livermark::experiments {
+namespace {
+
+/// An experiment whose data may not be there: its tests are skipped then, with a sentence.
+struct WithPublicData : testing::Test {
+    void read(const std::string &name) {
+        const auto &entry = support::find_named(all_public_data(), name, "experiment");
+        if (!has_data(entry))
+            GTEST_SKIP() << "the data of " << name << " are not in " << data_folder() << "; get them from "
+                         << entry.source;
+        experiment_ = read_public(entry);
+    }
+    Experiment experiment_;
+};
+
+struct TruthCube : WithPublicData {
+    void SetUp() override { read("truth_cube"); }
+};
+
+struct DragonSkinBeam : WithPublicData {
+    void SetUp() override { read("dragon_skin_beam"); }
+};
+
+const results::ExperimentRun &run_of(const results::ExperimentResult &result, const std::string &model, int state,
+                                     int tetrahedra) {
+    return *std::ranges::find_if(result.runs, [&](const auto &run) {
+        return run.model == model && run.state == state && (tetrahedra == 0 || run.tetrahedra == tetrahedra);
+    });
+}
+
+TEST_F(TruthCube, HasTheBeadsOfItsFile) {
+    EXPECT_EQ(experiment_.markers.size(), 343u);
+    EXPECT_EQ(std::ranges::count(experiment_.markers, "", &Marker::drives), 245);
+    EXPECT_EQ(std::ranges::count(experiment_.markers, "z_max", &Marker::drives), 49);
+    ASSERT_EQ(experiment_.states.size(), 3u);
+    const std::array<double, 3> moved{4.34e-3, 10.16e-3, 15.02e-3}; // the layer on the plate, up
+    for (std::size_t s = 0; s < moved.size(); ++s) {
+        double mean = 0.0;
+        for (std::size_t k = 0; k < 343; ++k)
+            if (experiment_.markers[k].drives == "z_min")
+                mean += experiment_.states[s].displacement[k].z() / 49.0;
+        EXPECT_NEAR(mean, moved[s], 1e-5);
+    }
+}
+
+/// An independent solution with quadratic neo-Hookean elements is 0.33, 0.37 and 0.42 mm off, a straight line 0.49,
+/// 0.91 and 1.50 mm; the noise is 0.29 mm.
+TEST_F(TruthCube, IsMetByTheReferenceUpToTheNoise) {
+    studies::ExperimentOptions options;
+    options.models = {"fem_p2p1_neo_hookean"};
+    options.refines_reference = false;
+    const auto result = studies::evaluate_experiment(experiment_, options, "test", {});
+    const std::array<double, 3> independent{0.33e-3, 0.37e-3, 0.42e-3}, line{0.49e-3, 0.91e-3, 1.50e-3};
+    for (int s = 0; s < 3; ++s) {
+        const auto &run = run_of(result, "fem_p2p1_neo_hookean", s, 0);
+        EXPECT_EQ(run.status, core::SolutionStatus::ok) << run.message;
+        EXPECT_NEAR(run.error, independent[s], 0.05e-3) << s;
+        EXPECT_NEAR(result.states[s].straight_line, line[s], 0.05e-3) << s;
+    }
+}
+
+TEST_F(DragonSkinBeam, HasTheDisplacementsOfItsFiles) {
+    ASSERT_EQ(experiment_.states.size(), 3u);
+    const std::array<double, 3> sunk{6.7e-3, 17.6e-3, 27.2e-3}, differ{0.06e-3, 0.4e-3, 1.2e-3}; // of marker 0
+    for (std::size_t s = 0; s < sunk.size(); ++s) {
+        EXPECT_NEAR(experiment_.states[s].displacement[0].z(), -sunk[s], 0.1e-3);
+        EXPECT_LT(experiment_.states[s].noise, differ[s]);
+    }
+    EXPECT_NEAR(experiment_.markers[0].position.z(), 0.036, 0.002); // on a peg above the beam
+}
+
+/// A slender beam with shear sinks by 7.3, 17.3 and 26.2 mm at its tip.
+TEST_F(DragonSkinBeam, SinksLikeASlenderBeam) {
+    studies::ExperimentOptions options;
+    options.models = {"fem_p2p1_neo_hookean"};
+    options.refines_reference = false;
+    const auto result = studies::evaluate_experiment(experiment_, options, "test", {});
+    const std::array<double, 3> slender{7.3e-3, 17.3e-3, 26.2e-3};
+    for (int s = 0; s < 3; ++s) {
+        const auto &run = run_of(result, "fem_p2p1_neo_hookean", s, 0);
+        EXPECT_EQ(run.status, core::SolutionStatus::ok) << run.message;
+        EXPECT_NEAR(run.displacement[0].z(), -slender[s], 0.1 * slender[s]) << s;
+    }
+}
+
+/// The block behind its name in docs/experiments.md.
+std::string block_of_page(const std::string &name, const std::string &language) {
+    const auto page = support::read_text(LIVERMARK_SOURCE_DIR "/docs/experiments.md");
+    const auto fence = "```" + language + "\n";
+    const auto first = page.find(fence, page.find("`" + name + "`:")) + fence.size();
+    return page.substr(first, page.find("```", first) - first);
+}
+
+using PageOfExperiments = tests::ResultFolder;
+
+/// A column under its own weight sinks by rho g h^2 / (2 E) = 6.3 mm at its top, less where its base cannot widen.
+TEST_F(PageOfExperiments, HasAnExampleThatRuns) {
+    for (const auto &[name, language] : {std::pair{"cylinder.toml", "toml"}, {"cylinder.csv", "csv"}})
+        std::ofstream(directory_ / name) << block_of_page(name, language);
+    studies::ExperimentOptions options;
+    options.names = {(directory_ / "cylinder.toml").string()};
+    options.models = {"nodal_neo_hookean_f"};
+    options.output = (directory_ / "out").string();
+    const auto found = studies::run_experiments(options, "test", {});
+    ASSERT_EQ(found.of_experiment.size(), 1u);
+    const auto &result = found.of_experiment.front();
+    ASSERT_EQ(result.runs.size(), 3u);
+    for (const auto &run : result.runs) {
+        EXPECT_EQ(run.status, core::SolutionStatus::ok) << run.message;
+        EXPECT_NEAR(run.displacement.back().z(), -6.3e-3, 0.7e-3) << run.model; // in the middle of the top
+    }
+    EXPECT_LT(result.states.front().reference_uncertainty, 0.1e-3);
+    EXPECT_EQ(results::read_experiment(found.files.front()).runs, result.runs);
+}
+
+} // namespace
+} // namespace livermark::experiments
