@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <string>
@@ -77,7 +78,8 @@ TEST_F(DragonSkinBeam, HasTheDisplacementsOfItsFiles) {
     const std::array<double, 3> sunk{6.7e-3, 17.6e-3, 27.2e-3}, differ{0.06e-3, 0.4e-3, 1.2e-3}; // of marker 0
     for (std::size_t s = 0; s < sunk.size(); ++s) {
         EXPECT_NEAR(experiment_.states[s].displacement[0].z(), -sunk[s], 0.1e-3);
-        EXPECT_LT(experiment_.states[s].noise, differ[s]);
+        EXPECT_GT(experiment_.states[s].noise, 0.5 * differ[s] / std::sqrt(3.0)); // of three markers, in all directions
+        EXPECT_LT(experiment_.states[s].noise, 1.5e-3);
     }
     EXPECT_NEAR(experiment_.markers[0].position.z(), 0.036, 0.002); // on a peg above the beam
 }
@@ -106,7 +108,23 @@ std::string block_of_page(const std::string &name, const std::string &language) 
 
 using PageOfExperiments = tests::ResultFolder;
 
-/// A column under its own weight sinks by rho g h^2 / (2 E) = 6.3 mm at its top, less where its base cannot widen.
+/// A slender neo-Hookean column under its own weight: at each height rho g (h - z) = E (1 / s^2 - s) / 3 for the
+/// stretch s. A base that cannot widen takes a little from what it sinks.
+double sink_of_column(double weight_per_volume, double height, double young_modulus) {
+    constexpr int num_slices = 1000;
+    double sink = 0.0;
+    for (int slice = 0; slice < num_slices; ++slice) {
+        const double load = weight_per_volume * height * (slice + 0.5) / num_slices;
+        double low = 0.1, high = 1.0;
+        for (int step = 0; step < 60; ++step) {
+            const double s = 0.5 * (low + high);
+            (young_modulus * (1.0 / (s * s) - s) / 3.0 > load ? low : high) = s;
+        }
+        sink += (1.0 - low) * height / num_slices;
+    }
+    return sink;
+}
+
 TEST_F(PageOfExperiments, HasAnExampleThatRuns) {
     for (const auto &[name, language] : {std::pair{"cylinder.toml", "toml"}, {"cylinder.csv", "csv"}})
         std::ofstream(directory_ / name) << block_of_page(name, language);
@@ -118,9 +136,12 @@ TEST_F(PageOfExperiments, HasAnExampleThatRuns) {
     ASSERT_EQ(found.of_experiment.size(), 1u);
     const auto &result = found.of_experiment.front();
     ASSERT_EQ(result.runs.size(), 3u);
+    const double column = sink_of_column(1000.0 * 9.81, 0.08, 5000.0);
     for (const auto &run : result.runs) {
         EXPECT_EQ(run.status, core::SolutionStatus::ok) << run.message;
-        EXPECT_NEAR(run.displacement.back().z(), -6.3e-3, 0.7e-3) << run.model; // in the middle of the top
+        const double sunk = -run.displacement.back().z(); // in the middle of the top
+        EXPECT_LT(sunk, column) << run.model;
+        EXPECT_GT(sunk, 0.9 * column) << run.model;
     }
     EXPECT_LT(result.states.front().reference_uncertainty, 0.1e-3);
     EXPECT_EQ(results::read_experiment(found.files.front()).runs, result.runs);
