@@ -102,19 +102,16 @@ Vector3 straight_line(const PlaceMotion &from, const PlaceMotion &to, const Vect
     return (1.0 - part) * from.motion.at(point) + part * to.motion.at(point);
 }
 
-std::vector<Vector3> best_rigid_motion(std::span<const Vector3> positions, std::span<const Vector3> displacements) {
-    const Vector3 middle = mean(positions), moved_middle = middle + mean(displacements);
+RigidMotion best_rigid_motion(std::span<const Vector3> points, std::span<const Vector3> targets) {
+    RigidMotion motion{.from = mean(points), .to = mean(targets)};
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-    for (std::size_t k = 0; k < positions.size(); ++k)
-        covariance += (positions[k] + displacements[k] - moved_middle) * (positions[k] - middle).transpose();
+    for (std::size_t k = 0; k < points.size(); ++k)
+        covariance += (targets[k] - motion.to) * (points[k] - motion.from).transpose();
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
     Vector3 signs = Vector3::Ones();
-    signs[2] = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
-    const Eigen::Matrix3d rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
-    std::vector<Vector3> result;
-    for (const auto &position : positions)
-        result.emplace_back(rotation * (position - middle) + moved_middle - position);
-    return result;
+    signs[2] = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0; // no reflection
+    motion.rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+    return motion;
 }
 
 } // namespace livermark::experiments

@@ -54,11 +54,17 @@ void drive(core::LoadCase &load_case, const core::TetraMesh &mesh, const PlaceMo
 /// The displacement that is linear between two places that move: what no mechanics at all gives.
 core::Vector3 straight_line(const PlaceMotion &from, const PlaceMotion &to, const core::Vector3 &point);
 
-/// The displacement of each point by the rigid motion that fits them best: u = R (x - m) + m' - x with R and m' of
-/// least sum |x + u - y|^2 (Kabsch 1976, Acta Cryst. A32).
-/// @param positions      x, at least one [m]
-/// @param displacements  y - x [m]
-std::vector<core::Vector3> best_rigid_motion(std::span<const core::Vector3> positions,
-                                             std::span<const core::Vector3> displacements);
+/// x -> rotation (x - from) + to.
+struct RigidMotion {
+    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+    core::Vector3 from = core::Vector3::Zero(), to = core::Vector3::Zero(); ///< [m]
+
+    core::Vector3 at(const core::Vector3 &point) const { return rotation * (point - from) + to; }
+};
+
+/// The rigid motion of least sum |x' - y|^2 over points x that it takes to x' (Kabsch 1976, Acta Cryst. A32).
+/// @param points   x, at least one [m]
+/// @param targets  y [m]
+RigidMotion best_rigid_motion(std::span<const core::Vector3> points, std::span<const core::Vector3> targets);
 
 } // namespace livermark::experiments

@@ -1,8 +1,8 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <optional>
 #include <string>
-#include <vector>
 
 #include "experiments/experiment.hpp"
 #include "experiments/motion_capture.hpp"
@@ -16,14 +16,19 @@ namespace {
 
 using core::Vector3;
 
-constexpr int num_markers = 6, num_compared = 3; ///< the first three are near the tip, the others on the clamp
+constexpr int num_markers = 6, num_compared = 3; ///< the first three are near the tip, the others at the clamp
 constexpr int held_frames = 10;                  ///< at the start, where a hand holds the beam
 constexpr int frames_at_rest = 50;               ///< at the end
 const Vector3 beam_size(0.1, 0.03, 0.03);        ///< [m]
 /// Young's modulus as the authors fitted it to this beam.
 constexpr core::Material dragon_skin{.density = 1070.0, .young_modulus = 263824.0, .poisson_ratio = 0.499};
-/// Middle of the three markers near the tip, of the positions that the authors give, with the clamp at x = 0 [m].
-const Vector3 middle_of_markers(0.1, 0.015, 0.022);
+/// Where the authors say that the markers are on the straight beam, with the clamp at x = 0 [m].
+const std::array<Vector3, num_markers> nominal_markers{{{0.1, 0.015, 0.036},
+                                                        {0.1, -0.006, 0.024},
+                                                        {0.1, 0.036, 0.006},
+                                                        {0.006, -0.01, -0.001},
+                                                        {0.006, 0.04, 0.0275},
+                                                        {0.006, 0.04, 0.0}}};
 
 struct Weight {
     const char *name;
@@ -51,23 +56,17 @@ displacement = [0.0, 0.0, 0.0]
     return text;
 }
 
-/// From the frame of the cameras, whose x points up and whose z points along the beam.
-Vector3 to_beam(const Vector3 &point) {
-    return {point.z(), -point.y(), point.x()};
-}
-
-/// Mean position of a marker over some frames, in the directions of the beam [m].
+/// Mean position of a marker over some frames, as the cameras see it [m].
 Vector3 mean_of(const MotionCapture &capture, int marker, int first, int count) {
     Vector3 sum = Vector3::Zero();
     for (int frame = first; frame < first + count; ++frame)
-        sum += to_beam(capture.at(frame, marker));
+        sum += capture.at(frame, marker);
     return sum / count;
 }
 
-using Markers = std::array<Vector3, num_compared>;
-
+/// Where the markers were, in the frame of the cameras [m].
 struct Recording {
-    Markers held, displacement; ///< [m]
+    std::array<Vector3, num_markers> held, at_rest;
 };
 
 Recording read_recording(const std::filesystem::path &file) {
@@ -78,12 +77,17 @@ Recording read_recording(const std::filesystem::path &file) {
                                               file.string(), capture.num_markers, capture.num_frames(), num_markers,
                                               held_frames + frames_at_rest));
     Recording recording;
-    for (int k = 0; k < num_compared; ++k) {
+    for (int k = 0; k < num_markers; ++k) {
         recording.held[k] = mean_of(capture, k, 0, held_frames);
-        recording.displacement[k] =
-            mean_of(capture, k, capture.num_frames() - frames_at_rest, frames_at_rest) - recording.held[k];
+        recording.at_rest[k] = mean_of(capture, k, capture.num_frames() - frames_at_rest, frames_at_rest);
     }
     return recording;
+}
+
+/// From the frame of the cameras to that of the beam, by all six markers while a hand holds the beam. The cameras see
+/// it inclined by seven degrees.
+RigidMotion frame_of_beam(const Recording &held_straight) {
+    return best_rigid_motion(held_straight.held, nominal_markers);
 }
 
 Experiment read(const std::filesystem::path &folder) {
@@ -92,16 +96,25 @@ Experiment read(const std::filesystem::path &folder) {
         "the clamp holds all of one end face, and its end is 100 mm from the free end",
         "the weight pulls on the 7.5 mm beside the upper edge of the free end, and keeps its direction",
         "the beam is straight where a hand holds it at the start; displacements are from there",
+        "directions are those in which the six markers of the beam without a weight fit the places that the authors "
+        "give best",
         "markers stand on pegs, which move with the surface under them",
         "Young's modulus is the one that the authors fitted to this beam"};
+    std::optional<RigidMotion> frame; // of the first recording, which has no weight
     for (const auto &weight : weights) {
         std::array<Recording, 2> repeats;
         for (std::size_t r = 0; r < repeats.size(); ++r)
             repeats[r] = read_recording(folder / fmt::format("beam_{}_V2_{}.c3d", weight.file, "ab"[r]));
+        if (!frame) {
+            frame = frame_of_beam(repeats[0]);
+            for (int k = 0; k < num_compared; ++k)
+                experiment.markers.push_back({fmt::format("{}", k), frame->at(repeats[0].held[k]), ""});
+        }
         MeasuredState state{.name = weight.name, .load_case = {}, .displacement = {}};
         double difference = 0.0;
         for (int k = 0; k < num_compared; ++k) {
-            const auto &a = repeats[0].displacement[k], &b = repeats[1].displacement[k];
+            const Vector3 a = frame->rotation * (repeats[0].at_rest[k] - repeats[0].held[k]);
+            const Vector3 b = frame->rotation * (repeats[1].at_rest[k] - repeats[1].held[k]);
             state.displacement.emplace_back(0.5 * (a + b));
             difference += (a - b).squaredNorm() / num_compared;
         }
@@ -111,14 +124,6 @@ Experiment read(const std::filesystem::path &folder) {
             made.name = name;
             return made;
         };
-        if (experiment.markers.empty()) {
-            Vector3 middle = Vector3::Zero();
-            for (const auto &held : repeats[0].held)
-                middle += held / num_compared;
-            for (int k = 0; k < num_compared; ++k)
-                experiment.markers.push_back(
-                    {fmt::format("{}", k), repeats[0].held[k] - middle + middle_of_markers, ""});
-        }
         experiment.states.push_back(std::move(state));
     }
     experiment.body = [](double edge_length) {

@@ -11,8 +11,8 @@ namespace livermark::results {
 
 namespace {
 
-std::string in_mm(double length) {
-    return std::isfinite(length) ? fixed(core::millimetres * length, 2) : "-";
+std::string in_mm(double length, int decimals = 2) {
+    return std::isfinite(length) ? fixed(core::millimetres * length, decimals) : "-";
 }
 
 std::string cell_of(const ExperimentRun &run) {
@@ -70,7 +70,8 @@ Layout experiment_table(const ExperimentResult &result) {
         add("straight line", [](const ExperimentState &s) { return in_mm(s.straight_line); });
         add("driven places off their markers", [](const ExperimentState &s) { return in_mm(s.fit_residual); });
     }
-    add("reference, uncertainty of its mesh", [](const ExperimentState &s) { return in_mm(s.reference_uncertainty); });
+    add("reference, uncertainty of its mesh",
+        [](const ExperimentState &s) { return in_mm(s.reference_uncertainty, 3); });
     for (const auto &of_model : rows_of(result)) {
         std::vector<std::string> row{of_model.model, fmt::format("{}", of_model.tetrahedra)};
         double seconds = 0.0;

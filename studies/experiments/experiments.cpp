@@ -125,17 +125,15 @@ results::ExperimentState without_models(const experiments::Experiment &experimen
     };
     const auto num_markers = result.markers.size();
     state.no_motion = error(std::vector<Vector3>(num_markers, Vector3::Zero()));
-    std::vector<Vector3> positions, displacements, rigid(num_markers, Vector3::Zero());
-    std::vector<std::size_t> compared;
+    std::vector<Vector3> points, targets, rigid;
     for (std::size_t k = 0; k < num_markers; ++k)
         if (result.is_compared(k) && measured.displacement[k].allFinite()) {
-            positions.push_back(result.positions[k]);
-            displacements.push_back(measured.displacement[k]);
-            compared.push_back(k);
+            points.push_back(result.positions[k]);
+            targets.emplace_back(result.positions[k] + measured.displacement[k]);
         }
-    const auto fitted = experiments::best_rigid_motion(positions, displacements);
-    for (std::size_t c = 0; c < compared.size(); ++c)
-        rigid[compared[c]] = fitted[c];
+    const auto fitted = experiments::best_rigid_motion(points, targets);
+    for (const auto &position : result.positions)
+        rigid.emplace_back(fitted.at(position) - position);
     state.rigid_motion = error(rigid);
     const auto places = experiments::driven_places(experiment, measured);
     for (const auto &place : places)
