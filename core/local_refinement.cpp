@@ -17,17 +17,17 @@ Edge edge_of(int a, int b) {
     return {std::min(a, b), std::max(a, b)};
 }
 
-/// The nodes in the middle of the edges that are bisected.
-class Middles {
+/// The nodes on the edges that are split.
+class NewNodes {
   public:
-    Middles(std::vector<Vector3> &points, const std::set<Edge> &edges) : points_(points) {
-        for (const auto &[a, b] : edges) {
-            node_[{a, b}] = static_cast<int>(points_.size());
-            points_.emplace_back(0.5 * (points_[a] + points_[b]));
+    NewNodes(std::vector<Vector3> &points, const std::map<Edge, Vector3> &on_edges) : points_(points) {
+        for (const auto &[edge, point] : on_edges) {
+            node_[edge] = static_cast<int>(points_.size());
+            points_.push_back(point);
         }
     }
 
-    /// Cuts a tetrahedron or triangle until none of its edges has a middle, and hands out the parts. What is
+    /// Cuts a tetrahedron or triangle until none of its edges has a new node, and hands out the parts. What is
     /// right-handed stays so.
     template <std::size_t corners, class Keep> void cut(const std::array<int, corners> &nodes, const Keep &keep) const {
         // The longest; of several the last by the numbers of its nodes, so that all who have it choose alike.
@@ -141,28 +141,36 @@ template <class Choose> BisectedProblem refine_where(const Problem &problem, con
 
 } // namespace
 
-BisectedBody bisect(const Body &body, const std::set<Edge> &edges) {
+BisectedBody split_edges(const Body &body, const std::map<Edge, Vector3> &points) {
     const auto &coarse = body.mesh;
-    BisectedBody result{
-        {.name = body.name, .mesh = {}, .materials = body.materials}, {}, {}, {edges.begin(), edges.end()}};
+    BisectedBody result{{.name = body.name, .mesh = {}, .materials = body.materials}, {}, {}, {}};
+    for (const auto &[edge, point] : points)
+        result.parent_edge.push_back(edge);
     auto &fine = result.body.mesh;
     fine.points = coarse.points;
     fine.region_names = coarse.region_names;
     fine.patch_names = coarse.patch_names;
-    const Middles middles(fine.points, edges);
+    const NewNodes new_nodes(fine.points, points);
     for (std::size_t t = 0; t < coarse.tetrahedra.size(); ++t)
-        middles.cut(coarse.tetrahedra[t], [&](const auto &part) {
+        new_nodes.cut(coarse.tetrahedra[t], [&](const auto &part) {
             fine.tetrahedra.push_back(part);
             fine.region.push_back(coarse.region[t]);
             result.parent_tetrahedron.push_back(static_cast<int>(t));
         });
     for (int f = 0; f < coarse.num_boundary_triangles(); ++f)
-        middles.cut(coarse.boundary_triangles[f], [&](const auto &part) {
+        new_nodes.cut(coarse.boundary_triangles[f], [&](const auto &part) {
             fine.boundary_triangles.push_back(part);
             fine.boundary_patch.push_back(coarse.boundary_patch[f]);
             result.parent_triangle.push_back(f);
         });
     return result;
+}
+
+BisectedBody bisect(const Body &body, const std::set<Edge> &edges) {
+    std::map<Edge, Vector3> middles;
+    for (const auto &[a, b] : edges)
+        middles.emplace(Edge{a, b}, 0.5 * (body.mesh.points[a] + body.mesh.points[b]));
+    return split_edges(body, middles);
 }
 
 LoadCase on_parts(const LoadCase &load_case, const BisectedBody &parts) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <set>
 #include <vector>
 
@@ -13,12 +14,17 @@ struct BisectedBody {
     Body body;
     std::vector<int> parent_tetrahedron;         ///< (M') the tetrahedron that each is a part of, ascending
     std::vector<int> parent_triangle;            ///< (T') the boundary triangle that each is a part of
-    std::vector<std::array<int, 2>> parent_edge; ///< (N' - N) the edge in whose middle each new node is
+    std::vector<std::array<int, 2>> parent_edge; ///< (N' - N) the edge on which each new node is
 };
 
-/// Bisects edges, the longest first in each tetrahedron, with all tetrahedra and boundary triangles at them. Which one
-/// is the longest is the same from both sides of a face, so the parts fit together. (M. C. Rivara 1984, Algorithms for
-/// refining triangular grids suitable for adaptive and multigrid techniques, Int. J. Numer. Meth. Engng. 20)
+/// Splits edges at a point of each, the longest first in each tetrahedron, with all tetrahedra and boundary triangles
+/// at them. Which one is the longest is the same from both sides of a face, so the parts fit together. (M. C. Rivara
+/// 1984, Algorithms for refining triangular grids suitable for adaptive and multigrid techniques, Int. J. Numer. Meth.
+/// Engng. 20)
+/// @param points  [m] between the ends of each edge, which has its lower node number first
+BisectedBody split_edges(const Body &body, const std::map<std::array<int, 2>, Vector3> &points);
+
+/// The same in the middle of edges.
 /// @param edges  lower node number first
 BisectedBody bisect(const Body &body, const std::set<std::array<int, 2>> &edges);
 

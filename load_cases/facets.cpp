@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <numeric>
 
+#include "core/triangle.hpp"
 #include "load_cases/selector.hpp"
 
 namespace livermark::load_cases {
@@ -35,26 +36,9 @@ std::optional<double> crossing(const core::TetraMesh &mesh, int facet, const Vec
     return along;
 }
 
-Vector3 nearest_of_segment(const Vector3 &from, const Vector3 &to, const Vector3 &point) {
-    const Vector3 side = to - from;
-    return from + std::clamp((point - from).dot(side) / side.squaredNorm(), 0.0, 1.0) * side;
-}
-
-/// Its foot on the plane of the facet if that is inside, else the nearest point of the sides.
 Vector3 nearest_of_facet(const core::TetraMesh &mesh, int facet, const Vector3 &point) {
-    const auto &corners = mesh.boundary_triangles[facet];
-    const Vector3 area = area_vector(mesh, facet);
-    const Vector3 foot = point - area * area.dot(point - mesh.points[corners[0]]) / area.squaredNorm();
-    bool is_inside = true;
-    Vector3 nearest = mesh.points[corners[0]];
-    for (std::size_t k = 0; k < 3; ++k) {
-        const Vector3 &from = mesh.points[corners[k]], &to = mesh.points[corners[(k + 1) % 3]];
-        is_inside = is_inside && (to - from).cross(foot - from).dot(area) >= 0.0;
-        if (const Vector3 candidate = nearest_of_segment(from, to, point);
-            (candidate - point).squaredNorm() < (nearest - point).squaredNorm())
-            nearest = candidate;
-    }
-    return is_inside ? foot : nearest;
+    const auto &[a, b, c] = mesh.boundary_triangles[facet];
+    return core::nearest_of_triangle({mesh.points[a], mesh.points[b], mesh.points[c]}, point);
 }
 
 } // namespace
