@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <iterator>
+#include <utility>
 
 #include "core/plausible_liver.hpp"
 #include "meshes/anatomy/anatomical_patches.hpp"
+#include "meshes/cutting/cut_reader.hpp"
 #include "meshes/io/material_reader.hpp"
 #include "meshes/io/mesh_figures.hpp"
 #include "meshes/io/mesh_reader.hpp"
@@ -63,8 +65,8 @@ void apply(const MaterialOverride &override_with, std::vector<core::Material> &m
 
 toml::table read_table(const std::filesystem::path &toml_file) {
     auto table = support::parse_toml(support::read_text(toml_file), toml_file);
-    support::refuse_unknown_keys(table,
-                                 {"title", "mesh", "unit", "find_patches", "generator", "regions", "patches", "image"});
+    support::refuse_unknown_keys(
+        table, {"title", "mesh", "unit", "find_patches", "generator", "regions", "patches", "image", "cut"});
     return table;
 }
 
@@ -118,7 +120,7 @@ core::Body body_of_table(const std::filesystem::path &file) {
     }
     body.materials = read_materials(table, body.mesh);
     check_patches(table, body.mesh);
-    return body;
+    return cut(std::move(body), read_cuts(table));
 }
 
 /// A mesh that comes alone: all that is missing is assumed, and said.

@@ -19,7 +19,8 @@ struct MaterialOverride {
 };
 
 /// Reads a body: its .toml, and the mesh that it names, relative to itself. Or a mesh alone, whose unit is guessed from
-/// its size, whose regions are soft liver, and on which the patches of a liver are looked for: see Body::assumptions.
+/// its size, whose regions are soft liver, and on which the patches of a liver are looked for: see Body::assumptions. A
+/// [[cut]] of the .toml (cutting/cut_reader.hpp) cuts the mesh; materials and patches of the .toml are those before.
 /// @throws support::InputError for a fault of either, a region without material or a material without region, a density
 ///         or Young's modulus that is not positive, a Poisson's ratio outside (-1, 0.5)
 core::Body read_body(const std::filesystem::path &file, const MaterialOverride &override_with = {});

@@ -8,6 +8,7 @@
 
 #include "core/bounding_box.hpp"
 #include "core/plausible_liver.hpp"
+#include "meshes/cutting/cut.hpp"
 #include "meshes/io/mesh_figures.hpp"
 #include "support/input_error.hpp"
 
@@ -23,8 +24,20 @@ std::string corner_names(const RawMesh &raw, const std::array<int, 3> &face) {
     return fmt::format("{} {} {}", raw.node_tag[face[0]], raw.node_tag[face[1]], raw.node_tag[face[2]]);
 }
 
+/// (N) whether a node is in the patch that a cut leaves.
+std::vector<bool> nodes_of_wound(const RawMesh &raw) {
+    std::vector<bool> is_in_wound(raw.points.size(), false);
+    for (std::size_t f = 0; f < raw.triangles.size(); ++f)
+        if (const auto name = raw.patch_names.find(raw.patch_tag[f]);
+            name != raw.patch_names.end() && name->second == wound_patch)
+            for (const int node : raw.triangles[f])
+                is_in_wound[node] = true;
+    return is_in_wound;
+}
+
 void refuse_coinciding_nodes(const RawMesh &raw, const std::string &file) {
     const double tolerance = 1e-9 * core::extent(raw.points);
+    const auto is_in_wound = nodes_of_wound(raw);
     std::vector<int> order(raw.points.size());
     std::iota(order.begin(), order.end(), 0);
     std::ranges::sort(order, {}, [&](int node) { return std::pair(raw.points[node].x(), node); });
@@ -33,7 +46,7 @@ void refuse_coinciding_nodes(const RawMesh &raw, const std::string &file) {
             const core::Vector3 apart = raw.points[order[b]] - raw.points[order[a]];
             if (apart.x() > tolerance)
                 break;
-            if (apart.norm() <= tolerance)
+            if (apart.norm() <= tolerance && !(is_in_wound[order[a]] && is_in_wound[order[b]]))
                 throw support::InputError(fmt::format("{}: {} and {} are in one place; merge them", file,
                                                       node_name(raw, order[a]), node_name(raw, order[b])));
         }

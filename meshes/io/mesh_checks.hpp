@@ -6,7 +6,8 @@
 
 namespace livermark::meshes {
 
-/// Every node is finite, used, and the only one at its place.
+/// Every node is finite, used, and the only one at its place, other than in the patch "wound": a body that was parted
+/// has nodes of both sides there.
 /// @throws support::InputError that names the first that is not
 void check_nodes(const RawMesh &raw, const std::string &file);
 

@@ -1,0 +1,120 @@
+#include "meshes/cutting/cut_reader.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <limits>
+
+#include "support/whole_file.hpp"
+
+namespace livermark::meshes {
+
+namespace {
+
+std::optional<std::string> optional_word(const toml::table &table, const char *key) {
+    return table.contains(key) ? std::optional(support::required_string(table, key)) : std::nullopt;
+}
+
+std::optional<double> optional_length(const toml::table &table, const char *key) {
+    return table.contains(key) ? std::optional(support::required_number(table, key)) : std::nullopt;
+}
+
+/// All numbers of a list of lists; what is no number becomes one that no blade has.
+std::vector<double> numbers_in(const toml::array *lists) {
+    std::vector<double> numbers;
+    if (lists)
+        for (const auto &list : *lists)
+            if (const auto *row = list.as_array())
+                for (const auto &number : *row)
+                    numbers.push_back(number.value<double>().value_or(std::numeric_limits<double>::quiet_NaN()));
+    return numbers;
+}
+
+CutWords words_of(const toml::table &cut) {
+    support::refuse_unknown_keys(cut, {"region", "margin", "half_space", "blade", "way", "small_pieces"});
+    CutWords words;
+    words.region = optional_word(cut, "region");
+    words.margin = optional_length(cut, "margin");
+    if (cut.contains("half_space")) {
+        const auto &half_space = support::required_table(cut, "half_space");
+        support::refuse_unknown_keys(half_space, {"point", "normal"});
+        for (const char *key : {"point", "normal"})
+            for (const double component : support::required_vector(half_space, key))
+                words.half_space.push_back(component);
+    }
+    if (cut.contains("blade")) {
+        const auto &blade = support::required_table(cut, "blade");
+        support::refuse_unknown_keys(blade, {"corners", "thickness"});
+        words.blade = numbers_in(blade.get_as<toml::array>("corners"));
+        words.blade.resize(std::max<std::size_t>(words.blade.size(), 1)); // it is there, though empty
+        words.thickness = optional_length(blade, "thickness");
+    }
+    words.way = optional_word(cut, "way").value_or(words.way);
+    words.small_pieces = optional_word(cut, "small_pieces").value_or(words.small_pieces);
+    return words;
+}
+
+CutTool tool_of(const CutWords &words, const std::string &place) {
+    const auto refuse = [&](const char *what) { throw support::InputError(fmt::format("{}: {}", place, what)); };
+    if (int{words.region.has_value()} + int{!words.half_space.empty()} + int{!words.blade.empty()} != 1)
+        refuse("a cut takes a region, a half-space or what a blade sweeps; give one of them");
+    if (words.margin && !words.region)
+        refuse("a margin is one around a region; leave it out, or give a region");
+    if (words.thickness && words.blade.empty())
+        refuse("a thickness is one of a blade; leave it out, or give a blade");
+    if (words.region)
+        return RegionCut{*words.region, words.margin.value_or(0.0)};
+    const auto vector = [](const std::vector<double> &numbers, std::size_t v) {
+        return core::Vector3(numbers[3 * v], numbers[3 * v + 1], numbers[3 * v + 2]);
+    };
+    if (!words.half_space.empty()) {
+        if (words.half_space.size() != 6)
+            refuse("a half-space has a point and a normal; give three numbers of each");
+        return HalfSpaceCut{vector(words.half_space, 0), vector(words.half_space, 1)};
+    }
+    if (words.blade.size() != 12)
+        refuse("a blade sweeps a quadrilateral; give its four corners in turn, three numbers of each");
+    return BladeCut{{vector(words.blade, 0), vector(words.blade, 1), vector(words.blade, 2), vector(words.blade, 3)},
+                    words.thickness.value_or(0.0)};
+}
+
+CutWay way_of(const std::string &word, const std::string &place) {
+    if (word != "facets" && word != "exact")
+        throw support::InputError(fmt::format("{}: there is no way '{}' to cut; give facets or exact", place, word));
+    return word == "exact" ? CutWay::exact : CutWay::facets;
+}
+
+SmallPieces fate_of_small_pieces(const std::string &word, const std::string &place) {
+    if (word == "refuse")
+        return SmallPieces::refuse;
+    if (word == "remove")
+        return SmallPieces::remove;
+    if (word == "keep")
+        return SmallPieces::keep;
+    throw support::InputError(
+        fmt::format("{}: small pieces cannot be told to '{}'; give refuse, remove or keep", place, word));
+}
+
+} // namespace
+
+Cut cut_of(const CutWords &words, const std::string &place) {
+    return {tool_of(words, place), way_of(words.way, place), fate_of_small_pieces(words.small_pieces, place), place};
+}
+
+std::vector<Cut> read_cuts(const toml::table &table) {
+    std::vector<Cut> cuts;
+    const auto *node = table.get("cut");
+    if (!node)
+        return cuts;
+    if (!node->is_array_of_tables())
+        throw support::InputError(
+            fmt::format("{}: 'cut' is no list of tables; write [[cut]] above each", support::place_of(*node)));
+    for (const auto &entry : *node->as_array())
+        cuts.push_back(cut_of(words_of(*entry.as_table()), support::place_of(entry)));
+    return cuts;
+}
+
+std::vector<Cut> cuts_of_file(const std::filesystem::path &toml_file) {
+    return read_cuts(support::parse_toml(support::read_text(toml_file), toml_file));
+}
+
+} // namespace livermark::meshes

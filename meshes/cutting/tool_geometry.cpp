@@ -1,0 +1,231 @@
+#include "meshes/cutting/tool_geometry.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <limits>
+#include <memory>
+
+#include "core/triangle.hpp"
+
+namespace livermark::meshes {
+
+namespace {
+
+using core::Vector3;
+using Corners = std::array<Vector3, 3>;
+
+std::array<Corners, 2> triangles_of(const BladeCut &blade) {
+    const auto &[a, b, c, d] = blade.corners;
+    return {{{a, b, c}, {a, c, d}}};
+}
+
+double distance_to(const Corners &triangle, const Vector3 &point) {
+    return (core::nearest_of_triangle(triangle, point) - point).norm();
+}
+
+double distance_to(const BladeCut &blade, const Vector3 &point) {
+    const auto [first, second] = triangles_of(blade);
+    return std::min(distance_to(first, point), distance_to(second, point));
+}
+
+/// Where a segment goes through a triangle, from either side. (Moeller and Trumbore 1997)
+std::optional<double> crossing_of(const Corners &triangle, const Vector3 &from, const Vector3 &to) {
+    constexpr double rounding = 1e-9; // a segment through a common side goes through one of both at least
+    const Vector3 ab = triangle[1] - triangle[0], ac = triangle[2] - triangle[0], way = to - from;
+    const Vector3 normal = ab.cross(ac);
+    const double volume = -normal.dot(way);
+    if (volume == 0.0)
+        return std::nullopt;
+    const Vector3 start = from - triangle[0];
+    const double along = normal.dot(start) / volume;
+    const Vector3 side = start.cross(way);
+    const double v = ac.dot(side) / volume, w = -ab.dot(side) / volume;
+    if (!(along >= 0.0 && along <= 1.0) || v < -rounding || w < -rounding || v + w > 1.0 + rounding)
+        return std::nullopt;
+    return along;
+}
+
+/// Smallest distance of two segments. (C. Ericson 2005, Real-Time Collision Detection, 5.1.9)
+double distance_of(const Vector3 &p, const Vector3 &q, const Vector3 &r, const Vector3 &s) {
+    const Vector3 d = q - p, e = s - r, between = p - r;
+    const double a = d.squaredNorm(), b = d.dot(e), c = d.dot(between), f = e.dot(between), g = e.squaredNorm();
+    const double denominator = a * g - b * b;
+    double u = denominator > 0.0 ? std::clamp((b * f - c * g) / denominator, 0.0, 1.0) : 0.0;
+    double v = (b * u + f) / g;
+    if (v < 0.0 || v > 1.0) {
+        v = std::clamp(v, 0.0, 1.0);
+        u = std::clamp((b * v - c) / a, 0.0, 1.0);
+    }
+    return (between + u * d - v * e).norm();
+}
+
+/// 0 where they cross.
+double distance_of(const Corners &one, const Corners &other) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (crossing_of(one, other[i], other[(i + 1) % 3]) || crossing_of(other, one[i], one[(i + 1) % 3]))
+            return 0.0;
+        nearest = std::min({nearest, distance_to(one, other[i]), distance_to(other, one[i])});
+        for (std::size_t j = 0; j < 3; ++j)
+            nearest = std::min(nearest, distance_of(one[i], one[(i + 1) % 3], other[j], other[(j + 1) % 3]));
+    }
+    return nearest;
+}
+
+std::array<Vector3, 4> corners_of(const core::TetraMesh &mesh, std::size_t t) {
+    const auto &[a, b, c, d] = mesh.tetrahedra[t];
+    return {mesh.points[a], mesh.points[b], mesh.points[c], mesh.points[d]};
+}
+
+bool holds(const std::array<Vector3, 4> &x, const Vector3 &point) {
+    return std::ranges::all_of(core::tetrahedron_faces, [&](const auto &face) {
+        const Vector3 area = (x[face[1]] - x[face[0]]).cross(x[face[2]] - x[face[0]]);
+        return area.dot(point - x[face[0]]) <= 0.0;
+    });
+}
+
+/// Whether a tetrahedron is nearer to a blade than half its thickness.
+bool touches(const BladeCut &blade, const std::array<Vector3, 4> &x) {
+    for (const auto &triangle : triangles_of(blade)) {
+        if (holds(x, triangle[0]))
+            return true;
+        for (const auto &[a, b, c] : core::tetrahedron_faces)
+            if (distance_of({x[a], x[b], x[c]}, triangle) < 0.5 * blade.thickness)
+                return true;
+    }
+    return false;
+}
+
+/// The surface of a region, for distances from outside.
+class RegionSurface {
+  public:
+    RegionSurface(const core::TetraMesh &mesh, int region) {
+        std::vector<std::array<int, 4>> inside;
+        for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
+            if (mesh.region[t] == region)
+                inside.push_back(mesh.tetrahedra[t]);
+        for (const auto &[a, b, c] : core::outer_faces(inside)) {
+            const Corners triangle{mesh.points[a], mesh.points[b], mesh.points[c]};
+            const Vector3 middle = (triangle[0] + triangle[1] + triangle[2]) / 3.0;
+            double radius = 0.0;
+            for (const auto &corner : triangle) {
+                radius = std::max(radius, (corner - middle).norm());
+                box_.extend(corner);
+            }
+            facets_.push_back({triangle, middle, radius});
+        }
+    }
+
+    /// Of what is farther away than this, the distance from the box around the surface.
+    double distance(const Vector3 &point, double farthest) const {
+        if (const double from_box = box_.exteriorDistance(point); from_box > farthest)
+            return from_box;
+        double nearest = std::numeric_limits<double>::infinity();
+        for (const auto &[triangle, middle, radius] : facets_)
+            if ((point - middle).norm() - radius < nearest)
+                nearest = std::min(nearest, distance_to(triangle, point));
+        return nearest;
+    }
+
+  private:
+    struct Facet {
+        Corners corners;
+        Vector3 middle;
+        double radius;
+    };
+    std::vector<Facet> facets_;
+    Eigen::AlignedBox3d box_;
+};
+
+int number_of(const std::string &region, const core::TetraMesh &mesh) {
+    return static_cast<int>(std::ranges::find(mesh.region_names, region) - mesh.region_names.begin());
+}
+
+std::vector<bool> tetrahedra_in(int region, const core::TetraMesh &mesh) {
+    std::vector<bool> inside(mesh.tetrahedra.size());
+    for (std::size_t t = 0; t < inside.size(); ++t)
+        inside[t] = mesh.region[t] == region;
+    return inside;
+}
+
+std::vector<double> levels_of_nodes(const ToolLevel &level, const core::TetraMesh &mesh) {
+    std::vector<double> levels;
+    levels.reserve(mesh.points.size());
+    for (const auto &point : mesh.points)
+        levels.push_back(level.at(point));
+    return levels;
+}
+
+ToolLevel level_around(const RegionCut &cut, const core::TetraMesh &mesh) {
+    const int region = number_of(cut.region, mesh);
+    const auto surface = std::make_shared<const RegionSurface>(mesh, region);
+    ToolLevel level{
+        [surface, margin = cut.margin](const Vector3 &point) { return surface->distance(point, margin) - margin; },
+        {},
+        tetrahedra_in(region, mesh)};
+    level.of_nodes = levels_of_nodes(level, mesh);
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
+        if (level.is_in_region[t])
+            for (const int node : mesh.tetrahedra[t])
+                level.of_nodes[node] = -cut.margin;
+    return level;
+}
+
+} // namespace
+
+std::optional<double> crossing_of(const BladeCut &blade, const Vector3 &a, const Vector3 &b) {
+    for (const auto &triangle : triangles_of(blade))
+        if (const auto along = crossing_of(triangle, a, b))
+            return along;
+    return std::nullopt;
+}
+
+bool is_above(const BladeCut &blade, const Vector3 &point) {
+    const auto [first, second] = triangles_of(blade);
+    const auto &nearer = distance_to(first, point) <= distance_to(second, point) ? first : second;
+    return (nearer[1] - nearer[0]).cross(nearer[2] - nearer[0]).dot(point - nearer[0]) > 0.0;
+}
+
+ToolLevel tool_level(const CutTool &tool, const core::TetraMesh &mesh) {
+    if (const auto *region = std::get_if<RegionCut>(&tool))
+        return level_around(*region, mesh);
+    ToolLevel level;
+    if (const auto *half_space = std::get_if<HalfSpaceCut>(&tool))
+        level.at = [point = half_space->point, normal = Vector3(half_space->normal.normalized())](const Vector3 &x) {
+            return normal.dot(point - x);
+        };
+    else
+        level.at = [blade = std::get<BladeCut>(tool)](const Vector3 &x) {
+            return distance_to(blade, x) - 0.5 * blade.thickness;
+        };
+    level.of_nodes = levels_of_nodes(level, mesh);
+    return level;
+}
+
+std::vector<bool> tetrahedra_taken(const CutTool &tool, const core::TetraMesh &mesh) {
+    std::vector<bool> taken(mesh.tetrahedra.size(), false);
+    if (const auto *blade = std::get_if<BladeCut>(&tool)) {
+        Eigen::AlignedBox3d reach;
+        for (const auto &corner : blade->corners)
+            reach.extend(corner);
+        reach.min().array() -= blade->thickness;
+        reach.max().array() += blade->thickness;
+        for (std::size_t t = 0; t < taken.size(); ++t) {
+            const auto corners = corners_of(mesh, t);
+            Eigen::AlignedBox3d box;
+            for (const auto &corner : corners)
+                box.extend(corner);
+            taken[t] = reach.intersects(box) && touches(*blade, corners);
+        }
+        return taken;
+    }
+    const auto level = tool_level(tool, mesh);
+    for (std::size_t t = 0; t < taken.size(); ++t) {
+        const auto corners = corners_of(mesh, t);
+        const bool is_in_region = !level.is_in_region.empty() && level.is_in_region[t];
+        taken[t] = is_in_region || level.at(0.25 * (corners[0] + corners[1] + corners[2] + corners[3])) < 0.0;
+    }
+    return taken;
+}
+
+} // namespace livermark::meshes
