@@ -115,7 +115,7 @@ void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core
 
 void refuse_unknown_keys_of_load_case(const toml::table &table) {
     support::refuse_unknown_keys(table, {"title", "regime", "path", "target_peak_displacement", "scale_to_target",
-                                         "acceleration", "condition", "release", "probe", "tool", "needle"});
+                                         "acceleration", "condition", "release", "probe", "tool", "needle", "cut"});
 }
 
 toml::table read_table(const std::string &text, const std::filesystem::path &file) {
@@ -159,6 +159,9 @@ core::LoadCase parse_load_case(const std::string &text, const std::filesystem::p
 core::LoadCase load_case_of_table(const toml::table &table, const std::filesystem::path &file,
                                   const core::TetraMesh &mesh) {
     refuse_unknown_keys_of_load_case(table);
+    if (table.contains("cut") && std::ranges::find(mesh.patch_names, "wound") == mesh.patch_names.end())
+        throw support::InputError(fmt::format("{}: the load case cuts the body, and this one is not cut; cut it first",
+                                              support::place_of(*table.get("cut"))));
     core::LoadCase load_case;
     load_case.name = file.stem().string();
     load_case.title = support::required_string(table, "title");

@@ -79,6 +79,9 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 ///     frame_rate = 60.0                       # [1/s]
 ///     mass_damping = 7.0                      # alpha [1/s] of D = alpha M
 ///
+/// A body may be cut at rest before anything is done to it: [[cut]], of which meshes/cutting/cut_reader.hpp says what
+/// it takes. The mesh here is that of the cut body, with its patch "wound".
+///
 /// The area of the facets of a disc is not that of the disc, so its tractions are multiplied by the ratio of the two:
 /// the resultant is the same on every mesh. All places that press are one instrument, such as the jaws of a forceps:
 /// their depth is one, and so is the size of their forces. They drive the body alone. With profile = "round" in a disc
@@ -86,11 +89,11 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 /// pressures and tractions vanish at its rim, and what is given is their mean.
 ///
 /// Where a body is narrow, a place yields to those above it: see place_apart(). What it lost is LoadCase::yielded.
-/// @throws support::InputError with file, line and remedy: not TOML, unknown keys, a body that is not constrained,
-/// nothing
-///         to scale, a release without tractions or probes; NotOnBody (load_cases/selector.hpp) for what this body has
-///         no place for: a patch or region that it lacks, a place that no facet is in, places of which less than three
-///         quarters are left beside those above, a body that is free to move as a whole, a probe that is constrained
+/// @throws support::InputError with file, line and remedy: not TOML, unknown keys, a body that is not constrained, or
+///         not cut where it should be, nothing to scale, a release without tractions or probes; NotOnBody
+///         (load_cases/selector.hpp) for what this body has no place for: a patch or region that it lacks, a place that
+///         no facet is in, places of which less than three quarters are left beside those above, a body that is free to
+///         move as a whole, a probe that is constrained
 core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core::TetraMesh &mesh);
 
 /// The same from text. The file gives the name of the load case, and the place in messages.

@@ -9,6 +9,7 @@
 
 #include "load_cases/load_case_reader.hpp"
 #include "load_cases/selector.hpp"
+#include "meshes/cutting/cut_reader.hpp"
 #include "studies/catalogue.hpp"
 #include "studies/run/load_scaling.hpp"
 #include "support/input_error.hpp"
@@ -59,6 +60,26 @@ std::vector<std::string> sentences(const std::vector<LeftOut> &left_out) {
 
 namespace {
 
+/// The body that a load case is put on: cut, where it says so.
+/// @throws load_cases::NotOnBody if a cut does not fit the body
+std::shared_ptr<const core::Body> body_for(const std::filesystem::path &load_case_file,
+                                           const std::shared_ptr<const core::Body> &body,
+                                           std::vector<std::string> &notes) {
+    const auto cuts = meshes::cuts_of_file(load_case_file);
+    if (cuts.empty())
+        return body;
+    try {
+        const auto num_known = body->assumptions.size();
+        auto cut = std::make_shared<const core::Body>(meshes::cut(*body, cuts));
+        for (auto note = num_known; note < cut->assumptions.size(); ++note)
+            notes.push_back(
+                fmt::format("{}: {}: {}", body->name, load_case_file.stem().string(), cut->assumptions[note]));
+        return cut;
+    } catch (const meshes::CutNotOnBody &error) {
+        throw load_cases::NotOnBody(error.place(), error.reason(), error.remedy());
+    }
+}
+
 ProblemSet read_all(const std::vector<std::string> &bodies, const std::vector<std::string> &load_cases,
                     const meshes::MaterialOverride &material, bool may_leave_out) {
     ProblemSet set;
@@ -76,7 +97,8 @@ ProblemSet read_all(const std::vector<std::string> &bodies, const std::vector<st
             set.notes.push_back(fmt::format("{}: {}", body->name, assumption));
         for (const auto &load_case_file : load_case_files) {
             try {
-                set.problems.push_back({body, load_cases::read_load_case(load_case_file, body->mesh)});
+                const auto cut = body_for(load_case_file, body, set.notes);
+                set.problems.push_back({cut, load_cases::read_load_case(load_case_file, cut->mesh)});
             } catch (const load_cases::NotOnBody &error) {
                 if (!may_leave_out && !bodies.empty() && is_own_file(load_case_file))
                     throw;

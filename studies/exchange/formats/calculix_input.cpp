@@ -6,6 +6,8 @@
 #include <fmt/ostream.h>
 #include <map>
 #include <ostream>
+#include <string>
+#include <vector>
 
 #include "studies/exchange/formats/nodal_loads.hpp"
 
@@ -28,12 +30,30 @@ void write_neo_hooke(std::ostream &out, const core::Material &material) {
     fmt::print(out, "*HYPERELASTIC, NEO HOOKE\n{:.12e}, {:.12e}\n", 0.5 * material.shear_modulus(), 2.0 / bulk_modulus);
 }
 
+std::array<int, 3> sorted(std::array<int, 3> nodes) {
+    std::ranges::sort(nodes);
+    return nodes;
+}
+
+/// The patches as surfaces of faces S1 to S4, numbered as P1 to P4.
+void write_patches(std::ostream &out, const core::TetraMesh &mesh) {
+    std::map<std::array<int, 3>, int> patch;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        patch[sorted(mesh.boundary_triangles[f])] = mesh.boundary_patch[f];
+    std::vector<std::string> faces_of(mesh.patch_names.size());
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
+        for (std::size_t face = 0; face < face_corners.size(); ++face) {
+            const auto &[a, b, c] = face_corners[face];
+            const auto &nodes = mesh.tetrahedra[t];
+            if (const auto found = patch.find(sorted({nodes[a], nodes[b], nodes[c]})); found != patch.end())
+                faces_of[found->second] += fmt::format("{}, S{}\n", t + 1, face + 1);
+        }
+    for (std::size_t p = 0; p < faces_of.size(); ++p)
+        fmt::print(out, "** {}\n*SURFACE, NAME=PATCH_{}, TYPE=ELEMENT\n{}", mesh.patch_names[p], p, faces_of[p]);
+}
+
 /// Pressures on faces follow them where *STEP says NLGEOM.
 void write_follower_pressures(std::ostream &out, const core::TetraMesh &mesh, const core::LoadCase &load_case) {
-    const auto sorted = [](std::array<int, 3> nodes) {
-        std::ranges::sort(nodes);
-        return nodes;
-    };
     std::map<std::array<int, 3>, double> pressure;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
         if (load_case.follows_surface(f))
@@ -111,6 +131,7 @@ void write_inp(std::ostream &out, const core::Problem &problem, int degree) {
         fmt::print(out, "*DENSITY\n{1:.12e}\n*SOLID SECTION, ELSET=REGION_{0}, MATERIAL=MATERIAL_{0}\n", region,
                    material.density);
     }
+    write_patches(out, mesh);
     const auto prescribed = prescribed_displacement(load_case, fem);
     const auto force = traction_forces(mesh, is_large ? core::without_follower_pressures(load_case) : load_case, fem);
     const bool presses = load_case.press_depth != 0.0;

@@ -41,6 +41,16 @@ std::vector<Vector3> nodal_forces(const core::Problem &problem, const Discretisa
     return force;
 }
 
+/// (N) 1 at the nodes of a patch.
+std::vector<int> is_in_patch(const core::TetraMesh &mesh, const std::string &name) {
+    std::vector<int> marks(mesh.points.size(), 0);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (mesh.patch_names[mesh.boundary_patch[f]] == name)
+            for (const int node : mesh.boundary_triangles[f])
+                marks[node] = 1;
+    return marks;
+}
+
 /// Where a place presses, nodal forces are those of one newton, and this says how far it goes.
 std::string press_depth(const core::LoadCase &load_case) {
     return load_case.press_depth == 0.0
@@ -79,6 +89,11 @@ void write_vtu(std::ostream &out, const core::Problem &problem) {
         return text(value.array().isNaN().select(Vector3::Zero(), value));
     });
     array(out, "Float64", "nodal_force", 3, num_nodes, [&](std::size_t i) { return text(force[i]); });
+    for (const auto &name : mesh.patch_names)
+        if (name == "wound") {
+            const auto marks = is_in_patch(mesh, name);
+            array(out, "Int32", name, 1, num_nodes, [&](std::size_t i) { return marks[i]; });
+        }
     fmt::print(out, "</PointData>\n<CellData>\n");
     array(out, "Int32", "region", 1, num_cells, [&](std::size_t t) { return mesh.region[t]; });
     const auto material = [&](const std::string &name, double core::Material::*property) {

@@ -137,6 +137,7 @@ std::vector<BadInputGroup> all_bad_inputs() {
             {"Bodies", "Bodies (`.toml`, and meshes of other formats)", bad_bodies()},
             {"LoadCases", "Load cases (`.toml`)", bad_load_cases()},
             {"Releases", "Load cases with a release", bad_releases()},
+            {"Cuts", "Load cases with a cut", bad_cuts()},
             {"Hdf5Files", "Result and calibration files (`.h5`)", bad_hdf5_files()},
             {"Images", "Label images and surfaces (`livermark mesh --labels`, `--surfaces`)", bad_images()},
             {"Solutions", "Solutions of other models (`livermark score`)", bad_solutions()},

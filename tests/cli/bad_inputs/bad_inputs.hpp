@@ -34,6 +34,7 @@ std::vector<BadInput> bad_meshes();
 std::vector<BadInput> bad_bodies();
 std::vector<BadInput> bad_load_cases();
 std::vector<BadInput> bad_releases();
+std::vector<BadInput> bad_cuts();
 std::vector<BadInput> bad_hdf5_files();
 std::vector<BadInput> bad_images(); ///< and surfaces; need ITK and CGAL
 std::vector<BadInput> bad_solutions();

@@ -27,7 +27,48 @@ BadInput spoilt_release(std::string name, std::string what, const std::string &f
                      std::move(remedy));
 }
 
+/// The bar of 90 x 30 x 30 mm, cut.
+BadInput cut(std::string name, std::string what, const std::string &words, std::string place, std::string remedy) {
+    return load_case(std::move(name), std::move(what), good_case + "[[cut]]\n" + words + "\n", std::move(place),
+                     std::move(remedy));
+}
+
 } // namespace
+
+std::vector<BadInput> bad_cuts() {
+    const std::string beyond = "half_space = { point = [0.05, 0.0, 0.0], normal = [1.0, 0.0, 0.0] }";
+    const std::string through = "blade = { corners = [[0.045, -1.0, -1.0], [0.045, 1.0, -1.0], [0.045, 1.0, 1.0], "
+                                "[0.045, -1.0, 1.0]] }";
+    return {
+        cut("NoTool", "a cut without a region, a half-space or a blade", "way = \"exact\"", ":9:", "give one of them"),
+        cut("TwoTools", "a cut with two tools", beyond + "\n" + through, ":9:", "give one of them"),
+        cut("UnknownKeyOfACut", "a misspelt key of a cut", "regoin = \"solid\"", ":10:", "did you mean 'region'?"),
+        cut("UnknownWay", "a way that is none", beyond + "\nway = \"fast\"", ":9:", "give facets or exact"),
+        cut("RegionThatIsNotThere", "a cut of a region that the body lacks", "region = \"tumour_1\"",
+            ":9:", "it has solid"),
+        cut("NegativeMargin", "a negative margin", "region = \"solid\"\nmargin = -0.005", ":9:", "give 0 or more"),
+        cut("ThreeCorners", "a blade of three corners",
+            "blade = { corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]] }", ":9:", "four corners"),
+        cut("BladeOnALine", "a blade whose corners are on one line",
+            "blade = { corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0]] }",
+            ":9:", "not on one line"),
+        cut("CutOutside", "a cut beside the body", replaced(beyond, "0.05", "0.5"), ":9:", "touches nothing"),
+        cut("BladeOutside", "a blade beside the body",
+            "blade = { corners = [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], "
+            "[2.0, 1.0, 0.0], [1.0, 1.0, 0.0]] }",
+            ":9:", "let it go deeper"),
+        cut("EverythingCut", "a cut that takes the whole body", replaced(beyond, "0.05", "-0.05"),
+            ":9:", "take a smaller part"),
+        cut("NothingLeftToHold", "a cut that takes what is held",
+            "half_space = { point = [0.05, 0.0, 0.0], normal = [-1.0, 0.0, 0.0] }", ":4: the body has no patch 'x_min'",
+            "it has x_max"),
+        cut("FloatingPiece", "a cut that leaves a piece that floats", through, ":9:", "small pieces 'remove'"),
+        cut("SameCutTwice", "the same cut twice", beyond + "\n[[cut]]\n" + beyond, ":11: this is the cut at",
+            "leave one"),
+        cut("SmallPiecesKept", "pieces that are kept in a load case", through + "\nsmall_pieces = \"keep\"",
+            ":9:", "livermark mesh cut"),
+    };
+}
 
 std::vector<BadInput> bad_load_cases() {
     const std::string constrained = "displacement = [0.0, 0.0, 0.0]", pulled = "traction = [10.0, 0.0, 0.0]";
