@@ -7,6 +7,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/image_bodies.hpp"
+#include "cli/mesh_cut.hpp"
 #include "cli/progress.hpp"
 #include "cli/segment.hpp"
 #include "cli/usage.hpp"
@@ -137,7 +138,7 @@ int make_of_segmentation(SegmentationOptions options) {
     if (num_sources != 1)
         throw support::InputError(
             "say what to make: one of --labels, --surfaces and --phantom, or one of the subcommands "
-            "liver, box and check; see `livermark mesh --help`");
+            "liver, box, cut and check; see `livermark mesh --help`");
     if (options.output.empty())
         throw support::InputError("say with -o which file to write");
     options.body.output = options.phantom.output = options.output;
@@ -243,6 +244,8 @@ Command add_mesh(CLI::App &parent, const std::string &command_line) {
         ->default_str("delaunay");
     make_a_box->add_option("-o,--output", box->output, "The .msh file to write")->required();
 
+    const auto cut = add_mesh_cut(*command, command_line);
+
     auto file = std::make_shared<std::string>();
     auto *check = command->add_subcommand("check", "Check a mesh, a surface or a label image, and print its size");
     check->add_option("file", *file, "A mesh, surface or label image that `livermark run --body` reads")->required();
@@ -254,6 +257,8 @@ Command add_mesh(CLI::App &parent, const std::string &command_line) {
             return make_liver(*liver, command_line);
         if (make_a_box->parsed())
             return make_box(*box);
+        if (cut.second->parsed())
+            return cut.first();
         if (!check->parsed())
             return make_of_segmentation(*segmentation);
         const int status = check_body(*file);

@@ -1,0 +1,75 @@
+#include "cli/mesh_cut.hpp"
+
+#include <fmt/format.h>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "cli/progress.hpp"
+#include "cli/usage.hpp"
+#include "meshes/cutting/cut_body_file.hpp"
+#include "meshes/cutting/cut_reader.hpp"
+#include "meshes/io/body_reader.hpp"
+#include "meshes/io/mesh_figures.hpp"
+#include "studies/catalogue.hpp"
+#include "support/whole_file.hpp"
+
+namespace livermark::cli {
+
+namespace {
+
+struct CutCommand {
+    std::string body;
+    meshes::CutWords words;
+    std::string output;
+};
+
+int make_cut_body(const CutCommand &command, const std::string &command_line) {
+    support::check_place(command.output);
+    meshes::check_name_of_mesh(command.output);
+    const auto cut = meshes::cut_of(command.words, "mesh cut");
+    const auto body =
+        meshes::read_body(studies::find_toml_files({command.body}, studies::bodies_folder, "body").front());
+    print_notes(body.assumptions);
+    const auto result = meshes::cut(body, cut);
+    print_notes(result.notes);
+    for (const auto &file : meshes::write_cut_body(command.output, result, command_line))
+        fmt::print("{}\n", file.string());
+    fmt::print("{}", meshes::to_text(meshes::mesh_figures(result.body.mesh)));
+    fmt::print("taken away        {:.3f} mL, {:.3f} g\nwound             {:.2f} cm^2\n", 1e6 * result.removed_volume,
+               1e3 * result.removed_mass, 1e4 * result.wound_area);
+    return 0;
+}
+
+} // namespace
+
+std::pair<Command, CLI::App *> add_mesh_cut(CLI::App &parent, const std::string &command_line) {
+    auto options = std::make_shared<CutCommand>();
+    auto *command = parent.add_subcommand("cut", "Cut a body at rest, and write what is left with its patch 'wound'");
+    command->add_option("body", options->body, "A name as in 'livermark list bodies', or the path of a body")
+        ->required();
+    command->add_option("--region", options->words.region, "Take this region away, such as tumour_1");
+    command->add_option("--margin", options->words.margin, "And all that is nearer to it than this [m]");
+    command
+        ->add_option("--half-space", options->words.half_space,
+                     "Take away what lies beyond a plane: a point [m] and the normal that points to what goes")
+        ->expected(6);
+    command
+        ->add_option("--blade", options->words.blade,
+                     "Cut along what a straight blade sweeps: the four corners in turn [m]")
+        ->expected(12);
+    command->add_option("--thickness", options->words.thickness,
+                        "Of the blade [m]: that is taken away; 0, as it is by default, parts the body");
+    command
+        ->add_option("--way", options->words.way,
+                     "facets (whole tetrahedra go) or exact (tetrahedra are split at the surface)")
+        ->capture_default_str();
+    command
+        ->add_option("--small-pieces", options->words.small_pieces,
+                     "What becomes of all but the largest piece: refuse, remove, or keep as bodies of their own")
+        ->capture_default_str();
+    command->add_option("-o,--output", options->output, "The .msh file to write, with a .toml beside it")->required();
+    return {[options, command_line] { return make_cut_body(*options, command_line); }, command};
+}
+
+} // namespace livermark::cli
