@@ -12,15 +12,15 @@ from livermark.febio import Solid, from_febio, to_febio
 from livermark.pictures import to_pyvista, to_vtk
 from livermark.results import open
 from livermark.slicer import to_slicer
-from livermark.suite import bodies, load_cases, models, problem, score, solve
+from livermark.suite import bodies, cut, load_cases, models, problem, score, solve
 from livermark.tool_scene import ToolScene, read_tool_scene, tool_scene_to_febio, tool_scene_to_sofa
 
 if _TYPE_CHECKING:
-    from livermark._suite import Problem, Score, Solution
+    from livermark._suite import CutBody, Problem, Score, Solution
 
 __all__ = [
-    "DivergedError", "InputError", "Mesh", "Problem", "RayleighDamping", "Score", "Simulation", "Solid", "Solution", "Springs",
-    "ToolScene", "bodies", "coupled_spring_models", "coupled_springs", "critical_time_step", "from_febio", "from_meshio", "integrators",
+    "CutBody", "DivergedError", "InputError", "Mesh", "Problem", "RayleighDamping", "Score", "Simulation", "Solid", "Solution", "Springs",
+    "ToolScene", "bodies", "coupled_spring_models", "coupled_springs", "critical_time_step", "cut", "from_febio", "from_meshio", "integrators",
     "largest_angular_frequency", "load_cases", "mass_proportional_damping", "models", "open", "problem",
     "rayleigh_damping", "read_tool_scene", "score", "solve", "spring_laws", "springs",
     "stiffness_proportional_damping", "to_febio", "to_pyvista", "to_slicer", "to_sofa", "to_vtk",
@@ -36,7 +36,7 @@ except ModuleNotFoundError as _error:  # result files are read without compiled 
 
 
 def __getattr__(name):
-    if name in ("Problem", "Score", "Solution"):  # they come with finite elements, which load when they are asked for
+    if name in ("CutBody", "Problem", "Score", "Solution"):  # they come with finite elements, which load when they are asked for
         return getattr(_suite_functions.load(), name)
     if name in __all__:
         raise ImportError(f"livermark.{name} is compiled, and this package is not; see docs/reference/python.md")

@@ -148,6 +148,13 @@ def _add_loads(parts: _Parts, arrays: _Arrays) -> None:
                                 name="follower_pressure", type="pressure", surface="pressed")
 
 
+def _add_patches(parts: _Parts, problem: Union[Problem, Solid]) -> None:
+    """The patches of a Problem as surfaces, "patch_wound" that of a cut among them."""
+    for number, name in enumerate(getattr(problem, "patch_names", ())):
+        facets = numpy.asarray(problem.boundary_triangles)[numpy.asarray(problem.boundary_patch) == number]
+        parts.mesh += [f'<Surface name={quoteattr("patch_" + name)}>', *_rows("tri3", "id", 1, facets + 1), "</Surface>"]
+
+
 def _regions(arrays: _Arrays) -> tuple[list[str], list[str], list[str]]:
     """Material, Elements and SolidDomain of each region, one more where a region has several materials."""
     kinds, kind = numpy.unique(arrays.materials, axis=0, return_inverse=True)
@@ -203,6 +210,7 @@ def to_febio(problem: Union[Problem, Solid], path: Path) -> None:
     parts = _Parts()
     _add_constraints(parts, arrays.displacement)
     _add_loads(parts, arrays)
+    _add_patches(parts, problem)
     materials, elements, domains = _regions(arrays)
     curve = ["<interpolate>LINEAR</interpolate>", "<extend>CONSTANT</extend>",
              "<points><pt>0,0</pt><pt>1,1</pt></points>"]

@@ -8,6 +8,7 @@ import numpy
 from livermark.errors import InputError
 
 LINE, TETRAHEDRON = 3, 10  # VTK_LINE, VTK_TETRA
+WOUND = "wound"  #: the patch that a cut makes
 
 
 def named(name: str, values: Any):
@@ -63,8 +64,9 @@ def to_vtk(body: Any):
     """A vtkUnstructuredGrid of a Problem, Solid or Mesh, of Springs, or of a result file.
 
     Tetrahedra have region, young_modulus and poisson_ratio; nodes prescribed_displacement (NaN where free), forces and
-    dead_forces: whatever the body has. Springs are lines with stiffness and rest_length, their nodes have node_mass. A
-    result file has displacement_<model> and error_<model>. SI units. Raises InputError for springs that are no edges.
+    dead_forces, and wound, 1 on the surface of a cut: whatever the body has. Springs are lines with stiffness and
+    rest_length, their nodes have node_mass. A result file has displacement_<model> and error_<model>. SI units. Raises
+    InputError for springs that are no edges.
     """
     if hasattr(body, "to_vtk"):
         return body.to_vtk()
@@ -75,6 +77,10 @@ def to_vtk(body: Any):
                        _present(body, ("node_mass",), len(body.points)))
     of_cells = _present(body, ("region", "young_modulus", "poisson_ratio", "density"), len(body.tetrahedra))
     of_points = _present(body, ("prescribed_displacement", "forces", "dead_forces"), len(body.points))
+    if WOUND in getattr(body, "patch_names", ()):
+        in_wound = numpy.asarray(body.boundary_patch) == list(body.patch_names).index(WOUND)
+        of_points[WOUND] = numpy.zeros(len(body.points), int)
+        of_points[WOUND][numpy.asarray(body.boundary_triangles)[in_wound].ravel()] = 1
     return grid_of(body.points, body.tetrahedra, TETRAHEDRON, of_cells, of_points)
 
 

@@ -1,14 +1,17 @@
 """What the suite can do, with deal.II behind it, which is loaded by the first call."""
 from __future__ import annotations
 
+import math
 import os
 import pathlib
 from typing import TYPE_CHECKING, Optional, Sequence, Union
 
+from livermark.errors import InputError
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from livermark._suite import Problem, Score, Solution
+    from livermark._suite import CutBody, Problem, Score, Solution
 
 Path = Union[str, "os.PathLike[str]"]
 
@@ -50,6 +53,32 @@ def problem(body: Path, load_case: Path, young_modulus: Optional[float] = None,
     Raises InputError.
     """
     return load().problem(os.fspath(body), os.fspath(load_case), young_modulus, poisson_ratio)
+
+
+def cut(body: Path, region: Optional[str] = None, margin: Optional[float] = None, *,
+        half_space: Optional[ArrayLike] = None, blade: Optional[ArrayLike] = None, thickness: Optional[float] = None,
+        way: str = "facets", small_pieces: str = "refuse", output: Optional[Path] = None) -> CutBody:
+    """A body without what a knife takes away; its new surface is the patch "wound".
+
+    body: one of bodies(), or the path of a .toml or mesh file. One of: region, with a margin [m] around it; half_space,
+    shape (2, 3), a point of a plane [m] and the normal that points to what goes; blade, shape (4, 3), the corners in turn
+    of what a straight blade sweeps [m], with its thickness [m], of which 0 parts the body. way: "facets", whole tetrahedra
+    go, or "exact", tetrahedra are split at the surface. small_pieces: "refuse", "remove", or "keep" as bodies of their
+    own. output: path of a .msh file to write, with a .toml beside it, which problem() takes. Raises InputError.
+    """
+    path = None if output is None else os.fspath(output)
+    return load().cut(os.fspath(body), region, margin, _numbers("half_space", half_space), _numbers("blade", blade),
+                      thickness, way, small_pieces, path)
+
+
+def _numbers(name: str, values: Optional[ArrayLike]) -> list[float]:
+    import numpy
+    if values is None:
+        return []
+    try:
+        return numpy.asarray(values, dtype=float).ravel().tolist() or [math.nan]
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: these are no numbers; give coordinates in m") from None
 
 
 def solve(body: Path, load_case: Path, model: str) -> Solution:

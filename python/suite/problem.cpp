@@ -107,6 +107,13 @@ void add_problem(py::module_ &module) {
                                shows_array<int>(
                                    [](const auto &p) -> const auto & { return mesh_of(p).boundary_triangles; }, 3),
                                "(T, 3) node numbers, right-handed seen from outside")
+        .def_property_readonly("boundary_patch",
+                               shows_array<int>(
+                                   [](const auto &p) -> const auto & { return mesh_of(p).boundary_patch; }, 1),
+                               "(T) index into patch_names")
+        .def_property_readonly(
+            "patch_names", [](const LoadedBody &p) { return mesh_of(p).patch_names; },
+            "(Q) named parts of the boundary; 'wound' where the body is cut")
         .def_property_readonly("young_modulus", of_each_tetrahedron(&core::Material::young_modulus), "(M) [Pa]")
         .def_property_readonly("poisson_ratio", of_each_tetrahedron(&core::Material::poisson_ratio), "(M)")
         .def_property_readonly("density", of_each_tetrahedron(&core::Material::density), "(M) [kg/m^3]")

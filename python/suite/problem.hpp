@@ -24,6 +24,9 @@ void add_solve(py::module_ &module, py::class_<LoadedBody> &problem);
 /// Adds the class Score and Problem.score().
 void add_score(py::module_ &module, py::class_<LoadedBody> &problem);
 
+/// Adds the class CutBody, and the function that cuts one.
+void add_cut(py::module_ &module);
+
 /// Adds the names of bodies, load cases and models.
 void add_catalogue(py::module_ &module);
 
