@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "core/triangle.hpp"
+#include "meshes/cutting/face_neighbours.hpp"
 
 namespace livermark::meshes {
 
@@ -148,6 +149,28 @@ std::vector<bool> tetrahedra_in(int region, const core::TetraMesh &mesh) {
     return inside;
 }
 
+/// A tetrahedron with more than half of its neighbours on the other side goes there, so that neither spikes nor dents
+/// are left. Each change leaves a smaller number of faces between both.
+void go_with_most_neighbours(std::vector<bool> &taken, const std::vector<bool> &is_in_region,
+                             const core::TetraMesh &mesh) {
+    const auto neighbours = face_neighbours(mesh.tetrahedra);
+    for (bool has_changed = true; has_changed;) {
+        has_changed = false;
+        for (std::size_t t = 0; t < taken.size(); ++t) {
+            int num_neighbours = 0, num_others = 0;
+            for (const int other : neighbours[t])
+                if (other >= 0) {
+                    ++num_neighbours;
+                    num_others += taken[other] != taken[t];
+                }
+            if (!is_in_region[t] && 2 * num_others > num_neighbours) {
+                taken[t] = !taken[t];
+                has_changed = true;
+            }
+        }
+    }
+}
+
 std::vector<double> levels_of_nodes(const ToolLevel &level, const core::TetraMesh &mesh) {
     std::vector<double> levels;
     levels.reserve(mesh.points.size());
@@ -219,12 +242,13 @@ std::vector<bool> tetrahedra_taken(const CutTool &tool, const core::TetraMesh &m
         }
         return taken;
     }
-    const auto level = tool_level(tool, mesh);
+    auto level = tool_level(tool, mesh);
+    level.is_in_region.resize(taken.size(), false);
     for (std::size_t t = 0; t < taken.size(); ++t) {
         const auto corners = corners_of(mesh, t);
-        const bool is_in_region = !level.is_in_region.empty() && level.is_in_region[t];
-        taken[t] = is_in_region || level.at(0.25 * (corners[0] + corners[1] + corners[2] + corners[3])) < 0.0;
+        taken[t] = level.is_in_region[t] || level.at(0.25 * (corners[0] + corners[1] + corners[2] + corners[3])) < 0.0;
     }
+    go_with_most_neighbours(taken, level.is_in_region, mesh);
     return taken;
 }
 

@@ -28,7 +28,7 @@ std::vector<BadInput> bad_command_lines() {
         words("Nothing", "", "behind `livermark`", "give one of list"),
         words("MisspeltSubcommand", "rnu", "no subcommand 'rnu'", "did you mean 'run'?"),
         words("MisspeltSecondSubcommand", "mesh chek", "no subcommand 'chek'", "did you mean 'check'?"),
-        words("NoSecondSubcommand", "mesh", "subcommands liver, box and check", "see `livermark mesh --help`"),
+        words("NoSecondSubcommand", "mesh", "subcommands liver, box, cut and check", "see `livermark mesh --help`"),
         words("MisspeltOption", "run --modle lloyd", "no option '--modle'", "did you mean '--model'?"),
         words("UnknownOption", "run --frobnicate", "no option '--frobnicate'", "see `livermark run --help`"),
         words("OptionWithoutValue", "run --young", "--young", "see `livermark run --help`"),

@@ -72,6 +72,7 @@ INSTANTIATE_TEST_SUITE_P(Meshes, BadInputs, testing::ValuesIn(bad_meshes()), nam
 INSTANTIATE_TEST_SUITE_P(Bodies, BadInputs, testing::ValuesIn(bad_bodies()), name_of);
 INSTANTIATE_TEST_SUITE_P(LoadCases, BadInputs, testing::ValuesIn(bad_load_cases()), name_of);
 INSTANTIATE_TEST_SUITE_P(Releases, BadInputs, testing::ValuesIn(bad_releases()), name_of);
+INSTANTIATE_TEST_SUITE_P(Cuts, BadInputs, testing::ValuesIn(bad_cuts()), name_of);
 INSTANTIATE_TEST_SUITE_P(Hdf5Files, BadInputs, testing::ValuesIn(bad_hdf5_files()), name_of);
 INSTANTIATE_TEST_SUITE_P(Solutions, BadInputs, testing::ValuesIn(bad_solutions()), name_of);
 INSTANTIATE_TEST_SUITE_P(Images, BadInputs,
