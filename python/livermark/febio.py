@@ -8,6 +8,7 @@ from xml.sax.saxutils import quoteattr
 import numpy
 
 from livermark.errors import InputError
+from livermark.pictures import WOUND
 from livermark.plain_files import plain_file
 
 if TYPE_CHECKING:
@@ -148,11 +149,12 @@ def _add_loads(parts: _Parts, arrays: _Arrays) -> None:
                                 name="follower_pressure", type="pressure", surface="pressed")
 
 
-def _add_patches(parts: _Parts, problem: Union[Problem, Solid]) -> None:
-    """The patches of a Problem as surfaces, "patch_wound" that of a cut among them."""
-    for number, name in enumerate(getattr(problem, "patch_names", ())):
-        facets = numpy.asarray(problem.boundary_triangles)[numpy.asarray(problem.boundary_patch) == number]
-        parts.mesh += [f'<Surface name={quoteattr("patch_" + name)}>', *_rows("tri3", "id", 1, facets + 1), "</Surface>"]
+def _add_wound(parts: _Parts, problem: Union[Problem, Solid], num_before: int) -> None:
+    """The surface of a cut, for whoever has a use for it: contact, or pictures. num_before: triangles of other surfaces."""
+    names = list(getattr(problem, "patch_names", ()))
+    if WOUND in names:
+        facets = numpy.asarray(problem.boundary_triangles)[numpy.asarray(problem.boundary_patch) == names.index(WOUND)]
+        parts.mesh += _element("Surface", _rows("tri3", "id", num_before + 1, facets + 1), name=WOUND)
 
 
 def _regions(arrays: _Arrays) -> tuple[list[str], list[str], list[str]]:
@@ -210,7 +212,7 @@ def to_febio(problem: Union[Problem, Solid], path: Path) -> None:
     parts = _Parts()
     _add_constraints(parts, arrays.displacement)
     _add_loads(parts, arrays)
-    _add_patches(parts, problem)
+    _add_wound(parts, problem, numpy.count_nonzero(arrays.pressure))
     materials, elements, domains = _regions(arrays)
     curve = ["<interpolate>LINEAR</interpolate>", "<extend>CONSTANT</extend>",
              "<points><pt>0,0</pt><pt>1,1</pt></points>"]

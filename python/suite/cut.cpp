@@ -91,7 +91,8 @@ void add_cut(py::module_ &module) {
                             output);
         },
         py::arg("body"), py::arg("region"), py::arg("margin"), py::arg("half_space"), py::arg("blade"),
-        py::arg("thickness"), py::arg("way"), py::arg("small_pieces"), py::arg("output"), "See livermark.cut().");
+        py::arg("thickness"), py::arg("way"), py::arg("small_pieces"), py::arg("output"),
+        "Cuts a body at rest, see livermark.cut(), whose arguments these are.");
 }
 
 } // namespace livermark::python
