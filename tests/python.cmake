@@ -25,11 +25,14 @@ add_test(NAME Python.ProgramRunsOneLoadCase COMMAND livermark run --jobs 1 --ref
   --model lloyd van_gelder van_gelder_nodal_volume nodal_springs --output ${python_runs}/alone)
 set_tests_properties(Python.ProgramRuns Python.ProgramRunsOneLoadCase PROPERTIES LABELS full TIMEOUT 600 FIXTURES_SETUP python_runs)
 
+if(TARGET try_readers)
+  set(damaged_files ";LIVERMARK_TRY_READERS=$<TARGET_FILE:try_readers>")
+endif()
 file(GLOB parts CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR}/python ${CMAKE_CURRENT_SOURCE_DIR}/python/*_test.py)
 foreach(part IN LISTS parts)
   string(REPLACE "_test.py" "" name ${part})
   add_test(NAME Python.${name}
     COMMAND ${LIVERMARK_PYTHON} -m pytest -q -p no:cacheprovider ${CMAKE_CURRENT_SOURCE_DIR}/python/${part})
   set_tests_properties(Python.${name} PROPERTIES LABELS full TIMEOUT 600 FIXTURES_REQUIRED "python_runs;sample_result"
-    ENVIRONMENT "PYTHONPATH=${PROJECT_BINARY_DIR}/python;PYTHONDONTWRITEBYTECODE=1;LIVERMARK_BINARY=$<TARGET_FILE:livermark>;LIVERMARK_SOURCE_DIR=${PROJECT_SOURCE_DIR};LIVERMARK_PYTHON_RUNS=${python_runs};LIVERMARK_SAMPLES=${CMAKE_CURRENT_BINARY_DIR}")
+    ENVIRONMENT "PYTHONPATH=${PROJECT_BINARY_DIR}/python;PYTHONDONTWRITEBYTECODE=1;LIVERMARK_BINARY=$<TARGET_FILE:livermark>;LIVERMARK_SOURCE_DIR=${PROJECT_SOURCE_DIR};LIVERMARK_PYTHON_RUNS=${python_runs};LIVERMARK_SAMPLES=${CMAKE_CURRENT_BINARY_DIR}${damaged_files}")
 endforeach()

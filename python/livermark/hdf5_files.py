@@ -1,11 +1,12 @@
 """Opens HDF5 files that somebody else may have made, in which nothing leads out of the file. Needs h5py alone."""
 from __future__ import annotations
 
+import contextlib
 import functools
-import os
 from typing import Any, Optional
 
 from livermark.errors import InputError
+from livermark.hdf5_trial import read_all, try_apart
 from livermark.limits import limits_of
 from livermark.plain_files import plain_file
 
@@ -81,27 +82,40 @@ def says_what_is_damaged(kind: Any) -> Any:
     return kind
 
 
-def open_hdf5(path: Any) -> Any:
-    """An h5py.File to read.
+def _refusal(name: str, error: OSError) -> InputError:
+    """Of a file that HDF5 cannot open."""
+    if getattr(error, "errno", None) in (11, 13) or "unable to lock file" in str(error):
+        return InputError(f"{name}: cannot be read ({error}); see who may read it, and whether a program has it open to write")
+    return InputError(f"{name}: this is no HDF5 file, or it is damaged; make it again with `livermark run`")
 
-    Raises FileNotFoundError if there is none, and InputError for what is no HDF5 file, has a part in another file, or has
-    more in it than fits: HDF5 would open whatever file is named there, and wait where that is a named pipe.
-    """
+
+def _read_whole(name: str) -> None:
+    """What is tried in a process of its own. There the file has another driver: HDF5 would share an open file with the
+    process that it was forked from, and with it the place in the file."""
     h5py = _library()
-    name = plain_file(path, "give a file that `livermark run` wrote")
     try:
-        file = h5py.File(name, "r")
+        file = h5py.File(name, "r", driver="stdio")
     except OSError as error:
-        if getattr(error, "errno", None) in (11, 13) or "unable to lock file" in str(error):
-            raise InputError(f"{name}: cannot be read ({error}); see who may read it, and whether a program has it open to "
-                             "write") from error
-        raise InputError(f"{name}: this is no HDF5 file, or it is damaged; make it again with `livermark run`") from error
+        raise _refusal(name, error) from error
     try:
         fault = _fault(file, limits_of(name)[1])
     except FAULTS as error:
-        file.close()
         raise damaged(name, error) from error
     if fault is not None:
-        file.close()
         raise InputError(f"{name}: {fault}; copy what is there into the file, or make it again with `livermark run`")
-    return file
+    read_all(file, FAULTS)
+
+
+def open_hdf5(path: Any) -> Any:
+    """An h5py.File to read, after a process of its own has read all of it.
+
+    Raises FileNotFoundError if there is none, and InputError for what is no HDF5 file, has a part in another file, has
+    more in it than fits, or makes HDF5 crash: it would open whatever file is named there, and wait where that is a named pipe.
+    """
+    h5py = _library()
+    name = plain_file(path, "give a file that `livermark run` wrote")
+    try_apart(name, _read_whole, getattr(h5py._objects, "phil", None) or contextlib.nullcontext())
+    try:
+        return h5py.File(name, "r")
+    except OSError as error:
+        raise _refusal(name, error) from error

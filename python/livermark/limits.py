@@ -6,16 +6,16 @@ LEAST_SECONDS, MOST_SECONDS, SECONDS_PER_BYTE = 20, 600, 1e-5
 LEAST_BYTES, MOST_BYTES, BYTES_PER_BYTE = 1 << 30, 16 << 30, 500  # beside what Python has
 
 
-def limits_of(path: str) -> tuple[int, int]:
+def limits_of(path: str, least_seconds: int = LEAST_SECONDS) -> tuple[int, int]:
     """Seconds of computing, and bytes of memory beside what Python has, in proportion to a file."""
     size = os.path.getsize(path) if os.path.isfile(path) else 0
-    return (int(min(LEAST_SECONDS + SECONDS_PER_BYTE * size, MOST_SECONDS)),
+    return (int(min(least_seconds + SECONDS_PER_BYTE * size, MOST_SECONDS)),
             int(min(LEAST_BYTES + BYTES_PER_BYTE * size, MOST_BYTES)))
 
 
-def put_limits(path: str) -> None:
+def put_limits(path: str, least_seconds: int = LEAST_SECONDS) -> None:
     """Limits for this process in proportion to a file; smaller ones that it has already stay."""
-    seconds, num_bytes = limits_of(path)
+    seconds, num_bytes = limits_of(path, least_seconds)
     with open("/proc/self/statm") as pages:
         present = int(pages.read().split()[0]) * resource.getpagesize()
     for kind, most in ((resource.RLIMIT_CPU, seconds), (resource.RLIMIT_AS, present + num_bytes)):
