@@ -14,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     const auto file = livermark::fuzz::as_file(data + 1, size - 1, endings.at(data[0] % endings.size()));
     constexpr double num_voxels = 64.0;
     try {
-        check_named_files(file);
+        check_text_of_header(file);
         if (const auto header = read_nifti_header(file)) {
             doubts_about_forms(*header);
             off_right_angles(header->sform);

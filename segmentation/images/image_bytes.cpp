@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdlib>
 #include <fmt/format.h>
 #include <fstream>
 #include <memory>
@@ -75,10 +77,12 @@ void check_meta_image(const fs::path &file, double data_bytes) {
     bool is_compressed = false;
     double compressed = 0.0;
     while (data_file.empty() && std::getline(stream, line)) {
-        const auto equals = line.find('=');
-        if (equals == std::string::npos)
+        if (trimmed(line).empty())
+            continue;
+        const auto separator = line.find_first_of("=:");
+        if (separator == std::string::npos)
             refuse(file, fmt::format("its header has the line '{}'", support::shown(line)));
-        const auto key = trimmed(line.substr(0, equals)), value = trimmed(line.substr(equals + 1));
+        const auto key = trimmed(line.substr(0, separator)), value = trimmed(line.substr(separator + 1));
         if (key == "CompressedData")
             is_compressed = value == "True" || value == "true" || value == "1";
         else if (key == "CompressedDataSize")
@@ -103,13 +107,35 @@ void check_meta_image(const fs::path &file, double data_bytes) {
         refuse(file, fmt::format("it holds {:.0f} bytes of voxels where {:.0f} are said", present, wanted));
 }
 
+/// MetaIO makes arrays for as many dimensions as a header speaks of, and works on them until a limit of time.
+void check_meta_dimensions(const fs::path &file, const std::string &line) {
+    constexpr double most_dimensions = 10; // of MetaIO
+    const auto separator = line.find_first_of("=:");
+    if (separator == std::string::npos || trimmed(line.substr(0, separator)) != "NDims")
+        return;
+    const auto text = trimmed(line.substr(separator + 1));
+    char *end = nullptr;
+    const double number = std::strtod(text.c_str(), &end);
+    if (end == text.c_str() || *end != '\0' || !(number >= 1 && number <= most_dimensions) ||
+        number != std::floor(number))
+        refuse(file,
+               fmt::format("its header says that it has '{}' dimensions, where a segmentation of a body has three",
+                           support::shown(text)));
+}
+
 } // namespace
 
-void check_named_files(const fs::path &file) {
-    constexpr int most_lines = 1000;
+void check_text_of_header(const fs::path &file) {
+    constexpr int most_lines = 100000;
+    const auto ending = support::file_ending(file);
+    const bool is_meta_image = ending == ".mha" || ending == ".mhd";
     std::ifstream stream(file, std::ios::binary);
     std::string line;
-    for (int l = 0; l < most_lines && std::getline(stream, line) && !line.empty() && line != "\r"; ++l) {
+    for (int l = 0; l < most_lines && std::getline(stream, line); ++l) {
+        if (!is_meta_image && (line.empty() || line == "\r"))
+            return; // the end of a header of NRRD
+        if (is_meta_image)
+            check_meta_dimensions(file, line);
         std::ranges::replace_if(
             line, [](char c) { return c == '=' || c == ':' || c == '\r'; }, ' ');
         std::istringstream words(line);

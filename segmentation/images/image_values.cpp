@@ -106,7 +106,7 @@ ReadValues read_in_place_of(const fs::path &file, const fs::path &readable) {
 
 void check_header(itk::ImageIOBase &io, const fs::path &file) {
     if (!fs::is_directory(file) && !read_nifti_header(file) && !is_dicom_file(file))
-        check_named_files(file);
+        check_text_of_header(file);
     io.SetFileName(file.string());
     io.ReadImageInformation();
     const auto dimensions = io.GetNumberOfDimensions();

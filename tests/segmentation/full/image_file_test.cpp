@@ -167,6 +167,24 @@ TEST_F(ImageFile, ThatEndsALibraryIsRefused) {
         EXPECT_NE(refusal(directory_ / name).find(name), std::string::npos) << refusal(directory_ / name);
 }
 
+/// MetaIO spins on these, or reads 3.7 as 3, until a limit.
+TEST_F(ImageFile, OfAbsurdlyManyDimensionsIsRefusedBeforeItsReaderSeesIt) {
+    const auto text = [](const std::string &dimensions) {
+        return "ObjectType = Image\n\nNDims" + dimensions +
+               "\nBinaryData = True\nDimSize = 10 10 10\nElementSpacing = 2 2 2\nElementType = MET_UCHAR\n"
+               "ElementDataFile = LOCAL\n" +
+               std::string(1000, '\1');
+    };
+    std::ofstream(directory_ / "a.mha") << text(" = 3");
+    EXPECT_EQ(read_label_image(directory_ / "a.mha").label.size(), 1000U);
+    for (const char *number :
+         {" = -1", " = 2147483647", ":99999999999", " = 3e8", " = 0", " = 11", " = abc", " = 3.7", " ="}) {
+        std::ofstream(directory_ / "b.mha") << text(number);
+        EXPECT_NE(refusal(directory_ / "b.mha").find("where a segmentation of a body has three"), std::string::npos)
+            << number << ": " << refusal(directory_ / "b.mha");
+    }
+}
+
 TEST_F(ImageFile, MayHaveLeftHandedAxes) {
     const auto image = small_image(true);
     write_label_image(directory_ / "a.nrrd", image);
