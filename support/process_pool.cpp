@@ -10,15 +10,12 @@
 #include <deque>
 #include <exception>
 #include <fmt/format.h>
-#include <fstream>
-#include <limits>
 #include <new>
 #include <poll.h>
 #include <stdexcept>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <system_error>
-#include <thread>
 #include <unistd.h>
 #include <utility>
 #include <vector>
@@ -193,16 +190,6 @@ class IgnoredPipeSignal {
     void (*before_)(int);
 };
 
-/// @return [byte] that a new process could have; infinite where the system does not say
-double available_memory() {
-    std::ifstream lines("/proc/meminfo");
-    std::string word;
-    while (lines >> word)
-        if (double kibibytes = 0.0; word == "MemAvailable:" && lines >> kibibytes)
-            return 1024.0 * kibibytes;
-    return std::numeric_limits<double>::infinity();
-}
-
 /// All workers, from the first item to the last.
 class Pool {
   public:
@@ -314,9 +301,9 @@ void run_in_process_pool(std::span<const int> group, int num_workers, const Work
     Pool(queue, std::min(num_workers, static_cast<int>(group.size())), work, receive, lost).run();
 }
 
-int workers_that_fit(double bytes_per_worker) {
-    const auto cores = static_cast<double>(std::max(1U, std::thread::hardware_concurrency()));
-    return static_cast<int>(std::clamp(std::floor(available_memory() / bytes_per_worker), 1.0, cores));
+int workers_that_fit(double bytes_per_worker, const MachineShare &share) {
+    return static_cast<int>(
+        std::clamp(std::floor(share.bytes / bytes_per_worker), 1.0, static_cast<double>(share.cores)));
 }
 
 } // namespace livermark::support

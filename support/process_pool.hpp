@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "support/machine_share.hpp"
+
 namespace livermark::support {
 
 /// Sends a text home from where an item is done.
@@ -33,9 +35,9 @@ void run_in_process_pool(std::span<const int> group, int num_workers,
                          std::span<const std::vector<int>> waits_for = {},
                          const std::function<void(int item, const std::string &how)> &lost = {});
 
-/// How many workers this process has cores for, and the machine memory.
+/// How many workers there are cores and memory for.
 /// @param bytes_per_worker  that each of them needs
 /// @return >= 1
-int workers_that_fit(double bytes_per_worker);
+int workers_that_fit(double bytes_per_worker, const MachineShare &share = share_of_machine());
 
 } // namespace livermark::support

@@ -10,7 +10,6 @@
 #include <new>
 #include <stdexcept>
 #include <string>
-#include <thread>
 #include <unistd.h>
 #include <vector>
 
@@ -163,11 +162,6 @@ TEST(SideBySide, GoesOnWhereEveryItemEndsItsProcess) {
             ++num_lost;
         });
     EXPECT_EQ(num_lost, 20);
-}
-
-TEST(WorkersThatFit, AreAtLeastOneAndOneForEachCoreAtMost) {
-    EXPECT_EQ(support::workers_that_fit(1e30), 1);
-    EXPECT_EQ(support::workers_that_fit(1.0), static_cast<int>(std::thread::hardware_concurrency()));
 }
 
 } // namespace
