@@ -222,10 +222,11 @@ BisectedProblem refine_at_rims(const Problem &problem) {
 }
 
 BisectedProblem refine_at_rims_and_tools(const Problem &problem, double longest_edge) {
-    const auto &[body, load_case] = problem;
-    const auto is_rim = rim_nodes(body->mesh, without_round_loads(load_case));
+    const auto &mesh = problem.body->mesh;
+    const auto &round_loads = problem.load_case.round_loads;
+    const auto is_rim = rim_nodes(mesh, without_round_loads(problem.load_case));
     return refine_where(problem, [&](const auto &nodes) {
-        return has_one_of(nodes, is_rim) || is_coarse_below(load_case.round_loads, body->mesh, nodes, longest_edge);
+        return has_one_of(nodes, is_rim) || is_coarse_below(round_loads, mesh, nodes, longest_edge);
     });
 }
 
