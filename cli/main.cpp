@@ -10,10 +10,12 @@
 #include <optional>
 #include <ostream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cli/commands.hpp"
 #include "cli/usage.hpp"
+#include "cli/word_order.hpp"
 #include "support/input_error.hpp"
 #include "support/memory.hpp"
 #include "support/mpi_session.hpp"
@@ -53,8 +55,10 @@ int run(int argc, char **argv) {
         livermark::cli::add_calibrate(app, command_line),
     };
     livermark::cli::refuse_unknown_subcommand(app, {argv + 1, argv + argc});
+    auto words = livermark::cli::with_places_first(app, {argv + 1, argv + argc}, livermark::cli::is_body_or_path);
+    std::ranges::reverse(words); // the order that CLI11 wants
     try {
-        app.parse(argc, argv);
+        app.parse(std::move(words));
     } catch (const CLI::Success &help_or_version) {
         std::ostream nowhere(nullptr);
         return app.exit(help_or_version, livermark::support::mpi_rank() == 0 ? std::cout : nowhere);

@@ -157,6 +157,16 @@ TEST_F(BandsCommand, PassesOverABodyOfOtherMaterialsThanItShipsWith) {
     EXPECT_NE(said.output.find("0 of these errors are new"), std::string::npos) << said.output;
 }
 
+TEST_F(BandsCommand, LeavesAFolderBehindItsModelsToTheFiles) {
+    write(sample("pull", 0.3, 0.2));
+    const auto folder = (directory_ / "results" / "runs").string();
+    const auto before = bands(folder + " --model springs --all"),
+               behind = bands("--model springs " + folder + " --all");
+    EXPECT_EQ(behind.status, 0) << behind.output;
+    EXPECT_EQ(behind.output, before.output);
+    EXPECT_EQ(bands("--model springs " + folder + "/nowhere").status, 2);
+}
+
 TEST_F(BandsCommand, RefusesWhatItCannotRead) {
     EXPECT_EQ(bands("").status, 2); // no result files
     write(sample("pull", 0.3, 0.2));

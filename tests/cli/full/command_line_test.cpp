@@ -67,5 +67,32 @@ TEST(CommandLine, StabilityOnlyPredictsIfToldSo) {
     EXPECT_TRUE(std::filesystem::exists(folder / "liver_healthy" / "stability.lloyd.h5"));
 }
 
+/// CLI11 gives all words behind a list to it.
+TEST(CommandLine, BodiesMayStandBehindAList) {
+    const std::string load_case = " --load-case " LIVERMARK_SOURCE_DIR "/tests/python/beam_release.toml";
+    const auto same = [](const std::string &before, const std::string &behind) {
+        const auto expected = livermark(before), found = livermark(behind);
+        EXPECT_EQ(expected.status, 0) << expected.output;
+        EXPECT_EQ(found.output, expected.output) << behind;
+    };
+    same("parameters beam --damping-frequencies 1 10" + load_case,
+         "parameters --damping-frequencies 1 10 beam" + load_case);
+    const auto folder = scratch_folder();
+    const auto beam = " " LIVERMARK_SOURCE_DIR "/meshes/beam.toml";
+    const auto rest = load_case + " --no-observed --output " + folder.string();
+    same("stability" + std::string(beam) + " --integrator symplectic_euler heun" + rest,
+         "stability --integrator symplectic_euler heun" + std::string(beam) + rest);
+    // What is no body and no path is a name of the list.
+    const auto refused = livermark("stability --integrator heun symplectic_euler haun beam" + rest);
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_NE(refused.output.find("no integrator 'haun'"), std::string::npos) << refused.output;
+}
+
+TEST(CommandLine, TakesWordsInUpperCase) {
+    EXPECT_EQ(livermark("list MODELS").output, livermark("list models").output);
+    const auto refused = livermark("arena --precision DOUBLE --method nobody");
+    EXPECT_NE(refused.output.find("no method 'nobody'"), std::string::npos) << refused.output;
+}
+
 } // namespace
 } // namespace livermark
