@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -6,6 +7,7 @@
 #include "cli/commands.hpp"
 #include "cli/common_options.hpp"
 #include "cli/progress.hpp"
+#include "cli/usage.hpp"
 #include "results/tables/arena_table.hpp"
 #include "studies/arena/arena.hpp"
 #include "support/root_folder.hpp"
@@ -17,7 +19,6 @@ namespace {
 struct ArenaCommand {
     std::vector<double> budgets{1.0, 4.0, 1000.0 / 60.0}; ///< [ms]
     studies::ToolReferenceOptions reference;
-    std::string precision = "single";
     bool solve_reference = false, details = false, markdown = false;
 };
 
@@ -46,8 +47,6 @@ int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions opti
     options.budgets.clear();
     for (const double budget : sorted_once(command.budgets))
         options.budgets.push_back(1e-3 * budget);
-    if (command.precision == "double")
-        options.precision = models::Precision::double_precision;
     if (command.solve_reference)
         return solve_references(command, options, command_line);
     const auto found = studies::run_arena(options, command_line, print_progress());
@@ -97,10 +96,11 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
         ->check(CLI::Range(1, 3))
         ->capture_default_str();
     command
-        ->add_option("--precision", arena->precision,
+        ->add_option("--precision", options->precision,
                      "Of tled, tled_nodal_pressure and both xpbd: single, on vector units, or double, in plain loops")
-        ->check(CLI::IsMember({"single", "double"}))
-        ->capture_default_str();
+        ->transform(one_of(std::map<std::string, models::Precision>{{"single", models::Precision::single_precision},
+                                                                    {"double", models::Precision::double_precision}}))
+        ->default_str("single");
     add_materials(*command, options->material);
     command->add_option("--output", options->output, "Folder for <body>/arena.h5")->capture_default_str();
     command->add_flag("--details", arena->details, "Print a row for every budget and setting as well");

@@ -78,11 +78,12 @@ void add_run_choices(CLI::App &command, const std::shared_ptr<studies::RunOption
             "--regime",
             [options](const std::string &word) {
                 using enum core::Regime;
-                options->regimes = word == "all" ? Regimes{small, large} : Regimes{word == "large" ? large : small};
+                const auto lower = CLI::detail::to_lower(word);
+                options->regimes = lower == "all" ? Regimes{small, large} : Regimes{lower == "large" ? large : small};
             },
             "Which load cases, where none is named: small (judged by linear elasticity), large (deformations of "
             "surgical size, judged by hyperelasticity; minutes on each body) or all")
-        ->check(CLI::IsMember({"small", "large", "all"}))
+        ->check(one_of(std::vector<std::string>{"small", "large", "all"}))
         ->default_str("small");
     command.add_option("--model", options->models,
                        "Names as in 'livermark list models'; what judges them always runs beside them");

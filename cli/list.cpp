@@ -91,7 +91,7 @@ Command add_list(CLI::App &parent) {
         ->required()
         ->check(one_of(names));
     return [what] {
-        support::find_named(lists(), *what, "list").print();
+        support::find_named(lists(), CLI::detail::to_lower(*what), "list").print();
         return 0;
     };
 }

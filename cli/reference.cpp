@@ -11,6 +11,7 @@
 #include "results/tables/table_layout.hpp"
 #include "studies/run/problems.hpp"
 #include "studies/run/stored_references.hpp"
+#include "support/known_names.hpp"
 
 namespace livermark::cli {
 
@@ -115,7 +116,12 @@ Command add_reference(CLI::App &parent, const std::string & /*command_line*/) {
     for (const auto &model : studies::models_to_keep())
         names.push_back(model.name);
     command->add_option("--model", options->models, "Names of references; all if left out")
-        ->check(CLI::IsMember(names));
+        ->check(CLI::Validator(
+            [names](const std::string &text) {
+                return std::ranges::find(names, text) != names.end() ? std::string()
+                                                                     : support::unknown_name("reference", text, names);
+            },
+            "NAME"));
     command
         ->add_option("--poisson", options->poisson_ratios,
                      "Poisson's ratios of every region; as the bodies say if left out")
