@@ -37,13 +37,6 @@ int print_score(const studies::ScoreOptions &options, bool markdown, const std::
     return 0;
 }
 
-/// Names stand in paths of the result file.
-std::string check_name(const std::string &name) {
-    const bool is_good = !name.empty() && name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                                                 "0123456789_-") == std::string::npos;
-    return is_good ? "" : "a name has letters, digits, _ and - only";
-}
-
 } // namespace
 
 Command add_score(CLI::App &parent, const std::string &command_line) {
@@ -62,7 +55,7 @@ Command add_score(CLI::App &parent, const std::string &command_line) {
             "displacement and force over time")
         ->required();
     command->add_option("--name", options->name, "Name of the model in table and result file")
-        ->check(CLI::Validator(check_name, "NAME"))
+        ->check(CLI::Validator(studies::fault_of_name, "NAME"))
         ->capture_default_str();
     command->add_option("--model", options->models, "Models to compare it with, as in 'livermark list models'")
         ->capture_default_str();

@@ -21,7 +21,19 @@ std::string shape_of(const py::array &array) {
     return fmt::format("({}{})", fmt::join(shape, ", "), shape.size() == 1 ? "," : "");
 }
 
+/// numpy.ma hides numbers that are not known, and they would come to light here.
+void refuse_masked(const py::handle &values, const std::string &name) {
+    if (!py::hasattr(values, "mask") || !py::hasattr(values, "filled"))
+        return;
+    const auto mask = py::array::ensure(values.attr("mask"));
+    if (mask && py::bool_(mask.attr("any")()))
+        throw support::InputError(
+            fmt::format("{0}: it has masked entries; give {0}.filled(...) with numbers for them", name));
+    PyErr_Clear();
+}
+
 py::array as_array(const py::handle &values, const std::string &name, const char *wanted) {
+    refuse_masked(values, name);
     auto array = py::array::ensure(values);
     if (!array || std::string_view("biuf").find(array.dtype().kind()) == std::string_view::npos) {
         PyErr_Clear();

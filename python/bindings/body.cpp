@@ -43,6 +43,17 @@ void check_nodes(const core::TetraMesh &mesh) {
             fmt::format("points: number {} belongs to no tetrahedron; remove it", unused - is_used.begin()));
 }
 
+void check_that_each_is_there_once(const core::TetraMesh &mesh) {
+    std::map<std::array<int, 4>, std::size_t> first;
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
+        auto nodes = mesh.tetrahedra[t];
+        std::ranges::sort(nodes);
+        if (const auto [other, is_new] = first.emplace(nodes, t); !is_new)
+            throw support::InputError(
+                fmt::format("tetrahedra: numbers {} and {} have the same nodes; remove one", other->second, t));
+    }
+}
+
 /// Says in a warning what speaks against lengths in metres.
 void warn_of_unit(const core::TetraMesh &mesh) {
     for (const auto &doubt : core::doubts_about_unit(mesh.points))
@@ -80,6 +91,7 @@ core::Body to_body(const py::handle &points, const py::handle &tetrahedra, const
         mesh.tetrahedra.push_back({nodes[i], nodes[i + 1], nodes[i + 2], nodes[i + 3]});
     check_volumes(mesh);
     check_nodes(mesh);
+    check_that_each_is_there_once(mesh);
     if (const auto apart = core::apart_by_faces(mesh.tetrahedra))
         throw support::InputError(fmt::format(
             "tetrahedra: numbers {} and {} are in parts that are not joined by faces, but at most by an edge or "

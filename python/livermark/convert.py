@@ -41,10 +41,10 @@ class Mesh(_Arrays):
 
 def _tetrahedra(mesh: Any) -> Tetrahedra:
     """Of a file or of a meshio.Mesh."""
-    if isinstance(mesh, (str, os.PathLike)):
+    if isinstance(mesh, (str, bytes, os.PathLike)):
         if importlib.util.find_spec("meshio") is None:
             raise ImportError("this needs meshio; install python3-meshio")
-        return read_apart(mesh)
+        return read_apart(os.fsdecode(mesh))
     if not all(hasattr(mesh, name) for name in ("points", "cells", "cell_data", "cell_sets", "field_data")):
         raise InputError("mesh: this is no meshio.Mesh, and no path of a file")
     try:

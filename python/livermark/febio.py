@@ -248,4 +248,9 @@ def from_febio(path: Path) -> NDArray[numpy.float64]:
     if abs(time - 1.0) > 1e-9 or not rows:
         raise InputError(f"{os.fspath(path)}: FEBio stopped at {time:g} of the load; see its log, and give it more steps")
     table = numpy.array(rows)
-    return table[numpy.argsort(table[:, 0]), 1:]
+    table = table[numpy.argsort(table[:, 0], kind="stable")]
+    if not numpy.isfinite(table).all():
+        raise InputError(f"{os.fspath(path)}: a displacement at the whole load is not finite; see the log of FEBio")
+    if not numpy.array_equal(table[:, 0], numpy.arange(1, len(table) + 1)):
+        raise InputError(f"{os.fspath(path)}: its nodes are not numbered 1, 2, 3 ... each once; give the file as FEBio wrote it")
+    return table[:, 1:]

@@ -70,9 +70,17 @@ results::Result evaluate_beside(std::vector<core::Model> models, const core::Pro
 
 } // namespace
 
+std::string fault_of_name(const std::string &name) {
+    const bool is_good = !name.empty() && name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                                                 "0123456789_-") == std::string::npos;
+    return is_good ? "" : "a name has letters, digits, _ and - only";
+}
+
 results::Result score_displacement(const core::Problem &problem, const std::vector<core::Vector3> &displacement,
                                    const ScoreOptions &options, const std::string &command_line,
                                    const ProgressReport &report) {
+    if (const auto fault = fault_of_name(options.name); !fault.empty())
+        throw support::InputError(fmt::format("name: {}", fault));
     refuse_motion(problem);
     return evaluate_beside(models_beside(options), problem, displacement, options, command_line, report);
 }

@@ -190,3 +190,13 @@ def test_displacements_come_back_from_the_last_step(large, tmp_path):
     file.write_text(LOG.format(step=1, time=0.5))
     with pytest.raises(livermark.InputError, match="FEBio stopped at 0.5 of the load"):
         livermark.from_febio(file)
+
+
+@pytest.mark.parametrize("rows, sentence", [
+    ("1,nan,0,0\n2,0,0,0", "is not finite"), ("1,0,0,0\n1,1,0,0", "each once"), ("1,0,0,0\n3,1,0,0", "each once"),
+    ("1.5,0,0,0", "each once"), ("1,0,0", "this is no displacement"), ("", "stopped at 1 of the load")])
+def test_displacements_of_other_nodes_than_there_are_are_refused(tmp_path, rows, sentence):
+    file = tmp_path / "job.displacement.csv"
+    file.write_text(f"*Step  = 1\n*Time  = 1\n*Data  = ux;uy;uz\n{rows}\n")
+    with pytest.raises(livermark.InputError, match=sentence):
+        livermark.from_febio(file)

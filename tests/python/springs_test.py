@@ -77,6 +77,12 @@ def assert_same_bits(one, other):
     assert numpy.array_equal(one.elastic_forces(moved), other.elastic_forces(moved))
 
 
+def test_a_masked_array_without_masked_entries_is_an_array(bar):
+    points = numpy.ma.masked_invalid(bar[0])
+    assert numpy.array_equal(livermark.springs(points, bar[1], 5000.0, 0.45).stiffness,
+                             livermark.springs(bar[0], bar[1], 5000.0, 0.45).stiffness)
+
+
 def test_springs_come_back_from_a_pickle_to_the_last_bit(bar):
     for springs in of_every_kind(*bar):
         again = pickle.loads(pickle.dumps(springs))
@@ -139,6 +145,10 @@ def test_springs_of_ones_own_have_the_energy_of_the_formula():
     ({"tetrahedra": [[0, 1, 3, -1]]}, "tetrahedra: there is no node -1; nodes are numbered from 0 to 7"),
     ({"tetrahedra": [[1, 0, 3, 7]]}, "tetrahedra: number 0 is inverted; exchange two of its nodes"),
     ({"tetrahedra": [[0, 1, 3, 7]]}, "points: number 2 belongs to no tetrahedron; remove it"),
+    ({"tetrahedra": [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7], [3, 0, 7, 2]]},
+     "tetrahedra: numbers 1 and 6 have the same nodes; remove one"),
+    ({"points": numpy.ma.masked_greater(numpy.ones((8, 3)), 0.5)},
+     r"points: it has masked entries; give points.filled\(...\) with numbers for them"),
     ({"young_modulus": 0.0}, "young_modulus: 0 Pa; it has to be positive"),
     ({"young_modulus": [1.0, 2.0]}, r"young_modulus: the shape is \(2,\); give a number, or an array of shape \(6,\)"),
     ({"poisson_ratio": 0.5}, "poisson_ratio: 0.5; it has to lie between -1 and 0.5, both excluded"),

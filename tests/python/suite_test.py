@@ -126,7 +126,9 @@ def test_lists_are_those_of_the_program(what, ours):
     (lambda: livermark.solve("beam", "beam_bend", "fem_p2p1_neo_hookean"), "model fem_p2p1_neo_hookean does not take"),
     (lambda: livermark.score(numpy.zeros((2, 3)), "beam", "beam_bend"), r"displacement: the shape is \(2, 3\); give "),
     (lambda: livermark.problem("beam", "beam_bend").score(numpy.zeros((1142, 3)), name="lloyd", models=["lloyd"]),
-     "there is a model 'lloyd' already")])
+     "there is a model 'lloyd' already"),
+    (lambda: livermark.problem("beam", "beam_bend").score(numpy.zeros((1142, 3)), name="../mine"),
+     "name: a name has letters, digits, _ and - only")])
 def test_wrong_input_is_refused_with_a_sentence(call, sentence):
     with pytest.raises(livermark.InputError, match="^" + sentence):
         call()
