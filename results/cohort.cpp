@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/tool_stiffness.hpp"
 #include "results/one_reference.hpp"
 #include "results/quantile.hpp"
 #include "support/random_numbers.hpp"
@@ -125,12 +126,15 @@ std::vector<CohortError> cohort_errors(std::span<const Result> results) {
     for (const auto &result : results) {
         if (!is_in_cohort(result))
             continue;
+        const auto &problem = result.problem;
+        const double radius =
+            core::radius_in_edges(core::tool_places(problem.body->mesh, problem.load_case)).value_or(nan);
         for (const auto &model : result.models)
             if (model.comparison || model.solution.status != core::SolutionStatus::ok)
-                errors.push_back({.body = result.problem.body->name,
-                                  .regime = result.problem.load_case.regime,
+                errors.push_back({.body = problem.body->name,
+                                  .regime = problem.load_case.regime,
                                   .poisson_ratio = poisson_ratio(result),
-                                  .load_case = result.problem.load_case.name,
+                                  .load_case = problem.load_case.name,
                                   .model = model.name,
                                   .status = model.solution.status,
                                   .relative_l2 = model.comparison ? model.comparison->relative_l2 : nan,
@@ -138,7 +142,8 @@ std::vector<CohortError> cohort_errors(std::span<const Result> results) {
                                   .stiffness = model.comparison && model.comparison->tool
                                                    ? model.comparison->tool->worst_stiffness()
                                                    : nan,
-                                  .reference = reference_of(result)});
+                                  .reference = reference_of(result),
+                                  .tool_radius_in_edges = radius});
     }
     return errors;
 }

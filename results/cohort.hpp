@@ -48,6 +48,8 @@ struct CohortError {
     /// core::ToolComparison::worst_stiffness(); NaN also where the load case has no tool.
     double stiffness = std::numeric_limits<double>::quiet_NaN();
     std::string reference{}; ///< that it was compared with; empty where nothing was, and in older files
+    /// core::radius_in_edges() of the load case on the body; NaN where it has no tool, and in older files.
+    double tool_radius_in_edges = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// One for each model that was compared or has not come to an end. Bodies that are in no half, load cases that depend

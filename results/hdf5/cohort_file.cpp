@@ -120,6 +120,7 @@ void write_errors(OutputFile &file, const std::vector<CohortBody> &bodies, const
     write_column(file, "/errors/relative_l2", errors, &CohortError::relative_l2);
     write_column(file, "/errors/reaction_error", errors, &CohortError::reaction_error);
     write_column(file, "/errors/stiffness_at_tool", errors, &CohortError::stiffness);
+    write_column(file, "/errors/tool_radius_in_edges", errors, &CohortError::tool_radius_in_edges);
 }
 
 void write_statistics(OutputFile &file, const std::vector<CohortStatistics> &statistics) {
@@ -177,9 +178,12 @@ std::vector<CohortError> read_errors(const InputFile &file) {
     const auto relative_l2 = file.dataset<double>("/errors/relative_l2");
     const auto num = relative_l2.size();
     const auto reaction_error = file.dataset<double>("/errors/reaction_error", num);
-    std::vector<double> stiffness(num, std::numeric_limits<double>::quiet_NaN());
-    if (file.has("/errors/stiffness_at_tool")) // files of earlier versions have none
-        stiffness = file.dataset<double>("/errors/stiffness_at_tool", num);
+    const auto later_column = [&](const char *path) { // files of earlier versions have none
+        return file.has(path) ? file.dataset<double>(path, num)
+                              : std::vector<double>(num, std::numeric_limits<double>::quiet_NaN());
+    };
+    const auto stiffness = later_column("/errors/stiffness_at_tool");
+    const auto radius = later_column("/errors/tool_radius_in_edges");
     const auto ratio = file.dataset<double>("/errors/poisson_ratio", num);
     const auto body = read_words(file, "/errors/body", num, file.texts("/bodies", "names"));
     const auto load_case = read_words(file, "/errors/load_case", num);
@@ -191,7 +195,7 @@ std::vector<CohortError> read_errors(const InputFile &file) {
     std::vector<CohortError> errors;
     for (std::size_t e = 0; e < num; ++e)
         errors.push_back({body[e], regime[e], ratio[e], load_case[e], model[e], status[e], relative_l2[e],
-                          reaction_error[e], stiffness[e], reference[e]});
+                          reaction_error[e], stiffness[e], reference[e], radius[e]});
     return errors;
 }
 

@@ -47,6 +47,9 @@ TEST_F(CohortFile, HoldsWhatWasWritten) {
                     (std::isnan(read.errors[e].relative_l2) && std::isnan(written.errors[e].relative_l2)));
         EXPECT_TRUE(read.errors[e].stiffness == written.errors[e].stiffness ||
                     (std::isnan(read.errors[e].stiffness) && std::isnan(written.errors[e].stiffness)));
+        EXPECT_TRUE(
+            read.errors[e].tool_radius_in_edges == written.errors[e].tool_radius_in_edges ||
+            (std::isnan(read.errors[e].tool_radius_in_edges) && std::isnan(written.errors[e].tool_radius_in_edges)));
     }
 }
 

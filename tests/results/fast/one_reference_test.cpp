@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/tool_stiffness.hpp"
 #include "results/cohort.hpp"
 #include "results/tables/summary.hpp"
 #include "results/tables/table.hpp"
@@ -126,6 +127,8 @@ TEST(Regime, IsMarkedInTheSummaryAndCountsInNoCohortWhereItIsLeft) {
     EXPECT_TRUE(cohort_errors({&outside, 1}).empty());
     ASSERT_FALSE(cohort_errors({&inside, 1}).empty());
     EXPECT_EQ(cohort_errors({&inside, 1}).front().reference, "fem_p2p1");
+    const auto places = core::tool_places(inside.problem.body->mesh, inside.problem.load_case);
+    EXPECT_EQ(cohort_errors({&inside, 1}).front().tool_radius_in_edges, core::radius_in_edges(places));
 }
 
 TEST(Regime, IsNotLeftByWhatIsSmallForTheBodyNorByLargeDeformations) {
