@@ -79,8 +79,7 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
     auto arena = std::make_shared<ArenaCommand>();
     options->bodies = {"liver_healthy"};
     options->output = (support::root_folder() / "results" / "runs").string();
-    command->add_option("--body", options->bodies, "Names as in 'livermark list bodies', or paths")
-        ->capture_default_str();
+    add_bodies(*command, options->bodies, "liver_healthy if none is named");
     command
         ->add_option("--load-case", options->load_case,
                      "A name as in 'livermark list moving-load-cases', or the path of one with a [tool]")

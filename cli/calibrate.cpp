@@ -58,8 +58,7 @@ Command add_calibrate(CLI::App &parent, const std::string &command_line) {
         "calibrate", "Fit the stiffness of every spring of a body to finite element solutions under random loads");
     auto options = std::make_shared<studies::CalibrateOptions>();
     auto markdown = std::make_shared<bool>(false);
-    command->add_option("body", options->body, "A name as in 'livermark list bodies', or the path of a body .toml file")
-        ->required();
+    add_body(*command, options->body);
     command->add_option("--law", options->law, "The spring law to start from")->capture_default_str();
     command->add_option("--constrained", options->constrained, "The patch where the body is constrained")
         ->capture_default_str();

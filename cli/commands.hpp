@@ -17,6 +17,7 @@ Command add_table(CLI::App &parent);
 Command add_view(CLI::App &parent);
 /// @param command_line  kept in the result files
 Command add_mesh(CLI::App &parent, const std::string &command_line);
+Command add_advise(CLI::App &parent, const std::string &command_line);
 Command add_arena(CLI::App &parent, const std::string &command_line);
 Command add_cohort(CLI::App &parent, const std::string &command_line);
 Command add_calibrate(CLI::App &parent, const std::string &command_line);

@@ -45,10 +45,18 @@ void read_sweep(const std::string &text, std::map<std::string, std::vector<doubl
 
 } // namespace
 
-void add_bodies(CLI::App &command, std::vector<std::string> &bodies) {
-    command.add_option("body", bodies,
-                       "Names as in 'livermark list bodies', or paths of body .toml files; all that ship if none is "
-                       "named");
+CLI::Option *add_bodies(CLI::App &command, std::vector<std::string> &bodies, const std::string &which) {
+    return command.add_option("body,--body", bodies, fmt::format("Each {}; {}", body_words, which));
+}
+
+CLI::Option *add_body(CLI::App &command, std::string &body) {
+    return command.add_option("body,--body", body, fmt::format("Of one body: {}", body_words))->required();
+}
+
+void add_constraints(CLI::App &command, std::string &load_case) {
+    command.add_option("--load-case", load_case,
+                       "The load case that gives the constraints; by default traction, or where that does not fit a "
+                       "body that is named, the first that ships and fits");
 }
 
 void add_materials(CLI::App &command, meshes::MaterialOverride &material) {

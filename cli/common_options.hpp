@@ -11,8 +11,27 @@
 /// Options that several commands have, with the same words.
 namespace livermark::cli {
 
-/// Bodies by name or path, after the command.
-void add_bodies(CLI::App &command, std::vector<std::string> &bodies);
+/// Bodies behind the command or behind --body, which is the same everywhere.
+/// @param which  the end of the help: what happens where none is named, or what else a command takes
+CLI::Option *add_bodies(CLI::App &command, std::vector<std::string> &bodies,
+                        const std::string &which = "all that ship if none is named");
+
+/// One body, in the same two ways.
+CLI::Option *add_body(CLI::App &command, std::string &body);
+
+/// What the help of every command says of a body.
+inline constexpr const char *body_words =
+    "a name as in 'livermark list bodies', or the path of a body .toml or of a mesh; behind the command or behind "
+    "--body";
+
+/// The same of commands that mesh segmentations themselves, see with_images_meshed().
+inline constexpr const char *segmentation_words =
+    "also a segmentation, which is meshed first: a label image (NIfTI, NRRD, MetaImage, DICOM), or closed surfaces "
+    "(STL, "
+    "OBJ, PLY, VTK, VTP), the liver and then its lesions; all that ship if none is named";
+
+/// --load-case of a command that takes constraints alone.
+void add_constraints(CLI::App &command, std::string &load_case);
 
 /// --young and --poisson
 void add_materials(CLI::App &command, meshes::MaterialOverride &material);

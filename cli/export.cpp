@@ -3,6 +3,7 @@
 #include <string>
 
 #include "cli/commands.hpp"
+#include "cli/common_options.hpp"
 #include "cli/progress.hpp"
 #include "studies/arena/arena.hpp"
 #include "studies/arena/outside_motion.hpp"
@@ -29,9 +30,9 @@ Command add_export(CLI::App &parent, const std::string &command_line) {
                   "result file without solutions), CalculiX or Abaqus input, and VTU; of a load case with a moving "
                   "tool HDF5 with the way of the tool, a job for FEBio and a scene for SOFA");
     auto options = std::make_shared<studies::ExportOptions>();
-    command->add_option("body", options->body, "A name as in 'livermark list bodies', or the path of a body")
-        ->required();
-    command->add_option("load-case", options->load_case, "A name as in 'livermark list load-cases', or a path")
+    add_body(*command, options->body);
+    command
+        ->add_option("load-case,--load-case", options->load_case, "A name as in 'livermark list load-cases', or a path")
         ->required();
     command->add_option("-o,--output", options->output, "Folder for <body>/<load case>.inp and the like")
         ->capture_default_str();

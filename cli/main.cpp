@@ -35,6 +35,7 @@ int run(int argc, char **argv) {
     const auto command_line = fmt::format("{}", fmt::join(argv, argv + argc, " "));
     const std::vector<livermark::cli::Command> commands{
         livermark::cli::add_list(app),
+        livermark::cli::add_advise(app, command_line),
         livermark::cli::add_modes(app, command_line),
         livermark::cli::add_needle(app, command_line),
         livermark::cli::add_run(app, command_line),

@@ -34,8 +34,7 @@ Command add_modes(CLI::App &parent, const std::string &command_line) {
     auto markdown = std::make_shared<bool>(false);
     options->output = (support::root_folder() / "results" / "runs").string();
     add_bodies(*command, options->bodies);
-    command->add_option("--load-case", options->load_case, "The load case that gives the constraints")
-        ->capture_default_str();
+    add_constraints(*command, options->load_case);
     command->add_option("--model", options->models, "Models that can compute their modes")->capture_default_str();
     command->add_option("--count", options->count, "Number of modes")
         ->check(CLI::Range(1, studies::most_modes))

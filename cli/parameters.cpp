@@ -21,7 +21,7 @@ namespace {
 struct ParametersOptions {
     std::vector<std::string> bodies;
     std::string law = "lloyd";
-    std::string load_case = "traction";
+    std::string load_case; ///< empty: see studies::read_constrained_problems()
     meshes::MaterialOverride material;
     studies::DampingChoice damping;
     bool markdown = false;
@@ -121,7 +121,7 @@ void print_effect(const studies::BodyParameters &healthy, const studies::BodyPar
 int print_parameters(const ParametersOptions &options) {
     const auto law = studies::find_spring_law(options.law);
     const auto [problems, notes, left_out] =
-        studies::read_scaled_problems(options.bodies, options.load_case, options.material);
+        studies::read_constrained_problems(options.bodies, options.load_case, options.material);
     print_notes(notes);
     for (const auto &problem : problems) {
         const auto parameters = studies::body_parameters(problem, law, options.damping);
@@ -148,8 +148,7 @@ Command add_parameters(CLI::App &parent) {
     auto options = std::make_shared<ParametersOptions>();
     add_bodies(*command, options->bodies);
     command->add_option("--law", options->law, "A name as in 'livermark list spring-laws'")->capture_default_str();
-    command->add_option("--load-case", options->load_case, "The load case that gives the constraints")
-        ->capture_default_str();
+    add_constraints(*command, options->load_case);
     add_materials(*command, options->material);
     command->add_option("--damping-ratio", options->damping.ratio, "Damping over critical damping")
         ->capture_default_str();

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/commands.hpp"
+#include "cli/common_options.hpp"
 #include "cli/progress.hpp"
 #include "core/units.hpp"
 #include "results/tables/table_layout.hpp"
@@ -108,7 +109,7 @@ Command add_reference(CLI::App &parent, const std::string & /*command_line*/) {
         "'livermark score' need not; minutes for each load case");
     auto options = std::make_shared<ReferenceOptions>();
     options->folder = studies::stored_references_folder().string();
-    command->add_option("--body", options->bodies, "Names as in 'livermark list bodies', or paths; all if left out");
+    add_bodies(*command, options->bodies);
     command->add_option(
         "--load-case", options->load_cases,
         "Names as in 'livermark list load-cases', or paths, of the large regime or with a release; all if left out");

@@ -113,11 +113,7 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
     auto printing = std::make_shared<Printing>();
     auto force = std::make_shared<bool>(false);
     options->output = (support::root_folder() / "results" / "runs").string();
-    command->add_option(
-        "--body", options->bodies,
-        "Names as in 'livermark list bodies', or paths of body .toml files, of meshes, or of segmentations, which are "
-        "meshed first: label images (NIfTI, NRRD, MetaImage, DICOM) or closed surfaces (STL, OBJ, PLY, VTK, VTP), the "
-        "liver and then its lesions");
+    add_bodies(*command, options->bodies, segmentation_words);
     command->add_flag("--force", *force, "Mesh segmentations anew, over the body files in the output folder");
     add_run_choices(*command, options);
     command

@@ -45,11 +45,11 @@ Command add_score(CLI::App &parent, const std::string &command_line) {
     auto options = std::make_shared<studies::ScoreOptions>();
     auto markdown = std::make_shared<bool>(false);
     options->output = (support::root_folder() / "results" / "scores").string();
-    command->add_option("body", options->body, "As for 'livermark export'")->required();
-    command->add_option("load-case", options->load_case, "As for 'livermark export'")->required();
+    add_body(*command, options->body);
+    command->add_option("load-case,--load-case", options->load_case, "As for 'livermark export'")->required();
     command
         ->add_option(
-            "solution", options->solution,
+            "solution,--solution", options->solution,
             "Node displacements [m]: CSV with the header x,y,z,ux,uy,uz, HDF5 with the datasets points and "
             "displacement, or VTU with the point data displacement; in any order. Under a moving tool: HDF5 with "
             "displacement and force over time")

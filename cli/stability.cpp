@@ -156,8 +156,7 @@ Command add_stability(CLI::App &parent, const std::string &command_line) {
         command->add_option("--model", options->models,
                             "Models of springs, as in 'livermark list models', whose springs are taken instead");
     models->excludes(law);
-    command->add_option("--load-case", options->load_case, "The load case that gives the constraints")
-        ->capture_default_str();
+    add_constraints(*command, options->load_case);
     command->add_option("--integrator", options->integrators,
                         "Names as in 'livermark list integrators'; all if none is named");
     command->add_option("--damping-ratio", options->damping_ratio, "Damping over critical damping, at two frequencies")

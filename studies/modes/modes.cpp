@@ -33,7 +33,8 @@ std::vector<core::Model> models_with_modes(const std::vector<std::string> &wante
 
 ModesResults find_modes(const ModesOptions &options, const std::string &command_line, const ProgressReport &report) {
     const auto models = models_with_modes(options.models);
-    const auto [problems, notes, left_out] = read_scaled_problems(options.bodies, options.load_case, options.material);
+    const auto [problems, notes, left_out] =
+        read_constrained_problems(options.bodies, options.load_case, options.material);
     ModesResults found{{}, notes};
     Steps steps(static_cast<int>(problems.size() * models.size()), report);
     for (const auto &problem : problems) {

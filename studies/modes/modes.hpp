@@ -15,7 +15,7 @@ inline constexpr int most_modes = 1000;
 /// Of which bodies, by which models, how many modes.
 struct ModesOptions {
     std::vector<std::string> bodies; ///< names or paths; all that ship if there are none
-    std::string load_case = "traction";
+    std::string load_case;           ///< that gives the constraints; empty: see read_constrained_problems()
     std::vector<std::string> models{std::string(models::baseline_model), std::string(models::moving_reference_model),
                                     "lloyd"};
     int count = 20; ///< 1 to most_modes

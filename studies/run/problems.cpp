@@ -80,8 +80,22 @@ std::shared_ptr<const core::Body> body_for(const std::filesystem::path &load_cas
     }
 }
 
+/// What is read where several load cases fit a body.
+enum class Choice { all, first };
+
+/// Leaves the first load case that fits a body, and says why it is none before it.
+/// @param first_left_out  of this body, in set.left_out
+void keep_first(ProblemSet &set, std::size_t first_left_out) {
+    if (first_left_out == set.left_out.size())
+        return;
+    const auto &before = set.left_out[first_left_out];
+    set.notes.push_back(fmt::format("{}: constrained as in {}, because {} does not fit: {}", before.body,
+                                    set.problems.back().load_case.name, before.load_case, before.reason));
+    set.left_out.resize(first_left_out, before);
+}
+
 ProblemSet read_all(const std::vector<std::string> &bodies, const std::vector<std::string> &load_cases,
-                    const meshes::MaterialOverride &material, bool may_leave_out) {
+                    const meshes::MaterialOverride &material, bool may_leave_out, Choice choice = Choice::all) {
     ProblemSet set;
     std::optional<std::string> fault;
     std::map<std::string, std::filesystem::path> file_of_name;
@@ -95,10 +109,15 @@ ProblemSet read_all(const std::vector<std::string> &bodies, const std::vector<st
                             named->second.string(), body_file.string()));
         for (const auto &assumption : body->assumptions)
             set.notes.push_back(fmt::format("{}: {}", body->name, assumption));
+        const auto first_left_out = set.left_out.size();
         for (const auto &load_case_file : load_case_files) {
             try {
                 const auto cut = body_for(load_case_file, body, set.notes);
                 set.problems.push_back({cut, load_cases::read_load_case(load_case_file, cut->mesh)});
+                if (choice == Choice::first) {
+                    keep_first(set, first_left_out);
+                    break;
+                }
             } catch (const load_cases::NotOnBody &error) {
                 if (!may_leave_out && !bodies.empty() && is_own_file(load_case_file))
                     throw;
@@ -113,6 +132,29 @@ ProblemSet read_all(const std::vector<std::string> &bodies, const std::vector<st
     return set;
 }
 
+void refuse_tools(const ProblemSet &set) {
+    for (const auto &problem : set.problems)
+        if (problem.load_case.tool)
+            throw support::InputError(
+                fmt::format("load case {} has a tool that moves; ask 'livermark arena --load-case' for it",
+                            problem.load_case.name));
+}
+
+void scale_and_note(ProblemSet &set) {
+    for (auto &problem : set.problems)
+        problem = scaled_to_target(std::move(problem));
+    std::ranges::move(yielded_places(set.problems), std::back_inserter(set.notes));
+    std::ranges::move(sentences(set.left_out), std::back_inserter(set.notes));
+}
+
+std::vector<std::string> usual_constraints_first() {
+    std::vector<std::string> names{usual_constraints};
+    for (const auto &file : find_toml_files({}, load_cases_folder, "load case"))
+        if (const auto name = file.stem().string(); name != usual_constraints)
+            names.push_back(name);
+    return names;
+}
+
 } // namespace
 
 ProblemSet read_problems(const std::vector<std::string> &bodies, const std::vector<std::string> &load_cases,
@@ -122,11 +164,7 @@ ProblemSet read_problems(const std::vector<std::string> &bodies, const std::vect
             throw support::InputError(fmt::format(
                 "load case {} has a needle; ask 'livermark needle --load-case' for it", file.stem().string()));
     auto set = read_all(bodies, load_cases, material, may_leave_out);
-    for (const auto &problem : set.problems)
-        if (problem.load_case.tool)
-            throw support::InputError(
-                fmt::format("load case {} has a tool that moves; ask 'livermark arena --load-case' for it",
-                            problem.load_case.name));
+    refuse_tools(set);
     return set;
 }
 
@@ -143,10 +181,16 @@ ProblemSet read_moving_problems(const std::vector<std::string> &bodies, const st
 ProblemSet read_scaled_problems(const std::vector<std::string> &bodies, const std::string &load_case,
                                 const meshes::MaterialOverride &material) {
     auto set = read_problems(bodies, {load_case}, material);
-    for (auto &problem : set.problems)
-        problem = scaled_to_target(std::move(problem));
-    std::ranges::move(yielded_places(set.problems), std::back_inserter(set.notes));
-    std::ranges::move(sentences(set.left_out), std::back_inserter(set.notes));
+    scale_and_note(set);
+    return set;
+}
+
+ProblemSet read_constrained_problems(const std::vector<std::string> &bodies, const std::string &load_case,
+                                     const meshes::MaterialOverride &material) {
+    if (!load_case.empty() || bodies.empty())
+        return read_scaled_problems(bodies, load_case.empty() ? usual_constraints : load_case, material);
+    auto set = read_all(bodies, usual_constraints_first(), material, true, Choice::first);
+    scale_and_note(set);
     return set;
 }
 

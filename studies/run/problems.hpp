@@ -54,4 +54,14 @@ ProblemSet read_moving_problems(const std::vector<std::string> &bodies, const st
 ProblemSet read_scaled_problems(const std::vector<std::string> &bodies, const std::string &load_case,
                                 const meshes::MaterialOverride &material);
 
+/// The load case that gives the constraints where none is named.
+inline constexpr const char *usual_constraints = "traction";
+
+/// The same for a command that takes constraints from a load case. Where none is named, a body that was asked for by
+/// name has those of usual_constraints, or where that does not fit, of the first load case that ships and fits; the
+/// notes say which.
+/// @param load_case  name or path; empty where none is named
+ProblemSet read_constrained_problems(const std::vector<std::string> &bodies, const std::string &load_case,
+                                     const meshes::MaterialOverride &material);
+
 } // namespace livermark::studies

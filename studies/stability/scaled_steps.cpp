@@ -117,7 +117,7 @@ double ScaledSteps::scaled_cost() const {
 }
 
 std::vector<ScaledSteps> find_scaled_steps(const StabilityOptions &options, const ProgressReport &report) {
-    const auto set = read_scaled_problems(options.bodies, options.load_case, options.material);
+    const auto set = read_constrained_problems(options.bodies, options.load_case, options.material);
     const auto models = models::moving_spring_models();
     Steps progress(static_cast<int>(set.problems.size() * models.size()), report);
     std::vector<ScaledSteps> found;

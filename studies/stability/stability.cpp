@@ -142,7 +142,8 @@ StabilityResults find_stability(const StabilityOptions &options, const std::stri
                                 const ProgressReport &report) {
     const auto all_springs = springs_to_examine(options);
     const auto integrators = find_integrators(options.integrators);
-    const auto [problems, notes, left_out] = read_scaled_problems(options.bodies, options.load_case, options.material);
+    const auto [problems, notes, left_out] =
+        read_constrained_problems(options.bodies, options.load_case, options.material);
     StabilityResults found{{}, notes};
     Steps steps(static_cast<int>(problems.size() * all_springs.size() * (1 + integrators.size())), report);
     for (const auto &problem : problems)

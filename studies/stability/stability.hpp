@@ -18,7 +18,7 @@ struct StabilityOptions {
     std::vector<std::string> bodies;
     std::string law = "lloyd";       ///< where no model is named
     std::vector<std::string> models; ///< of the suite, whose springs are taken
-    std::string load_case = "traction";
+    std::string load_case;           ///< that gives the constraints; empty: see read_constrained_problems()
     std::vector<std::string> integrators;
     meshes::MaterialOverride material;
     double damping_ratio = 0.05;                          ///< as load_cases/release.toml
