@@ -26,13 +26,26 @@ namespace {
 constexpr int failed = 1;
 constexpr int bad_input = 2;
 
+/// `help` and `help run` are `--help` and `run --help`.
+std::vector<std::string> without_help_command(std::vector<std::string> words) {
+    if (!words.empty() && words.front() == "help") {
+        words.erase(words.begin());
+        words.emplace_back("--help");
+    }
+    return words;
+}
+
 int run(int argc, char **argv) {
     CLI::App app{"Validation benchmark suite of soft-tissue models: a liver's mass-spring models against finite "
                  "elements"};
     app.name("livermark");
     app.set_version_flag("--version", "livermark " LIVERMARK_VERSION);
     app.require_subcommand(1);
+    app.footer("`livermark help COMMAND` is `livermark COMMAND --help`.\n"
+               "Environment: LIVERMARK_ROOT is the folder with meshes/, load_cases/ and results/ that ship; by default "
+               "the source tree that the program lies in, or else the one that it was built from.");
     const auto command_line = fmt::format("{}", fmt::join(argv, argv + argc, " "));
+    const auto words = without_help_command({argv + 1, argv + argc});
     const std::vector<livermark::cli::Command> commands{
         livermark::cli::add_list(app),
         livermark::cli::add_advise(app, command_line),
@@ -55,11 +68,11 @@ int run(int argc, char **argv) {
         livermark::cli::add_score(app, command_line),
         livermark::cli::add_calibrate(app, command_line),
     };
-    livermark::cli::refuse_unknown_subcommand(app, {argv + 1, argv + argc});
-    auto words = livermark::cli::with_places_first(app, {argv + 1, argv + argc}, livermark::cli::is_body_or_path);
-    std::ranges::reverse(words); // the order that CLI11 wants
+    livermark::cli::refuse_unknown_subcommand(app, words);
+    auto in_order = livermark::cli::with_places_first(app, words, livermark::cli::is_body_or_path);
+    std::ranges::reverse(in_order); // which CLI11 takes from the back
     try {
-        app.parse(std::move(words));
+        app.parse(std::move(in_order));
     } catch (const CLI::Success &help_or_version) {
         std::ostream nowhere(nullptr);
         return app.exit(help_or_version, livermark::support::mpi_rank() == 0 ? std::cout : nowhere);

@@ -19,9 +19,10 @@ namespace livermark::cli {
 namespace {
 
 int print_motion_score(const studies::ScoreOptions &options, bool markdown, const std::string &command_line) {
-    const auto scored = studies::score_motion(options, command_line);
+    const auto scored = studies::score_motion(options, command_line, print_progress());
     print_notes(scored.notes);
     const auto table = results::arena_table(scored.arena);
+    fmt::print("{}: {}, against {}\n\n", scored.arena.body, scored.arena.title, scored.arena.reference);
     fmt::print("{}", markdown ? results::to_markdown(table) : results::to_text(table));
     fmt::print(stderr, "The result file is {}\n", scored.file.string());
     return 0;
@@ -54,6 +55,9 @@ Command add_score(CLI::App &parent, const std::string &command_line) {
             "displacement, or VTU with the point data displacement; in any order. Under a moving tool: HDF5 with "
             "displacement and force over time")
         ->required();
+    command->add_option("--unit", options->unit,
+                        "Of the displacements: m, cm, mm, or how many metres, such as 0.025; by default metres, and "
+                        "what cannot be is refused. Coordinates may be in it too");
     command->add_option("--name", options->name, "Name of the model in table and result file")
         ->check(CLI::Validator(studies::fault_of_name, "NAME"))
         ->capture_default_str();

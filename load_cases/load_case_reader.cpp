@@ -1,15 +1,18 @@
 #include "load_cases/load_case_reader.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <iterator>
 #include <limits>
 #include <utility>
 
+#include "core/bounding_box.hpp"
 #include "core/tool_motion.hpp"
 #include "load_cases/effects.hpp"
 #include "load_cases/free_body.hpp"
 #include "load_cases/load_case_table.hpp"
+#include "load_cases/missing_parts.hpp"
 #include "load_cases/place_apart.hpp"
 #include "load_cases/regime_reader.hpp"
 #include "load_cases/release_reader.hpp"
@@ -65,7 +68,6 @@ void share_newton(core::LoadCase &load_case, const std::string &file) {
 }
 
 void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core::LoadCase &load_case) {
-    refuse_unknown_condition_keys(table);
     auto place = select_facets(table, mesh, load_case.condition);
     if (table.contains("name"))
         place.name = support::required_string(table, "name");
@@ -132,10 +134,36 @@ const toml::array &required_conditions(const toml::table &table) {
     return *node->as_array();
 }
 
+/// The name of the file where it gives none.
+std::string title_of(const toml::table &table, const std::filesystem::path &file) {
+    return table.contains("title") ? support::required_string(table, "title") : file.stem().string();
+}
+
+void read_target(const toml::table &table, core::LoadCase &load_case) {
+    if (!load_case.scale_to_target && !table.contains("target_peak_displacement"))
+        return;
+    load_case.target_peak_displacement = support::required_number(table, "target_peak_displacement");
+    if (!(load_case.target_peak_displacement > 0.0))
+        throw support::InputError(fmt::format("{}: 'target_peak_displacement' has to be positive",
+                                              support::place_of(*table.get("target_peak_displacement"))));
+}
+
+/// Where nothing says how far a load moves the body: as far as places are moved; or, where forces alone act, a
+/// hundredth of its size, where small deformations end.
+double expected_peak(const core::TetraMesh &mesh, const core::LoadCase &load_case) {
+    double peak = std::abs(load_case.press_depth);
+    for (std::size_t f = 0; f < load_case.value.size(); ++f)
+        if (load_case.condition[f] == core::FacetCondition::prescribed_displacement)
+            peak = std::max(peak,
+                            load_case.value[f].array().isNaN().select(0.0, load_case.value[f].array()).matrix().norm());
+    constexpr double small_part = 0.01;
+    return peak > 0.0 ? peak : small_part * core::extent(mesh.points);
+}
+
 } // namespace
 
 std::string load_case_title(const std::filesystem::path &toml_file) {
-    return support::required_string(read_table(support::read_text(toml_file), toml_file), "title");
+    return title_of(read_table(support::read_text(toml_file), toml_file), toml_file);
 }
 
 LoadCaseKind load_case_kind(const std::filesystem::path &toml_file) {
@@ -164,13 +192,14 @@ core::LoadCase load_case_of_table(const toml::table &table, const std::filesyste
                                               support::place_of(*table.get("cut"))));
     core::LoadCase load_case;
     load_case.name = file.stem().string();
-    load_case.title = support::required_string(table, "title");
+    if (const auto *conditions = table["condition"].as_array(); conditions && conditions->is_array_of_tables())
+        for (const auto &condition : *conditions) // a misspelt key is missing as well
+            refuse_unknown_condition_keys(*condition.as_table());
+    refuse_missing_parts(table);
+    load_case.title = title_of(table, file);
     read_regime(table, load_case);
-    load_case.target_peak_displacement = support::required_number(table, "target_peak_displacement");
-    if (!(load_case.target_peak_displacement > 0.0))
-        throw support::InputError(fmt::format("{}: 'target_peak_displacement' has to be positive",
-                                              support::place_of(*table.get("target_peak_displacement"))));
     load_case.scale_to_target = support::optional_flag(table, "scale_to_target");
+    read_target(table, load_case);
     if (table.contains("acceleration"))
         load_case.acceleration = support::required_vector(table, "acceleration");
     load_case.condition.assign(mesh.boundary_triangles.size(), core::FacetCondition::free);
@@ -188,6 +217,8 @@ core::LoadCase load_case_of_table(const toml::table &table, const std::filesyste
             fmt::format("{}: nothing moves the body, so no factor reaches the target; add a load, a "
                         "displacement or an acceleration, or leave 'scale_to_target' out",
                         support::place_of(*table.get("scale_to_target"))));
+    if (!table.contains("target_peak_displacement"))
+        load_case.target_peak_displacement = expected_peak(mesh, load_case);
     if (table.contains("release"))
         load_case.release = read_release(table, mesh, load_case);
     else if (table.contains("probe"))

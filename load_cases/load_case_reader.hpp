@@ -24,12 +24,13 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 
 /// Reads a load case and puts it on a mesh.
 ///
-///     title = "what a surgeon or engineer recognises"
+///     title = "what a surgeon or engineer recognises"  # the name of the file if this is left out
 ///     regime = "large"                        # surgical size, judged by hyperelasticity; or "small", as it is if
 ///                                             # this is left out
 ///     path = [0.2, 0.4, 0.6, 0.8, 1.0]        # of a large one: parts of the loads at which solutions are stored;
 ///                                             # may be left out
-///     target_peak_displacement = 0.002        # [m]
+///     target_peak_displacement = 0.002        # [m]; if it is left out as far as places are moved, or where forces
+///                                             # alone act a hundredth of the size of the body
 ///     scale_to_target = true                  # may be left out: what drives is multiplied until the linear baseline
 ///                                             # reaches the target; that is for who solves, not done here
 ///     acceleration = [0.0, 0.0, 0.0]          # [m/s^2], may be left out
@@ -71,12 +72,12 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 ///     [tool]
 ///     place = "fingertip"                     # the name of a condition with a displacement
 ///     press_until = 0.5                       # [s], from t = 0 to its displacement
-///     slide = [0.01, 0.0, 0.0]                # [m], of the whole place beside that,
-///     slide_from = 0.6                        # [s], between these two times
-///     slide_until = 1.0
+///     slide = [0.01, 0.0, 0.0]                # [m], of the whole place beside that; none if this is left out,
+///     slide_from = 0.6                        # [s], between these two times; from press_until
+///     slide_until = 1.0                       # to release_at if they are left out
 ///     release_at = 1.1                        # [s], when the place is free again
 ///     duration = 1.6                          # [s], whole numbers of frames both
-///     frame_rate = 60.0                       # [1/s]
+///     frame_rate = 60.0                       # [1/s], as it is if this is left out
 ///     mass_damping = 7.0                      # alpha [1/s] of D = alpha M
 ///
 /// A body may be cut at rest before anything is done to it: [[cut]], of which meshes/cutting/cut_reader.hpp says what

@@ -12,15 +12,21 @@ namespace {
 
 /// A motion of more frames was asked for by a slip of the unit.
 constexpr double most_frames = 1e4;
+constexpr double usual_frame_rate = 60.0; // [1/s]
 /// Of a frame, by which times may miss whole ones.
 constexpr double rounding_of_times = 1e-6;
+
+/// @param otherwise  where the key is left out
+double number_or(const toml::table &table, std::string_view key, double otherwise) {
+    return table.contains(key) ? support::required_number(table, key) : otherwise;
+}
 
 core::ToolMotion read_times(const toml::table &tool) {
     core::ToolMotion motion;
     motion.press_until = support::required_number(tool, "press_until");
-    motion.slide_from = support::required_number(tool, "slide_from");
-    motion.slide_until = support::required_number(tool, "slide_until");
     motion.release_at = support::required_number(tool, "release_at");
+    motion.slide_from = number_or(tool, "slide_from", motion.press_until);
+    motion.slide_until = number_or(tool, "slide_until", motion.release_at);
     const double duration = support::required_number(tool, "duration");
     const bool ascends = 0.0 < motion.press_until && motion.press_until <= motion.slide_from &&
                          motion.slide_from < motion.slide_until && motion.slide_until <= motion.release_at &&
@@ -29,7 +35,7 @@ core::ToolMotion read_times(const toml::table &tool) {
         throw support::InputError(fmt::format("{}: the times of a tool have to ascend: 0 < press_until <= slide_from < "
                                               "slide_until <= release_at <= duration",
                                               support::place_of(tool)));
-    const double frame_rate = support::required_number(tool, "frame_rate");
+    const double frame_rate = number_or(tool, "frame_rate", usual_frame_rate);
     const auto is_whole = [&](double time) {
         return std::abs(time * frame_rate - std::round(time * frame_rate)) < rounding_of_times;
     };
@@ -57,7 +63,7 @@ core::ToolMotion read_tool(const toml::table &table, const core::LoadCase &load_
                                               support::place_of(*tool.get("place")), place,
                                               fmt::join(load_case.constraint_names, ", ")));
     motion.constraint = static_cast<int>(found - load_case.constraint_names.begin());
-    motion.slide = support::required_vector(tool, "slide");
+    motion.slide = tool.contains("slide") ? support::required_vector(tool, "slide") : core::Vector3(0.0, 0.0, 0.0);
     motion.mass_damping = support::required_number(tool, "mass_damping");
     if (motion.mass_damping < 0.0)
         throw support::InputError(fmt::format("{}: 'mass_damping' is {}; it has to be zero or more",

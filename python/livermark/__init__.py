@@ -12,7 +12,7 @@ from livermark.febio import Solid, from_febio, to_febio
 from livermark.pictures import to_pyvista, to_vtk
 from livermark.results import open
 from livermark.slicer import to_slicer
-from livermark.suite import bodies, cut, load_cases, models, problem, score, solve
+from livermark.suite import advise, bodies, cut, load_cases, models, problem, score, solve
 from livermark.tool_scene import ToolScene, read_tool_scene, tool_scene_to_febio, tool_scene_to_sofa
 
 if _TYPE_CHECKING:
@@ -20,7 +20,7 @@ if _TYPE_CHECKING:
 
 __all__ = [
     "CutBody", "DivergedError", "InputError", "Mesh", "Problem", "RayleighDamping", "Score", "Simulation", "Solid", "Solution", "Springs",
-    "ToolScene", "bodies", "coupled_spring_models", "coupled_springs", "critical_time_step", "cut", "from_febio", "from_meshio", "integrators",
+    "ToolScene", "advise", "bodies", "coupled_spring_models", "coupled_springs", "critical_time_step", "cut", "from_febio", "from_meshio", "integrators",
     "largest_angular_frequency", "load_cases", "mass_proportional_damping", "models", "open", "problem",
     "rayleigh_damping", "read_tool_scene", "score", "solve", "spring_laws", "springs",
     "stiffness_proportional_damping", "to_febio", "to_pyvista", "to_slicer", "to_sofa", "to_vtk",

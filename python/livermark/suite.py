@@ -1,10 +1,11 @@
 """What the suite can do, with deal.II behind it, which is loaded by the first call."""
 from __future__ import annotations
 
+import json
 import math
 import os
 import pathlib
-from typing import TYPE_CHECKING, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Optional, Sequence, Union
 
 from livermark.errors import InputError
 
@@ -79,6 +80,37 @@ def _numbers(name: str, values: Optional[ArrayLike]) -> list[float]:
         return numpy.asarray(values, dtype=float).ravel().tolist() or [math.nan]
     except (TypeError, ValueError):
         raise InputError(f"{name}: these are no numbers; give coordinates in m") from None
+
+
+FINGERTIP_RADIUS = 0.012  #: [m], as livermark::studies::fingertip_radius has it
+SOFT_LIVER = {"young_modulus": 5000.0, "poisson_ratio": 0.45, "density": 1060.0}  #: what a mesh alone is taken to be of
+
+
+def advise(body: Any, young_modulus: Optional[ArrayLike] = None, poisson_ratio: Optional[ArrayLike] = None,
+           density: Optional[ArrayLike] = None, *, tool_radius: float = FINGERTIP_RADIUS,
+           budget: Optional[float] = None) -> dict[str, Any]:
+    """What `livermark advise` says of a body: what it is, springs for touch and for position, steps, cost, caveats.
+
+    body: one of bodies(), the path of a .toml or mesh file, or what has points (N, 3) [m] and tetrahedra (M, 4), such as
+    from_meshio() returns. young_modulus [Pa], poisson_ratio, density [kg/m^3]: of a file as in problem(), and no density;
+    of arrays numbers or (M), soft liver where left out. tool_radius: of what touches the body [m]. budget: processor time
+    for a frame of 1/60 s [s]; models that take longer are not ranked. Returns the object of `livermark advise --json`, in
+    SI units; docs/advise.md has its keys. Raises InputError.
+    """
+    if not (isinstance(tool_radius, (int, float)) and 0.0 < tool_radius < 1.0):
+        raise InputError(f"tool_radius: {tool_radius!r}; it has to be a length in metres, above 0 and below 1")
+    if budget is not None and not (isinstance(budget, (int, float)) and 0.0 < budget < float("inf")):
+        raise InputError(f"budget: {budget!r}; it has to be a positive number of seconds")
+    if isinstance(body, (str, os.PathLike)):
+        if density is not None:
+            raise InputError("density: a file has its own; put it into a body .toml")
+        return json.loads(load().advise_on_file(os.fspath(body), young_modulus, poisson_ratio, tool_radius, budget))
+    if not (hasattr(body, "points") and hasattr(body, "tetrahedra")):
+        raise InputError("body: this is no name, no path, and has no points and tetrahedra; give one of them")
+    given = {"young_modulus": young_modulus, "poisson_ratio": poisson_ratio, "density": density}
+    material = {name: SOFT_LIVER[name] if value is None else value for name, value in given.items()}
+    return json.loads(load().advise_on_arrays(body.points, body.tetrahedra, **material, tool_radius=tool_radius,
+                                              budget=budget, is_material_assumed=young_modulus is None))
 
 
 def solve(body: Path, load_case: Path, model: str) -> Solution:

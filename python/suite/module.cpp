@@ -8,6 +8,7 @@ PYBIND11_MODULE(_suite, module) {
     livermark::python::translate_input_errors();
     livermark::python::work_at_the_end::register_with();
     livermark::python::add_problem(module);
+    livermark::python::add_advise(module);
     livermark::python::add_catalogue(module);
     livermark::python::add_cut(module);
 }

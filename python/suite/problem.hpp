@@ -27,6 +27,9 @@ void add_score(py::module_ &module, py::class_<LoadedBody> &problem);
 /// Adds the class CutBody, and the function that cuts one.
 void add_cut(py::module_ &module);
 
+/// Adds the functions behind livermark.advise().
+void add_advise(py::module_ &module);
+
 /// Adds the names of bodies, load cases and models.
 void add_catalogue(py::module_ &module);
 

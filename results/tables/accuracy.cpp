@@ -25,7 +25,7 @@ using core::percent;
 constexpr double safety_factor = 0.8;
 
 std::string number(double value, double unit) {
-    return std::isnan(value) ? "-" : fmt::format("{:.3g}", unit * value);
+    return significant(unit * value, 3);
 }
 
 /// Marks who is on the front of those of one body and load case.

@@ -17,7 +17,7 @@ std::string in_percent(double value) {
 }
 
 std::string in_milliseconds(double seconds) {
-    return fixed(1e3 * seconds, seconds < 0.1 ? 2 : 0);
+    return fixed(1e3 * seconds, seconds < 0.1 ? 2 : 0); // "-" where somebody else does not say it
 }
 
 /// NaN last.

@@ -72,7 +72,7 @@ std::vector<std::string> row_of(const ModelResult &model, const Result &result, 
     row.push_back(signed_percent(deformed.volume_change, 2));
     row.push_back(fixed(deformed.smallest_jacobian, 2));
     row.push_back(fmt::format("{}", deformed.num_inverted));
-    row.push_back(fmt::format("{:.3g}", solution.setup_seconds + solution.solve_seconds));
+    row.push_back(significant(solution.setup_seconds + solution.solve_seconds, 3));
     row.push_back(shown_status(model, result));
     return row;
 }
@@ -181,7 +181,7 @@ Layout force_table(std::span<const Result> results) {
     const auto listed = [](const std::vector<double> &values, double unit) {
         std::vector<std::string> words;
         for (const double value : values)
-            words.push_back(fmt::format("{:.3g}", unit * value));
+            words.push_back(significant(unit * value, 3));
         return fmt::format("{}", fmt::join(words, " "));
     };
     Layout layout{{{"body"}, {"load case"}, {"place"}, {"model"}, {"way [mm]"}, {"force along it [N]"}}, {}};

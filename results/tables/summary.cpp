@@ -83,7 +83,7 @@ std::vector<std::string> row_of(std::span<const Result> results, const std::stri
     row.push_back(stiffness.mean_cell());
     row.push_back(stiffness.worst_cell());
     row.push_back(reactions.empty() ? "-" : fixed(percent * *std::ranges::max_element(reactions), 2));
-    row.push_back(fmt::format("{:.2g}", mean(seconds)));
+    row.push_back(significant(mean(seconds), 2));
     return row;
 }
 

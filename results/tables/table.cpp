@@ -81,8 +81,8 @@ Row row_of(const ModelResult &model, const Result &result, const std::string &bo
             "-",
             "-",
             std::isnan(solution.nonlinearity) ? "-" : fixed(percent * solution.nonlinearity, 2),
-            fmt::format("{:.3g}", solution.setup_seconds),
-            fmt::format("{:.3g}", solution.solve_seconds),
+            significant(solution.setup_seconds, 3),
+            significant(solution.solve_seconds, 3),
             shown_status(model, result),
             reference && !model.band ? "-" : verdict(model)};
     if (const auto &comparison = model.comparison) {

@@ -90,8 +90,14 @@ std::string over_some(const std::string &mean, std::size_t part, std::size_t who
 }
 
 std::string fixed(double value, int decimals) {
+    if (std::isnan(value))
+        return "-";
     return std::abs(value) < largest_fixed || !std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals)
                                                                     : fmt::format("{:.1e}", value);
+}
+
+std::string significant(double value, int digits) {
+    return std::isnan(value) ? "-" : fmt::format("{:.{}g}", value, digits);
 }
 
 } // namespace livermark::results

@@ -31,7 +31,10 @@ std::string to_markdown(const Layout &layout);
 /// of 11)": such a mean is not to be ranked.
 std::string over_some(const std::string &mean, std::size_t part, std::size_t whole);
 
-/// A number with some decimals; where that would be too wide, in the form 1.2e+34.
+/// A number with some decimals; where that would be too wide, in the form 1.2e+34. "-" for NaN: nothing is known.
 std::string fixed(double value, int decimals);
+
+/// The same with some significant digits, such as 0.00123.
+std::string significant(double value, int digits);
 
 } // namespace livermark::results

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <string>
 
@@ -10,6 +11,9 @@ namespace livermark::studies {
 
 /// The model that motions under a tool are judged by.
 inline constexpr const char *tool_reference_model = "fem_p2_neo_hookean_refined_at_rims";
+
+/// The same on the mesh as it is.
+inline constexpr const char *coarse_tool_reference_model = "fem_p2_neo_hookean";
 
 /// How far it goes.
 struct ToolReferenceOptions {
@@ -27,6 +31,17 @@ results::ToolReference solve_tool_reference(const core::Problem &problem, const 
 /// That which is stored.
 /// @throws support::InputError if none is, with the command that makes it
 results::ToolReference stored_tool_reference(const core::Problem &problem);
+
+/// A coarse one in minutes, for a body that has none: quadratic tetrahedra on the mesh as it is, in two steps a frame.
+/// Its own error is not known (NaN). It is kept at the path, and read from there if it is that of the problem.
+/// @param starting  called before it is solved
+/// @throws support::InputError where the motion finds no next step, and where the path cannot be written
+results::ToolReference coarse_tool_reference(const core::Problem &problem, const std::filesystem::path &path,
+                                             const std::string &command_line,
+                                             const std::function<void(const std::string &)> &starting);
+
+/// Whether one is stored that stored_tool_reference() finds.
+bool has_stored_tool_reference(const core::Problem &problem);
 
 /// Stores one where stored_tool_reference() finds it.
 void store_tool_reference(const results::ToolReference &reference, const core::Problem &problem,

@@ -1,16 +1,19 @@
 #include "studies/arena/outside_motion.hpp"
 
+#include <algorithm>
 #include <fmt/format.h>
 #include <sstream>
 #include <string>
 #include <utility>
 
+#include "meshes/io/mesh_reader.hpp"
 #include "models/tool_motion/tool_place.hpp"
 #include "msm/mass_lumping.hpp"
 #include "results/hdf5/arena_file.hpp"
 #include "results/hdf5/tool_scene_file.hpp"
 #include "results/provenance.hpp"
 #include "studies/arena/arena.hpp"
+#include "studies/arena/arena_reference.hpp"
 #include "studies/arena/arena_run.hpp"
 #include "studies/run/output_folder.hpp"
 #include "support/python_program.hpp"
@@ -37,11 +40,51 @@ ExportedProblem export_tool_scene(const ExportOptions &options, const std::strin
     return exported;
 }
 
-MotionScore score_motion(const ScoreOptions &options, const std::string &command_line) {
+namespace {
+
+/// In metres.
+results::OutsideMotion read_motion(const ScoreOptions &options, const core::Problem &problem) {
+    auto motion = results::read_outside_motion(options.solution, problem);
+    auto &displacement = motion.history.displacement;
+    if (!options.unit.empty()) {
+        const auto metres = static_cast<float>(meshes::metres_per_unit(options.unit, "--unit"));
+        for (auto &u : displacement)
+            u *= metres;
+    } else {
+        double largest = 0.0;
+        for (const auto &u : displacement)
+            largest = std::max(largest, static_cast<double>(u.norm()));
+        refuse_other_unit(largest, problem, options.solution);
+    }
+    return motion;
+}
+
+results::ToolReference reference_for(const core::Problem &problem, const std::filesystem::path &folder,
+                                     const std::string &command_line, const ProgressReport &report,
+                                     std::vector<std::string> &notes) {
+    if (has_stored_tool_reference(problem))
+        return stored_tool_reference(problem);
+    Steps steps(1, report);
+    const auto path = folder / fmt::format("{}.coarse_reference.h5", problem.load_case.name);
+    auto coarse =
+        coarse_tool_reference(problem, path, command_line, [&](const std::string &about) { steps.next(about); });
+    notes.push_back(fmt::format("no refined reference of {} on {} is stored, so errors are against a coarse one ({}, "
+                                "on the mesh itself), whose "
+                                "own error is not known; `livermark arena --body ... --load-case {} --solve-reference` "
+                                "makes the refined one in "
+                                "minutes to an hour",
+                                problem.load_case.name, problem.body->name, coarse.model, problem.load_case.name));
+    return coarse;
+}
+
+} // namespace
+
+MotionScore score_motion(const ScoreOptions &options, const std::string &command_line, const ProgressReport &report) {
     auto [problems, notes, left_out] = read_arena_problems({options.body}, options.load_case);
     const auto &problem = problems.front();
-    const auto motion = results::read_outside_motion(options.solution, problem);
-    const auto reference = stored_tool_reference(problem);
+    const auto motion = read_motion(options, problem);
+    const auto folder = make_output_folder(options.output, problem);
+    const auto reference = reference_for(problem, folder, command_line, report, notes);
     results::ArenaRun run;
     run.method = options.name;
     run.setting = "unverified cost";
@@ -51,9 +94,7 @@ MotionScore score_motion(const ScoreOptions &options, const std::string &command
     run.errors = core::compare(problem.body->mesh, *problem.load_case.tool, motion.history, reference.history);
     run.force = motion.history.force;
     MotionScore score{empty_arena(problem, reference, command_line),
-                      make_output_folder(options.output, problem) /
-                          fmt::format("{}.{}.h5", problem.load_case.name, options.name),
-                      std::move(notes)};
+                      folder / fmt::format("{}.{}.h5", problem.load_case.name, options.name), std::move(notes)};
     score.arena.runs.push_back(std::move(run));
     results::write_arena(score.file, score.arena);
     return score;

@@ -23,9 +23,10 @@ struct MotionScore {
     std::vector<std::string> notes;
 };
 
-/// Compares a motion that was found elsewhere with the stored reference, and writes <output>/<body>/<load
-/// case>.<name>.h5, an arena file. What it cost is what its maker says.
-/// @throws support::InputError for bad input, where no reference is stored, and where the file cannot be written
-MotionScore score_motion(const ScoreOptions &options, const std::string &command_line);
+/// Compares a motion that was found elsewhere with the stored reference, or where none is stored with a coarse one of
+/// coarse_tool_reference() in <output>/<body>/<load case>.coarse_reference.h5, which the notes say; and writes
+/// <output>/<body>/<load case>.<name>.h5, an arena file. What it cost is what its maker says.
+/// @throws support::InputError for bad input, and where the files cannot be written
+MotionScore score_motion(const ScoreOptions &options, const std::string &command_line, const ProgressReport &report);
 
 } // namespace livermark::studies

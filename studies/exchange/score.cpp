@@ -1,9 +1,15 @@
 #include "studies/exchange/score.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
+#include <iterator>
 #include <limits>
 #include <utility>
 
+#include "core/bounding_box.hpp"
+#include "core/units.hpp"
+#include "meshes/io/mesh_reader.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/provenance.hpp"
 #include "studies/exchange/formats/outside_solution.hpp"
@@ -33,6 +39,49 @@ core::Model outside_model(const ScoreOptions &options, const std::vector<core::V
                 solution.degrees_of_freedom = static_cast<std::int64_t>(3 * displacement.size());
                 return solution;
             })};
+}
+
+/// Displacements this many times as large as they are meant to be are of another unit: centimetres make 100.
+constexpr double largest_part_of_target = 30.0;
+/// Above this error a unit may be wrong as well.
+constexpr double strange_error = 10.0;
+
+double largest_length(const std::vector<core::Vector3> &displacement) {
+    double largest = 0.0;
+    for (const auto &u : displacement)
+        largest = std::max(largest, u.norm());
+    return largest;
+}
+
+/// Displacements in metres. Coordinates may be in the same unit, or in metres as the exported mesh has them.
+void take_unit(OutsideSolution &solution, const core::TetraMesh &mesh, const std::string &unit) {
+    const double metres = meshes::metres_per_unit(unit, "--unit");
+    for (auto &u : solution.displacement)
+        u *= metres;
+    const double ratio = metres * core::extent(solution.points) / core::extent(mesh.points);
+    constexpr double close = 0.05;
+    if (std::abs(ratio - 1.0) < close)
+        for (auto &point : solution.points)
+            point *= metres;
+}
+
+std::vector<core::Vector3> read_displacement(const ScoreOptions &options, const core::Problem &problem) {
+    auto solution = read_outside_solution(options.solution);
+    if (!options.unit.empty())
+        take_unit(solution, problem.body->mesh, options.unit);
+    else
+        refuse_other_unit(largest_length(solution.displacement), problem, options.solution);
+    return displacement_at_nodes(solution, problem.body->mesh, options.solution);
+}
+
+std::vector<std::string> question_of_unit(const results::Result &result, const ScoreOptions &options) {
+    for (const auto &model : result.models)
+        if (options.unit.empty() && model.name == options.name && model.comparison &&
+            model.comparison->relative_l2 > strange_error)
+            return {fmt::format("the error of {} is {:.0f} %: are its displacements in metres, and of this problem? "
+                                "Otherwise say --unit mm",
+                                options.name, core::percent * model.comparison->relative_l2)};
+    return {};
 }
 
 /// The reference and what else an outside model is compared with.
@@ -76,12 +125,23 @@ std::string fault_of_name(const std::string &name) {
     return is_good ? "" : "a name has letters, digits, _ and - only";
 }
 
+void refuse_other_unit(double largest, const core::Problem &problem, const std::string &source) {
+    const double meant = problem.load_case.target_peak_displacement;
+    if (meant > 0.0 && largest > largest_part_of_target * meant)
+        throw support::InputError(fmt::format(
+            "{}: are these millimetres? The largest displacement is {:.3g}, and {} is meant to move {} by about {:.3g} "
+            "m; give metres, or say --unit mm; --unit m scores it as it is",
+            source, largest, problem.load_case.name, problem.body->name, meant));
+}
+
 results::Result score_displacement(const core::Problem &problem, const std::vector<core::Vector3> &displacement,
                                    const ScoreOptions &options, const std::string &command_line,
                                    const ProgressReport &report) {
     if (const auto fault = fault_of_name(options.name); !fault.empty())
         throw support::InputError(fmt::format("name: {}", fault));
     refuse_motion(problem);
+    if (options.unit.empty())
+        refuse_other_unit(largest_length(displacement), problem, options.solution);
     return evaluate_beside(models_beside(options), problem, displacement, options, command_line, report);
 }
 
@@ -90,13 +150,13 @@ Score score(const ScoreOptions &options, const std::string &command_line, const 
     auto [problems, notes, left_out] = read_scaled_problems({options.body}, options.load_case, {});
     const auto &problem = problems.front();
     refuse_motion(problem);
-    const auto displacement =
-        displacement_at_nodes(read_outside_solution(options.solution), problem.body->mesh, options.solution);
+    const auto displacement = read_displacement(options, problem);
     const auto folder = make_output_folder(options.output, problem);
     Score scored{.result = evaluate_beside(std::move(models), problem, displacement, options, command_line, report),
                  .file = folder / fmt::format("{}.{}.h5", problem.load_case.name, options.name),
                  .notes = std::move(notes)};
     results::write_result(scored.file, scored.result);
+    std::ranges::move(question_of_unit(scored.result, options), std::back_inserter(scored.notes));
     return scored;
 }
 

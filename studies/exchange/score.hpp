@@ -21,7 +21,16 @@ struct ScoreOptions {
     std::string output; ///< folder for <body>/<load case>.<name>.h5
     bool reference_on_mesh = false;
     bool solve_reference = false; ///< also where a solution is stored
+    /// Of the displacements: "m", "cm", "mm" or metres; if it is empty they are taken to be in metres, and refused
+    /// where they are so large that they are probably not.
+    std::string unit{};
 };
+
+/// Asks in a refusal whether displacements are in metres.
+/// @param largest  length of the largest of them [m]
+/// @param source   where they come from
+/// @throws support::InputError where that is far more than the load case is meant to move the body
+void refuse_other_unit(double largest, const core::Problem &problem, const std::string &source);
 
 /// The comparison, the file that it is in, and what a user should know of the input.
 struct Score {

@@ -50,8 +50,8 @@ PaperTable table_of(const results::Result &result, const core::SpringNetwork &sp
         const auto printed = fmt::format("{} {} {}", claim.quantity->name, claim.printed, claim.quantity->unit.name);
         for (const auto &reading : claim.readings)
             table.rows.rows.push_back({printed, reading.meaning, fmt::format("{:.5g}", reading.printed),
-                                       fmt::format("{:.5g}", reading.computed),
-                                       fmt::format("{:.5g}", reading.ratio())});
+                                       results::significant(reading.computed, 5),
+                                       results::significant(reading.ratio(), 5)});
         if (claim.readings.empty()) // no file here says how the body is damped
             table.rows.rows.push_back({printed, "no damping is known of this body here", "-", "-", "-"});
         else if (!claim.objection.empty())

@@ -164,7 +164,7 @@ def test_no_two_figures_of_a_page_have_the_same_names_inside():
 
 def test_numbers_are_written_as_in_the_tables_of_the_program():
     assert fixed(12.346, 2) == "12.35"
-    assert fixed(1.234e34, 2) == "1.2e+34" and fixed(float("nan"), 2) == "nan"
+    assert fixed(1.234e34, 2) == "1.2e+34" and fixed(float("nan"), 2) == "-"
     assert [rounded_up(value) for value in (0.03, 1.0, 1.1, 5.1)] == [0.05, 1.0, 2.0, 10.0]
     assert [figures.tick_label(value) for value in (0.05, 20.0, 1e-6)] == ["0.05", "20", "1e-06"]
     assert to_hex(colours.DISPLACEMENT(0.0)) == "#440154"

@@ -7,7 +7,9 @@ MILLISECONDS = 1e3
 
 
 def fixed(value: float, decimals: int) -> str:
-    """With some decimals; where that would be too wide, in the form 1.2e+34."""
+    """With some decimals; where that would be too wide, in the form 1.2e+34. "-" for NaN."""
+    if math.isnan(value):
+        return "-"
     return f"{value:.{decimals}f}" if abs(value) < 1e5 or not math.isfinite(value) else f"{value:.1e}"
 
 
