@@ -58,7 +58,7 @@ void print_body(const studies::BodyFigures &body) {
 }
 
 std::string percent_or_dash(double error) {
-    return std::isnan(error) ? "-" : fmt::format("{:.1f}", percent * error);
+    return std::isnan(error) ? "-" : std::isinf(error) ? "fails" : fmt::format("{:.1f}", percent * error);
 }
 
 void print_ranking(const std::string &title, const std::vector<studies::ModelAdvice> &ranking,
@@ -77,12 +77,14 @@ void print_ranking(const std::string &title, const std::vector<studies::ModelAdv
                             {"a frame [ms]", true}},
                            {}};
     const auto errors = [](const studies::ExpectedError &error) -> std::vector<std::string> {
+        const auto at_tool = [](double size) { return std::isinf(size) ? "fails" : results::size_cell(size); };
+        const auto failed = [](std::size_t count) { return count == 0 ? "" : fmt::format(" ({} failed)", count); };
         return {error.model,
-                results::size_cell(error.at_tool),
+                at_tool(error.at_tool),
                 results::stiffness_cell(error.worst_at_tool),
-                results::size_cell(error.large_at_tool),
-                percent_or_dash(error.relative_l2),
-                percent_or_dash(error.large_relative_l2)};
+                at_tool(error.large_at_tool),
+                percent_or_dash(error.relative_l2) + failed(error.num_failed),
+                percent_or_dash(error.large_relative_l2) + failed(error.num_large_failed)};
     };
     for (const auto &[error, summary, cost] : ranking) {
         auto row = errors(error);
@@ -148,6 +150,15 @@ void print_advice(const studies::Advice &advice, bool markdown) {
     print_source(advice);
 }
 
+std::string check_radius(const std::string &text) {
+    double radius = 0.0;
+    constexpr double least = 1e-4, largest = 1.0;
+    return CLI::detail::lexical_cast(text, radius) && radius >= least && radius <= largest
+               ? ""
+               : fmt::format("'{}' is no radius of a tool in metres, from {:g} to {:g}; 12 mm are 0.012", text, least,
+                             largest);
+}
+
 int advise(const AdviseCommand &command, const std::string &command_line) {
     const auto bodies = with_images_meshed(command.bodies, command.output, command_line, command.force);
     if (bodies.size() != 1)
@@ -179,7 +190,7 @@ Command add_advise(CLI::App &parent, const std::string &command_line) {
     command->get_option("--body")->required();
     add_materials(*command, options->material);
     command->add_option("--tool-radius", options->tool_radius, "Of what touches the body [m]; a fingertip by default")
-        ->check(CLI::Range(1e-4, 1.0))
+        ->check(CLI::Validator(check_radius, "POSITIVE"))
         ->capture_default_str();
     command
         ->add_option("--budget", options->budget,

@@ -6,6 +6,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/common_options.hpp"
+#include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
 #include "cli/usage.hpp"
 #include "results/tables/arena_table.hpp"
@@ -44,6 +45,7 @@ int solve_references(const ArenaCommand &command, const studies::ArenaOptions &o
 }
 
 int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions options, const std::string &command_line) {
+    options.bodies = with_images_meshed(options.bodies, command_line);
     options.budgets.clear();
     for (const double budget : sorted_once(command.budgets))
         options.budgets.push_back(1e-3 * budget);

@@ -5,6 +5,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/common_options.hpp"
+#include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
 #include "core/units.hpp"
 #include "results/tables/table_layout.hpp"
@@ -90,7 +91,10 @@ Command add_calibrate(CLI::App &parent, const std::string &command_line) {
                         "not given");
     command->add_flag("--restart", options->restart, "Begin anew even if the file is there");
     command->add_flag("--markdown", *markdown, "Print the table in Markdown");
-    return [=] { return calibrate(*options, *markdown, command_line); };
+    return [=] {
+        options->body = with_image_meshed(options->body, command_line);
+        return calibrate(*options, *markdown, command_line);
+    };
 }
 
 } // namespace livermark::cli

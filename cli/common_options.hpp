@@ -20,15 +20,11 @@ CLI::Option *add_bodies(CLI::App &command, std::vector<std::string> &bodies,
 CLI::Option *add_body(CLI::App &command, std::string &body);
 
 /// What the help of every command says of a body.
-inline constexpr const char *body_words =
-    "a name as in 'livermark list bodies', or the path of a body .toml or of a mesh; behind the command or behind "
-    "--body";
-
-/// The same of commands that mesh segmentations themselves, see with_images_meshed().
-inline constexpr const char *segmentation_words =
-    "also a segmentation, which is meshed first: a label image (NIfTI, NRRD, MetaImage, DICOM), or closed surfaces "
-    "(STL, "
-    "OBJ, PLY, VTK, VTP), the liver and then its lesions; all that ship if none is named";
+inline constexpr const char *body_words = "a name as in 'livermark list bodies', or the path of a body .toml, of a "
+                                          "mesh, or of a segmentation, which is meshed "
+                                          "first: a label image (NIfTI, NRRD, MetaImage, DICOM) or closed surfaces "
+                                          "(STL, OBJ, PLY, VTK, VTP), the liver and then "
+                                          "its lesions; behind the command or behind --body";
 
 /// --load-case of a command that takes constraints alone.
 void add_constraints(CLI::App &command, std::string &load_case);

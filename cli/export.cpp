@@ -4,6 +4,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/common_options.hpp"
+#include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
 #include "studies/arena/arena.hpp"
 #include "studies/arena/outside_motion.hpp"
@@ -13,7 +14,8 @@ namespace livermark::cli {
 
 namespace {
 
-int print_exported(const studies::ExportOptions &options, const std::string &command_line) {
+int print_exported(studies::ExportOptions options, const std::string &command_line) {
+    options.body = with_image_meshed(options.body, command_line);
     const auto exported = studies::moves_tool(options.load_case) ? studies::export_tool_scene(options, command_line)
                                                                  : studies::export_problem(options, command_line);
     print_notes(exported.notes);

@@ -3,6 +3,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/common_options.hpp"
+#include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
 #include "results/tables/history_table.hpp"
 #include "results/tables/table_layout.hpp"
@@ -13,7 +14,8 @@ namespace livermark::cli {
 
 namespace {
 
-int print_histories(const studies::HistoriesOptions &options, bool markdown, const std::string &command_line) {
+int print_histories(studies::HistoriesOptions options, bool markdown, const std::string &command_line) {
+    options.bodies = with_images_meshed(options.bodies, command_line);
     const auto found = studies::find_histories(options, command_line, print_progress());
     print_notes(found.notes);
     const auto table = results::history_table(found.of_subject);

@@ -136,4 +136,12 @@ std::vector<std::string> with_images_meshed(const std::vector<std::string> &bodi
     return with_bodies;
 }
 
+std::vector<std::string> with_images_meshed(const std::vector<std::string> &bodies, const std::string &command_line) {
+    return with_images_meshed(bodies, (support::root_folder() / "results" / "runs").string(), command_line, false);
+}
+
+std::string with_image_meshed(const std::string &body, const std::string &command_line) {
+    return with_images_meshed({body}, command_line).front();
+}
+
 } // namespace livermark::cli

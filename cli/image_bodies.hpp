@@ -22,4 +22,11 @@ std::string stem_of_image(const std::string &body);
 std::vector<std::string> with_images_meshed(const std::vector<std::string> &bodies, const std::string &output,
                                             const std::string &command_line, bool force);
 
+/// The same where a command has no folder for bodies: they are kept where `livermark run` keeps them by default, so
+/// that commands take each other's.
+std::vector<std::string> with_images_meshed(const std::vector<std::string> &bodies, const std::string &command_line);
+
+/// The same of one body.
+std::string with_image_meshed(const std::string &body, const std::string &command_line);
+
 } // namespace livermark::cli

@@ -3,6 +3,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/common_options.hpp"
+#include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
 #include "models/model_table.hpp"
 #include "results/tables/modes_table.hpp"
@@ -14,7 +15,8 @@ namespace livermark::cli {
 
 namespace {
 
-int print_modes(const studies::ModesOptions &options, bool markdown, const std::string &command_line) {
+int print_modes(studies::ModesOptions options, bool markdown, const std::string &command_line) {
+    options.bodies = with_images_meshed(options.bodies, command_line);
     const auto found = studies::find_modes(options, command_line, print_progress());
     print_notes(found.notes);
     for (const auto &result : found.of_body) {

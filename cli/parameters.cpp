@@ -4,6 +4,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/common_options.hpp"
+#include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
 #include "cli/usage.hpp"
 #include "core/units.hpp"
@@ -167,7 +168,10 @@ Command add_parameters(CLI::App &parent) {
                      "twentieth mode")
         ->expected(2);
     command->add_flag("--markdown", options->markdown, "Print the tables in Markdown");
-    return [options] { return print_parameters(*options); };
+    return [options] {
+        options->bodies = with_images_meshed(options->bodies, "livermark parameters");
+        return print_parameters(*options);
+    };
 }
 
 } // namespace livermark::cli

@@ -7,6 +7,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/common_options.hpp"
+#include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
 #include "core/units.hpp"
 #include "results/tables/table_layout.hpp"
@@ -102,7 +103,7 @@ int solve_all(const ReferenceOptions &options) {
 
 } // namespace
 
-Command add_reference(CLI::App &parent, const std::string & /*command_line*/) {
+Command add_reference(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(
         "reference",
         "Solve the references of large deformations and of motion and store them, so that 'livermark run' and "
@@ -130,7 +131,10 @@ Command add_reference(CLI::App &parent, const std::string & /*command_line*/) {
     command->add_option("--folder", options->folder, "Folder of the references")->capture_default_str();
     command->add_flag("--check", options->only_check,
                       "Write nothing; exit status 1 if a solution is not the one that is stored");
-    return [options] { return solve_all(*options); };
+    return [options, command_line] {
+        options->bodies = with_images_meshed(options->bodies, command_line);
+        return solve_all(*options);
+    };
 }
 
 } // namespace livermark::cli

@@ -113,7 +113,7 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
     auto printing = std::make_shared<Printing>();
     auto force = std::make_shared<bool>(false);
     options->output = (support::root_folder() / "results" / "runs").string();
-    add_bodies(*command, options->bodies, segmentation_words);
+    add_bodies(*command, options->bodies);
     command->add_flag("--force", *force, "Mesh segmentations anew, over the body files in the output folder");
     add_run_choices(*command, options);
     command

@@ -6,6 +6,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/common_options.hpp"
+#include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
 #include "cli/run_tables.hpp"
 #include "results/tables/arena_table.hpp"
@@ -28,7 +29,8 @@ int print_motion_score(const studies::ScoreOptions &options, bool markdown, cons
     return 0;
 }
 
-int print_score(const studies::ScoreOptions &options, bool markdown, const std::string &command_line) {
+int print_score(studies::ScoreOptions options, bool markdown, const std::string &command_line) {
+    options.body = with_image_meshed(options.body, command_line);
     if (studies::moves_tool(options.load_case))
         return print_motion_score(options, markdown, command_line);
     const auto scored = studies::score(options, command_line, print_progress());

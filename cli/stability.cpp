@@ -5,6 +5,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/common_options.hpp"
+#include "cli/image_bodies.hpp"
 #include "cli/progress.hpp"
 #include "cli/usage.hpp"
 #include "core/units.hpp"
@@ -176,6 +177,7 @@ Command add_stability(CLI::App &parent, const std::string &command_line) {
                    "springs, what they cost on one core, and which nodes ask for short steps")
         ->excludes(models);
     return [=] {
+        options->bodies = with_images_meshed(options->bodies, command_line);
         return *mass_scaling ? print_scaled_steps(*options, *markdown)
                              : print_stability(*options, *markdown, command_line);
     };

@@ -53,7 +53,8 @@ std::vector<int> facets_of_patch(const std::string &name, const toml::node &plac
     const auto found = std::ranges::find(mesh.patch_names, name);
     if (found == mesh.patch_names.end())
         throw NotOnBody(support::place_of(place), fmt::format("the body has no patch '{}'", name),
-                        fmt::format("it has {}", fmt::join(mesh.patch_names, ", ")));
+                        fmt::format("it has {}; find_patches = true in the .toml of a liver finds those of livers",
+                                    fmt::join(mesh.patch_names, ", ")));
     auto facets = all_facets(mesh);
     std::erase_if(facets, [&](int f) { return mesh.boundary_patch[f] != found - mesh.patch_names.begin(); });
     return facets;

@@ -1,8 +1,10 @@
 #include "meshes/io/body_reader.hpp"
 
 #include <algorithm>
+#include <array>
 #include <fmt/format.h>
 #include <iterator>
+#include <string_view>
 #include <utility>
 
 #include "core/plausible_liver.hpp"
@@ -19,6 +21,30 @@
 namespace livermark::meshes {
 
 namespace {
+
+constexpr std::array<std::pair<std::string_view, std::string_view>, 3> material_keys{
+    {{"density", "kg/m^3"}, {"young_modulus", "Pa"}, {"poisson_ratio", "-"}}};
+
+/// Says all at once that materials lack; one thing alone is refused by who reads it.
+void refuse_missing_materials(const toml::table &body, const core::TetraMesh &mesh) {
+    const auto *regions = body["regions"].as_table();
+    std::vector<std::string> missing;
+    for (const auto &name : mesh.region_names) {
+        const auto *region = regions ? (*regions)[name].as_table() : nullptr;
+        if (region)
+            refuse_unknown_material_keys(*region);
+        if (!region)
+            missing.push_back(fmt::format("[regions.{}] with density [kg/m^3], young_modulus [Pa] and poisson_ratio",
+                                          support::shown(name)));
+        else
+            for (const auto &[key, unit] : material_keys)
+                if (!region->contains(key))
+                    missing.push_back(fmt::format("'{}' [{}] in [regions.{}]", key, unit, support::shown(name)));
+    }
+    if (missing.size() > 1 || !regions)
+        throw support::InputError(
+            fmt::format("{}: missing is {}; add it", support::place_of(body), fmt::join(missing, "; ")));
+}
 
 void check_patches(const toml::table &body, const core::TetraMesh &mesh) {
     if (!body.contains("patches"))
@@ -106,7 +132,8 @@ void find_patches(core::Body &body) {
 
 core::Body body_of_table(const std::filesystem::path &file) {
     const auto table = read_table(file);
-    support::required_string(table, "title");
+    if (table.contains("title"))
+        support::required_string(table, "title");
     core::Body body;
     body.mesh = read_mesh(file.parent_path() / support::required_string(table, "mesh"), body.assumptions);
     if (const auto *unit = table.get("unit"))
@@ -118,6 +145,8 @@ core::Body body_of_table(const std::filesystem::path &file) {
         std::ranges::move(core::doubts_about_liver(body.mesh), std::back_inserter(body.assumptions));
         find_patches(body);
     }
+    if (const auto *regions = table.get("regions"); !regions || regions->is_table())
+        refuse_missing_materials(table, body.mesh);
     body.materials = read_materials(table, body.mesh);
     check_patches(table, body.mesh);
     return cut(std::move(body), read_cuts(table));
@@ -145,7 +174,8 @@ core::Body body_of_mesh(const std::filesystem::path &file) {
 } // namespace
 
 std::string body_title(const std::filesystem::path &toml_file) {
-    return support::required_string(read_table(toml_file), "title");
+    const auto table = read_table(toml_file);
+    return table.contains("title") ? support::required_string(table, "title") : toml_file.stem().string();
 }
 
 core::Body read_body(const std::filesystem::path &file, const MaterialOverride &override_with) {

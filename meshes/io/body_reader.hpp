@@ -8,7 +8,7 @@
 
 namespace livermark::meshes {
 
-/// The one-line title of a body.
+/// The one-line title of a body; the name of its file where it gives none.
 /// @throws support::InputError
 std::string body_title(const std::filesystem::path &toml_file);
 
@@ -18,9 +18,11 @@ struct MaterialOverride {
     std::optional<double> poisson_ratio;
 };
 
-/// Reads a body: its .toml, and the mesh that it names, relative to itself. Or a mesh alone, whose unit is guessed from
-/// its size, whose regions are soft liver, and on which the patches of a liver are looked for: see Body::assumptions. A
-/// [[cut]] of the .toml (cutting/cut_reader.hpp) cuts the mesh; materials and patches of the .toml are those before.
+/// Reads a body: its .toml, and the mesh that it names, relative to itself. It needs 'mesh', and of every region of
+/// that [regions.<name>] with density, young_modulus and poisson_ratio; what is missing is said at once. Or a mesh
+/// alone, whose unit is guessed from its size, whose regions are soft liver, and on which the patches of a liver are
+/// looked for: see Body::assumptions. A [[cut]] of the .toml (cutting/cut_reader.hpp) cuts the mesh; materials and
+/// patches of the .toml are those before.
 /// @throws support::InputError for a fault of either, a region without material or a material without region, a density
 ///         or Young's modulus that is not positive, a Poisson's ratio outside (-1, 0.5)
 core::Body read_body(const std::filesystem::path &file, const MaterialOverride &override_with = {});

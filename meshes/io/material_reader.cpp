@@ -25,9 +25,14 @@ void check_material(const core::Material &material, const std::string &place) {
                         place, material.poisson_ratio, core::largest_poisson_ratio));
 }
 
-core::Material read_material(const toml::table &table) {
+void refuse_unknown_material_keys(const toml::table &table) {
     support::refuse_unknown_keys(table, {"density", "young_modulus", "poisson_ratio", "source"});
-    support::required_string(table, "source");
+}
+
+core::Material read_material(const toml::table &table) {
+    refuse_unknown_material_keys(table);
+    if (table.contains("source"))
+        support::required_string(table, "source");
     const core::Material material{.density = support::required_number(table, "density"),
                                   .young_modulus = support::required_number(table, "young_modulus"),
                                   .poisson_ratio = support::required_number(table, "poisson_ratio")};

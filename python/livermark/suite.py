@@ -104,12 +104,12 @@ def advise(body: Any, young_modulus: Optional[ArrayLike] = None, poisson_ratio: 
     if isinstance(body, (str, os.PathLike)):
         if density is not None:
             raise InputError("density: a file has its own; put it into a body .toml")
-        return json.loads(load().advise_on_file(os.fspath(body), young_modulus, poisson_ratio, tool_radius, budget))
+        return json.loads(load()._advise_on_file(os.fspath(body), young_modulus, poisson_ratio, tool_radius, budget))
     if not (hasattr(body, "points") and hasattr(body, "tetrahedra")):
         raise InputError("body: this is no name, no path, and has no points and tetrahedra; give one of them")
     given = {"young_modulus": young_modulus, "poisson_ratio": poisson_ratio, "density": density}
     material = {name: SOFT_LIVER[name] if value is None else value for name, value in given.items()}
-    return json.loads(load().advise_on_arrays(body.points, body.tetrahedra, **material, tool_radius=tool_radius,
+    return json.loads(load()._advise_on_arrays(body.points, body.tetrahedra, **material, tool_radius=tool_radius,
                                               budget=budget, is_material_assumed=young_modulus is None))
 
 

@@ -41,9 +41,9 @@ std::string advise_on_arrays(const py::object &points, const py::object &tetrahe
 } // namespace
 
 void add_advise(py::module_ &module) {
-    module.def("advise_on_file", &advise_on_file, py::arg("body"), py::arg("young_modulus"), py::arg("poisson_ratio"),
+    module.def("_advise_on_file", &advise_on_file, py::arg("body"), py::arg("young_modulus"), py::arg("poisson_ratio"),
                py::arg("tool_radius"), py::arg("budget"), "JSON of livermark.advise() for a body by name or path.");
-    module.def("advise_on_arrays", &advise_on_arrays, py::arg("points"), py::arg("tetrahedra"),
+    module.def("_advise_on_arrays", &advise_on_arrays, py::arg("points"), py::arg("tetrahedra"),
                py::arg("young_modulus"), py::arg("poisson_ratio"), py::arg("density"), py::arg("tool_radius"),
                py::arg("budget"), py::arg("is_material_assumed"), "JSON of livermark.advise() for arrays.");
 }

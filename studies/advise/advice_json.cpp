@@ -26,6 +26,8 @@ toml::table json_of_error(const ExpectedError &error) {
                       {"num_at_tool", static_cast<std::int64_t>(error.num_at_tool)},
                       {"num_l2", static_cast<std::int64_t>(error.num_l2)},
                       {"num_large", static_cast<std::int64_t>(error.num_large)},
+                      {"num_failed", static_cast<std::int64_t>(error.num_failed)},
+                      {"num_large_failed", static_cast<std::int64_t>(error.num_large_failed)},
                       {"worst_load_case", error.worst_load_case}};
     insert_known(table, "at_tool", error.at_tool);
     insert_known(table, "worst_at_tool", error.worst_at_tool);

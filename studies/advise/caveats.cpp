@@ -47,8 +47,8 @@ void about_tool(const Advice &advice, Caveats &caveats) {
 std::string linear_words(const Advice &advice) {
     if (!advice.linear_tetrahedra || std::isnan(advice.linear_tetrahedra->at_tool))
         return {};
-    return fmt::format("Linear tetrahedra lock there: {:.0f} % at the tool (at {:g}).",
-                       percent * advice.linear_tetrahedra->at_tool, advice.evidence.poisson_ratio);
+    return fmt::format("At {:g} linear tetrahedra lock: they feel {:.0f} % too stiff under such a tool.",
+                       advice.evidence.poisson_ratio, percent * advice.linear_tetrahedra->at_tool);
 }
 
 void about_poisson_ratio(const Advice &advice, Caveats &caveats) {

@@ -32,18 +32,30 @@ double distance(double a, double b) {
     return std::abs(std::log(a / b));
 }
 
+bool has_failed(const results::CohortError &error) {
+    return error.status != core::SolutionStatus::ok;
+}
+
+double l2_of(const results::CohortError &error) {
+    return has_failed(error) ? std::numeric_limits<double>::infinity() : error.relative_l2;
+}
+
+double at_tool_of(const results::CohortError &error) {
+    return has_failed(error) ? std::numeric_limits<double>::infinity() : std::abs(error.stiffness);
+}
+
 std::vector<KnownError> errors_of_unseen(std::span<const KnownCohort> cohorts, core::Regime regime) {
     std::vector<KnownError> known;
     for (std::size_t c = 0; c < cohorts.size(); ++c)
         for (const auto &error : cohorts[c].cohort.errors)
             if (results::cohort_half(error.body) == "unseen" && error.regime == regime &&
-                error.status == core::SolutionStatus::ok && std::isfinite(error.relative_l2))
+                (has_failed(error) || std::isfinite(error.relative_l2)))
                 known.push_back({c, &error});
     return known;
 }
 
 bool has_tool(const KnownError &known) {
-    return std::isfinite(known.error->stiffness) && known.error->tool_radius_in_edges > 0.0;
+    return known.error->tool_radius_in_edges > 0.0 && !std::isnan(at_tool_of(*known.error));
 }
 
 /// Those at the tool, of radii within the smallest factor that leaves every model enough load cases, or of all.
@@ -77,9 +89,9 @@ void add_tool_errors(const std::vector<KnownError> &known, double radius, std::m
     for (const auto &[cohort, error] : chosen) {
         evidence.least_radius = std::min(evidence.least_radius, error->tool_radius_in_edges);
         evidence.largest_radius = std::max(evidence.largest_radius, error->tool_radius_in_edges);
-        sizes[error->model].push_back(std::abs(error->stiffness));
+        sizes[error->model].push_back(at_tool_of(*error));
         auto &model = models[error->model];
-        if (!(std::abs(model.worst_at_tool) >= std::abs(error->stiffness))) {
+        if (!has_failed(*error) && !(std::abs(model.worst_at_tool) >= std::abs(error->stiffness))) {
             model.worst_at_tool = error->stiffness;
             model.worst_load_case = error->load_case;
         }
@@ -105,9 +117,11 @@ void add_displacement_errors(const std::vector<KnownError> &known, std::size_t c
     std::set<std::string> bodies;
     for (const auto &each : known)
         if (each.cohort == cohort) {
-            errors[each.error->model].push_back(each.error->relative_l2);
+            errors[each.error->model].push_back(l2_of(*each.error));
+            models[each.error->model].num_failed += has_failed(*each.error) ? 1 : 0;
             bodies.insert(each.error->body);
-            evidence.reference = each.error->reference;
+            if (!each.error->reference.empty())
+                evidence.reference = each.error->reference;
         }
     evidence.num_bodies = bodies.size();
     for (const auto &[name, values] : errors) {
@@ -133,12 +147,15 @@ void add_large_errors(std::vector<KnownError> known, double ratio, std::map<std:
         return;
     evidence.large_poisson_ratio = nearest_ratio(known, ratio);
     keep_ratio(known, evidence.large_poisson_ratio);
-    evidence.large_reference = known.front().error->reference;
+    for (const auto &each : known)
+        if (!each.error->reference.empty())
+            evidence.large_reference = each.error->reference;
     std::map<std::string, std::vector<double>> at_tool, displacement;
     for (const auto &each : known) {
-        displacement[each.error->model].push_back(each.error->relative_l2);
-        if (std::isfinite(each.error->stiffness))
-            at_tool[each.error->model].push_back(std::abs(each.error->stiffness));
+        displacement[each.error->model].push_back(l2_of(*each.error));
+        models[each.error->model].num_large_failed += has_failed(*each.error) ? 1 : 0;
+        if (has_tool(each))
+            at_tool[each.error->model].push_back(at_tool_of(*each.error));
     }
     for (const auto &[name, values] : displacement) {
         auto &model = models[name];

@@ -24,7 +24,8 @@ struct BodyInQuestion {
     int tetrahedra = 0;
 };
 
-/// What is known of one model. Errors are relative, and NaN where nothing is known.
+/// What is known of one model. Errors are relative, and NaN where nothing is known. Where a model has not come to an end it
+/// counts in medians as infinitely wrong.
 struct ExpectedError {
     std::string model;
     double at_tool = nan;          ///< median of the absolute value of stiffness at the tool under small loads
@@ -34,6 +35,7 @@ struct ExpectedError {
     double worst_relative_l2 = nan;
     double large_at_tool = nan, large_relative_l2 = nan; ///< medians under large loads, along their paths at the tool
     std::size_t num_at_tool = 0, num_l2 = 0, num_large = 0; ///< of how many load cases on bodies these are
+    std::size_t num_failed = 0, num_large_failed = 0;       ///< and on how many of these it has not come to an end
 
     static constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     /// The larger one of both regimes; NaN unless both are known.

@@ -144,7 +144,6 @@ TEST_P(BadLoadCaseToml, IsRefusedWithPlaceAndRemedy) {
 
 const std::vector<BadLoadCase> bad_load_cases{
     {"NotToml", "title = ", {"press.toml:1:", "not TOML"}},
-    {"NoTitle", replaced(good, "title = \"Press and hold\"\n", ""), {"press.toml:1:", "'title' is missing"}},
     {"TitleIsANumber", replaced(good, "\"Press and hold\"", "3"), {"press.toml:1:", "string in quotes"}},
     {"MisspeltKey",
      replaced(good, "acceleration", "accelleration"),

@@ -108,5 +108,39 @@ TEST_F(ExchangeStudy, ASolutionOfAnotherMeshAndANameThatIsTakenAreRefused) {
     EXPECT_FALSE(fs::exists(at("scores")));
 }
 
+TEST_F(ExchangeStudy, AsksWhetherASolutionIsInMillimetres) {
+    const auto problem = results::read_result(export_problem(exported, "test").files.at(0)).problem;
+    results::Result own{.provenance = {}, .problem = problem, .models = {}};
+    own.models.resize(1);
+    own.models[0].name = "own";
+    own.models[0].solution.displacement.assign(problem.body->mesh.points.size(), core::Vector3(1e-4, 0.0, 0.0));
+    write_csv(own, "own", 1.0);
+    const double in_metres = find(score(scored, "test", {}).result, "mine").comparison->relative_l2;
+
+    write_csv(own, "own", 1000.0);
+    tests::expect_input_error([&] { score(scored, "test", {}); }, {"are these millimetres?", "say --unit mm"});
+    scored.unit = "mm";
+    EXPECT_NEAR(find(score(scored, "test", {}).result, "mine").comparison->relative_l2, in_metres, 1e-9);
+    scored.unit = "m"; // as it is
+    EXPECT_GT(find(score(scored, "test", {}).result, "mine").comparison->relative_l2, 10.0);
+}
+
+TEST_F(ExchangeStudy, TakesCoordinatesInTheUnitOfTheDisplacementsToo) {
+    auto problem = results::read_result(export_problem(exported, "test").files.at(0)).problem;
+    results::Result own{.provenance = {}, .problem = problem, .models = {}};
+    own.models.resize(1);
+    own.models[0].name = "own";
+    own.models[0].solution.displacement.assign(problem.body->mesh.points.size(), core::Vector3(1e-4, 0.0, 0.0));
+    write_csv(own, "own", 1.0);
+    const double in_metres = find(score(scored, "test", {}).result, "mine").comparison->relative_l2;
+    auto in_millimetres = *problem.body;
+    for (auto &point : in_millimetres.mesh.points)
+        point *= 1000.0;
+    own.problem.body = std::make_shared<const core::Body>(std::move(in_millimetres));
+    write_csv(own, "own", 1000.0);
+    scored.unit = "mm";
+    EXPECT_NEAR(find(score(scored, "test", {}).result, "mine").comparison->relative_l2, in_metres, 1e-9);
+}
+
 } // namespace
 } // namespace livermark::studies

@@ -1,0 +1,145 @@
+#include "studies/advise/advise.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <numbers>
+
+#include "meshes/generators/box_generator.hpp"
+#include "models/mass_spring_model.hpp"
+#include "msm/dynamics/highest_frequency.hpp"
+#include "studies/advise/advice_json.hpp"
+#include "support/known_names.hpp"
+#include "tests/bad_input.hpp"
+
+namespace livermark::studies {
+namespace {
+
+/// A block of 90 x 60 x 60 mm; with a lump, the middle of it is a region of ten times the stiffness.
+core::Body block(bool has_lump, double edge = 0.02) {
+    core::Body body{.name = "block",
+                    .mesh = meshes::generate_box({0.09, 0.06, 0.06}, edge, meshes::BoxTopology::body_centred),
+                    .materials = {{1000.0, 5000.0, 0.45}}};
+    if (has_lump) {
+        body.mesh.region_names.emplace_back("lump");
+        body.materials.push_back({1000.0, 50000.0, 0.45});
+        for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t) {
+            core::Vector3 centre = core::Vector3::Zero();
+            for (const int node : body.mesh.tetrahedra[t])
+                centre += body.mesh.points[node] / 4.0;
+            body.mesh.region[t] = (centre - core::Vector3(0.045, 0.03, 0.03)).norm() < 0.012 ? 1 : 0;
+        }
+    }
+    return body;
+}
+
+bool warns_of(const Advice &advice, const std::string &about) {
+    return std::ranges::find(advice.caveats, about, &Caveat::about) != advice.caveats.end();
+}
+
+TEST(BodyFigures, SayWhatABodyIs) {
+    const auto body = block(true);
+    const auto figures = body_figures(body, 0.01);
+    EXPECT_NEAR(figures.mesh.volume, 0.09 * 0.06 * 0.06, 1e-12);
+    ASSERT_EQ(figures.regions.size(), 2U);
+    EXPECT_EQ(figures.main_region, 0U);
+    EXPECT_NEAR(figures.regions[0].volume + figures.regions[1].volume, figures.mesh.volume, 1e-12);
+    EXPECT_EQ(figures.regions[0].num_tetrahedra + figures.regions[1].num_tetrahedra, figures.mesh.num_tetrahedra);
+    EXPECT_EQ(figures.regions[1].num_parts, 1);
+    EXPECT_EQ(figures.regions[1].smallest_part_tetrahedra, figures.regions[1].num_tetrahedra);
+    EXPECT_LT(figures.regions[1].smallest_part_in_edges, 3.0);
+    EXPECT_DOUBLE_EQ(figures.tool_radius_in_edges(), 0.01 / figures.surface_edge);
+    EXPECT_EQ(figures.material().young_modulus, 5000.0);
+}
+
+TEST(BodyFigures, CountPartsThatTouchAtNoFace) {
+    auto body = block(true);
+    std::ranges::fill(body.mesh.region, 0);
+    body.mesh.region.front() = body.mesh.region.back() = 1; // two corners
+    const auto figures = body_figures(body, 0.01);
+    EXPECT_EQ(figures.regions[1].num_parts, 2);
+    EXPECT_EQ(figures.regions[1].smallest_part_tetrahedra, 1);
+}
+
+TEST(BodyFigures, FindWhatIsOneLayerThick) {
+    core::Body plate = block(false);
+    plate.mesh = meshes::generate_box({0.1, 0.1, 0.01}, 0.012, meshes::BoxTopology::kuhn);
+    EXPECT_NEAR(body_figures(plate, 0.01).thin_part, 1.0, 1e-12);
+    EXPECT_LT(body_figures(block(false, 0.012), 0.01).thin_part, 0.2);
+}
+
+TEST(StepCost, IsThatOfTheHighestFrequencyOfTheFreeBody) {
+    const auto body = std::make_shared<const core::Body>(block(false));
+    for (const auto *name : {"lloyd", "nodal_neo_hookean", "edge_neo_hookean"}) {
+        const auto known = models::all_models();
+        const auto springs = models::springs_of(support::find_named(known, name, "model"), body);
+        ASSERT_TRUE(springs);
+        const auto cost = step_cost(*body, springs->body);
+        core::LoadCase nothing;
+        nothing.condition.assign(body->mesh.boundary_triangles.size(), core::FacetCondition::free);
+        nothing.value.assign(body->mesh.boundary_triangles.size(), core::Vector3::Zero());
+        nothing.constraint.assign(body->mesh.boundary_triangles.size(), -1);
+        const auto free = msm::nodal_conditions({body, nothing}, springs->body.node_mass);
+        const double omega = msm::largest_angular_frequency(springs->body, body->mesh.points, free);
+        EXPECT_NEAR(cost.critical_time_step * omega, 2.0, 1e-9) << name;
+        EXPECT_LT(cost.safe_time_step(), cost.critical_time_step) << name;
+        EXPECT_GE(cost.steps_per_frame() * cost.safe_time_step(), frame) << name;
+        EXPECT_LT((cost.steps_per_frame() - 1) * cost.safe_time_step(), frame) << name;
+        EXPECT_GT(cost.seconds_per_step, 0.0) << name;
+        EXPECT_EQ(cost.is_on_vector_units, std::string(name) != "edge_neo_hookean") << name;
+    }
+}
+
+TEST(Advice, RanksThreeModelsByTheWorseOfSmallAndLargeLoads) {
+    const auto advice = advise(block(false), {}, {});
+    ASSERT_EQ(advice.touch.size(), num_ranked);
+    ASSERT_EQ(advice.position.size(), num_ranked);
+    for (std::size_t m = 1; m < num_ranked; ++m) {
+        EXPECT_LE(advice.touch[m - 1].error.in_both_at_tool(), advice.touch[m].error.in_both_at_tool());
+        EXPECT_LE(advice.position[m - 1].error.in_both_relative_l2(), advice.position[m].error.in_both_relative_l2());
+    }
+    ASSERT_TRUE(advice.linear_tetrahedra);
+    EXPECT_GT(advice.linear_tetrahedra->at_tool, advice.touch[0].error.at_tool);
+    EXPECT_EQ(advice.caveats.size(), num_ranked);
+    EXPECT_TRUE(std::ranges::is_sorted(advice.caveats, std::ranges::greater(), &Caveat::weight));
+}
+
+TEST(Advice, LeavesOutWhatTakesLongerThanTheBudget) {
+    const auto all = advise(block(false), {}, {});
+    double dearest = 0.0;
+    for (const auto &model : all.touch)
+        dearest = std::max(dearest, model.cost.seconds_per_frame());
+    const auto some = advise(block(false), {.budget = dearest / 4.0}, {});
+    EXPECT_FALSE(some.over_budget.empty());
+    for (const auto &model : some.touch)
+        EXPECT_LE(model.cost.seconds_per_frame(), dearest / 4.0);
+    tests::expect_input_error([] { advise(block(false), {.budget = 1e-9}, {}); },
+                              {"--budget", "every model takes longer", "give more time"});
+}
+
+TEST(Advice, WarnsOfWhatIsSpecialOfABody) {
+    const auto coarse = advise(block(false, 0.03), {.tool_radius = 0.005}, {});
+    EXPECT_EQ(coarse.caveats.front().about, "tool");
+
+    auto nearly_incompressible = block(false);
+    nearly_incompressible.materials[0].poisson_ratio = 0.4995;
+    EXPECT_EQ(advise(nearly_incompressible, {.tool_radius = 0.05}, {}).caveats.front().about, "poisson_ratio");
+
+    const auto with_lump = advise(block(true), {.tool_radius = 0.05}, {});
+    EXPECT_TRUE(warns_of(with_lump, "lesions"));
+    EXPECT_TRUE(warns_of(with_lump, "stiff_parts"));
+    EXPECT_FALSE(warns_of(with_lump, "tool"));
+    EXPECT_TRUE(warns_of(advise(block(false), {.tool_radius = 0.05, .is_material_assumed = true}, {}), "material"));
+}
+
+TEST(Advice, IsAlsoJsonWithoutNan) {
+    auto advice = advise(block(false), {}, {});
+    advice.touch[0].error.at_tool = ExpectedError::nan;
+    const auto text = to_json(advice);
+    EXPECT_EQ(text.find("nan"), std::string::npos);
+    for (const auto *key : {"\"body\"", "\"touch\"", "\"position\"", "\"caveats\"", "\"evidence\"", "\"time_step\""})
+        EXPECT_NE(text.find(key), std::string::npos) << key;
+}
+
+} // namespace
+} // namespace livermark::studies
