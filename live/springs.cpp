@@ -49,9 +49,9 @@ msm::MassSprings springs_of_law(const core::Body &own, const core::Body &body, c
     return {std::move(springs), std::move(elastic)};
 }
 
-/// Springs that are coupled around nodes; those with an energy get the guard as well, because a hand that presses hard
-/// takes explicit steps past the state in which a tetrahedron is flat.
-msm::MassSprings springs_around_nodes(const core::Body &body, const Settings &settings) {
+/// Springs that are coupled around nodes or edges; those with an energy get the guard as well, because a hand that
+/// presses hard takes explicit steps past the state in which a tetrahedron is flat.
+msm::MassSprings coupled_springs_of(const core::Body &body, const Settings &settings) {
     const auto material = settings.keeps_volume
                               ? body
                               : with_material(body, body.materials[largest_region(body.mesh)].young_modulus, 0.25);
@@ -100,7 +100,7 @@ msm::MassSprings mass_springs(const core::Body &own, const Settings &settings, S
     const auto body = with_material(own, settings.young_modulus, settings.poisson_ratio);
     const auto laws = msm::all_spring_laws();
     const bool is_law = std::ranges::any_of(laws, [&](const auto &law) { return law.name == settings.springs; });
-    return is_law ? springs_of_law(own, body, settings, kept) : springs_around_nodes(body, settings);
+    return is_law ? springs_of_law(own, body, settings, kept) : coupled_springs_of(body, settings);
 }
 
 } // namespace livermark::live

@@ -28,8 +28,8 @@ template <class Measure> class CoupledTerm : public ElasticTerm {
 
   public:
     CoupledTerm(const core::Body &body, CoupledSprings springs)
-        : springs_(std::move(springs)), parts_(mean_parts(body, springs_.domains)), nodes_(body.mesh.tetrahedra),
-          volume_(core::tetrahedron_volumes(body.mesh)) {
+        : springs_(std::move(springs)), parts_(mean_parts(body, springs_.domains)), nodal_(nodal_parts(body)),
+          nodes_(body.mesh.tetrahedra), volume_(core::tetrahedron_volumes(body.mesh)) {
         const auto rest = to_unknowns(body.mesh.points);
         for (const auto &nodes : nodes_)
             tetrahedra_.emplace_back(nodes, rest);
@@ -106,10 +106,15 @@ template <class Measure> class CoupledTerm : public ElasticTerm {
     bool describe(StepParts &parts) const override {
         if (!are_in_kernels(springs_))
             return false;
-        const auto &domains = springs_.domains;
         parts.coupled_energy = *springs_.energy.in_kernels;
         parts.has_gradient_means = springs_.measure == StrainMeasure::deformation_gradient;
         parts.tetrahedra = nodes_;
+        return springs_.domains.edges > 0.0 ? describe_edges(parts) : describe_nodes(parts);
+    }
+
+  private:
+    bool describe_nodes(StepParts &parts) const {
+        const auto &domains = springs_.domains;
         std::vector<std::array<int, 4>> part_at_corner(nodes_.size());
         std::vector<int> part_node;
         for (std::size_t t = 0; t < nodes_.size(); ++t) {
@@ -126,7 +131,22 @@ template <class Measure> class CoupledTerm : public ElasticTerm {
         return describe_volumes(part_node, part_at_corner, parts);
     }
 
-  private:
+    /// Parts around edges come first, six of each tetrahedron.
+    bool describe_edges(StepParts &parts) const {
+        const auto &domains = springs_.domains;
+        for (std::size_t t = 0; t < nodes_.size(); ++t) {
+            const auto around = members(t);
+            auto &of_edges = parts.edge_part.emplace_back();
+            for (std::size_t e = 0; e < 6; ++e) {
+                of_edges[e] = around[e].part;
+                if (around[e].part == static_cast<int>(parts.edge_modulus.size()))
+                    parts.edge_modulus.push_back(domains.edges * parts_.modulus[around[e].part]);
+            }
+            parts.inner_modulus.push_back(domains.tetrahedra * parts_.modulus[around.front().part]);
+        }
+        return describe_volumes(nodal_.node, nodal_.at_corner, parts);
+    }
+
     std::span<const MeanParts::Member> members(std::size_t tetrahedron) const {
         return std::span(parts_.members)
             .subspan(parts_.start[tetrahedron], parts_.start[tetrahedron + 1] - parts_.start[tetrahedron]);
@@ -215,6 +235,7 @@ template <class Measure> class CoupledTerm : public ElasticTerm {
 
     CoupledSprings springs_;
     MeanParts parts_;
+    NodalParts nodal_;                      // what fast kernels have to know beside edges
     std::vector<std::array<int, 4>> nodes_; // (M)
     std::vector<double> volume_;            // (M) at rest [m^3]
     std::vector<Measure> tetrahedra_;
@@ -249,8 +270,12 @@ const CoupledSprings &find_coupled_springs(std::string_view name) {
 
 bool are_in_kernels(const CoupledSprings &springs) {
     const auto known = springs.energy.in_kernels;
-    return known && springs.domains.nodes > 0.0 && springs.domains.edges == 0.0 &&
-           (springs.measure == StrainMeasure::elongation) == (*known == CoupledEnergy::elongations);
+    const bool are_around_nodes = springs.domains.nodes > 0.0, are_around_edges = springs.domains.edges > 0.0;
+    if (!known || are_around_nodes == are_around_edges || springs.averages_volumes != are_around_edges)
+        return false;
+    if (*known == CoupledEnergy::elongations)
+        return are_around_nodes && springs.measure == StrainMeasure::elongation;
+    return springs.measure != StrainMeasure::elongation;
 }
 
 CoupledSprings with_part_inside(CoupledSprings springs, double part) {

@@ -20,7 +20,7 @@ class VolumePenalty : public ElasticTerm {
         : tetrahedra_(mesh.tetrahedra), share_(parts.share), centre_(parts.centre), mean_(parts.mean),
           measure_(parts.measure),
           modulus_(Eigen::VectorXd::Map(parts.modulus.data(), static_cast<Eigen::Index>(parts.modulus.size()))),
-          rest_volume_(share_ * volumes(to_unknowns(mesh.points))) {}
+          tetrahedron_volume_(volumes(to_unknowns(mesh.points))), rest_volume_(share_ * tetrahedron_volume_) {}
 
     double energy(const Eigen::VectorXd &x) const override {
         const Eigen::VectorXd change = resisted_change(volumes(x));
@@ -113,12 +113,14 @@ class VolumePenalty : public ElasticTerm {
 
     bool describe(StepParts &parts) const override {
         parts.has_logarithmic_volume = measure_ == logarithm_of_volume;
-        if (mean_.size() > 0 || (measure_ != change_of_volume && !parts.has_logarithmic_volume))
+        parts.has_mean_volumes = mean_.size() > 0;
+        if ((parts.has_mean_volumes && !has_means_over_corners()) ||
+            (measure_ != change_of_volume && !parts.has_logarithmic_volume))
             return false;
         const Eigen::VectorXd stiffness = modulus_.cwiseQuotient(rest_volume_);
         parts.tetrahedra = tetrahedra_;
         if (centre_.empty())
-            return !parts.has_logarithmic_volume && describe_tetrahedra(stiffness, parts);
+            return !parts.has_logarithmic_volume && !parts.has_mean_volumes && describe_tetrahedra(stiffness, parts);
         parts.volume_stiffness.assign(stiffness.begin(), stiffness.end());
         std::vector<std::array<int, 4>> corner_volume(tetrahedra_.size());
         for (int c = 0; c < share_.rows(); ++c)
@@ -130,6 +132,13 @@ class VolumePenalty : public ElasticTerm {
     }
 
   private:
+    /// Whether the means are those of mean_volumes_around_nodes().
+    bool has_means_over_corners() const {
+        const SparseRows volume = share_ * tetrahedron_volume_.asDiagonal() * SparseRows(share_.transpose());
+        const SparseRows difference = mean_ - SparseRows(rest_volume_.cwiseInverse().asDiagonal() * volume);
+        return !centre_.empty() && difference.norm() < 1e-12 * mean_.norm();
+    }
+
     /// @return false unless each tetrahedron is a control volume of its own
     bool describe_tetrahedra(const Eigen::VectorXd &stiffness, StepParts &parts) const {
         if (share_.rows() != share_.cols() || share_.nonZeros() != share_.rows())
@@ -225,6 +234,7 @@ class VolumePenalty : public ElasticTerm {
     SparseRows mean_;
     MeasureVolume measure_;
     Eigen::VectorXd modulus_;
+    Eigen::VectorXd tetrahedron_volume_; // (M) at rest [m^3]
     Eigen::VectorXd rest_volume_;
 };
 

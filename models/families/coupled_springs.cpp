@@ -47,7 +47,8 @@ ModelFamily coupled_springs() {
                 for (const auto &springs : livermark::msm::all_coupled_springs()) {
                     const auto constant = springs.name + ".a";
                     models.push_back(model(springs, springs.name, options));
-                    models.back().only_when_named = !livermark::msm::are_in_kernels(springs);
+                    models.back().only_when_named =
+                        springs.domains.edges > 0.0 || !livermark::msm::are_in_kernels(springs);
                     for (const double part : options.sweep_of(constant))
                         models.push_back(model(livermark::msm::with_part_inside(springs, part),
                                                swept_name(constant, part), options));

@@ -17,10 +17,16 @@ namespace {
 
 /// Neo-Hookean springs keep strains and their rates apart, so the volume beside them has to do that too.
 bool are_of_one_kind(const StepParts &parts) {
+    const bool has_volume = !parts.volume_stiffness.empty();
+    if (has_volume && parts.has_mean_volumes != !parts.edge_modulus.empty())
+        return false;
     if (parts.coupled_energy != CoupledEnergy::neo_hookean)
         return !parts.has_logarithmic_volume;
-    const bool has_volume = !parts.volume_stiffness.empty();
     return parts.tetrahedron_stiffness.empty() && has_volume == parts.has_logarithmic_volume;
+}
+
+bool are_coupled_twice(const StepParts &parts) {
+    return !parts.coupled_modulus.empty() + !parts.edge_modulus.empty() + !parts.shear_modulus.empty() > 1;
 }
 
 } // namespace
@@ -28,8 +34,8 @@ bool are_of_one_kind(const StepParts &parts) {
 std::optional<StepParts> step_parts(const ElasticBody &body) {
     StepParts parts;
     const bool are_known = std::ranges::all_of(body.terms, [&](const auto &term) { return term->describe(parts); });
-    const bool are_coupled_twice = !parts.coupled_modulus.empty() && !parts.shear_modulus.empty();
-    return are_known && !are_coupled_twice && are_of_one_kind(parts) ? std::optional(std::move(parts)) : std::nullopt;
+    return are_known && !are_coupled_twice(parts) && are_of_one_kind(parts) ? std::optional(std::move(parts))
+                                                                            : std::nullopt;
 }
 
 } // namespace livermark::msm

@@ -8,13 +8,13 @@
 
 namespace livermark::msm {
 
-/// What springs that are coupled around nodes resist with: forces in proportion to elongations, or the neo-Hookean
-/// energy of squared lengths (coupled_springs.hpp).
+/// What springs that are coupled around nodes or edges resist with: forces in proportion to elongations, or the
+/// neo-Hookean energy of squared lengths (coupled_springs.hpp).
 enum class CoupledEnergy { elongations, neo_hookean };
 
-/// What fast kernels know how to move: springs, springs coupled around nodes or inside tetrahedra, the volume around
-/// nodes or of tetrahedra, and the guard against inversion, as plain arrays. Empty arrays stand for a part that is not
-/// there.
+/// What fast kernels know how to move: springs, springs coupled around nodes, around edges or inside tetrahedra, the
+/// volume around nodes or of tetrahedra, and the guard against inversion, as plain arrays. Empty arrays stand for a
+/// part that is not there.
 struct StepParts {
     std::vector<std::array<int, 2>> edges; ///< (S) node numbers
     std::vector<double> stiffness;         ///< (S) [N/m]
@@ -29,12 +29,19 @@ struct StepParts {
     std::vector<std::array<int, 4>> corner_volume; ///< (M) control volume around each corner
     /// Whether volumes are resisted by their logarithms, see logarithm_of_volume(); only beside neo-Hookean springs.
     bool has_logarithmic_volume = false;
+    /// Whether relative changes of volumes are averaged, see mean_volumes_around_nodes(); beside springs around edges,
+    /// and only there.
+    bool has_mean_volumes = false;
     CoupledEnergy coupled_energy = CoupledEnergy::elongations; ///< of what follows
-    /// Whether neo-Hookean springs around nodes take C of the mean of F, and not the mean of C.
+    /// Whether neo-Hookean springs around nodes or edges take C of the mean of F, and not the mean of C.
     bool has_gradient_means = false;
     /// (C) shear modulus of the springs that are coupled in each control volume [Pa]
     std::vector<double> coupled_modulus;
-    std::vector<double> inner_modulus; ///< (M) of those that stay inside each tetrahedron [Pa]
+    /// (E) shear modulus of the springs that are coupled around each edge, in each of the materials there [Pa]; in
+    /// place of coupled_modulus
+    std::vector<double> edge_modulus;
+    std::vector<std::array<int, 6>> edge_part; ///< (M) which of them, in the order of core::tetrahedron_edges
+    std::vector<double> inner_modulus;         ///< (M) of those that stay inside each tetrahedron [Pa]
     /// (M) of biquadratic springs, which no fast kernel has together with those around nodes: lambda and mu [Pa]
     std::vector<double> lame_lambda, shear_modulus;
     std::vector<double> least_volume;    ///< (M) [m^3] below which a tetrahedron is pushed back

@@ -75,7 +75,9 @@ template <class T> class Steps : public FastSteps::Implementation {
         at_.least_stretch = options.least_stretch;
         at_.scheme.largest_speed = options.largest_speed;
         if (!at_.body.watched_volume.empty())
-            at_.lack.assign(at_.body.fan_start.size() - 1 + at_.body.volume_row.size() / slice_size, T(0));
+            at_.lack.assign(at_.body.fan_start.size() - 1 + at_.body.volume_row.size() / slice_size +
+                                at_.body.star_modulus.size() / slice_size,
+                            T(0));
         at_.nodes.resize(at_.body.num_slices);
         if (scheme.kind == StepScheme::Kind::runge_kutta_chebyshev)
             at_.chebyshev_stages.resize(at_.body.num_slices);
@@ -203,14 +205,17 @@ template <class T> class Steps : public FastSteps::Implementation {
                bytes(body.inner_modulus) + bytes(body.coupled_modulus) + bytes(at_.strain) + 2 * bytes(at_.stress[0]) +
                bytes(body.inverse_volume) + 2 * bytes(at_.corner_strain[0]) + 2 * bytes(at_.corner_rate[0]) +
                bytes(at_.gain_rate) + bytes(at_.push) + bytes(body.volume_modulus) + bytes(body.mean_node) +
-               bytes(body.mean_gradient);
+               bytes(body.mean_gradient) + bytes(body.star_corner) + bytes(body.star_slot) +
+               (body.has_gradient_stars ? 0 : bytes(body.star_tetrahedron)) + 3 * bytes(body.star_modulus) +
+               bytes(body.rest_rows) + bytes(body.mean_volume) + bytes(body.mean_weight) + bytes(at_.change) +
+               bytes(at_.change_rate) + bytes(at_.mean_push);
     }
 
   private:
     /// For what volumes and strains are around nodes, and for the forces of tetrahedra.
     void make_room_for_means(bool is_damped) {
         const auto &body = at_.body;
-        const bool has_gradients = !body.mean_gradient.empty();
+        const bool has_gradients = !body.mean_gradient.empty(), has_volumes_in_fans = body.has_volumes_in_fans();
         if (body.coupled_modulus.empty() || has_gradients)
             at_.gain.assign(body.corner.size() + slice_size, T(0));
         else if (body.inverse_volume.empty())
@@ -218,14 +223,21 @@ template <class T> class Steps : public FastSteps::Implementation {
         else
             for (auto &values : at_.corner_strain)
                 values.assign(4 * (body.corner.size() + slice_size), T(0));
-        if (has_gradients && !is_damped) { // which dashpots inside tetrahedra alone would read
+        if (has_volumes_in_fans && !is_damped) { // which dashpots inside tetrahedra alone would read
             at_.body.rest_gradient = {};
             at_.body.inner_modulus = {};
         }
         if (!body.inverse_volume.empty())
             at_.push.assign(body.rest_volume.size(), T(0));
-        if (is_damped && has_gradients)
+        if (is_damped && has_volumes_in_fans)
             at_.gain_rate = at_.gain;
+        if (body.is_around_edges()) {
+            at_.change.assign(body.volume_row.size(), T(0));
+            at_.change_rate.assign(is_damped ? body.volume_row.size() : 0, T(0));
+            at_.mean_push = at_.change;
+            at_.star_scratch.assign(static_cast<std::size_t>(team_.size()),
+                                    Aligned<T>(numbers_of_star_corner * slice_size * (body.longest_star + 2), T(0)));
+        }
         if (is_damped && !body.inverse_volume.empty())
             at_.corner_rate = at_.corner_strain;
         if (!body.coupled_modulus.empty() && !has_gradients)

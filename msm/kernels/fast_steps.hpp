@@ -36,9 +36,9 @@ struct FastStepOptions {
 };
 
 /// Explicit steps at the machine's speed: those of elastic_motion() and an integrator, with forces from vector units.
-/// Springs, springs coupled around nodes (also with a neo-Hookean energy, coupled_springs.hpp) or inside
-/// tetrahedra (biquadratic_springs.hpp), their dashpots, volume terms and the inversion guard are known; springs of
-/// both kinds together are not, nor volumes around nodes other than those that springs are coupled in.
+/// Springs, springs coupled around nodes or edges (with an energy that are_in_kernels() knows, coupled_springs.hpp) or
+/// inside tetrahedra (biquadratic_springs.hpp), their dashpots, volume terms and the inversion guard are known; springs
+/// of both kinds together are not, nor volumes around nodes other than those that springs are coupled in.
 ///
 /// Single precision is that of positions within the body: 2^-24 of its size, and so about 1e-6 of the strain of a
 /// spring for each 1 % of it.
@@ -74,7 +74,7 @@ class FastSteps {
     void set_mass(int node, double mass);
 
     /// Whether, when the last step began, a tetrahedron was below the volume that is watched, or the trace of C^-1 of
-    /// neo-Hookean springs around a node above four; never if no volumes are watched.
+    /// neo-Hookean springs around a node or an edge above four; never if no volumes are watched.
     bool is_pressed() const;
 
     /// Takes that many steps.

@@ -98,6 +98,9 @@ struct PairPartition {
     CacheLines shared; ///< its own rows that others read
 };
 
+/// What has to be kept of a node of a star: seven vectors, see stars-inl.hpp.
+inline constexpr std::size_t numbers_of_star_corner = 21;
+
 /// Everything that the steps of a body read and write.
 template <class T> struct StepWorkspace {
     SlicedBody<T> body;
@@ -117,7 +120,8 @@ template <class T> struct StepWorkspace {
     /// (corners of fans + 16) volume gained by the tetrahedra of a fan at each of its corners, and zeros for nobody's
     /// [m^3]
     Aligned<T> gain;
-    /// The same of beta times how fast it grows, where stiffness damps springs with means of F; gain has it elsewhere
+    /// The same of beta times how fast it grows, where stiffness damps springs with means of F or around edges; gain
+    /// has it elsewhere
     Aligned<T> gain_rate;
     /// (lines * 16 + 1, 8) of springs that are coupled: volume times the strain of each tetrahedron, xx yy zz xy yz zx,
     /// and the volume that it has gained; zeros for nobody's [m^3]
@@ -132,11 +136,16 @@ template <class T> struct StepWorkspace {
     /// (lines, 16) of neo-Hookean springs, a sixth of what pushes the corners of each tetrahedron outwards because of
     /// its volume: springs inside and the guard [Pa]
     Aligned<T> push;
+    /// (volumes) beside springs around edges, relative changes of control volumes, beta times how fast they grow, and a
+    /// quarter of the pressure that the means of both make [Pa], before it is averaged in turn
+    Aligned<T> change, change_rate, mean_push;
+    /// Of each thread, what it keeps of a slice of stars between its stress and its forces
+    std::vector<Aligned<T>> star_scratch;
     /// (places of all chunks and one that stays zero, 4) [N]; with means of F also (places, 4) from first_pull on
     Aligned<T> corner_force;
-    /// (fan slices, and slices of control volumes) the most that a tetrahedron lacked of the volume that is watched
-    /// [m^3], and that det C around a node lacked, see neo_hookean_stress(); 0 where nothing did, empty if nothing is
-    /// watched
+    /// (fan slices, slices of control volumes, and of stars) the most that a tetrahedron lacked of the volume that is
+    /// watched [m^3], and that det C around a node lacked, see neo_hookean_stress(); 0 where nothing did, empty if
+    /// nothing is watched
     std::vector<T> lack;
 
     std::vector<PairPartition> pairs;                         ///< of each thread

@@ -9,44 +9,17 @@ namespace livermark::msm {
 
 namespace {
 
-/// A tetrahedron as one of those around an edge: (edge, from, to) is an even permutation of its corners.
-struct Link {
-    int tetrahedron, from, to;
-};
-
 /// Even permutations of the corners that begin with each of the six edges.
 constexpr std::array<std::array<int, 4>, 6> even{
     {{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1, 2, 0, 3}, {1, 3, 2, 0}, {2, 3, 0, 1}}};
 
 using Edge = std::array<int, 2>;
 
-struct EdgeLinks {
-    Edge edge;
-    Link link;
-};
-
-/// Of all edges, those of one edge behind each other.
-std::vector<EdgeLinks> all_links(const std::vector<std::array<int, 4>> &tetrahedra) {
-    std::vector<EdgeLinks> links;
-    links.reserve(6 * tetrahedra.size());
-    for (std::size_t t = 0; t < tetrahedra.size(); ++t)
-        for (const auto &[i, j, a, b] : even) {
-            const auto &nodes = tetrahedra[t];
-            // The other direction of the edge goes around the other way.
-            if (nodes[i] < nodes[j])
-                links.push_back({{nodes[i], nodes[j]}, {static_cast<int>(t), nodes[a], nodes[b]}});
-            else
-                links.push_back({{nodes[j], nodes[i]}, {static_cast<int>(t), nodes[b], nodes[a]}});
-        }
-    std::ranges::stable_sort(links, {}, &EdgeLinks::edge);
-    return links;
-}
-
 class Cutter {
   public:
     Cutter(const std::vector<std::array<int, 4>> &tetrahedra, const std::vector<std::array<int, 4>> &corner_volume)
         : tetrahedra_(tetrahedra), corner_volume_(corner_volume), is_taken_(tetrahedra.size(), 0),
-          links_(all_links(tetrahedra)) {}
+          links_(edge_links(tetrahedra)) {}
 
     std::vector<Fan> cut() {
         std::vector<std::pair<std::size_t, std::size_t>> edges;
@@ -112,10 +85,26 @@ class Cutter {
     const std::vector<std::array<int, 4>> &tetrahedra_;
     const std::vector<std::array<int, 4>> &corner_volume_;
     std::vector<char> is_taken_;
-    std::vector<EdgeLinks> links_;
+    std::vector<EdgeLink> links_;
 };
 
 } // namespace
+
+std::vector<EdgeLink> edge_links(const std::vector<std::array<int, 4>> &tetrahedra) {
+    std::vector<EdgeLink> links;
+    links.reserve(6 * tetrahedra.size());
+    for (std::size_t t = 0; t < tetrahedra.size(); ++t)
+        for (const auto &[i, j, a, b] : even) {
+            const auto &nodes = tetrahedra[t];
+            // The other direction of the edge goes around the other way.
+            if (nodes[i] < nodes[j])
+                links.push_back({{nodes[i], nodes[j]}, {static_cast<int>(t), nodes[a], nodes[b]}});
+            else
+                links.push_back({{nodes[j], nodes[i]}, {static_cast<int>(t), nodes[b], nodes[a]}});
+        }
+    std::ranges::stable_sort(links, {}, &EdgeLink::edge);
+    return links;
+}
 
 std::vector<Fan> cut_into_fans(const std::vector<std::array<int, 4>> &tetrahedra,
                                const std::vector<std::array<int, 4>> &corner_volume) {

@@ -8,7 +8,7 @@
 namespace livermark::msm {
 
 std::vector<MeanGradient> mean_gradients(const StepParts &parts, const std::vector<core::Vector3> &positions) {
-    if (!parts.has_gradient_means)
+    if (!parts.has_gradient_means || parts.coupled_modulus.empty())
         return {};
     const auto x = to_unknowns(positions);
     std::vector<std::map<int, NeighbourGradient>> neighbours(parts.centre.size());

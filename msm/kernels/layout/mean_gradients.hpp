@@ -21,7 +21,7 @@ struct NeighbourGradient {
 using MeanGradient = std::vector<NeighbourGradient>;
 
 /// @param positions  shape (N) [m], at rest
-/// @return shape (C), each by ascending node numbers; empty if the springs do not take means of F
+/// @return shape (C), each by ascending node numbers; empty if there are no springs that take means of F around nodes
 std::vector<MeanGradient> mean_gradients(const StepParts &parts, const std::vector<core::Vector3> &positions);
 
 } // namespace livermark::msm

@@ -94,15 +94,39 @@ template <class T> struct SlicedBody {
     Aligned<T> coupled_modulus;
     /// (volumes) of neo-Hookean springs alone, which have no rest_length: 1 over four times the volume at rest [1/m^3]
     Aligned<T> inverse_volume;
-    /// Of neo-Hookean springs with means of F alone, see mean_gradients(): where the neighbours in the control volumes
-    /// begin, in units of 16 (volumes / 16 + 1), four times the row of each (lines, 16), and what is asked of their
-    /// position less that of the node in the middle (lines, 4, 16), b [1/m] and k [N/m]
+    /// Of neo-Hookean springs around nodes with means of F alone, see mean_gradients(): where the neighbours in the
+    /// control volumes begin, in units of 16 (volumes / 16 + 1), four times the row of each (lines, 16), and what is
+    /// asked of their position less that of the node in the middle (lines, 4, 16), b [1/m] and k [N/m]
     std::vector<int> mean_start;
     Aligned<std::int32_t> mean_node;
     Aligned<T> mean_gradient;
     /// The first place where a control volume puts the force on a neighbour, one for each on the lines; behind these is
     /// one for each volume, for the node in the middle. 0 if there are none
     int first_pull = 0;
+
+    /// Of springs around edges alone, see stars_around_edges(): where the polygons of 16 edges begin, in units of 16
+    /// (slices of stars + 1), first slice of each chunk of fans (chunks + 1), indices of the nodes (lines + 2 for each
+    /// slice, 16), which are both ends of the axis and the rim, where the force on each is added, the same shape, and 1
+    /// over six times the volume at rest between one node of the rim and the next (lines, 16) [1/m^3], 0 where there is
+    /// none
+    std::vector<int> star_start, chunk_stars;
+    Aligned<std::int32_t> star_corner, star_slot;
+    Aligned<T> star_tetrahedron;
+    /// (slices of stars, 16) 1/36 of the shear modulus [Pa], 1 over 36 times the volume at rest [1/m^3], and what the
+    /// ends of the axis pull each other with because of springs inside tetrahedra [N/m]
+    Aligned<T> star_modulus, star_inverse_volume, star_stiffness;
+    Aligned<T> rest_rows; ///< (rows, 4) of the nodes at rest [m]
+    std::size_t longest_star = 0;
+    bool has_gradient_stars = false; ///< whether means around edges are those of F, and not of C
+
+    /// Where changes of volume are averaged: which control volumes are the neighbours of each, from mean_start on, and
+    /// their part in the mean (lines, 16); a quarter is its own
+    Aligned<std::int32_t> mean_volume;
+    Aligned<T> mean_weight;
+
+    bool is_around_edges() const { return !star_start.empty(); }
+    /// Whether tetrahedra bear volumes alone, as stresses have gone to the nodes before.
+    bool has_volumes_in_fans() const { return is_around_edges() || !mean_gradient.empty(); }
 
     /// (volumes) the row of each control volume, near each other in order, and of about as many tetrahedra; filled up
     /// with the far row

@@ -86,9 +86,12 @@ template <class T> Lines lines_of(const std::vector<Fan> &fans, SlicedBody<T> &b
     return lines;
 }
 
-/// Where the corners of a slice of fans begin.
+/// Where the corners of a slice of fans begin, and those of a slice of stars.
 template <class T> std::size_t first_corner(const SlicedBody<T> &body, std::size_t fan_slice) {
     return (static_cast<std::size_t>(body.fan_start[fan_slice]) + 3 * fan_slice) * slice_size;
+}
+template <class T> std::size_t first_star_corner(const SlicedBody<T> &body, std::size_t star_slice) {
+    return (static_cast<std::size_t>(body.star_start[star_slice]) + 2 * star_slice) * slice_size;
 }
 
 /// Tetrahedra in the control volume of each row.
@@ -116,10 +119,12 @@ template <class T> std::vector<std::vector<int>> corners_of_rows(const Lines &li
     return of_rows;
 }
 
+/// @param num_neighbours  shape (C) of each control volume, which take longer than its members; empty if nobody asks
 /// @return shape (C) which control volume of the sliced body it is
 template <class T>
 std::vector<int> slice_volumes(const StepParts &parts, const std::vector<int> &row_of_volume,
-                               const std::vector<MeanGradient> &gradients, const Lines &lines, SlicedBody<T> &body) {
+                               const std::vector<std::size_t> &num_neighbours, const Lines &lines,
+                               SlicedBody<T> &body) {
     const bool is_coupled = !parts.coupled_modulus.empty() && parts.coupled_energy == CoupledEnergy::elongations;
     const auto of_rows =
         is_coupled ? tetrahedra_of_rows(parts, row_of_volume, lines, body.num_rows) : corners_of_rows(lines, body);
@@ -127,10 +132,9 @@ std::vector<int> slice_volumes(const StepParts &parts, const std::vector<int> &r
     std::iota(volumes.begin(), volumes.end(), 0);
     std::ranges::sort(volumes, {}, [&](int c) { return row_of_volume[c]; });
     const auto length = [&](int c) {
-        const auto num_neighbours = gradients.empty() ? 0 : gradients[c].size(); // which take longer than members
-        return std::pair(num_neighbours, of_rows[row_of_volume[c]].size());
+        return std::pair(num_neighbours.empty() ? 0 : num_neighbours[c], of_rows[row_of_volume[c]].size());
     };
-    sort_in_windows(volumes, gradients.empty() ? volume_window : volume_window_with_neighbours,
+    sort_in_windows(volumes, num_neighbours.empty() ? volume_window : volume_window_with_neighbours,
                     [&](int a, int b) { return length(a) > length(b); });
     std::vector<int> number(volumes.size());
     std::vector<std::vector<int>> members;
@@ -159,26 +163,42 @@ std::vector<double> products(double factor, const std::vector<double> &a, const 
 }
 
 /// Gives each node that a chunk touches a place to add forces to. @return the places of each row, four times each
-template <class T> std::vector<std::vector<int>> force_places(const Lines &lines, SlicedBody<T> &body) {
+template <class T>
+std::vector<std::vector<int>> force_places(const Lines &lines, const StarLines &stars, SlicedBody<T> &body) {
     std::vector<std::vector<int>> places(body.first_copy);
     body.force_slot.assign(lines.node.size(), 0);
+    body.star_slot.assign(stars.node.size(), 0);
     body.chunk_start.assign(1, 0);
     int num_places = 0;
+    const auto place_of = [&](int node) {
+        const int first = 4 * body.chunk_start.back(); // a fan of nothing adds nothing
+        if (node == padding)
+            return first;
+        auto &of_node = places[body.row_of_node[node]];
+        if (of_node.empty() || of_node.back() < first)
+            of_node.push_back(4 * num_places++);
+        return of_node.back();
+    };
     for (std::size_t chunk = 0; chunk + 1 < body.chunk_fans.size(); ++chunk) {
         const std::size_t end = first_corner(body, body.chunk_fans[chunk + 1]);
-        for (auto at = first_corner(body, body.chunk_fans[chunk]); at < end; ++at) {
-            auto &slot = body.force_slot[at];
-            slot = 4 * body.chunk_start.back(); // a fan of nothing adds nothing
-            if (lines.node[at] == padding)
-                continue;
-            auto &of_node = places[body.row_of_node[lines.node[at]]];
-            if (of_node.empty() || of_node.back() < 4 * body.chunk_start.back())
-                of_node.push_back(4 * num_places++);
-            slot = of_node.back();
+        for (auto at = first_corner(body, body.chunk_fans[chunk]); at < end; ++at)
+            body.force_slot[at] = place_of(lines.node[at]);
+        if (body.is_around_edges()) {
+            const std::size_t last = first_star_corner(body, body.chunk_stars[chunk + 1]);
+            for (auto at = first_star_corner(body, body.chunk_stars[chunk]); at < last; ++at)
+                body.star_slot[at] = place_of(stars.node[at]);
         }
         body.chunk_start.push_back(num_places);
     }
     return places;
+}
+
+/// Of things that each control volume has some of.
+template <class Lists> std::vector<std::size_t> sizes(const Lists &lists) {
+    std::vector<std::size_t> size;
+    for (const auto &list : lists)
+        size.push_back(list.size());
+    return size;
 }
 
 } // namespace
@@ -213,11 +233,16 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
         }
         body.corner[at] = 4 * row;
     }
-    auto places = force_places(lines, body);
+    const auto stars = star_lines(parts, lines, body);
+    auto places = force_places(lines, stars, body);
+    slice_stars(parts, positions, stars, body);
     slice_shapes(parts, positions, lines, body);
     if (!parts.centre.empty()) {
         const auto gradients = mean_gradients(parts, positions);
-        const auto number_of_volume = slice_volumes(parts, row_of_volume, gradients, lines, body);
+        const auto means = volume_means(parts, positions);
+        const auto number_of_volume =
+            slice_volumes(parts, row_of_volume, gradients.empty() ? sizes(means) : sizes(gradients), lines, body);
+        slice_volume_means(means, number_of_volume, body);
         slice_nodal_springs(parts, positions, number_of_volume, gradients, lines, places, body);
     }
     body.sum_start.assign(1, 0);

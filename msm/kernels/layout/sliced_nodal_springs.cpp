@@ -8,15 +8,6 @@ namespace livermark::msm {
 
 namespace {
 
-/// V0_c of each control volume around a node. @return shape (C) [m^3]
-std::vector<double> rest_volumes(const StepParts &parts, const Eigen::VectorXd &x) {
-    std::vector<double> volume(parts.centre.size(), 0.0);
-    for (std::size_t t = 0; t < parts.tetrahedra.size(); ++t)
-        for (const int c : parts.corner_volume[t])
-            volume[c] += 0.25 * volume_gradient(x, parts.tetrahedra[t]).volume;
-    return volume;
-}
-
 /// Puts the neighbours in control volumes on lines, with a place for the force on each.
 template <class T>
 void slice_mean_gradients(const StepParts &parts, const std::vector<int> &number_of_volume,
@@ -53,7 +44,7 @@ template <class T>
 void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3> &positions,
                          const std::vector<int> &number_of_volume, const std::vector<MeanGradient> &gradients,
                          const Lines &lines, std::vector<std::vector<int>> &places, SlicedBody<T> &body) {
-    if (parts.coupled_modulus.empty())
+    if (parts.coupled_modulus.empty() && parts.edge_modulus.empty())
         return;
     const bool is_neo_hookean = parts.coupled_energy == CoupledEnergy::neo_hookean;
     const auto x = to_unknowns(positions);
@@ -66,17 +57,17 @@ void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3
         body.volume_modulus = on_lines<T>(parts.inner_modulus, lines);
     if (!gradients.empty())
         slice_mean_gradients(parts, number_of_volume, gradients, places, body);
-    else
+    else if (parts.edge_modulus.empty())
         for (auto &member : body.member)
             member *= is_neo_hookean ? 4 : 8;
-    body.coupled_modulus.assign(body.volume_row.size(), T(0));
-    const auto volume = rest_volumes(parts, x);
+    const auto volume = rest_volumes(parts, positions);
     const auto factor = [&](double of_volume) {
         if (!is_neo_hookean)
             return 1.0 / (16.0 * of_volume);
         return gradients.empty() ? 0.25 : of_volume;
     };
-    for (std::size_t c = 0; c < volume.size(); ++c)
+    body.coupled_modulus.assign(parts.coupled_modulus.empty() ? 0 : body.volume_row.size(), T(0));
+    for (std::size_t c = 0; c < parts.coupled_modulus.size(); ++c)
         body.coupled_modulus[number_of_volume[c]] = static_cast<T>(parts.coupled_modulus[c] * factor(volume[c]));
     if (!is_neo_hookean)
         return;

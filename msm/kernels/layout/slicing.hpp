@@ -5,6 +5,7 @@
 
 #include "msm/kernels/layout/mean_gradients.hpp"
 #include "msm/kernels/layout/sliced_body.hpp"
+#include "msm/kernels/layout/stars.hpp"
 
 /// How lists of different lengths are put side by side in slices of 16 rows.
 namespace livermark::msm {
@@ -67,7 +68,41 @@ template <class T>
 void slice_shapes(const StepParts &parts, const std::vector<core::Vector3> &positions, const Lines &lines,
                   SlicedBody<T> &body);
 
-/// The parts that springs coupled around nodes have.
+/// The stars of springs around edges, in slices, and those of each chunk of fans behind each other.
+struct StarLines {
+    std::vector<Star> stars; ///< 16 of each slice, the longest first; without a rim where a slice is filled up
+    std::vector<int> node;   ///< as SlicedBody::star_corner; padding where a slice is filled up
+};
+
+/// Gives each star to the chunk of fans that has most of its tetrahedra.
+/// @param body  with its fans; told where stars begin
+template <class T> StarLines star_lines(const StepParts &parts, const Lines &lines, SlicedBody<T> &body);
+
+/// What stars have to know at rest.
+/// @param positions  shape (N) [m], at rest
+template <class T>
+void slice_stars(const StepParts &parts, const std::vector<core::Vector3> &positions, const StarLines &lines,
+                 SlicedBody<T> &body);
+
+/// The control volumes around the neighbours of each one, and what part of their changes of volume it has in its own
+/// mean, see mean_volumes_around_nodes().
+struct VolumeNeighbour {
+    int volume;
+    double weight;
+};
+using VolumeMeans = std::vector<std::vector<VolumeNeighbour>>;
+
+/// @return shape (C), empty if changes of volumes are not averaged
+VolumeMeans volume_means(const StepParts &parts, const std::vector<core::Vector3> &positions);
+
+/// @param number_of_volume  shape (C) which control volume of the sliced body it is
+template <class T>
+void slice_volume_means(const VolumeMeans &means, const std::vector<int> &number_of_volume, SlicedBody<T> &body);
+
+/// V0_c of each control volume around a node. @return shape (C) [m^3]
+std::vector<double> rest_volumes(const StepParts &parts, const std::vector<core::Vector3> &positions);
+
+/// The parts that springs coupled around nodes have, and what those around edges have besides their stars.
 /// @param positions         shape (N) [m], at rest
 /// @param number_of_volume  shape (C) which control volume of the sliced body it is
 /// @param gradients         shape (C), empty if no means of F are taken

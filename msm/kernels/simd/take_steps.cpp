@@ -9,7 +9,9 @@
 
 #include "msm/kernels/simd/biquadratic_springs-inl.hpp"
 #include "msm/kernels/simd/chebyshev_scheme-inl.hpp"
+#include "msm/kernels/simd/edge_springs-inl.hpp"
 #include "msm/kernels/simd/fan_forces-inl.hpp"
+#include "msm/kernels/simd/mean_volumes-inl.hpp"
 #include "msm/kernels/simd/neo_hookean_springs-inl.hpp"
 #include "msm/kernels/simd/nodal_springs-inl.hpp"
 #include "msm/kernels/simd/schemes-inl.hpp"
@@ -20,14 +22,21 @@
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {
 
-/// The forces of all fans of a chunk on their corners. Not inlined, nor is nodal_states(): they are the same for all
-/// schemes, and four copies of the longest code here would take most of the time that this file compiles.
-template <bool is_damped, class T> HWY_NOINLINE void chunk_forces(StepWorkspace<T> &at, int now, int chunk) {
+/// The forces of all stars and fans of a chunk on their corners. Not inlined, nor is nodal_states(): they are the same
+/// for all schemes, and four copies of the longest code here would take most of the time that this file compiles.
+template <bool is_damped, class T>
+HWY_NOINLINE void chunk_forces(StepWorkspace<T> &at, int now, int thread, int chunk) {
     const auto &body = at.body;
     std::fill(at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk]),
               at.corner_force.begin() + 4 * static_cast<std::ptrdiff_t>(body.chunk_start[chunk + 1]), T(0));
     const int end = body.chunk_fans[chunk + 1];
-    if (!body.mean_gradient.empty())
+    if (body.is_around_edges()) {
+        const auto forces = body.has_gradient_stars ? edge_spring_forces<is_damped, StarsOfF, T>
+                                                    : edge_spring_forces<is_damped, StarsOfC, T>;
+        for (int slice = body.chunk_stars[chunk]; slice < body.chunk_stars[chunk + 1]; ++slice)
+            forces(at, now, thread, slice);
+    }
+    if (body.has_volumes_in_fans())
         for (int slice = body.chunk_fans[chunk]; slice < end; ++slice)
             neo_hookean_spring_forces<is_damped, MeansOfF>(at, now, slice);
     else if (!body.inverse_volume.empty())
@@ -52,7 +61,7 @@ HWY_NOINLINE void nodal_states(StepWorkspace<T> &at, int now, int thread, Barrie
     const bool is_coupled = !at.body.coupled_modulus.empty();
     const bool is_neo_hookean = !at.body.inverse_volume.empty(), has_gradients = !at.body.mean_gradient.empty();
     for (int slice = first_fan; slice < last_fan; ++slice)
-        if (has_gradients)
+        if (at.body.has_volumes_in_fans())
             volume_gains<is_damped, true>(at, now, slice);
         else if (is_neo_hookean)
             corner_strains<is_damped>(at, now, slice);
@@ -61,6 +70,10 @@ HWY_NOINLINE void nodal_states(StepWorkspace<T> &at, int now, int thread, Barrie
         else
             volume_gains<is_damped, false>(at, now, slice);
     barrier.wait();
+    if (at.body.is_around_edges()) {
+        mean_pressures<is_damped>(at, now, at.volume_slices[thread], barrier);
+        return;
+    }
     for (int slice = first; slice < last; ++slice)
         if (has_gradients)
             neo_hookean_stresses<is_damped, MeansOfF>(at, now, slice);
@@ -143,7 +156,7 @@ void run(StepWorkspace<T> &at, int thread, int num_steps, Barrier &barrier) {
                 nodal_states<is_damped>(at, now, thread, barrier);
             if (has_tetrahedra) {
                 for (int chunk = first_chunk; chunk < last_chunk; ++chunk)
-                    chunk_forces<is_damped>(at, now, chunk);
+                    chunk_forces<is_damped>(at, now, thread, chunk);
                 barrier.wait();
             }
             move_nodes<is_damped>(Scheme(at.scheme, stage, at.time_step), at, now, pairs, barrier, before);

@@ -29,7 +29,8 @@ Sample around_nodes(int num_tetrahedra, double soft_ratio, double hard_ratio) {
 }
 
 /// Those with an energy that the kernels know.
-constexpr std::array all_with_energy{"nodal_neo_hookean", "nodal_neo_hookean_f"};
+constexpr std::array all_with_energy{"nodal_neo_hookean", "nodal_neo_hookean_f", "edge_neo_hookean",
+                                     "edge_neo_hookean_f"};
 
 /// Tetrahedra with coupled springs that have an energy.
 Sample with_energy(const char *springs, int num_tetrahedra, double soft_ratio, double hard_ratio) {

@@ -46,6 +46,8 @@ const plainNames: Record<string, string> = {
   nodal_springs: 'coupled around nodes (nodal_springs)',
   nodal_neo_hookean: 'coupled around nodes, neo-Hookean (nodal_neo_hookean)',
   nodal_neo_hookean_f: 'the same with means of F, quicker (nodal_neo_hookean_f)',
+  edge_neo_hookean: 'coupled around edges, neo-Hookean (edge_neo_hookean)',
+  edge_neo_hookean_f: 'the same with means of F, quicker (edge_neo_hookean_f)',
 };
 
 export function showLaws(laws: string[], settings: LiveSettings): LiveSettings {

@@ -1,0 +1,154 @@
+#include <algorithm>
+#include <map>
+#include <tuple>
+#include <utility>
+
+#include "msm/elastic_body.hpp"
+#include "msm/kernels/layout/slicing.hpp"
+#include "msm/tetrahedron_volume.hpp"
+
+namespace livermark::msm {
+
+namespace {
+
+/// Which chunk of fans has each tetrahedron. @return shape (M)
+template <class T>
+std::vector<int> chunks_of_tetrahedra(const StepParts &parts, const Lines &lines, const SlicedBody<T> &body) {
+    std::vector<int> chunk_of(parts.tetrahedra.size(), 0);
+    for (std::size_t chunk = 0; chunk + 1 < body.chunk_fans.size(); ++chunk)
+        for (int line = body.fan_start[body.chunk_fans[chunk]]; line < body.fan_start[body.chunk_fans[chunk + 1]];
+             ++line)
+            for (int lane = 0; lane < slice_size; ++lane)
+                if (const int t = lines.tetrahedron[static_cast<std::size_t>(line) * slice_size + lane]; t != padding)
+                    chunk_of[t] = static_cast<int>(chunk);
+    return chunk_of;
+}
+
+/// The one that most tetrahedra of the star are in.
+int chunk_of_star(const Star &star, const std::vector<int> &chunk_of_tetrahedron) {
+    std::map<int, int> count;
+    for (const auto &corner : star.rim)
+        if (corner.tetrahedron >= 0)
+            ++count[chunk_of_tetrahedron[corner.tetrahedron]];
+    const auto fewer = [](const auto &a, const auto &b) { return a.second < b.second; };
+    return std::ranges::max_element(count, fewer)->first;
+}
+
+/// Those with as many nodes behind each other, long ones first, and in each such group those that are next to each
+/// other in the same lane: sixteen side by side would all add forces to one node, and each has to wait for the one
+/// before.
+template <class T> std::vector<Star> in_lanes(std::vector<Star> stars, const SlicedBody<T> &body) {
+    std::ranges::sort(stars, {}, [&](const Star &star) {
+        const auto [low, high] = std::minmax({body.row_of_node[star.axis[0]], body.row_of_node[star.axis[1]]});
+        return std::tuple(-static_cast<int>(star.rim.size()), low, high, star.part);
+    });
+    std::vector<Star> ordered;
+    for (auto first = stars.begin(); first != stars.end();) {
+        const auto last =
+            std::find_if(first, stars.end(), [&](const Star &star) { return star.rim.size() != first->rim.size(); });
+        const auto count = static_cast<int>(last - first), num_slices = padded(count) / slice_size;
+        for (int slice = 0; slice < num_slices; ++slice)
+            for (int lane = 0; lane < slice_size; ++lane)
+                if (const int at = lane * num_slices + slice; at < count)
+                    ordered.push_back(std::move(first[at]));
+        first = last;
+    }
+    return ordered;
+}
+
+/// Of a polygon as one that is longer, its first node again and again with no volume between.
+Star::Corner corner_of(const Star &star, std::size_t length, std::size_t k) {
+    const std::size_t more = length - star.rim.size();
+    return k < more ? Star::Corner{star.rim.front().node, -1} : star.rim[k - more];
+}
+
+} // namespace
+
+template <class T> StarLines star_lines(const StepParts &parts, const Lines &lines, SlicedBody<T> &body) {
+    StarLines result;
+    if (parts.edge_modulus.empty())
+        return result;
+    const auto chunk_of_tetrahedron = chunks_of_tetrahedra(parts, lines, body);
+    std::vector<std::vector<Star>> of_chunk(body.chunk_fans.size() - 1);
+    for (auto &star : stars_around_edges(parts))
+        of_chunk[chunk_of_star(star, chunk_of_tetrahedron)].push_back(std::move(star));
+    body.star_start.assign(1, 0);
+    body.chunk_stars.assign(1, 0);
+    for (auto &stars : of_chunk) {
+        auto ordered = in_lanes(std::move(stars), body);
+        ordered.resize(padded(static_cast<int>(ordered.size())));
+        std::ranges::move(ordered, std::back_inserter(result.stars));
+        body.chunk_stars.push_back(static_cast<int>(result.stars.size()) / slice_size);
+    }
+    for (std::size_t first = 0; first < result.stars.size(); first += slice_size) {
+        const std::size_t length = result.stars[first].rim.size(), at = result.node.size();
+        body.longest_star = std::max(body.longest_star, length);
+        body.star_start.push_back(body.star_start.back() + static_cast<int>(length));
+        result.node.resize(at + (length + 2) * slice_size, padding);
+        for (std::size_t lane = 0; lane < slice_size; ++lane) {
+            const auto &star = result.stars[first + lane];
+            if (star.rim.empty())
+                continue;
+            for (std::size_t end = 0; end < 2; ++end)
+                result.node[at + end * slice_size + lane] = star.axis[end];
+            for (std::size_t k = 0; k < length; ++k)
+                result.node[at + (2 + k) * slice_size + lane] = corner_of(star, length, k).node;
+        }
+    }
+    return result;
+}
+
+template <class T>
+void slice_stars(const StepParts &parts, const std::vector<core::Vector3> &positions, const StarLines &lines,
+                 SlicedBody<T> &body) {
+    if (parts.edge_modulus.empty())
+        return;
+    body.has_gradient_stars = parts.has_gradient_means;
+    // As the kernels see it: where the rounding of rest differs from that of rows, a body at rest is under stress.
+    auto at_rest = positions;
+    body.rest_rows.assign(4 * static_cast<std::size_t>(body.num_rows), T(0));
+    for (std::size_t i = 0; i < positions.size(); ++i)
+        for (Eigen::Index c = 0; c < 3; ++c)
+            at_rest[i][c] =
+                body.rest_rows[4 * static_cast<std::size_t>(body.row_of_node[i]) + static_cast<std::size_t>(c)] =
+                    static_cast<T>(positions[i][c]);
+    const auto x = to_unknowns(at_rest);
+    for (const int node : lines.node)
+        body.star_corner.push_back(node == padding ? 0 : 4 * body.row_of_node[node]);
+    body.star_tetrahedron.assign(static_cast<std::size_t>(body.star_start.back()) * slice_size, T(0));
+    for (auto *values : {&body.star_modulus, &body.star_inverse_volume, &body.star_stiffness})
+        values->assign(lines.stars.size(), T(0));
+    for (std::size_t s = 0; s < lines.stars.size(); ++s) {
+        const auto &star = lines.stars[s];
+        if (star.rim.empty())
+            continue;
+        const std::size_t slice = s / slice_size, lane = s % slice_size;
+        const auto length = static_cast<std::size_t>(body.star_start[slice + 1] - body.star_start[slice]);
+        double volume = 0.0, stiffness = 0.0;
+        for (std::size_t k = 0; k < length; ++k) {
+            const int t = corner_of(star, length, k).tetrahedron;
+            if (t < 0)
+                continue;
+            const auto &nodes = parts.tetrahedra[t];
+            const auto [of_tetrahedron, gradient] = volume_gradient(x, nodes);
+            const auto corner = [&](int node) { return std::ranges::find(nodes, node) - nodes.begin(); };
+            volume += of_tetrahedron;
+            stiffness -= parts.inner_modulus[t] / of_tetrahedron *
+                         gradient[corner(star.axis[0])].dot(gradient[corner(star.axis[1])]);
+            body.star_tetrahedron[(static_cast<std::size_t>(body.star_start[slice]) + k) * slice_size + lane] =
+                static_cast<T>(1.0 / (6.0 * of_tetrahedron));
+        }
+        body.star_modulus[s] = static_cast<T>(parts.edge_modulus[star.part] / 36.0);
+        body.star_inverse_volume[s] = static_cast<T>(1.0 / (6.0 * volume));
+        body.star_stiffness[s] = static_cast<T>(stiffness);
+    }
+}
+
+template StarLines star_lines(const StepParts &, const Lines &, SlicedBody<float> &);
+template StarLines star_lines(const StepParts &, const Lines &, SlicedBody<double> &);
+template void slice_stars(const StepParts &, const std::vector<core::Vector3> &, const StarLines &,
+                          SlicedBody<float> &);
+template void slice_stars(const StepParts &, const std::vector<core::Vector3> &, const StarLines &,
+                          SlicedBody<double> &);
+
+} // namespace livermark::msm

@@ -1,0 +1,71 @@
+#include "msm/kernels/layout/stars.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/tetra_mesh.hpp"
+#include "msm/kernels/layout/fans.hpp"
+
+namespace livermark::msm {
+
+namespace {
+
+using Edge = std::array<int, 2>;
+
+/// Which part is around an edge of a tetrahedron.
+int part_of(const StepParts &parts, int tetrahedron, const Edge &edge) {
+    const auto &nodes = parts.tetrahedra[tetrahedron];
+    const auto is_edge = [&](const std::array<int, 2> &local) {
+        return std::minmax({nodes[local[0]], nodes[local[1]]}) == std::minmax({edge[0], edge[1]});
+    };
+    const auto found = std::ranges::find_if(core::tetrahedron_edges, is_edge);
+    return parts.edge_part[tetrahedron][found - core::tetrahedron_edges.begin()];
+}
+
+/// The polygon of the tetrahedra of one part, chain after chain.
+std::vector<Star::Corner> polygon(std::vector<Link> links, int start_of_axis) {
+    std::vector<Star::Corner> rim;
+    const auto follow = [&](std::vector<Link>::iterator at) {
+        const int first = at->from;
+        for (;;) {
+            const int to = at->to;
+            rim.push_back({at->from, at->tetrahedron});
+            links.erase(at);
+            at = std::ranges::find(links, to, &Link::from);
+            if (at == links.end()) {
+                if (to == first && links.empty() && rim.front().node == first)
+                    return; // all the way around
+                rim.push_back({to, -1});
+                rim.push_back({start_of_axis, -1});
+                return;
+            }
+        }
+    };
+    const auto begins = [&](const Link &link) { return std::ranges::find(links, link.from, &Link::to) == links.end(); };
+    while (!links.empty()) {
+        const auto first = std::ranges::find_if(links, begins);
+        follow(first == links.end() ? links.begin() : first);
+    }
+    return rim;
+}
+
+} // namespace
+
+std::vector<Star> stars_around_edges(const StepParts &parts) {
+    if (parts.edge_modulus.empty())
+        return {};
+    std::vector<Star> stars(parts.edge_modulus.size());
+    std::vector<std::vector<Link>> links(stars.size());
+    for (const auto &[edge, link] : edge_links(parts.tetrahedra)) {
+        const int part = part_of(parts, link.tetrahedron, edge);
+        stars[part].axis = edge;
+        links[part].push_back(link);
+    }
+    for (std::size_t part = 0; part < stars.size(); ++part) {
+        stars[part].part = static_cast<int>(part);
+        stars[part].rim = polygon(std::move(links[part]), stars[part].axis[0]);
+    }
+    return stars;
+}
+
+} // namespace livermark::msm
