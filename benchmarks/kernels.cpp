@@ -79,28 +79,32 @@ Matter coupled_springs(const std::string &name, std::string summary) {
 }
 
 std::vector<Matter> all_matter() {
-    return {{.suffix = {},
-             .summary = "springs",
-             .max_refinements = std::numeric_limits<int>::max(),
-             .make = [](const Scene &scene) { return msm::ElasticBody(scene.springs); },
-             .largest_angular_frequency = [](const Scene &scene) { return scene.largest_angular_frequency; }},
-            {.suffix = "_nodal_volume",
-             .summary = "springs, the volume around nodes, and the inversion guard",
-             .max_refinements = max_refinements_with_volume,
-             .make = springs_with_nodal_volume,
-             .largest_angular_frequency =
-                 [](const Scene &scene) { return frequency_of(springs_with_nodal_volume(scene), scene); }},
-            coupled_springs("nodal_springs", "springs coupled around nodes, the volume there, and the inversion guard"),
-            coupled_springs("nodal_neo_hookean",
-                            "springs coupled around nodes with a neo-Hookean energy, and the volume there"),
-            coupled_springs("nodal_neo_hookean_f", "the same with means of the deformation gradient"),
-            {.suffix = "_biquadratic_springs",
-             .summary = "springs coupled inside each tetrahedron",
-             .max_refinements = max_refinements_with_volume,
-             .make = springs_inside_tetrahedra,
-             .largest_angular_frequency = [](const Scene &scene) {
-                 return frequency_of(springs_inside_tetrahedra(scene), scene);
-             }}};
+    return {
+        {.suffix = {},
+         .summary = "springs",
+         .max_refinements = std::numeric_limits<int>::max(),
+         .make = [](const Scene &scene) { return msm::ElasticBody(scene.springs); },
+         .largest_angular_frequency = [](const Scene &scene) { return scene.largest_angular_frequency; }},
+        {.suffix = "_nodal_volume",
+         .summary = "springs, the volume around nodes, and the inversion guard",
+         .max_refinements = max_refinements_with_volume,
+         .make = springs_with_nodal_volume,
+         .largest_angular_frequency =
+             [](const Scene &scene) { return frequency_of(springs_with_nodal_volume(scene), scene); }},
+        coupled_springs("nodal_springs", "springs coupled around nodes, the volume there, and the inversion guard"),
+        coupled_springs("nodal_neo_hookean",
+                        "springs coupled around nodes with a neo-Hookean energy, and the volume there"),
+        coupled_springs("nodal_neo_hookean_f", "the same with means of the deformation gradient"),
+        coupled_springs("edge_neo_hookean",
+                        "springs coupled around edges with a neo-Hookean energy, and means of volumes around nodes"),
+        coupled_springs("edge_neo_hookean_f", "the same with means of the deformation gradient"),
+        {.suffix = "_biquadratic_springs",
+         .summary = "springs coupled inside each tetrahedron",
+         .max_refinements = max_refinements_with_volume,
+         .make = springs_inside_tetrahedra,
+         .largest_angular_frequency = [](const Scene &scene) {
+             return frequency_of(springs_inside_tetrahedra(scene), scene);
+         }}};
 }
 
 msm::State start_of(const Scene &scene) {
