@@ -86,7 +86,8 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
         ->add_option("--load-case", options->load_case,
                      "A name as in 'livermark list moving-load-cases', or the path of one with a [tool]")
         ->capture_default_str();
-    command->add_option("--method", options->methods, "Names as in 'livermark list methods'; all if left out");
+    command->add_option("--method", options->methods,
+                        "Names as in 'livermark list methods'; if left out, all that do not have to be named");
     command->add_option("--budget", arena->budgets, "Processor times of one core for a frame [ms]")
         ->check(CLI::Range(0.01, 1e5))
         ->capture_default_str();

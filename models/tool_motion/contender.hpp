@@ -71,6 +71,7 @@ struct Contender {
     std::string implementation; ///< one line: how good it is, and its number format
     /// @param problem  of a load case with a tool
     std::function<std::unique_ptr<MovingBody>(const core::Problem &problem)> prepare;
+    bool only_when_named = false;
 };
 
 using livermark::interactive::Precision;

@@ -14,6 +14,7 @@ struct MovingSpringModel {
     std::string source; ///< literature reference
     livermark::msm::ElasticBody (*make)(const core::Body &body);
     bool is_scaled = false; ///< there is a contender with masses scaled in stiff parts as well
+    bool only_when_named = false;
 };
 
 std::span<const MovingSpringModel> moving_spring_models();

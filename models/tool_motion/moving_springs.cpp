@@ -128,7 +128,8 @@ Contender contender(const MovingSpringModel &model, bool is_scaled) {
             .implementation = on_vector_units + (is_scaled ? ", stiff parts heavier against deformation" : ""),
             .prepare = [make = model.make, is_scaled](const core::Problem &problem) -> std::unique_ptr<MovingBody> {
                 return std::make_unique<MovingSprings>(make(*problem.body), problem, is_scaled);
-            }};
+            },
+            .only_when_named = model.only_when_named};
 }
 
 const livermark::msm::SpringLaw &spring_law(const char *name) {
@@ -162,6 +163,14 @@ ElasticBody nodal_neo_hookean_f(const core::Body &body) {
     return coupled_springs(body, "nodal_neo_hookean_f");
 }
 
+ElasticBody edge_neo_hookean(const core::Body &body) {
+    return coupled_springs(body, "edge_neo_hookean");
+}
+
+ElasticBody edge_neo_hookean_f(const core::Body &body) {
+    return coupled_springs(body, "edge_neo_hookean_f");
+}
+
 } // namespace
 
 std::span<const MovingSpringModel> moving_spring_models() {
@@ -170,7 +179,9 @@ std::span<const MovingSpringModel> moving_spring_models() {
         {"patch_nodal_volume", "Livermark", patch_with_volume, true},
         {"nodal_springs", "Livermark", nodal_springs, true},
         {"nodal_neo_hookean", "Livermark", nodal_neo_hookean, true},
-        {"nodal_neo_hookean_f", "Livermark", nodal_neo_hookean_f, true}};
+        {"nodal_neo_hookean_f", "Livermark", nodal_neo_hookean_f, true},
+        {"edge_neo_hookean", "Livermark", edge_neo_hookean, false, true},
+        {"edge_neo_hookean_f", "Livermark", edge_neo_hookean_f, false, true}};
     return models;
 }
 

@@ -62,10 +62,9 @@ std::vector<models::Contender> chosen_contenders(const std::vector<std::string> 
     auto contenders = models::all_contenders(precision);
     for (const auto &name : names)
         support::find_named(contenders, name, "method");
-    if (!names.empty())
-        std::erase_if(contenders, [&](const models::Contender &contender) {
-            return std::ranges::find(names, contender.name) == names.end();
-        });
+    std::erase_if(contenders, [&](const models::Contender &contender) {
+        return names.empty() ? contender.only_when_named : std::ranges::find(names, contender.name) == names.end();
+    });
     return contenders;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <iterator>
 #include <limits>
 
 #include "core/processor_time.hpp"
@@ -118,7 +119,9 @@ double ScaledSteps::scaled_cost() const {
 
 std::vector<ScaledSteps> find_scaled_steps(const StabilityOptions &options, const ProgressReport &report) {
     const auto set = read_constrained_problems(options.bodies, options.load_case, options.material);
-    const auto models = models::moving_spring_models();
+    std::vector<models::MovingSpringModel> models;
+    std::ranges::copy_if(models::moving_spring_models(), std::back_inserter(models),
+                         [](const auto &model) { return !model.only_when_named; });
     Steps progress(static_cast<int>(set.problems.size() * models.size()), report);
     std::vector<ScaledSteps> found;
     for (const auto &model : models)
