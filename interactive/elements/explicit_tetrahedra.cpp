@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "interactive/elements/rows_of_nodes.hpp"
 #include "interactive/elements/tetrahedra.hpp"
 #include "interactive/kernels/explicit_steps.hpp"
 
@@ -22,26 +23,24 @@ void ExplicitTetrahedra::step(double time_step, int iterations) {
     kernels::take_explicit_steps(*rows_, time_step / iterations, scene().mass_damping, iterations);
     auto &x = mutable_positions();
     auto &v = mutable_velocities();
-    for (Eigen::Index i = 0; i < x.cols(); ++i) {
-        const auto at = 4 * static_cast<Eigen::Index>(rows_->row_of_node[i]);
-        x.col(i) = rest_.col(i) + Eigen::Map<const Eigen::Vector3f>(rows_->displacement.data() + at).cast<double>();
-        v.col(i) = Eigen::Map<const Eigen::Vector3f>(rows_->velocity.data() + at).cast<double>();
-    }
+    take_from_rows(rows_->displacement, rows_->row_of_node, x);
+    x += rest_;
+    take_from_rows(rows_->velocity, rows_->row_of_node, v);
     move_to_targets(); // to the last bit
 }
 
 void ExplicitTetrahedra::set_state(const Field &positions, const Field &velocities) {
     CentralDifferences::set_state(positions, velocities);
     if (rows_) {
-        put_into_rows(positions - rest_, rows_->displacement);
-        put_into_rows(velocities, rows_->velocity);
+        put_into_rows(positions - rest_, rows_->row_of_node, rows_->displacement);
+        put_into_rows(velocities, rows_->row_of_node, rows_->velocity);
     }
 }
 
 void ExplicitTetrahedra::set_external_forces(const Field &forces) {
     CentralDifferences::set_external_forces(forces);
     if (rows_)
-        put_into_rows(external_forces(), rows_->external);
+        put_into_rows(external_forces(), rows_->row_of_node, rows_->external);
 }
 
 Cost ExplicitTetrahedra::cost(int iterations) const {
@@ -52,21 +51,14 @@ Cost ExplicitTetrahedra::cost(int iterations) const {
                                        : static_cast<double>(sizeof(Tetrahedron))};
 }
 
-void ExplicitTetrahedra::put_into_rows(const Field &field, kernels::Aligned<float> &rows) const {
-    for (Eigen::Index i = 0; i < field.cols(); ++i)
-        Eigen::Map<Eigen::Vector3f>(rows.data() + 4 * static_cast<Eigen::Index>(rows_->row_of_node[i])) =
-            field.col(i).cast<float>();
-}
-
 /// They begin where they were told to be before, without what single precision has lost on the way there.
 void ExplicitTetrahedra::put_constrained_into_rows(double time_step) {
     const auto &nodes = scene().constrained_nodes;
     for (std::size_t c = 0; c < nodes.size(); ++c) {
-        const auto at = 4 * static_cast<Eigen::Index>(rows_->row_of_node[nodes[c]]);
+        const int row = rows_->row_of_node[nodes[c]];
         const core::Vector3 now = positions().col(nodes[c]);
-        Eigen::Map<Eigen::Vector3f>(rows_->displacement.data() + at) = (now - rest_.col(nodes[c])).cast<float>();
-        Eigen::Map<Eigen::Vector3f>(rows_->velocity.data() + at) =
-            ((targets().col(static_cast<Eigen::Index>(c)) - now) / time_step).cast<float>();
+        in_row(rows_->displacement, row) = (now - rest_.col(nodes[c])).cast<float>();
+        in_row(rows_->velocity, row) = ((targets().col(static_cast<Eigen::Index>(c)) - now) / time_step).cast<float>();
     }
 }
 

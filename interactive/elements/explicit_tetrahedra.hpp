@@ -19,7 +19,6 @@ class ExplicitTetrahedra : public CentralDifferences {
     Cost cost(int iterations) const override;
 
   private:
-    void put_into_rows(const Field &field, kernels::Aligned<float> &rows) const;
     void put_constrained_into_rows(double time_step);
 
     kernels::Pressure pressure_;

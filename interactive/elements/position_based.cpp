@@ -2,18 +2,11 @@
 
 #include <utility>
 
+#include "interactive/elements/rows_of_nodes.hpp"
 #include "interactive/inertia.hpp"
 #include "interactive/kernels/position_steps.hpp"
 
 namespace livermark::interactive {
-
-namespace {
-
-auto in_row(kernels::Aligned<float> &rows, Eigen::Index node) {
-    return Eigen::Map<Eigen::Vector3f>(rows.data() + 4 * node);
-}
-
-} // namespace
 
 PositionBased::PositionBased(Scene given)
     : Simulation(std::move(given)), rest_(positions()), inverse_mass_(scene().node_mass.size()) {}
@@ -56,8 +49,8 @@ void PositionBased::step_in_single(double time_step, int iterations) {
     }
     kernels::take_position_step(*rows_, time_step, scene().mass_damping, iterations);
     for (Eigen::Index i = 0; i < x.cols(); ++i) {
-        x.col(i) = rest_.col(i) + in_row(rows_->displacement, i).cast<double>();
-        v.col(i) = in_row(rows_->velocity, i).cast<double>();
+        x.col(i) = rest_.col(i) + in_row(rows_->displacement, static_cast<int>(i)).cast<double>();
+        v.col(i) = in_row(rows_->velocity, static_cast<int>(i)).cast<double>();
     }
     move_to_targets(); // to the last bit
 }
@@ -66,15 +59,15 @@ void PositionBased::set_state(const Field &positions, const Field &velocities) {
     Simulation::set_state(positions, velocities);
     last_time_step_.reset();
     for (Eigen::Index i = 0; rows_ && i < positions.cols(); ++i) {
-        in_row(rows_->displacement, i) = (positions.col(i) - rest_.col(i)).cast<float>();
-        in_row(rows_->velocity, i) = velocities.col(i).cast<float>();
+        in_row(rows_->displacement, static_cast<int>(i)) = (positions.col(i) - rest_.col(i)).cast<float>();
+        in_row(rows_->velocity, static_cast<int>(i)) = velocities.col(i).cast<float>();
     }
 }
 
 void PositionBased::set_external_forces(const Field &forces) {
     Simulation::set_external_forces(forces);
     for (Eigen::Index i = 0; rows_ && i < external_forces().cols(); ++i)
-        in_row(rows_->external, i) = external_forces().col(i).cast<float>();
+        in_row(rows_->external, static_cast<int>(i)) = external_forces().col(i).cast<float>();
 }
 
 Field PositionBased::elastic_forces() const {

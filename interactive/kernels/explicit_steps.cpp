@@ -4,53 +4,11 @@
 #include <hwy/foreach_target.h> // has to come before highway.h
 
 #include "interactive/kernels/explicit_steps.hpp"
+#include "interactive/kernels/fans-inl.hpp"
 #include "interactive/kernels/neo_hookean-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::interactive::kernels::HWY_NAMESPACE {
-
-/// Fans of a slice, one to a lane, on the way along their tetrahedra. Displacements of the rim are from the start of
-/// the axis on.
-class Fans {
-  public:
-    HWY_INLINE Fans(const ExplicitRows &rows, std::size_t slice, std::size_t lane)
-        : rows_(rows.displacement.data()), corner_(rows.corner.data() + rows.first_corner(slice) + lane),
-          start_(fetch(rows_, corner_)), end_(fetch(rows_, corner_ + slice_size)),
-          numbers_(rows.tetrahedra.data() + rows.line_start[slice] * numbers_of_tetrahedron * slice_size + lane),
-          last_(numbers_ +
-                (rows.line_start[slice + 1] - rows.line_start[slice]) * numbers_of_tetrahedron * slice_size) {
-        corner_ += 2 * slice_size;
-        from_ = from_start(fetch(rows_, corner_));
-        corner_ += slice_size;
-        to_ = from_start(fetch(rows_, corner_));
-    }
-
-    HWY_INLINE bool is_at_end() const { return numbers_ == last_; }
-    HWY_INLINE void go_on() {
-        numbers_ += numbers_of_tetrahedron * slice_size;
-        from_ = to_;
-        if (is_at_end())
-            return;
-        corner_ += slice_size;
-        to_ = from_start(fetch(rows_, corner_));
-    }
-
-    HWY_INLINE V number_of_tetrahedron(std::size_t k) const { return hn::Load(d, numbers_ + k * slice_size); }
-    HWY_INLINE ShapeGradients gradients() const { return ShapeGradients(numbers_); }
-    HWY_INLINE Vec3 axis() const { return end_.v - start_.v; }
-    HWY_INLINE V pressures_of_axis() const { return hn::Add(start_.w, end_.w); }
-    HWY_INLINE const Row &from() const { return from_; }
-    HWY_INLINE const Row &to() const { return to_; }
-
-  private:
-    HWY_INLINE Row from_start(const Row &node) const { return {node.v - start_.v, node.w}; }
-
-    const float *rows_;
-    const std::int32_t *corner_;
-    Row start_, end_;
-    const float *numbers_, *last_;
-    Row from_, to_;
-};
 
 /// V (J - 1) / 4 of tetrahedra, summed at the corners of fans.
 HWY_NOINLINE void find_growth(ExplicitRows &rows) {
@@ -59,7 +17,7 @@ HWY_NOINLINE void find_growth(ExplicitRows &rows) {
             float *growth = rows.growth.data() + rows.first_corner(slice) + lane;
             float *rim = growth + 2 * slice_size;
             auto sum = hn::Zero(d), before = hn::Zero(d);
-            Fans fans(rows, slice, lane);
+            Fans fans(rows, rows.displacement, rows.tetrahedra, slice, lane);
             const auto axis = fans.axis();
             for (; !fans.is_at_end(); fans.go_on(), rim += slice_size) {
                 const auto h = displacement_gradient(fans.gradients(), axis, fans.from().v, fans.to().v);
@@ -97,17 +55,13 @@ HWY_NOINLINE void find_pressures(ExplicitRows &rows) {
 
 /// Forces of tetrahedra, summed at the corners of fans.
 template <Pressure pressure_of> HWY_NOINLINE void find_forces(ExplicitRows &rows) {
-    const Vec3 zero{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-    float *const forces = rows.force.data();
     for (std::size_t slice = 0; slice < rows.num_slices(); ++slice)
         for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
-            const std::int32_t *slot = rows.slot.data() + rows.first_corner(slice) + lane;
-            const std::int32_t *rim = slot + 2 * slice_size;
-            auto at_start = zero, at_end = zero, before = zero;
-            Fans fans(rows, slice, lane);
+            FanSums sums(rows.force, rows.slot.data() + rows.first_corner(slice) + lane);
+            Fans fans(rows, rows.displacement, rows.tetrahedra, slice, lane);
             const auto axis = fans.axis();
             [[maybe_unused]] const auto axis_pressure = fans.pressures_of_axis();
-            for (; !fans.is_at_end(); fans.go_on(), rim += slice_size) {
+            for (; !fans.is_at_end(); fans.go_on()) {
                 const auto g = fans.gradients();
                 const auto h = displacement_gradient(g, axis, fans.from().v, fans.to().v);
                 const auto cofactors = cofactors_of(h);
@@ -122,14 +76,9 @@ template <Pressure pressure_of> HWY_NOINLINE void find_forces(ExplicitRows &rows
                     pressure = hn::Mul(last, hn::Add(axis_pressure, hn::Add(fans.from().w, fans.to().w)));
                 const auto p = stress_of(h, cofactors, growth, inverse, shear, pressure);
                 const auto at_from = pull_of(p, g.r), at_to = pull_of(p, g.s), of_end = pull_of(p, g.b);
-                store(before - at_from, forces, rim);
-                before = zero - at_to;
-                at_end = at_end - of_end;
-                at_start = at_start + (at_from + at_to + of_end);
+                sums.add(at_from + at_to + of_end, minus(of_end), minus(at_from), minus(at_to));
             }
-            store(before, forces, rim);
-            store(at_end, forces, slot + slice_size);
-            store(at_start, forces, slot);
+            sums.finish();
         }
 }
 
@@ -144,9 +93,7 @@ HWY_NOINLINE void move_nodes(ExplicitRows &rows, const StepFactors &factors) {
     for (std::size_t four = 0; four + 1 < rows.slot_start.size(); ++four)
         for (std::size_t lane = 0; lane < width; lane += hn::Lanes(d)) {
             const std::size_t at = four * width + lane;
-            auto force = hn::Load(d, rows.external.data() + at);
-            for (std::size_t k = rows.slot_start[four]; k < rows.slot_start[four + 1]; ++k)
-                force = hn::Add(force, hn::Load(d, rows.force.data() + k * width + lane));
+            const auto force = summed_slots(rows, rows.force, four, lane, hn::Load(d, rows.external.data() + at));
             const auto inverse_mass = hn::Load(d, rows.inverse_mass.data() + at);
             const auto was = hn::Load(d, rows.velocity.data() + at);
             const auto moved = hn::MulAdd(hn::Mul(inverse_mass, gain), force, hn::Mul(keep, was));

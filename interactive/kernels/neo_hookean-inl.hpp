@@ -20,6 +20,7 @@ struct ShapeGradients {
 
     explicit HWY_INLINE ShapeGradients(const float *at)
         : b(load3(at)), r(load3(at + 3 * slice_size)), s(load3(at + 6 * slice_size)) {}
+    HWY_INLINE ShapeGradients(const Vec3 &of_b, const Vec3 &of_r, const Vec3 &of_s) : b(of_b), r(of_r), s(of_s) {}
 };
 
 /// A matrix, by columns.

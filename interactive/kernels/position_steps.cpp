@@ -43,11 +43,6 @@ HWY_INLINE V weighted(const Corners &at, const Slopes &p, const Slopes &q) {
         hn::MulAdd(at.b.w, dot(p.b, q.b), hn::MulAdd(at.r.w, dot(p.r, q.r), hn::Mul(at.s.w, dot(p.s, q.s)))));
 }
 
-/// a + factor b
-HWY_INLINE Vec3 plus_scaled(const Vec3 &a, V factor, const Vec3 &b) {
-    return {hn::MulAdd(factor, b.x, a.x), hn::MulAdd(factor, b.y, a.y), hn::MulAdd(factor, b.z, a.z)};
-}
-
 /// cof F - 1 of F = 1 + H, from cof H.
 HWY_INLINE Matrix change_of_cofactors(const Matrix &h, const Matrix &cofactors) {
     const auto on_diagonal = [&](V other, V another, V cofactor)

@@ -52,6 +52,15 @@ HWY_INLINE Vec3 cross(const Vec3 &a, const Vec3 &b) {
             hn::MulSub(a.x, b.y, hn::Mul(a.y, b.x))};
 }
 
+HWY_INLINE Vec3 scaled(V factor, const Vec3 &a) {
+    return {hn::Mul(factor, a.x), hn::Mul(factor, a.y), hn::Mul(factor, a.z)};
+}
+
+/// a + factor b
+HWY_INLINE Vec3 plus_scaled(const Vec3 &a, V factor, const Vec3 &b) {
+    return {hn::MulAdd(factor, b.x, a.x), hn::MulAdd(factor, b.y, a.y), hn::MulAdd(factor, b.z, a.z)};
+}
+
 /// r a + s b + t c
 HWY_INLINE Vec3 combined(V r, const Vec3 &a, V s, const Vec3 &b, V t, const Vec3 &c) {
     return {hn::MulAdd(r, a.x, hn::MulAdd(s, b.x, hn::Mul(t, c.x))),
@@ -62,6 +71,17 @@ HWY_INLINE Vec3 combined(V r, const Vec3 &a, V s, const Vec3 &b, V t, const Vec3
 /// Three vectors that stand behind each other.
 HWY_INLINE Vec3 load3(const float *at) {
     return {hn::Load(d, at), hn::Load(d, at + slice_size), hn::Load(d, at + 2 * slice_size)};
+}
+
+/// The first three numbers of rows of four that stand behind each other.
+HWY_INLINE Vec3 load_rows(const Aligned<float> &rows, std::size_t first) {
+    V x, y, z, w;
+    hn::LoadInterleaved4(d, rows.data() + 4 * first, x, y, z, w);
+    return {x, y, z};
+}
+
+HWY_INLINE void store_rows(const Vec3 &v, Aligned<float> &rows, std::size_t first) {
+    hn::StoreInterleaved4(v.x, v.y, v.z, hn::Zero(d), d, rows.data() + 4 * first);
 }
 
 #if HWY_TARGET == HWY_SCALAR

@@ -1,19 +1,16 @@
-#include <algorithm>
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
-#include <string>
-#include <tuple>
 
 #include "interactive/method.hpp"
-#include "tests/interactive/moving_scene.hpp"
+#include "tests/interactive/both_precisions.hpp"
 
 namespace livermark {
 namespace {
 
 using core::Vector3;
 using interactive::Field;
-using interactive::Precision;
-using tests::in_precision;
+using tests::distance_over_motion;
+using tests::dragged_in_both;
+using tests::Frames;
 using tests::noise;
 using tests::scenes_of_any_padding;
 using tests::uneven_scene;
@@ -23,60 +20,28 @@ struct PositionStepsMethod : testing::TestWithParam<const char *> {
     const interactive::Method &method = interactive::find_method(GetParam());
 };
 
-/// More than a centimetre, with a tool and external forces.
-void drag(interactive::Simulation &simulation, int steps_per_frame, int iterations) {
-    const Field start = simulation.targets();
-    simulation.set_external_forces(Vector3(1e-3, 0.0, -4e-3).replicate(1, simulation.scene().body->mesh.num_nodes()));
-    simulation.set_state(simulation.positions(), noise(simulation.positions().cols(), 0.05, 5));
-    for (int step = 1; step <= 20 * steps_per_frame; ++step) {
-        const double way = std::min(1.0, step / (15.0 * steps_per_frame));
-        simulation.set_targets(start.colwise() + way * Vector3(2e-3, 4e-3, -1e-2));
-        simulation.step(interactive::frame_time / steps_per_frame, iterations);
-    }
-}
-
-double distance_over_motion(const interactive::Method &method, const interactive::Scene &scene, int steps_per_frame,
-                            int iterations) {
-    const Field rest = interactive::rest_positions(scene);
-    Field ends[2];
-    for (const auto precision : {Precision::single_precision, Precision::double_precision}) {
-        const auto simulation = method.prepare(in_precision(scene, precision));
-        drag(*simulation, steps_per_frame, iterations);
-        ends[precision == Precision::double_precision] = simulation->positions();
-    }
-    EXPECT_GT((ends[1] - rest).norm(), 0.01);
-    return (ends[0] - ends[1]).norm() / (ends[1] - rest).norm();
-}
-
 /// In steps of a whole frame xpbd_neo_hookean is no method to compare with: in double precision it makes a tenth of a
 /// micrometre out of the last digit in two steps, and a centimetre in five.
 TEST_P(PositionStepsMethod, MoveAsInDoublePrecision) {
-    for (const auto &[steps_per_frame, iterations] : {std::pair(7, 1), std::pair(7, 10)})
+    for (const auto &frames : {Frames{7, 1}, Frames{7, 10}})
         for (const bool is_constrained : {true, false}) {
-            const double distance =
-                distance_over_motion(method, uneven_scene({5, 3, 3}, is_constrained, 5.0), steps_per_frame, iterations);
-            EXPECT_LT(distance, 8e-4) << steps_per_frame << " " << is_constrained;
+            const double distance = distance_over_motion(method, uneven_scene({5, 3, 3}, is_constrained, 5.0), frames);
+            EXPECT_LT(distance, 8e-4) << frames.iterations << " " << is_constrained;
             EXPECT_GT(distance, 0.0) << "both are the same code";
         }
 }
 
 TEST_P(PositionStepsMethod, MoveAsInDoublePrecisionWithAnyPadding) {
     for (const auto &scene : scenes_of_any_padding())
-        EXPECT_LT(distance_over_motion(method, scene, 7, 1), 8e-4) << scene.node_mass.size();
+        EXPECT_LT(distance_over_motion(method, scene, {7, 1}), 8e-4) << scene.node_mass.size();
 }
 
 TEST_P(PositionStepsMethod, GiveTheForcesOfDoublePrecision) {
-    const auto scene = uneven_scene({5, 3, 3}, true, 5.0);
-    Field forces[2], reactions[2];
-    for (const auto precision : {Precision::single_precision, Precision::double_precision}) {
-        const auto simulation = method.prepare(in_precision(scene, precision));
-        drag(*simulation, 7, 1);
-        forces[precision == Precision::double_precision] = simulation->elastic_forces();
-        reactions[precision == Precision::double_precision] = simulation->reactions();
-    }
-    EXPECT_LT((forces[0] - forces[1]).norm(), 2e-3 * forces[1].norm());
-    EXPECT_LT((reactions[0] - reactions[1]).norm(), 2e-3 * reactions[1].norm());
-    EXPECT_GT(reactions[1].norm(), 0.01);
+    const auto [single, in_double] = dragged_in_both(method, uneven_scene({5, 3, 3}, true, 5.0), {7, 1});
+    const Field forces = in_double->elastic_forces(), reactions = in_double->reactions();
+    EXPECT_LT((single->elastic_forces() - forces).norm(), 2e-3 * forces.norm());
+    EXPECT_LT((single->reactions() - reactions).norm(), 2e-3 * reactions.norm());
+    EXPECT_GT(reactions.norm(), 0.01);
 }
 
 TEST_P(PositionStepsMethod, StayAtRestWhereNothingMovesThem) {
@@ -118,22 +83,7 @@ TEST_P(PositionStepsMethod, ConserveMomentum) {
 }
 
 TEST_P(PositionStepsMethod, AreTheSameOnAnyVectorsThatMultiplyAndAddAtOnce) {
-    const auto scene = uneven_scene({5, 3, 3}, true, 5.0);
-    const auto end_on = [&](std::int64_t target) {
-        const tests::ChosenVectorUnit unit(target);
-        const auto simulation = method.prepare(scene);
-        drag(*simulation, 7, 1);
-        return simulation->positions();
-    };
-    const Field expected = end_on(0);
-    const double motion = (expected - interactive::rest_positions(scene)).norm();
-    for (const auto target : hwy::SupportedAndGeneratedTargets()) {
-        const Field found = end_on(target);
-        EXPECT_LT((found - expected).norm(), 8e-4 * motion) << hwy::TargetName(target);
-        if ((target & (HWY_SCALAR | HWY_SSSE3 | HWY_SSE4)) == 0) {
-            EXPECT_EQ(found, expected) << hwy::TargetName(target);
-        }
-    }
+    tests::expect_the_same_on_any_vectors(method, {7, 1}, 8e-4);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, PositionStepsMethod, testing::Values("xpbd_springs", "xpbd_neo_hookean"));

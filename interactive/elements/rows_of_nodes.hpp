@@ -1,0 +1,29 @@
+#pragma once
+
+#include <vector>
+
+#include "interactive/kernels/explicit_rows.hpp"
+#include "interactive/scene.hpp"
+
+namespace livermark::interactive {
+
+/// The three numbers of a node in rows of four.
+inline Eigen::Map<Eigen::Vector3f> in_row(kernels::Aligned<float> &rows, int row) {
+    return Eigen::Map<Eigen::Vector3f>(rows.data() + 4 * static_cast<Eigen::Index>(row));
+}
+inline Eigen::Map<const Eigen::Vector3f> in_row(const kernels::Aligned<float> &rows, int row) {
+    return Eigen::Map<const Eigen::Vector3f>(rows.data() + 4 * static_cast<Eigen::Index>(row));
+}
+
+/// @param row_of_node  (N)
+inline void put_into_rows(const Field &field, const std::vector<int> &row_of_node, kernels::Aligned<float> &rows) {
+    for (Eigen::Index i = 0; i < field.cols(); ++i)
+        in_row(rows, row_of_node[i]) = field.col(i).cast<float>();
+}
+
+inline void take_from_rows(const kernels::Aligned<float> &rows, const std::vector<int> &row_of_node, Field &field) {
+    for (Eigen::Index i = 0; i < field.cols(); ++i)
+        field.col(i) = in_row(rows, row_of_node[i]).cast<double>();
+}
+
+} // namespace livermark::interactive
