@@ -99,7 +99,7 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
         ->capture_default_str();
     command
         ->add_option("--precision", options->precision,
-                     "Of tled, tled_nodal_pressure and both xpbd: single, on vector units, or double, in plain loops")
+                     "Of interactive methods that have both: single, on vector units, or double, in plain loops")
         ->transform(one_of(std::map<std::string, models::Precision>{{"single", models::Precision::single_precision},
                                                                     {"double", models::Precision::double_precision}}))
         ->default_str("single");

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+
+#include "interactive/colouring.hpp"
+#include "interactive/kernels/explicit_rows.hpp"
+
+namespace livermark::interactive::kernels {
+
+/// Numbers of a line: where its node is at rest, from the node that moves [m], three; the entry of both nodes in the
+/// Laplacian, sum of V mu g . g [N/m], where the node comes for the first time; then of the tetrahedron that the line
+/// ends (lambda + mu) / (36 V), with the sign bit where its strip keeps its first node, and mu / 6, negative where the
+/// order of its nodes is that of a mirror.
+inline constexpr std::size_t numbers_of_line = 6;
+
+/// A body of stable neo-Hookean tetrahedra for descent on one node at a time, in single precision. Nodes that can move
+/// stand colour after colour, 16 of one colour in a batch: no two of a batch are in one tetrahedron, so it moves them
+/// at once. The facets opposite a node make strips of triangles around it (strips.hpp), so that one neighbour is
+/// fetched for each tetrahedron, not three. Batches are filled up with nodes that have no neighbours.
+struct DescentRows {
+    std::vector<int> row_of_node;        ///< (N)
+    std::size_t num_rows = 0;            ///< batches, then what is constrained, filled up to whole slices
+    std::vector<std::size_t> line_start; ///< (batches + 1)
+    Aligned<std::int32_t> neighbour;     ///< lines of 16: four times the row
+    Aligned<float> numbers;              ///< lines, numbers_of_line vectors of 16 for each
+    Aligned<float> mass;                 ///< (rows) [kg]
+    Aligned<float> laplacian;            ///< (rows) sum of V mu |g|^2 [N/m]
+    // Rows of four, the last one zero.
+    Aligned<float> displacement;            ///< [m]
+    Aligned<float> before;                  ///< displacement when the step began
+    Aligned<float> predicted;               ///< where inertia and external forces lead; the target where constrained
+    Aligned<float> velocity, last_velocity; ///< [m/s], of the last step and of the one before
+    Aligned<float> external;                ///< [N]
+    Aligned<float> older, oldest;           ///< displacement, one iteration ago and two
+
+    std::size_t num_batches() const { return line_start.size() - 1; }
+    std::size_t bytes() const; ///< of the body and its state
+};
+
+/// @param colours  of all nodes, as colour_nodes() of the tetrahedra finds them
+DescentRows descent_rows(const Scene &scene, const Colouring &colours);
+
+} // namespace livermark::interactive::kernels
