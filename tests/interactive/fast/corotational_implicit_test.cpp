@@ -1,6 +1,7 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
+#include "interactive/elements/corotational_tetrahedra.hpp"
 #include "interactive/elements/densities.hpp"
 #include "interactive/equilibrium.hpp"
 #include "interactive/method.hpp"
@@ -76,6 +77,24 @@ TEST(CorotationalImplicit, ComesToTheEquilibriumOfItsEnergyByItsOwnSteps) {
     const double largest = (expected.positions - interactive::rest_positions(simulation->scene())).norm();
     EXPECT_LT((simulation->positions() - expected.positions).norm(), 1e-7 * largest);
     EXPECT_LT(expected.positions.row(2).minCoeff(), -0.01); // so large that rotations matter
+}
+
+TEST(CorotationalImplicit, StepIsNearerAfterAsManyIterationsWithItsPreconditioner) {
+    using interactive::Preconditioner;
+    const auto after = [](Preconditioner preconditioner, int iterations) {
+        auto scene = tests::uneven_scene({5, 3, 3}, true);
+        scene.precision = interactive::Precision::double_precision;
+        interactive::CorotationalTetrahedra simulation(scene, preconditioner);
+        simulation.set_external_forces(core::Vector3(1e-3, 0.0, -4e-3).replicate(1, simulation.positions().cols()));
+        simulation.step(interactive::frame_time, iterations);
+        return simulation.positions();
+    };
+    const Field end = after(Preconditioner::none, 2000);
+    EXPECT_LT((after(Preconditioner::blocks, 2000) - end).norm(), 1e-12);
+    for (const int iterations : {10, 20, 40, 80}) // one to five leave more
+        EXPECT_LT((after(Preconditioner::blocks, iterations) - end).norm(),
+                  0.8 * (after(Preconditioner::none, iterations) - end).norm())
+            << iterations;
 }
 
 TEST(CorotationalImplicit, StepComesToBackwardEulerWithTheFourthPowerOfTheTimeStep) {

@@ -1,0 +1,161 @@
+#include "interactive/elements/corotational_tetrahedra.hpp"
+
+#include <utility>
+
+#include "interactive/elements/rows_of_nodes.hpp"
+#include "interactive/kernels/corotational_steps.hpp"
+
+namespace livermark::interactive {
+
+CorotationalTetrahedra::CorotationalTetrahedra(Scene given, Preconditioner preconditioner)
+    : Simulation(std::move(given)), energy_(tetrahedra_at_rest(*scene().body)), preconditioner_(preconditioner),
+      rest_(positions()) {
+    if (scene().precision == Precision::single_precision && preconditioner == Preconditioner::blocks) {
+        rows_ = kernels::corotational_rows(scene());
+        return;
+    }
+    rotations_.resize(num_tetrahedra());
+    residual_ = direction_ = product_ = preconditioned_ = rest_;
+}
+
+void CorotationalTetrahedra::step(double time_step, int iterations) {
+    if (rows_)
+        step_in_single(time_step, iterations);
+    else
+        step_in_double(time_step, iterations);
+}
+
+void CorotationalTetrahedra::step_in_single(double time_step, int iterations) {
+    auto &x = mutable_positions();
+    // Constrained nodes begin where they were told to be before, without what single precision has lost on the way.
+    const auto &nodes = scene().constrained_nodes;
+    for (std::size_t c = 0; c < nodes.size(); ++c) {
+        const int row = rows_->body.row_of_node[nodes[c]];
+        in_row(rows_->body.displacement, row) = (x.col(nodes[c]) - rest_.col(nodes[c])).cast<float>();
+        in_row(rows_->body.velocity, row) =
+            ((targets().col(static_cast<Eigen::Index>(c)) - x.col(nodes[c])) / time_step).cast<float>();
+    }
+    kernels::take_corotational_step(*rows_, time_step, scene().mass_damping, iterations);
+    take_from_rows(rows_->body.displacement, rows_->body.row_of_node, x);
+    x += rest_;
+    take_from_rows(rows_->body.velocity, rows_->body.row_of_node, mutable_velocities());
+    move_to_targets(); // to the last bit
+}
+
+void CorotationalTetrahedra::step_in_double(double time_step, int iterations) {
+    auto &x = mutable_positions();
+    auto &v = mutable_velocities();
+    product_.setZero();
+    for (std::size_t t = 0; t < num_tetrahedra(); ++t) {
+        const auto &tetrahedron = energy_.tetrahedra()[t];
+        const Matrix3 gradient = tetrahedron.gradient(x);
+        rotations_[t] = densities::rotation(gradient);
+        const densities::Corotational density{tetrahedron.mu, tetrahedron.lambda};
+        tetrahedron.add_forces(density.stress(gradient, rotations_[t]), product_);
+    }
+    residual_ = time_step * (product_ + external_forces());
+    for (Eigen::Index i = 0; i < x.cols(); ++i)
+        residual_.col(i) += scene().node_mass[i] * v.col(i);
+    for (Eigen::Index c = 0; c < targets().cols(); ++c) {
+        const int node = scene().constrained_nodes[c];
+        v.col(node) = (targets().col(c) - x.col(node)) / time_step;
+    }
+    if (preconditioner_ == Preconditioner::blocks)
+        invert_blocks(time_step);
+    solve(v, time_step, iterations);
+    x += time_step * v;
+    move_to_targets(); // to the last bit
+}
+
+void CorotationalTetrahedra::set_state(const Field &positions, const Field &velocities) {
+    Simulation::set_state(positions, velocities);
+    if (rows_) {
+        put_into_rows(positions - rest_, rows_->body.row_of_node, rows_->body.displacement);
+        put_into_rows(velocities, rows_->body.row_of_node, rows_->body.velocity);
+    }
+}
+
+void CorotationalTetrahedra::set_external_forces(const Field &forces) {
+    Simulation::set_external_forces(forces);
+    if (rows_)
+        put_into_rows(external_forces(), rows_->body.row_of_node, rows_->body.external);
+}
+
+Cost CorotationalTetrahedra::cost(int iterations) const {
+    const auto tetrahedra = static_cast<double>(num_tetrahedra());
+    if (rows_)
+        return {.element_passes = 1.0 + iterations,
+                .bytes_per_element = static_cast<double>(rows_->bytes()) / tetrahedra};
+    return {.element_passes = 2.0 + iterations,
+            .bytes_per_element = static_cast<double>(sizeof(Tetrahedron) + sizeof(Matrix3)) +
+                                 static_cast<double>(sizeof(Matrix3) * inverse_blocks_.size()) / tetrahedra};
+}
+
+/// A v, zero at constrained nodes.
+void CorotationalTetrahedra::multiply(const Field &v, double time_step, Field &product) const {
+    product.setZero();
+    for (std::size_t t = 0; t < num_tetrahedra(); ++t) { // K v, as forces of minus that
+        const auto &tetrahedron = energy_.tetrahedra()[t];
+        const Matrix3 rate = rotations_[t].transpose() * tetrahedron.gradient(v);
+        Matrix3 stress = tetrahedron.mu * (rate + rate.transpose());
+        stress.diagonal().array() += tetrahedron.lambda * rate.trace();
+        tetrahedron.add_forces(rotations_[t] * stress, product);
+    }
+    product *= -time_step * time_step;
+    const double damping = 1.0 + scene().mass_damping * time_step;
+    for (Eigen::Index i = 0; i < v.cols(); ++i)
+        product.col(i) += damping * scene().node_mass[i] * v.col(i);
+    for (const int node : scene().constrained_nodes)
+        product.col(node).setZero();
+}
+
+/// Of A, with K_aa = sum of V ((lambda + mu) g g^T + mu |g|^2 1), g the turned gradient of the shape function.
+void CorotationalTetrahedra::invert_blocks(double time_step) {
+    const double damping = 1.0 + scene().mass_damping * time_step;
+    inverse_blocks_.clear();
+    for (const double mass : scene().node_mass)
+        inverse_blocks_.emplace_back(damping * mass * Matrix3::Identity());
+    for (std::size_t t = 0; t < num_tetrahedra(); ++t) {
+        const auto &tetrahedron = energy_.tetrahedra()[t];
+        const Eigen::Matrix<double, 3, 4> turned = rotations_[t] * tetrahedron.shape_gradients().transpose();
+        const double factor = time_step * time_step * tetrahedron.volume;
+        for (int c = 0; c < 4; ++c) {
+            auto &block = inverse_blocks_[tetrahedron.nodes[c]];
+            block += factor * (tetrahedron.lambda + tetrahedron.mu) * turned.col(c) * turned.col(c).transpose();
+            block.diagonal().array() += factor * tetrahedron.mu * turned.col(c).squaredNorm();
+        }
+    }
+    for (auto &block : inverse_blocks_)
+        block = block.inverse().eval();
+}
+
+void CorotationalTetrahedra::precondition(const Field &residual, Field &result) const {
+    result = residual;
+    for (std::size_t i = 0; i < inverse_blocks_.size(); ++i)
+        result.col(static_cast<Eigen::Index>(i)) = inverse_blocks_[i] * residual.col(static_cast<Eigen::Index>(i));
+}
+
+/// Conjugate gradients for A v = residual, from v.
+void CorotationalTetrahedra::solve(Field &v, double time_step, int iterations) {
+    constexpr double rounding = 1e-32; // of squares: there is nothing left to do
+    multiply(v, time_step, product_);
+    residual_ -= product_;
+    for (const int node : scene().constrained_nodes)
+        residual_.col(node).setZero();
+    precondition(residual_, preconditioned_);
+    direction_ = preconditioned_;
+    const double first = residual_.cwiseProduct(preconditioned_).sum();
+    double squared = first;
+    for (int i = 0; i < iterations && squared > rounding * first; ++i) {
+        multiply(direction_, time_step, product_);
+        const double length = squared / direction_.cwiseProduct(product_).sum();
+        v += length * direction_;
+        residual_ -= length * product_;
+        precondition(residual_, preconditioned_);
+        const double next = residual_.cwiseProduct(preconditioned_).sum();
+        direction_ = preconditioned_ + next / squared * direction_;
+        squared = next;
+    }
+}
+
+} // namespace livermark::interactive

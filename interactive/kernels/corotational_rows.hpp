@@ -1,0 +1,38 @@
+#pragma once
+
+#include <array>
+
+#include "interactive/kernels/explicit_rows.hpp"
+
+namespace livermark::interactive::kernels {
+
+/// Numbers of the rotation of a tetrahedron: a unit quaternion w, x, y, z.
+inline constexpr std::size_t numbers_of_rotation = 4;
+
+/// A body of co-rotational tetrahedra, its state, and what conjugate gradients need, in single precision. Fans, slots
+/// and nodes are those of explicit elements. The stiffness is that of linear elasticity with the gradients of shape
+/// functions turned by R, so these are what an iteration reads of a tetrahedron.
+struct CorotationalRows {
+    ExplicitRows body;
+    Aligned<float> turned;   ///< as body.tetrahedra, with turned gradients
+    Aligned<float> rotation; ///< lines of tetrahedra, numbers_of_rotation vectors of 16 for each; from step to step
+    /// As body.force: xx, xy, xz and yy, yz, zz of V (lambda + mu) g g^T with turned gradients [N/m].
+    std::array<Aligned<float>, 2> block_slots;
+    // Rows of four, the last one zero but where it says so.
+    std::array<Aligned<float>, 2> block; ///< sums of slots at nodes
+    Aligned<float> mass;                 ///< [kg], three times the same, and the sum of V mu |g|^2 [N/m]
+    Aligned<float> residual, direction, product, preconditioned;
+    Aligned<float> inverse_block; ///< slices of nodes, xx, xy, xz, yy, yz, zz of each [1/kg]; zero where constrained
+
+    std::size_t bytes() const; ///< of the body and its state
+};
+
+/// @param scene  without nodes of a method's own
+CorotationalRows corotational_rows(const Scene &scene);
+
+/// The rotation next to a deformation gradient, whatever it is, in double precision.
+/// @param h  F - 1 by columns
+/// @param q  quaternion w, x, y, z; stays as it is if there are no numbers in h
+void find_nearest_rotation(const std::array<float, 9> &h, std::array<float, 4> &q);
+
+} // namespace livermark::interactive::kernels

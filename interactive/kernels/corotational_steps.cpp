@@ -1,0 +1,275 @@
+// Highway compiles this file once for each vector unit, and the machine's best one is taken when the program runs.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "interactive/kernels/corotational_steps.cpp"
+#include <hwy/foreach_target.h> // has to come before highway.h
+
+#include "interactive/kernels/corotational_steps.hpp"
+#include "interactive/kernels/fans-inl.hpp"
+#include "interactive/kernels/rotations-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace livermark::interactive::kernels::HWY_NAMESPACE {
+
+/// A sum in single precision by lanes of a whole slice, so that it is the same on vectors of any width.
+class LaneSums {
+  public:
+    HWY_INLINE void put(V sum, std::size_t lane) { hn::Store(sum, d, lanes_ + lane); }
+    double total() const {
+        double total = 0.0;
+        for (const float lane : lanes_)
+            total += lane;
+        return total;
+    }
+
+  private:
+    alignas(64) float lanes_[slice_size];
+};
+
+/// A + A^T, times shear, plus volume tr A on the diagonal.
+HWY_INLINE Matrix linear_stress(const Matrix &a, V shear, V volume) {
+    const auto trace = hn::Mul(volume, hn::Add(a.x.x, hn::Add(a.y.y, a.z.z)));
+    const auto twice = hn::Add(shear, shear);
+    const auto xy = hn::Mul(shear, hn::Add(a.y.x, a.x.y)), xz = hn::Mul(shear, hn::Add(a.z.x, a.x.z)),
+               yz = hn::Mul(shear, hn::Add(a.z.y, a.y.z));
+    return {{hn::MulAdd(twice, a.x.x, trace), xy, xz},
+            {xy, hn::MulAdd(twice, a.y.y, trace), yz},
+            {xz, yz, hn::MulAdd(twice, a.z.z, trace)}};
+}
+
+/// (F - R) R^T = E + E Q^T with E = H - Q: symmetric, since F = V R with V symmetric.
+HWY_INLINE Matrix stretch_of(const Matrix &h, const Matrix &turn) {
+    const Matrix e{h.x - turn.x, h.y - turn.y, h.z - turn.z};
+    return {e.x + combined(turn.x.x, e.x, turn.y.x, e.y, turn.z.x, e.z),
+            e.y + combined(turn.x.y, e.x, turn.y.y, e.y, turn.z.y, e.z),
+            e.z + combined(turn.x.z, e.x, turn.y.z, e.y, turn.z.z, e.z)};
+}
+
+HWY_INLINE Matrix sum_of(const Matrix &a, V factor, const Matrix &b) {
+    return {plus_scaled(a.x, factor, b.x), plus_scaled(a.y, factor, b.y), plus_scaled(a.z, factor, b.z)};
+}
+
+HWY_INLINE ShapeGradients turned(const Matrix &turn, const ShapeGradients &g) {
+    return {g.b + pull_of(turn, g.b), g.r + pull_of(turn, g.r), g.s + pull_of(turn, g.s)};
+}
+
+HWY_INLINE void store3(const Vec3 &v, float *at) {
+    hn::Store(v.x, d, at);
+    hn::Store(v.y, d, at + slice_size);
+    hn::Store(v.z, d, at + 2 * slice_size);
+}
+
+/// Rotations and turned gradients of tetrahedra; into slots of forces f - h K v, with the stress of the stretch and of
+/// the rate in one, and those of blocks.
+HWY_NOINLINE void linearise(CorotationalRows &rows, float step) {
+    const auto &body = rows.body;
+    for (std::size_t slice = 0; slice < body.num_slices(); ++slice)
+        for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+            const std::int32_t *slot = body.slot.data() + body.first_corner(slice) + lane;
+            FanSums forces(rows.body.force, slot), first(rows.block_slots[0], slot), second(rows.block_slots[1], slot);
+            Fans fans(body, body.displacement, body.tetrahedra, slice, lane);
+            Fans rates(body, body.velocity, body.tetrahedra, slice, lane);
+            const auto axis = fans.axis(), axis_rate = rates.axis();
+            float *out = rows.turned.data() + body.line_start[slice] * numbers_of_tetrahedron * slice_size + lane;
+            float *kept = rows.rotation.data() + body.line_start[slice] * numbers_of_rotation * slice_size + lane;
+            for (; !fans.is_at_end(); fans.go_on(), rates.go_on(), out += numbers_of_tetrahedron * slice_size,
+                                      kept += numbers_of_rotation * slice_size) {
+                const auto at_rest = fans.gradients();
+                const auto h = displacement_gradient(at_rest, axis, fans.from().v, fans.to().v);
+                const auto q = nearest_rotation_from({hn::Load(d, kept), load3(kept + slice_size)}, h);
+                hn::Store(q.w, d, kept);
+                store3(q.v, kept + slice_size);
+                const auto turn = turn_of(q);
+                const auto g = turned(turn, at_rest);
+                store3(g.b, out);
+                store3(g.r, out + 3 * slice_size);
+                store3(g.s, out + 6 * slice_size);
+                const auto rate = displacement_gradient(g, axis_rate, rates.from().v, rates.to().v);
+                const auto shear = fans.number_of_tetrahedron(9), volume = fans.number_of_tetrahedron(10);
+                const auto stress = linear_stress(sum_of(stretch_of(h, turn), number(step), rate), shear, volume);
+                const auto of_end = pull_of(stress, g.b), at_from = pull_of(stress, g.r), at_to = pull_of(stress, g.s);
+                forces.add(at_from + at_to + of_end, minus(of_end), minus(at_from), minus(at_to));
+                const auto modulus = hn::Add(shear, volume);
+                const auto a = g.b + g.r + g.s; // of the start, but for its sign
+                const auto row = [&](V factor, const Vec3 &v) HWY_ATTR { return scaled(hn::Mul(modulus, factor), v); };
+                first.add(row(a.x, a), row(g.b.x, g.b), row(g.r.x, g.r), row(g.s.x, g.s));
+                const auto rest = [&](const Vec3 &v) HWY_ATTR {
+                    const auto y = hn::Mul(modulus, v.y);
+                    return Vec3{hn::Mul(y, v.y), hn::Mul(y, v.z), hn::Mul(modulus, hn::Mul(v.z, v.z))};
+                };
+                second.add(rest(a), rest(g.b), rest(g.r), rest(g.s));
+            }
+            forces.finish();
+            first.finish();
+            second.finish();
+        }
+}
+
+HWY_NOINLINE void sum_at_nodes(const ExplicitRows &body, const Aligned<float> &slots, Aligned<float> &nodes) {
+    constexpr std::size_t width = 4 * nodes_at_once;
+    for (std::size_t four = 0; four + 1 < body.slot_start.size(); ++four)
+        for (std::size_t lane = 0; lane < width; lane += hn::Lanes(d))
+            hn::Store(summed_slots(body, slots, four, lane, hn::Zero(d)), d, nodes.data() + four * width + lane);
+}
+
+HWY_INLINE Symmetric inverse_block(const CorotationalRows &rows, std::size_t row) {
+    const float *at = rows.inverse_block.data() + row / slice_size * 6 * slice_size + row % slice_size;
+    const auto entry = [&](std::size_t k) HWY_ATTR { return hn::Load(d, at + k * slice_size); };
+    return {entry(0), entry(1), entry(2), entry(3), entry(4), entry(5)};
+}
+
+/// Inverses of the blocks m (1 + alpha h) 1 + h^2 K of nodes.
+HWY_NOINLINE void invert_blocks(CorotationalRows &rows, float step, float damping) {
+    const auto h_squared = number(step * step);
+    for (std::size_t row = 0; row < rows.body.num_rows; row += hn::Lanes(d)) {
+        V mass, same, same_too, laplacian, inverse_mass, x, y, z;
+        hn::LoadInterleaved4(d, rows.mass.data() + 4 * row, mass, same, same_too, laplacian);
+        hn::LoadInterleaved4(d, rows.body.inverse_mass.data() + 4 * row, inverse_mass, x, y, z);
+        const auto first = load_rows(rows.block[0], row), second = load_rows(rows.block[1], row);
+        // Over the mass, so that nothing overflows.
+        const auto factor = hn::Mul(h_squared, inverse_mass);
+        const auto of = [&](V entry) HWY_ATTR { return hn::Mul(factor, entry); };
+        const auto diagonal = hn::MulAdd(factor, laplacian, number(damping));
+        const auto [adjugate, determinant] =
+            adjugate_of({hn::Add(diagonal, of(first.x)), of(first.y), of(first.z), hn::Add(diagonal, of(second.x)),
+                         of(second.y), hn::Add(diagonal, of(second.z))});
+        const auto inverse = scaled(hn::Div(inverse_mass, determinant), adjugate);
+        float *at = rows.inverse_block.data() + row / slice_size * 6 * slice_size + row % slice_size;
+        for (const auto &entry : {inverse.xx, inverse.xy, inverse.xz, inverse.yy, inverse.yz, inverse.zz}) {
+            hn::Store(entry, d, at);
+            at += slice_size;
+        }
+    }
+}
+
+/// r = h (f - h K v + f_ext - alpha m v), what the velocity leaves, and the first direction.
+/// @return r . M^-1 r
+HWY_NOINLINE double begin_solve(CorotationalRows &rows, float step, float mass_damping) {
+    const auto &body = rows.body;
+    const auto h = number(step), alpha = number(mass_damping);
+    LaneSums sums;
+    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+        auto sum = hn::Zero(d);
+        for (std::size_t row = lane; row < body.num_rows; row += slice_size) {
+            const auto drag = hn::Mul(alpha, load_rows(rows.mass, row).x);
+            const auto force = load_rows(rows.product, row) + load_rows(body.external, row);
+            const auto residual = scaled(h, plus_scaled(force, hn::Neg(drag), load_rows(body.velocity, row)));
+            const auto preconditioned = product(inverse_block(rows, row), residual);
+            store_rows(residual, rows.residual, row);
+            store_rows(preconditioned, rows.direction, row);
+            sum = hn::Add(sum, dot(residual, preconditioned));
+        }
+        sums.put(sum, lane);
+    }
+    return sums.total();
+}
+
+/// K times the direction, into slots of forces.
+HWY_NOINLINE void multiply_tetrahedra(CorotationalRows &rows) {
+    const auto &body = rows.body;
+    for (std::size_t slice = 0; slice < body.num_slices(); ++slice)
+        for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+            FanSums sums(rows.body.force, body.slot.data() + body.first_corner(slice) + lane);
+            Fans fans(body, rows.direction, rows.turned, slice, lane);
+            const auto axis = fans.axis();
+            for (; !fans.is_at_end(); fans.go_on()) {
+                const auto g = fans.gradients();
+                const auto rate = displacement_gradient(g, axis, fans.from().v, fans.to().v);
+                const auto stress = linear_stress(rate, fans.number_of_tetrahedron(9), fans.number_of_tetrahedron(10));
+                const auto of_end = pull_of(stress, g.b), at_from = pull_of(stress, g.r), at_to = pull_of(stress, g.s);
+                sums.add(minus(at_from + at_to + of_end), of_end, at_from, at_to);
+            }
+            sums.finish();
+        }
+}
+
+/// A p = m (1 + alpha h) p + h^2 K p at nodes.
+/// @return p . A p
+HWY_NOINLINE double finish_product(CorotationalRows &rows, float step, float damping) {
+    constexpr std::size_t width = 4 * nodes_at_once;
+    const auto &body = rows.body;
+    const auto h_squared = number(step * step), factor = number(damping);
+    LaneSums sums;
+    for (std::size_t lane = 0; lane < width; lane += hn::Lanes(d)) {
+        auto sum = hn::Zero(d);
+        for (std::size_t four = 0; four + 1 < body.slot_start.size(); ++four) {
+            const std::size_t at = four * width + lane;
+            const auto direction = hn::Load(d, rows.direction.data() + at);
+            const auto inert = hn::Mul(hn::Mul(factor, hn::Load(d, rows.mass.data() + at)), direction);
+            const auto elastic = summed_slots(body, body.force, four, lane, hn::Zero(d));
+            const auto product = hn::MulAdd(h_squared, elastic, inert);
+            hn::Store(product, d, rows.product.data() + at);
+            sum = hn::MulAdd(direction, product, sum);
+        }
+        sums.put(sum, lane);
+    }
+    return sums.total();
+}
+
+/// v += a p, r -= a A p
+/// @return r . M^-1 r
+HWY_NOINLINE double go_along(CorotationalRows &rows, float length) {
+    const auto by = number(length), less = number(-length);
+    LaneSums sums;
+    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+        auto sum = hn::Zero(d);
+        for (std::size_t row = lane; row < rows.body.num_rows; row += slice_size) {
+            store_rows(plus_scaled(load_rows(rows.body.velocity, row), by, load_rows(rows.direction, row)),
+                       rows.body.velocity, row);
+            const auto residual = plus_scaled(load_rows(rows.residual, row), less, load_rows(rows.product, row));
+            const auto preconditioned = product(inverse_block(rows, row), residual);
+            store_rows(residual, rows.residual, row);
+            store_rows(preconditioned, rows.preconditioned, row);
+            sum = hn::Add(sum, dot(residual, preconditioned));
+        }
+        sums.put(sum, lane);
+    }
+    return sums.total();
+}
+
+/// a = b + factor a
+HWY_NOINLINE void combine_rows(Aligned<float> &a, float factor, const Aligned<float> &b) {
+    for (std::size_t at = 0; at < a.size(); at += hn::Lanes(d))
+        hn::Store(hn::MulAdd(number(factor), hn::Load(d, a.data() + at), hn::Load(d, b.data() + at)), d, a.data() + at);
+}
+
+/// a += factor b
+HWY_NOINLINE void add_rows(Aligned<float> &a, float factor, const Aligned<float> &b) {
+    for (std::size_t at = 0; at < a.size(); at += hn::Lanes(d))
+        hn::Store(hn::MulAdd(number(factor), hn::Load(d, b.data() + at), hn::Load(d, a.data() + at)), d, a.data() + at);
+}
+
+void take_corotational(CorotationalRows &rows, double time_step, double mass_damping, int iterations) {
+    constexpr double rounding = 1e-14; // of squares: what is left then is not known
+    const auto h = static_cast<float>(time_step), damping = static_cast<float>(1.0 + mass_damping * time_step);
+    linearise(rows, h);
+    for (std::size_t k = 0; k < 2; ++k)
+        sum_at_nodes(rows.body, rows.block_slots[k], rows.block[k]);
+    sum_at_nodes(rows.body, rows.body.force, rows.product);
+    invert_blocks(rows, h, damping);
+    double squared = begin_solve(rows, h, static_cast<float>(mass_damping));
+    const double enough = rounding * squared;
+    for (int i = 0; i < iterations && squared > enough; ++i) {
+        multiply_tetrahedra(rows);
+        const double next = go_along(rows, static_cast<float>(squared / finish_product(rows, h, damping)));
+        combine_rows(rows.direction, static_cast<float>(next / squared), rows.preconditioned);
+        squared = next;
+    }
+    add_rows(rows.body.displacement, h, rows.body.velocity);
+}
+
+} // namespace livermark::interactive::kernels::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace livermark::interactive::kernels {
+
+namespace {
+HWY_EXPORT(take_corotational);
+} // namespace
+
+void take_corotational_step(CorotationalRows &rows, double time_step, double mass_damping, int iterations) {
+    HWY_DYNAMIC_DISPATCH(take_corotational)(rows, time_step, mass_damping, iterations);
+}
+
+} // namespace livermark::interactive::kernels
+#endif
