@@ -14,7 +14,7 @@ namespace {
 constexpr double most_frames = 1e4;
 constexpr double usual_frame_rate = 60.0; // [1/s]
 /// Of a frame, by which times may miss whole ones.
-constexpr double rounding_of_times = 1e-6;
+constexpr double rounding_of_frames = 1e-6;
 
 /// @param otherwise  where the key is left out
 double number_or(const toml::table &table, std::string_view key, double otherwise) {
@@ -37,7 +37,7 @@ core::ToolMotion read_times(const toml::table &tool) {
                                               support::place_of(tool)));
     const double frame_rate = number_or(tool, "frame_rate", usual_frame_rate);
     const auto is_whole = [&](double time) {
-        return std::abs(time * frame_rate - std::round(time * frame_rate)) < rounding_of_times;
+        return std::abs(time * frame_rate - std::round(time * frame_rate)) < rounding_of_frames;
     };
     if (!(frame_rate > 0.0) || !(duration * frame_rate <= most_frames) || !is_whole(duration) ||
         !is_whole(motion.release_at))
