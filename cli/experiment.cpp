@@ -84,7 +84,7 @@ Command add_experiment(CLI::App &parent, const std::string &command_line) {
     command
         ->add_option("--edge-length", options->edge_length,
                      "Of the mesh [m], in place of that of the experiment; of a box or a cylinder")
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::Range(1e-5, 1.0));
     command->add_flag(
         "--reference-on-mesh", experiment->reference_on_mesh,
         "Do not solve the reference with each tetrahedron cut into eight: quicker, but its own error stays "
