@@ -95,7 +95,7 @@ def advise(body: Any, young_modulus: Optional[ArrayLike] = None, poisson_ratio: 
     from_meshio() returns. young_modulus [Pa], poisson_ratio, density [kg/m^3]: of a file as in problem(), and no density;
     of arrays numbers or (M), soft liver where left out. tool_radius: of what touches the body [m]. budget: processor time
     for a frame of 1/60 s [s]; models that take longer are not ranked. Returns the object of `livermark advise --json`, in
-    SI units; docs/advise.md has its keys. Raises InputError.
+    SI units; docs/reference/advice.md has its keys. Raises InputError.
     """
     if not (isinstance(tool_radius, (int, float)) and 0.0 < tool_radius < 1.0):
         raise InputError(f"tool_radius: {tool_radius!r}; it has to be a length in metres, above 0 and below 1")

@@ -99,9 +99,9 @@ TEST_F(DragonSkinBeam, SinksLikeASlenderBeam) {
     }
 }
 
-/// The block behind its name in docs/experiments.md.
+/// The block behind its name in docs/howto/bring_your_own_experiment.md.
 std::string block_of_page(const std::string &name, const std::string &language) {
-    const auto page = support::read_text(LIVERMARK_SOURCE_DIR "/docs/experiments.md");
+    const auto page = support::read_text(LIVERMARK_SOURCE_DIR "/docs/howto/bring_your_own_experiment.md");
     const auto fence = "```" + language + "\n";
     const auto first = page.find(fence, page.find("`" + name + "`:")) + fence.size();
     return page.substr(first, page.find("```", first) - first);
