@@ -94,14 +94,20 @@ int write_mesh(const std::string &output, const core::TetraMesh &mesh) {
     return 0;
 }
 
+void check_mesh_output(const std::string &output) {
+    support::check_place(output);
+    if (support::file_ending(output) != ".msh")
+        throw support::InputError(fmt::format("{}: the mesh is written as MSH; end its name in .msh", output));
+}
+
 int make_box(const BoxCommand &command) {
-    support::check_place(command.output);
+    check_mesh_output(command.output);
     const core::Vector3 size(command.size.at(0), command.size.at(1), command.size.at(2));
     return write_mesh(command.output, meshes::generate_box(size, command.edge, command.topology));
 }
 
 int make_liver(const LiverCommand &command, const std::string &command_line) {
-    support::check_place(command.output);
+    check_mesh_output(command.output);
     if (command.variant != 0) {
         if (command.options.tumours)
             throw support::InputError(

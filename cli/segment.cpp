@@ -1,6 +1,7 @@
 #include "cli/segment.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fmt/format.h>
 #include <optional>
@@ -146,6 +147,10 @@ int make_phantom(const PhantomCommand &command) {
         if (!(spacing >= 0.1e-3 && spacing <= 20e-3))
             throw support::InputError(
                 fmt::format("--spacing is {} m; give three lengths between 0.0001 and 0.02 m", spacing));
+    for (const double angle : command.turn)
+        if (constexpr double most = 100.0; !(std::abs(angle) <= most))
+            throw support::InputError(
+                fmt::format("--turn is {} rad; give three angles, which turn about x, y and z together", angle));
     std::vector<std::string> words{"phantom", "--output", command.output};
     for (const auto &[option, numbers] :
          {std::pair("--spacing", &command.spacing), std::pair("--turn", &command.turn)}) {

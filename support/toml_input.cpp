@@ -61,8 +61,10 @@ toml::table parse_toml(const std::string &text, const std::filesystem::path &fil
     try {
         return toml::parse(text, file.string());
     } catch (const toml::parse_error &error) {
+        const auto words = error.description();
+        const auto end = std::min(words.find(" (TOML_"), words.size()); // the name of a macro of the library
         throw InputError(fmt::format("{}:{}: this is not TOML: {}; correct the line", file.string(),
-                                     error.source().begin.line, error.description()));
+                                     error.source().begin.line, words.substr(0, end)));
     }
 }
 

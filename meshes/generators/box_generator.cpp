@@ -31,7 +31,23 @@ void name_sides(core::TetraMesh &mesh) {
     }
 }
 
+/// Unlike that of lattices, the number of tetrahedra is not known before gmsh has made them: it works for days.
+void check_number(const core::Vector3 &size, double edge_length) {
+    constexpr double most_tetrahedra = 2e7, longest = 1e6; // [m], of what OpenCASCADE calculates with
+    const double volume_of_each = std::pow(edge_length, 3) / (6.0 * std::sqrt(2.0));
+    const double number = (size / std::cbrt(volume_of_each)).prod();
+    if (!(number <= most_tetrahedra))
+        throw support::InputError(
+            fmt::format("the edges are too short: a box of {:g} x {:g} x {:g} m would have more than {:g} tetrahedra; "
+                        "make them longer",
+                        size.x(), size.y(), size.z(), most_tetrahedra));
+    if (!(size.maxCoeff() <= longest))
+        throw support::InputError(
+            fmt::format("a side of {:g} m is too long to mesh; give lengths in metres", size.maxCoeff()));
+}
+
 core::TetraMesh delaunay_box(const core::Vector3 &size, double edge_length) {
+    check_number(size, edge_length);
     core::TetraMesh mesh;
     try {
         const GmshSession session;

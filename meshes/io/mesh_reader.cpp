@@ -56,10 +56,25 @@ core::TetraMesh read_converted(const fs::path &file, std::vector<std::string> &r
     return parse_msh(converted.text, file.string(), &remarks);
 }
 
+/// Files that come from a segmentation and never hold tetrahedra.
+void refuse_segmentation(const fs::path &file) {
+    constexpr std::array<std::string_view, 7> images{".nii", ".nii.gz", ".nrrd", ".nhdr", ".mha", ".mhd", ".dcm"};
+    constexpr std::array<std::string_view, 4> surfaces{".stl", ".obj", ".ply", ".off"};
+    const auto name = support::lower_case(file.filename().string());
+    const auto ends_so = [&](std::string_view ending) { return name.ends_with(ending); };
+    const bool is_image = std::ranges::any_of(images, ends_so);
+    if (is_image || std::ranges::any_of(surfaces, ends_so))
+        throw support::InputError(fmt::format("{}: this is {}, and no mesh of tetrahedra; make a body of it with "
+                                              "`livermark mesh {} {} -o body.msh`",
+                                              file.string(), is_image ? "an image" : "a surface",
+                                              is_image ? "--labels" : "--surfaces", file.filename().string()));
+}
+
 } // namespace
 
 core::TetraMesh read_mesh(const fs::path &file, std::vector<std::string> &remarks) {
     support::check_readable(file);
+    refuse_segmentation(file);
     return is_ascii_msh(file) ? read_msh(file, &remarks) : read_converted(file, remarks);
 }
 

@@ -219,8 +219,8 @@ std::vector<BadInput> bad_images() {
         image_in("DeviceOfVoxels", "a MetaImage that names a device", "seg.mhd",
                  meta_image + "ElementDataFile = /dev/zero\n", "is no plain file", "export or copy it again"),
         image_in("NegativeDimensions", "a MetaImage of minus two dimensions", "seg.mha",
-                 replaced(meta_image, "NDims = 3", "NDims = -2") + "ElementDataFile = LOCAL\nxxxxxxxxxx\n", "",
-                 "export it again"),
+                 replaced(meta_image, "NDims = 3", "NDims = -2") + "ElementDataFile = LOCAL\nxxxxxxxxxx\n",
+                 "'-2' dimensions", "export or copy it again"),
         surface_in(
             "CornerOutOfRange", "a surface with a corner that is not there", "liver.ply",
             "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement "

@@ -91,6 +91,12 @@ TEST(LatticeBox, RefusesMoreBricksThanThereAreNumbersFor) {
     EXPECT_THROW(meshes::generate_box(size, 1e-6, BoxTopology::kuhn), support::InputError);
 }
 
+TEST(DelaunayBox, RefusesWhatGmshWouldMeshForDays) {
+    EXPECT_THROW(meshes::generate_box(size, 1e-5, BoxTopology::delaunay), support::InputError);
+    EXPECT_THROW(meshes::generate_box({1e300, 1.0, 1.0}, 1e-3, BoxTopology::delaunay), support::InputError);
+    EXPECT_THROW(meshes::generate_box({1e7, 1e7, 1e7}, 1e6, BoxTopology::delaunay), support::InputError);
+}
+
 TEST(WithPositiveVolume, KeepsItsNodesAndTurnsOnlyWhatIsInverted) {
     const std::vector<core::Vector3> points{{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     EXPECT_EQ(meshes::with_positive_volume({0, 1, 2, 3}, points), (std::array{0, 1, 2, 3}));
