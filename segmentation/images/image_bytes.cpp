@@ -50,7 +50,11 @@ void check_nifti(const fs::path &file, double num_voxels, double data_bytes) {
     double header = shortest_header;
     if (const auto said = read_nifti_header(file); said && said->bits_per_voxel > 0) {
         data_bytes = num_voxels * said->bits_per_voxel / 8.0; // ITK speaks of what a slope makes of them
-        header = std::max(header, said->data_offset);
+        // ITK reads from the end of the shortest header where it is told something else, and so beside the voxels.
+        const double offset = said->data_offset;
+        if (!(offset >= shortest_header && offset == std::floor(offset)) && size != shortest_header + data_bytes)
+            refuse(file, fmt::format("its header says that the voxels begin at byte {:g}", offset));
+        header = std::max(header, offset);
     }
     if (size < header + data_bytes)
         refuse(file,

@@ -1,0 +1,216 @@
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <fmt/format.h>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+#include <zlib.h>
+
+#include "segmentation/images/image_file.hpp"
+#include "segmentation/surfaces/surface_file.hpp"
+#include "support/input_error.hpp"
+#include "tests/result_folder.hpp"
+
+/// Files as programs write them that take their formats lightly: each means the same as one that is as it should be.
+namespace livermark::segmentation {
+namespace {
+
+class SloppyFile : public tests::ResultFolder {
+  protected:
+    std::filesystem::path written(const std::string &name, const std::string &bytes) const {
+        std::ofstream(directory_ / name, std::ios::binary) << bytes;
+        return directory_ / name;
+    }
+};
+
+constexpr int side = 10;
+
+/// A cube of label 1, two voxels inside of the image.
+std::string cube_of_voxels() {
+    std::string voxels(side * side * side, '\0');
+    for (int z = 2; z < side - 2; ++z)
+        for (int y = 2; y < side - 2; ++y)
+            for (int x = 2; x < side - 2; ++x)
+                voxels[static_cast<std::size_t>(x + side * (y + side * z))] = 1;
+    return voxels;
+}
+
+template <class Number> void put(std::string &bytes, std::size_t at, Number number) {
+    std::memcpy(bytes.data() + at, &number, sizeof number);
+}
+
+struct Header {
+    float slope = 1.0F, offset = 352.0F, pixel = 7.0F;
+    bool has_sform = true;
+};
+
+std::string image_of(const Header &said) {
+    std::string header(352, '\0');
+    put<std::int32_t>(header, 0, 348);
+    for (const auto &[d, extent] : {std::pair{0, 3}, {1, side}, {2, side}, {3, side}, {4, 1}, {5, 1}, {6, 1}, {7, 1}})
+        put<std::int16_t>(header, 40 + 2 * static_cast<std::size_t>(d), static_cast<std::int16_t>(extent));
+    put<std::int16_t>(header, 70, 2); // unsigned bytes
+    put<std::int16_t>(header, 72, 8);
+    put(header, 76, 1.0F);
+    for (const std::size_t at : {80U, 84U, 88U})
+        put(header, at, at == 80U ? said.pixel : 7.0F);
+    put(header, 108, said.offset);
+    put(header, 112, said.slope);
+    header[123] = 2; // mm
+    if (said.has_sform) {
+        put<std::int16_t>(header, 254, 1);
+        for (const std::size_t at : {280U, 300U, 320U})
+            put(header, at, 7.0F);
+    }
+    std::memcpy(header.data() + 344, "n+1", 4);
+    return header + cube_of_voxels();
+}
+
+/// A member of a gzip file.
+std::string compressed(const std::string &bytes) {
+    z_stream stream{};
+    deflateInit2(&stream, Z_BEST_SPEED, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY);
+    std::string out(bytes.size() + 1000, '\0');
+    std::string in = bytes;
+    stream.next_in = reinterpret_cast<Bytef *>(in.data());
+    stream.avail_in = static_cast<uInt>(in.size());
+    stream.next_out = reinterpret_cast<Bytef *>(out.data());
+    stream.avail_out = static_cast<uInt>(out.size());
+    deflate(&stream, Z_FINISH);
+    out.resize(stream.total_out);
+    deflateEnd(&stream);
+    return out;
+}
+
+TEST_F(SloppyFile, OfVoxelsHasTheLabelsThatWereMeant) {
+    constexpr float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+    const auto image = image_of({}), voxels = cube_of_voxels();
+    const std::string nrrd = "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 10 10 10\n"
+                             "space directions: (7,0,0) (0,7,0) (0,0,7)\nencoding: raw\n";
+    written("voxels.raw", "some header of a scanner" + voxels);
+    const std::vector<std::pair<std::string, std::string>> files{
+        {"plain.nii", image},
+        {"slope_nan.nii", image_of({.slope = nan})},
+        {"slope_infinite.nii", image_of({.slope = infinity})},
+        {"mirrored.nii", image_of({.pixel = -7.0F, .has_sform = false})},
+        {"short_header.nii", image_of({.offset = 348.0F}).erase(348, 4)},
+        {"no_offset.nii", image_of({.offset = 0.0F}).erase(348, 4)},
+        {"two_members.nii.gz", compressed(image.substr(0, 600)) + compressed(image.substr(600))},
+        {"something_behind.nii.gz", compressed(image) + "something behind"},
+        {"from_the_end.nhdr", nrrd + "byte skip: -1\ndata file: voxels.raw\n"},
+        {"other_case.nrrd", "NRRD0004\nTYPE: unsigned char" + nrrd.substr(nrrd.find("\ndimension")) + "\n" + voxels},
+        {"colons.mha", "ObjectType: Image\n\nNDims: 3\nBinaryData: True\nDimSize: 10 10 10\nElementSpacing: 7 7 7\n"
+                       "ElementType: MET_UCHAR\nElementDataFile: LOCAL\n" +
+                           voxels}};
+    for (const auto &[name, bytes] : files) {
+        const auto read = read_label_image(written(name, bytes));
+        ASSERT_EQ(read.label.size(), voxels.size()) << name;
+        for (std::size_t v = 0; v < voxels.size(); ++v)
+            ASSERT_EQ(read.label[v], voxels[v]) << name << ", voxel " << v;
+        EXPECT_NEAR(read.grid.spacing.x(), 7e-3, 1e-9) << name;
+    }
+}
+
+constexpr double edge = 0.15; // [m]
+constexpr std::array<std::array<int, 3>, 12> cube_faces{{{0, 2, 1},
+                                                         {1, 2, 3},
+                                                         {4, 5, 6},
+                                                         {5, 7, 6},
+                                                         {0, 1, 4},
+                                                         {1, 5, 4},
+                                                         {2, 6, 3},
+                                                         {3, 6, 7},
+                                                         {0, 4, 2},
+                                                         {2, 4, 6},
+                                                         {1, 3, 5},
+                                                         {3, 7, 5}}};
+
+std::array<double, 3> corner(int i) {
+    return {(i & 1) * edge, (i >> 1 & 1) * edge, (i >> 2 & 1) * edge};
+}
+
+template <class Number> void append(std::string &bytes, Number number, bool is_big_endian = false) {
+    std::string part(sizeof number, '\0');
+    put(part, 0, number);
+    bytes.append(is_big_endian ? std::string(part.rbegin(), part.rend()) : part);
+}
+
+std::string binary_stl(std::uint32_t count) {
+    std::string bytes = "solid made by a program that likes the word";
+    bytes.resize(80, ' ');
+    append(bytes, count);
+    for (const auto &face : cube_faces) {
+        for (int i = 0; i < 3; ++i)
+            append(bytes, 0.0F);
+        for (const int i : face)
+            for (const double x : corner(i))
+                append(bytes, static_cast<float>(x));
+        append(bytes, std::uint16_t{0});
+    }
+    return bytes;
+}
+
+std::string big_endian_ply() {
+    std::string bytes = "ply\nformat binary_big_endian 1.0\nelement vertex 8\nproperty double x\nproperty double y\n"
+                        "property double z\nproperty uchar red\nelement face 12\n"
+                        "property list uchar int vertex_index\nend_header\n";
+    for (int i = 0; i < 8; ++i) {
+        for (const double x : corner(i))
+            append(bytes, x, true);
+        bytes += '\7';
+    }
+    for (const auto &face : cube_faces) {
+        bytes += '\3';
+        for (const int i : face)
+            append(bytes, std::int32_t{i}, true);
+    }
+    return bytes;
+}
+
+TEST_F(SloppyFile, OfASurfaceHasTheTrianglesThatWereMeant) {
+    std::string obj = "# x\r\n", off = "OFF # made by hand\r\n# comment\r\n8 12 0\r\n\r\n";
+    for (int i = 0; i < 8; ++i) {
+        const auto [x, y, z] = corner(i);
+        obj += fmt::format("v {} {} {}\r\n", x, y, z);
+        off += fmt::format("{} {} {}   # p\r\n", x, y, z);
+    }
+    for (const auto &[a, b, c] : cube_faces) {
+        obj += fmt::format("f {}// {}// {}//\r\n", a - 8, b - 8, c - 8);
+        off += fmt::format("3 {} {} {} 0.5 0.5 0.5\r\n", a, b, c);
+    }
+    for (const auto &[name, bytes] : {std::pair<std::string, std::string>{"solid.stl", binary_stl(12)},
+                                      {"counted_back.obj", obj},
+                                      {"comments.off", off},
+                                      {"big_endian.ply", big_endian_ply()}}) {
+        std::vector<std::string> remarks;
+        const auto surface = read_surface(written(name, bytes), remarks);
+        EXPECT_EQ(surface.triangles.size(), 12U) << name;
+        EXPECT_EQ(surface.points.size(), 8U) << name;
+    }
+}
+
+TEST_F(SloppyFile, WithAnAbsurdNumberIsRefused) {
+    const std::string nrrd = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 10 10 10\nencoding: raw\n";
+    written("voxels.raw", cube_of_voxels());
+    for (const float offset : {std::numeric_limits<float>::quiet_NaN(), -1e30F, 0.0F, 352.5F, 1e30F})
+        EXPECT_THROW(read_label_image(written("offset.nii", image_of({.offset = offset}))), support::InputError)
+            << offset;
+    for (const auto &[name, bytes] :
+         {std::pair<std::string, std::string>{"lines.nhdr", nrrd + "line skip: 999999999\ndata file: voxels.raw\n"},
+          {"slices.nhdr", nrrd + "data file: s%06d.raw 1 1000000000 1\n"}})
+        EXPECT_THROW(read_label_image(written(name, bytes)), support::InputError) << name;
+    const std::string ply = "ply\nformat ascii 1.0\nelement vertex 99999999999\nproperty float x\nproperty float y\n"
+                            "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    std::vector<std::string> remarks;
+    for (const auto &[name, bytes] : {std::pair<std::string, std::string>{"count.stl", binary_stl(4294967295U)},
+                                      {"count.ply", ply + "0 0 0\n"},
+                                      {"word.stl", "solid x\nfacet normal 0 0 0\nouter loop\nvertex 0 0 nan\n"}})
+        EXPECT_THROW(read_surface(written(name, bytes), remarks), support::InputError) << name;
+}
+
+} // namespace
+} // namespace livermark::segmentation
