@@ -69,9 +69,10 @@ std::vector<core::Vector3> read_displacement(const ScoreOptions &options, const 
     auto solution = read_outside_solution(options.solution);
     if (!options.unit.empty())
         take_unit(solution, problem.body->mesh, options.unit);
-    else
-        refuse_other_unit(largest_length(solution.displacement), problem, options.solution);
-    return displacement_at_nodes(solution, problem.body->mesh, options.solution);
+    auto displacement = displacement_at_nodes(solution, problem.body->mesh, options.solution);
+    if (options.unit.empty())
+        refuse_other_unit(largest_length(displacement), problem, options.solution);
+    return displacement;
 }
 
 std::vector<std::string> question_of_unit(const results::Result &result, const ScoreOptions &options) {

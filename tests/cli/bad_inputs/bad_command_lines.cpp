@@ -33,7 +33,7 @@ std::vector<BadInput> bad_command_lines() {
         words("UnknownOption", "run --frobnicate", "no option '--frobnicate'", "see `livermark run --help`"),
         words("OptionWithoutValue", "run --young", "--young", "see `livermark run --help`"),
         words("OptionTwice", "run --young 5000 --young 6000", "--young", "see `livermark run --help`"),
-        words("WordTooMany", "run extra", "'extra'", "leave it out"),
+        words("WordTooMany", "cohort --bodies 2 --output cohort extra", "'extra'", "leave it out"),
         words("WordMissing", "score beam", "load-case is required", "see `livermark score --help`"),
         words("WordForANumber", "run --young soft", "--young", "see `livermark run --help`"),
         words("NothingToList", "list", "what is required", "see `livermark list --help`"),
