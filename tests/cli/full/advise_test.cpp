@@ -16,7 +16,7 @@ TEST(AdviseCommand, NamesModelsStepsErrorsAndCaveatsOfAMeshAlone) {
     const auto advised = livermark("advise " + mesh);
     ASSERT_EQ(advised.status, 0) << advised.output;
     for (const auto *part : {"For touch", "For position", "What matters on this body", "critical step [ms]",
-                             "results/cohorts/", "Nothing says what this body is made of", "  3. "})
+                             "results/cohorts/", "one layer of tetrahedra thick", "  3. "})
         EXPECT_TRUE(says(advised, part)) << part << '\n' << advised.output;
     EXPECT_FALSE(says(advised, "nan")) << advised.output;
     const auto json = livermark("advise --body " + mesh + " --poisson 0.3 --json");
