@@ -24,8 +24,8 @@ struct BodyInQuestion {
     int tetrahedra = 0;
 };
 
-/// What is known of one model. Errors are relative, and NaN where nothing is known. Where a model has not come to an end it
-/// counts in medians as infinitely wrong.
+/// What is known of one model. Errors are relative, and NaN where nothing is known. Where a model has not come to an
+/// end it counts in medians as infinitely wrong.
 struct ExpectedError {
     std::string model;
     double at_tool = nan;          ///< median of the absolute value of stiffness at the tool under small loads
