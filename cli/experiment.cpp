@@ -73,7 +73,8 @@ Command add_experiment(CLI::App &parent, const std::string &command_line) {
     auto experiment = std::make_shared<ExperimentCommand>();
     options->output = (support::root_folder() / "results" / "experiments").string();
     command->add_option("experiment", options->names,
-                        "Names as in --list, or paths of .toml files of your own (docs/howto/bring_your_own_experiment.md); all whose data "
+                        "Names as in --list, or paths of .toml files of your own "
+                        "(docs/howto/bring_your_own_experiment.md); all whose data "
                         "are there if none is named");
     command->add_flag("--list", experiment->list, "List the experiments and whether their data are there, instead");
     command->add_option("--model", options->models,

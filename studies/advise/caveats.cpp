@@ -16,7 +16,8 @@ using core::millimetres;
 using core::milliseconds;
 using core::percent;
 
-/// Below this many edges in its radius a mesh does not follow a tool (docs/studies/at_the_tool.md, "The radius of the tool").
+/// Below this many edges in its radius a mesh does not follow a tool (docs/studies/at_the_tool.md, "The radius of the
+/// tool").
 constexpr double fewest_edges_in_radius = 2.0;
 /// A lump of fewer edges across has its stiffness from a few tetrahedra.
 constexpr double fewest_edges_across = 3.0;

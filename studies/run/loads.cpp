@@ -16,8 +16,8 @@ std::vector<LoadedProblem> load_all(const RunTask &task, const RunOptions &optio
     for (const auto &case_group : case_groups_of(task.problems).problems)
         for (const auto number : case_group)
             try {
-                for (auto &problem :
-                     at_amplitudes(scaled_to_target(task.problems[number], task.baseline, prepared), options.amplitudes))
+                for (auto &problem : at_amplitudes(scaled_to_target(task.problems[number], task.baseline, prepared),
+                                                   options.amplitudes))
                     loads.push_back({number, std::move(problem)});
             } catch (const std::exception &error) {
                 failed(number, support::reason_of(error));
