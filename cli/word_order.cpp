@@ -1,6 +1,7 @@
 #include "cli/word_order.hpp"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <iterator>
 #include <system_error>
@@ -38,6 +39,12 @@ const CLI::Option *option_of(const CLI::App &command, const std::string &word) {
                                                     : nullptr;
 }
 
+/// Whether the values of an option are bodies or paths themselves.
+bool takes_places(const CLI::Option &option) {
+    return std::ranges::any_of(std::array{"--body", "--load-case", "--surfaces"},
+                               [&](const char *name) { return option.check_name(name); });
+}
+
 } // namespace
 
 std::vector<std::string> with_places_first(const CLI::App &app, std::vector<std::string> words,
@@ -64,7 +71,8 @@ std::vector<std::string> with_places_first(const CLI::App &app, std::vector<std:
             num_values = at->find('=') == std::string::npos ? 0 : 1;
             others.push_back(*at);
         } else if (list && num_values > 0 &&
-                   (num_values >= list->get_items_expected_max() || (!is_number(*at) && is_place(*at)))) {
+                   (num_values >= list->get_items_expected_max() ||
+                    (!takes_places(*list) && !is_number(*at) && is_place(*at)))) {
             places.push_back(*at);
         } else {
             ++num_values;
