@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "interactive/elements/rows_of_nodes.hpp"
-#include "interactive/kernels/corotational_steps.hpp"
+#include "interactive/kernels/corotational/corotational_steps.hpp"
 
 namespace livermark::interactive {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "interactive/elements/element_energy.hpp"
-#include "interactive/kernels/corotational_rows.hpp"
+#include "interactive/kernels/corotational/corotational_rows.hpp"
 #include "interactive/simulation.hpp"
 
 namespace livermark::interactive {

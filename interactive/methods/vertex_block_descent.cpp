@@ -9,7 +9,7 @@
 #include "interactive/elements/element_energy.hpp"
 #include "interactive/elements/rows_of_nodes.hpp"
 #include "interactive/inertia.hpp"
-#include "interactive/kernels/descent_steps.hpp"
+#include "interactive/kernels/descent/descent_steps.hpp"
 #include "interactive/method.hpp"
 
 namespace livermark::interactive::methods {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "interactive/chebyshev.hpp"
-#include "interactive/kernels/strips.hpp"
+#include "interactive/kernels/descent/strips.hpp"
 #include "interactive/method.hpp"
 #include "tests/interactive/both_precisions.hpp"
 

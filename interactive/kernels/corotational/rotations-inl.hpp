@@ -9,7 +9,7 @@
 
 #include <array>
 
-#include "interactive/kernels/corotational_rows.hpp"
+#include "interactive/kernels/corotational/corotational_rows.hpp"
 #include "interactive/kernels/neo_hookean-inl.hpp"
 #include "interactive/kernels/symmetric-inl.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "interactive/kernels/corotational_rows.hpp"
+#include "interactive/kernels/corotational/corotational_rows.hpp"
 
 namespace livermark::interactive::kernels {
 

@@ -1,4 +1,4 @@
-#include "interactive/kernels/strips.hpp"
+#include "interactive/kernels/descent/strips.hpp"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "interactive/kernels/descent_rows.hpp"
+#include "interactive/kernels/descent/descent_rows.hpp"
 
 namespace livermark::interactive::kernels {
 

@@ -1,12 +1,12 @@
 // Highway compiles this file once for each vector unit, and the machine's best one is taken when the program runs.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "interactive/kernels/descent_steps.cpp"
+#define HWY_TARGET_INCLUDE "interactive/kernels/descent/descent_steps.cpp"
 #include <algorithm>
 #include <hwy/foreach_target.h> // has to come before highway.h
 #include <utility>
 
 #include "interactive/chebyshev.hpp"
-#include "interactive/kernels/descent_steps.hpp"
+#include "interactive/kernels/descent/descent_steps.hpp"
 #include "interactive/kernels/symmetric-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();

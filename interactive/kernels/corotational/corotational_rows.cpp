@@ -1,4 +1,4 @@
-#include "interactive/kernels/corotational_rows.hpp"
+#include "interactive/kernels/corotational/corotational_rows.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,11 +1,11 @@
-#include "interactive/kernels/descent_rows.hpp"
+#include "interactive/kernels/descent/descent_rows.hpp"
 
 #include <algorithm>
 #include <map>
 #include <utility>
 
 #include "interactive/elements/tetrahedra.hpp"
-#include "interactive/kernels/strips.hpp"
+#include "interactive/kernels/descent/strips.hpp"
 
 namespace livermark::interactive::kernels {
 

@@ -1,11 +1,11 @@
 // Highway compiles this file once for each vector unit, and the machine's best one is taken when the program runs.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "interactive/kernels/corotational_steps.cpp"
+#define HWY_TARGET_INCLUDE "interactive/kernels/corotational/corotational_steps.cpp"
 #include <hwy/foreach_target.h> // has to come before highway.h
 
-#include "interactive/kernels/corotational_steps.hpp"
+#include "interactive/kernels/corotational/corotational_steps.hpp"
+#include "interactive/kernels/corotational/rotations-inl.hpp"
 #include "interactive/kernels/fans-inl.hpp"
-#include "interactive/kernels/rotations-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::interactive::kernels::HWY_NAMESPACE {
