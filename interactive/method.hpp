@@ -24,6 +24,7 @@ struct Method {
     std::string in_double{};       ///< the same of its steps in double precision, where it has both
     double time_step = frame_time; ///< what its users usually take [s]
     int iterations = 10;           ///< in a step, what its users usually take
+    bool is_explicit = false;      ///< whether its steps can be corrected, and have a critical time step
     /// Puts the method on a scene, at rest.
     std::function<std::unique_ptr<Simulation>(const Scene &)> prepare;
 };

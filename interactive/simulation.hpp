@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "interactive/energy.hpp"
@@ -14,6 +15,24 @@ struct Cost {
     double bytes_per_element = 0.0; ///< that it stores of the body, over the number of tetrahedra
 };
 
+/// What changes the velocities that an explicit step gives some nodes: masses that are scaled, say.
+class StepCorrection {
+  public:
+    StepCorrection() = default;
+    virtual ~StepCorrection() = default;
+    StepCorrection(const StepCorrection &) = delete;
+    StepCorrection &operator=(const StepCorrection &) = delete;
+
+    /// (n) of these nodes, those of a method's own among them
+    virtual const std::vector<int> &nodes() const = 0;
+
+    /// @param x       shape (3, n), where the step starts [m]
+    /// @param before  shape (3, n), velocities there [m/s]
+    /// @param change  shape (3, n), what forces other than damping change them by in the step; replaced [m/s]
+    /// @param step    h [s]
+    virtual void correct(const Field &x, const Field &before, double step, Field &change) = 0;
+};
+
 /// A method on a scene. It begins at rest. For one thread; the same steps give the same bits.
 /// A method with nodes of its own has them in its scene(), and behind those of the mesh in positions and velocities.
 class Simulation {
@@ -23,6 +42,9 @@ class Simulation {
     virtual ~Simulation() = default;
     Simulation(const Simulation &) = delete;
     Simulation &operator=(const Simulation &) = delete;
+
+    /// Prepares what steps of a length need, so that the first one does not take time for it.
+    virtual void prepare(double /*time_step*/) {}
 
     /// Moves everything forward in time. The constrained nodes come to where they were told to be.
     /// @param time_step   h [s], > 0
@@ -36,6 +58,10 @@ class Simulation {
 
     /// The longest stable step of one iteration at rest [s].
     virtual double critical_time_step() const { return std::numeric_limits<double>::infinity(); }
+
+    /// Corrects all steps to come. critical_time_step() stays that without it.
+    /// @return whether the method takes explicit steps; nothing happens otherwise
+    virtual bool correct_steps(std::shared_ptr<StepCorrection> /*correction*/) { return false; }
 
     const Scene &scene() const { return scene_; }
     const Field &positions() const { return x_; }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -30,6 +31,8 @@ class CentralDifferences : public Simulation {
         for (int i = 0; i < iterations; ++i) {
             forces_ = external_forces();
             energy().add_forces(x, forces_);
+            if (correction_)
+                correct_forces(h);
             for (Eigen::Index n = 0; n < x.cols(); ++n)
                 if (is_free()[n])
                     v.col(n) = ((1.0 - half_damping) * v.col(n) + h / scene().node_mass[n] * forces_.col(n)) /
@@ -46,7 +49,32 @@ class CentralDifferences : public Simulation {
         return *critical_time_step_;
     }
 
+    bool correct_steps(std::shared_ptr<StepCorrection> correction) override {
+        correction_ = std::move(correction);
+        return true;
+    }
+
+  protected:
+    /// Null if there is none.
+    StepCorrection *correction() const { return correction_.get(); }
+
   private:
+    /// To those that change velocities by what is corrected.
+    void correct_forces(double h) {
+        const auto &nodes = correction_->nodes();
+        const auto num_nodes = static_cast<Eigen::Index>(nodes.size());
+        Field x(3, num_nodes), v = x, change = x;
+        for (Eigen::Index i = 0; i < num_nodes; ++i) {
+            x.col(i) = positions().col(nodes[i]);
+            v.col(i) = velocities().col(nodes[i]);
+            change.col(i) = h / scene().node_mass[nodes[i]] * forces_.col(nodes[i]);
+        }
+        correction_->correct(x, v, h, change);
+        for (Eigen::Index i = 0; i < num_nodes; ++i)
+            forces_.col(nodes[i]) = scene().node_mass[nodes[i]] / h * change.col(i);
+    }
+
+    std::shared_ptr<StepCorrection> correction_;
     Field forces_;
     mutable std::optional<double> critical_time_step_;
 };

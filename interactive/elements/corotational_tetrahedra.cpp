@@ -27,14 +27,7 @@ void CorotationalTetrahedra::step(double time_step, int iterations) {
 
 void CorotationalTetrahedra::step_in_single(double time_step, int iterations) {
     auto &x = mutable_positions();
-    // Constrained nodes begin where they were told to be before, without what single precision has lost on the way.
-    const auto &nodes = scene().constrained_nodes;
-    for (std::size_t c = 0; c < nodes.size(); ++c) {
-        const int row = rows_->body.row_of_node[nodes[c]];
-        in_row(rows_->body.displacement, row) = (x.col(nodes[c]) - rest_.col(nodes[c])).cast<float>();
-        in_row(rows_->body.velocity, row) =
-            ((targets().col(static_cast<Eigen::Index>(c)) - x.col(nodes[c])) / time_step).cast<float>();
-    }
+    rows_->body.aim_constrained(scene(), rest_, x, targets(), time_step);
     kernels::take_corotational_step(*rows_, time_step, scene().mass_damping, iterations);
     take_from_rows(rows_->body.displacement, rows_->body.row_of_node, x);
     x += rest_;

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "interactive/elements/quadratic_tetrahedra.hpp"
 #include "interactive/elements/rows_of_nodes.hpp"
 #include "interactive/elements/tetrahedra.hpp"
 #include "interactive/kernels/explicit_steps.hpp"
@@ -19,13 +20,16 @@ void ExplicitTetrahedra::step(double time_step, int iterations) {
         CentralDifferences::step(time_step, iterations);
         return;
     }
-    put_constrained_into_rows(time_step);
-    kernels::take_explicit_steps(*rows_, time_step / iterations, scene().mass_damping, iterations);
+    rows_->aim_constrained(scene(), rest_, positions(), targets(), time_step);
+    const double h = time_step / iterations;
+    if (correction() == nullptr)
+        kernels::take_explicit_steps(*rows_, h, scene().mass_damping, iterations);
+    for (int i = 0; correction() != nullptr && i < iterations; ++i)
+        take_corrected_step(h);
     auto &x = mutable_positions();
-    auto &v = mutable_velocities();
     take_from_rows(rows_->displacement, rows_->row_of_node, x);
     x += rest_;
-    take_from_rows(rows_->velocity, rows_->row_of_node, v);
+    take_from_rows(rows_->velocity, rows_->row_of_node, mutable_velocities());
     move_to_targets(); // to the last bit
 }
 
@@ -46,19 +50,37 @@ void ExplicitTetrahedra::set_external_forces(const Field &forces) {
 Cost ExplicitTetrahedra::cost(int iterations) const {
     const double passes = pressure_ == kernels::Pressure::around_nodes ? 2.0 : 1.0;
     const auto num_tetrahedra = static_cast<double>(scene().body->mesh.tetrahedra.size());
+    const auto num_nodes = static_cast<double>(positions().cols());
+    const std::size_t of_element = scene().own_nodes.empty() ? sizeof(Tetrahedron) : sizeof(QuadraticTetrahedron);
+    // Positions, velocities and external forces, and a mass.
+    const double in_double = static_cast<double>(of_element) + 10 * sizeof(double) * num_nodes / num_tetrahedra;
     return {.element_passes = passes * iterations,
-            .bytes_per_element = rows_ ? static_cast<double>(rows_->bytes()) / num_tetrahedra
-                                       : static_cast<double>(sizeof(Tetrahedron))};
+            .bytes_per_element = rows_ ? static_cast<double>(rows_->bytes()) / num_tetrahedra : in_double};
 }
 
-/// They begin where they were told to be before, without what single precision has lost on the way there.
-void ExplicitTetrahedra::put_constrained_into_rows(double time_step) {
-    const auto &nodes = scene().constrained_nodes;
-    for (std::size_t c = 0; c < nodes.size(); ++c) {
-        const int row = rows_->row_of_node[nodes[c]];
-        const core::Vector3 now = positions().col(nodes[c]);
-        in_row(rows_->displacement, row) = (now - rest_.col(nodes[c])).cast<float>();
-        in_row(rows_->velocity, row) = ((targets().col(static_cast<Eigen::Index>(c)) - now) / time_step).cast<float>();
+/// Steps of (1 + alpha h / 2) v = (1 - alpha h / 2) v_before + change, and of the change that is corrected.
+void ExplicitTetrahedra::take_corrected_step(double h) {
+    const auto &nodes = correction()->nodes();
+    const auto num_nodes = static_cast<Eigen::Index>(nodes.size());
+    const double half_damping = 0.5 * scene().mass_damping * h;
+    const auto row = [&](kernels::Aligned<float> &rows, Eigen::Index i) {
+        return in_row(rows, rows_->row_of_node[nodes[i]]);
+    };
+    Field x(3, num_nodes), before = x, change = x;
+    for (Eigen::Index i = 0; i < num_nodes; ++i) {
+        x.col(i) = rest_.col(nodes[i]) + row(rows_->displacement, i).cast<double>();
+        before.col(i) = row(rows_->velocity, i).cast<double>();
+    }
+    kernels::take_explicit_steps(*rows_, h, scene().mass_damping, 1);
+    for (Eigen::Index i = 0; i < num_nodes; ++i)
+        change.col(i) =
+            (1.0 + half_damping) * row(rows_->velocity, i).cast<double>() - (1.0 - half_damping) * before.col(i);
+    const Field uncorrected = change;
+    correction()->correct(x, before, h, change);
+    for (Eigen::Index i = 0; i < num_nodes; ++i) {
+        const Eigen::Vector3f more = ((change.col(i) - uncorrected.col(i)) / (1.0 + half_damping)).cast<float>();
+        row(rows_->velocity, i) += more;
+        row(rows_->displacement, i) += static_cast<float>(h) * more;
     }
 }
 

@@ -7,8 +7,9 @@
 
 namespace livermark::interactive {
 
-/// CentralDifferences of linear neo-Hookean tetrahedra, in the precision of the scene. In single precision its state is
-/// what explicit_steps.hpp moves, and positions and velocities are that state after each step.
+/// CentralDifferences of neo-Hookean tetrahedra, linear or those of quadratic_scene(), in the precision of the scene.
+/// In single precision its state is what explicit_steps.hpp moves, and positions and velocities are that state after
+/// each step.
 class ExplicitTetrahedra : public CentralDifferences {
   public:
     ExplicitTetrahedra(Scene given, kernels::Pressure pressure);
@@ -19,7 +20,7 @@ class ExplicitTetrahedra : public CentralDifferences {
     Cost cost(int iterations) const override;
 
   private:
-    void put_constrained_into_rows(double time_step);
+    void take_corrected_step(double h);
 
     kernels::Pressure pressure_;
     Field rest_;

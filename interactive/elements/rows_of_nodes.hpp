@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "interactive/kernels/explicit_rows.hpp"
+#include "interactive/kernels/node_rows.hpp"
 #include "interactive/scene.hpp"
 
 namespace livermark::interactive {

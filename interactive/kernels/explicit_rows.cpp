@@ -1,55 +1,20 @@
 #include "interactive/kernels/explicit_rows.hpp"
 
 #include <algorithm>
-#include <boost/graph/adjacency_list.hpp>
-#include <boost/graph/cuthill_mckee_ordering.hpp>
 #include <utility>
 
+#include "core/tetra_mesh.hpp"
+#include "interactive/elements/quadratic_tetrahedra.hpp"
 #include "interactive/elements/tetrahedra.hpp"
 #include "interactive/kernels/fans.hpp"
+#include "interactive/kernels/windows.hpp"
 
 namespace livermark::interactive::kernels {
 
 namespace {
 
-/// Nodes or fans: large enough to find some that are alike, small enough to stay near.
-constexpr std::size_t node_window = 256, fan_window = 512;
-
-constexpr std::size_t filled_up(std::size_t count) {
-    return (count + slice_size - 1) / slice_size * slice_size;
-}
-
-/// The first ones stay near where they are.
-template <class T, class Less> void sort_in_windows_of(std::size_t window, std::vector<T> &items, const Less &less) {
-    for (std::size_t first = 0; first < items.size(); first += window)
-        std::stable_sort(items.begin() + static_cast<std::ptrdiff_t>(first),
-                         items.begin() + static_cast<std::ptrdiff_t>(std::min(first + window, items.size())), less);
-}
-
-/// How many fans have each node among their corners.
-std::vector<int> corners_at_nodes(const std::vector<Fan> &fans, std::size_t num_nodes) {
-    std::vector<int> count(num_nodes, 0);
-    for (const auto &fan : fans) {
-        for (const int node : fan.axis)
-            ++count[node];
-        for (const int node : fan.rim)
-            ++count[node];
-    }
-    return count;
-}
-
-/// @return (N) nodes in their new order
-std::vector<int> order_of_nodes(const std::vector<std::array<int, 4>> &tetrahedra, const std::vector<int> &num_slots) {
-    using Properties = boost::property<boost::vertex_color_t, boost::default_color_type>;
-    boost::adjacency_list<boost::vecS, boost::vecS, boost::undirectedS, Properties> graph(num_slots.size());
-    for (const auto &[a, b] : core::edge_table(tetrahedra).edges)
-        boost::add_edge(a, b, graph);
-    std::vector<int> order(num_slots.size());
-    boost::cuthill_mckee_ordering(graph, order.rbegin(), get(boost::vertex_color, graph),
-                                  boost::make_degree_map(graph));
-    sort_in_windows_of(node_window, order, [&](int a, int b) { return num_slots[a] > num_slots[b]; });
-    return order;
-}
+/// Fans: large enough to find some that are alike, small enough to stay near.
+constexpr std::size_t fan_window = 512;
 
 /// The corners of fans at each row, in the order of fans.
 using CornersOfRows = std::vector<std::vector<std::size_t>>;
@@ -60,6 +25,9 @@ class Builder {
         : scene_(&scene), tetrahedra_(tetrahedra_at_rest(*scene.body)),
           fans_(cut_into_fans(scene.body->mesh.tetrahedra)) {
         rows_.pressure = pressure;
+        rows_.is_quadratic = !scene.own_nodes.empty();
+        if (rows_.is_quadratic)
+            edges_ = core::edge_table(scene.body->mesh.tetrahedra).edges;
     }
 
     ExplicitRows build() {
@@ -72,20 +40,36 @@ class Builder {
     }
 
   private:
+    /// Of an edge, by its ends.
+    int middle(int a, int b) const {
+        const auto edge = std::ranges::lower_bound(edges_, std::array{std::min(a, b), std::max(a, b)});
+        return scene_->body->mesh.num_nodes() + static_cast<int>(edge - edges_.begin());
+    }
+
+    /// As FanLines says.
+    std::vector<int> nodes_of_lines(const Fan &fan) const {
+        const auto [start, end] = fan.axis;
+        std::vector<int> nodes{start, end};
+        if (rows_.is_quadratic)
+            nodes.push_back(middle(start, end));
+        for (std::size_t k = 0; k < fan.rim.size(); ++k) {
+            nodes.push_back(fan.rim[k]);
+            if (!rows_.is_quadratic)
+                continue;
+            nodes.push_back(middle(start, fan.rim[k]));
+            nodes.push_back(middle(end, fan.rim[k]));
+            if (k > 0)
+                nodes.push_back(middle(fan.rim[k - 1], fan.rim[k]));
+        }
+        return nodes;
+    }
+
     void place_nodes() {
-        const std::size_t num_nodes = scene_->node_mass.size();
-        const auto order = order_of_nodes(scene_->body->mesh.tetrahedra, corners_at_nodes(fans_, num_nodes));
-        rows_.row_of_node.resize(num_nodes);
-        for (std::size_t row = 0; row < num_nodes; ++row)
-            rows_.row_of_node[order[row]] = static_cast<int>(row);
-        rows_.num_rows = filled_up(num_nodes);
-        for (auto *field : {&rows_.displacement, &rows_.velocity, &rows_.external, &rows_.inverse_mass})
-            field->assign(4 * rows_.num_rows, 0.0F);
-        const auto is_free = free_nodes(*scene_);
-        for (std::size_t i = 0; i < num_nodes; ++i)
-            if (is_free[i])
-                std::fill_n(rows_.inverse_mass.begin() + 4 * static_cast<std::ptrdiff_t>(rows_.row_of_node[i]), 3,
-                            static_cast<float>(1.0 / scene_->node_mass[i]));
+        std::vector<int> num_slots(scene_->node_mass.size(), 0);
+        for (const auto &fan : fans_)
+            for (const int node : nodes_of_lines(fan))
+                ++num_slots[node];
+        rows_.place(*scene_, order_of_nodes(scene_->body->mesh.tetrahedra, edges_, num_slots));
     }
 
     void place_fans() {
@@ -103,7 +87,8 @@ class Builder {
                 length = std::max(length, fans_[first + lane].tetrahedra.size());
             const std::size_t line = rows_.line_start.back(), corner = rows_.corner.size();
             rows_.line_start.push_back(line + length);
-            rows_.corner.resize(corner + (length + 3) * slice_size, 0);
+            const auto lines = rows_.lines();
+            rows_.corner.resize(corner + (lines.of_tetrahedron * length + lines.of_fan) * slice_size, 0);
             rows_.tetrahedra.resize((line + length) * numbers_of_tetrahedron * slice_size, 0.0F);
             for (std::size_t lane = 0; lane < slice_size; ++lane)
                 place_fan(fans_[first + lane], corner + lane, length, line, lane);
@@ -113,16 +98,14 @@ class Builder {
     void place_fan(const Fan &fan, std::size_t corner, std::size_t length, std::size_t line, std::size_t lane) {
         if (fan.tetrahedra.empty())
             return;
-        const auto place = [&](int node, bool is_one) {
-            rows_.corner[corner] = 4 * rows_.row_of_node[node];
-            if (is_one)
-                corners_[rows_.row_of_node[node]].push_back(corner);
-            corner += slice_size;
-        };
-        for (const int node : fan.axis)
-            place(node, true);
-        for (std::size_t k = 0; k <= length; ++k)
-            place(fan.rim[std::min(k, fan.rim.size() - 1)], k < fan.rim.size());
+        const auto nodes = nodes_of_lines(fan);
+        const std::size_t num_lines = rows_.lines().of_tetrahedron * length + rows_.lines().of_fan;
+        for (std::size_t k = 0; k < num_lines; ++k, corner += slice_size) {
+            const int row = rows_.row_of_node[nodes[std::min(k, nodes.size() - 1)]];
+            rows_.corner[corner] = 4 * row;
+            if (k < nodes.size())
+                corners_[row].push_back(corner);
+        }
         for (std::size_t k = 0; k < fan.tetrahedra.size(); ++k)
             place_tetrahedron(tetrahedra_[fan.tetrahedra[k]], {fan.axis[1], fan.rim[k], fan.rim[k + 1]},
                               rows_.tetrahedra.data() + (line + k) * numbers_of_tetrahedron * slice_size + lane);
@@ -137,8 +120,9 @@ class Builder {
         for (const int node : nodes)
             for (int j = 0; j < 3; ++j)
                 put(gradients(std::ranges::find(t.nodes, node) - t.nodes.begin(), j));
-        put(t.volume * t.mu);
-        put(rows_.pressure == Pressure::around_nodes ? 0.25 * t.volume : t.volume * t.lambda);
+        const double volume = rows_.is_quadratic ? t.volume / QuadraticTetrahedron::num_points : t.volume;
+        put(volume * t.mu);
+        put(rows_.pressure == Pressure::around_nodes ? 0.25 * volume : volume * t.lambda);
     }
 
     void place_slots() {
@@ -189,21 +173,18 @@ class Builder {
     }
 
     const Scene *scene_;
+    std::vector<std::array<int, 2>> edges_; ///< with a node in the middle
     std::vector<Tetrahedron> tetrahedra_;
     std::vector<Fan> fans_;
     CornersOfRows corners_;
     ExplicitRows rows_;
 };
 
-template <class... Arrays> std::size_t bytes_of(const Arrays &...arrays) {
-    return ((arrays.size() * sizeof(arrays[0])) + ...);
-}
-
 } // namespace
 
 std::size_t ExplicitRows::bytes() const {
-    return bytes_of(line_start, corner, slot, tetrahedra, slot_start, force, displacement, velocity, external,
-                    inverse_mass, growth, growth_start, growth_at, inverse_volume, lambda);
+    return NodeRows::bytes() + bytes_of(line_start, corner, slot, tetrahedra, slot_start, force, growth, growth_start,
+                                        growth_at, inverse_volume, lambda);
 }
 
 ExplicitRows explicit_rows(const Scene &scene, Pressure pressure) {

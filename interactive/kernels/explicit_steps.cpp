@@ -5,7 +5,7 @@
 
 #include "interactive/kernels/explicit_steps.hpp"
 #include "interactive/kernels/fans-inl.hpp"
-#include "interactive/kernels/neo_hookean-inl.hpp"
+#include "interactive/kernels/quadratic_fans-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::interactive::kernels::HWY_NAMESPACE {
@@ -53,33 +53,25 @@ HWY_NOINLINE void find_pressures(ExplicitRows &rows) {
         }
 }
 
-/// Forces of tetrahedra, summed at the corners of fans.
+/// V P of neo-Hookean tetrahedra.
+template <Pressure pressure_of> struct NeoHookeanStress {
+    HWY_INLINE Matrix operator()(const Fans &fans, const Matrix &h) const {
+        const auto cofactors = cofactors_of(h);
+        const auto growth = growth_of(h, cofactors);
+        const auto jacobian = hn::Add(growth, number(1.0F));
+        const auto inverse = hn::Div(number(1.0F), jacobian);
+        const auto shear = fans.number_of_tetrahedron(9), last = fans.number_of_tetrahedron(10);
+        V pressure;
+        if constexpr (pressure_of == Pressure::of_tetrahedra)
+            pressure = hn::Mul(hn::Mul(last, inverse), log_of(jacobian, growth));
+        else
+            pressure = hn::Mul(last, fans.pressures());
+        return stress_of(h, cofactors, growth, inverse, shear, pressure);
+    }
+};
+
 template <Pressure pressure_of> HWY_NOINLINE void find_forces(ExplicitRows &rows) {
-    for (std::size_t slice = 0; slice < rows.num_slices(); ++slice)
-        for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
-            FanSums sums(rows.force, rows.slot.data() + rows.first_corner(slice) + lane);
-            Fans fans(rows, rows.displacement, rows.tetrahedra, slice, lane);
-            const auto axis = fans.axis();
-            [[maybe_unused]] const auto axis_pressure = fans.pressures_of_axis();
-            for (; !fans.is_at_end(); fans.go_on()) {
-                const auto g = fans.gradients();
-                const auto h = displacement_gradient(g, axis, fans.from().v, fans.to().v);
-                const auto cofactors = cofactors_of(h);
-                const auto growth = growth_of(h, cofactors);
-                const auto jacobian = hn::Add(growth, number(1.0F));
-                const auto inverse = hn::Div(number(1.0F), jacobian);
-                const auto shear = fans.number_of_tetrahedron(9), last = fans.number_of_tetrahedron(10);
-                V pressure;
-                if constexpr (pressure_of == Pressure::of_tetrahedra)
-                    pressure = hn::Mul(hn::Mul(last, inverse), log_of(jacobian, growth));
-                else
-                    pressure = hn::Mul(last, hn::Add(axis_pressure, hn::Add(fans.from().w, fans.to().w)));
-                const auto p = stress_of(h, cofactors, growth, inverse, shear, pressure);
-                const auto at_from = pull_of(p, g.r), at_to = pull_of(p, g.s), of_end = pull_of(p, g.b);
-                sums.add(at_from + at_to + of_end, minus(of_end), minus(at_from), minus(at_to));
-            }
-            sums.finish();
-        }
+    find_forces_of_fans(rows, NeoHookeanStress<pressure_of>());
 }
 
 struct StepFactors {
@@ -109,7 +101,9 @@ void take(ExplicitRows &rows, double step, double mass_damping, int num_steps) {
     const StepFactors factors{static_cast<float>((1.0 - half) / (1.0 + half)), static_cast<float>(step / (1.0 + half)),
                               static_cast<float>(step)};
     for (int s = 0; s < num_steps; ++s) {
-        if (rows.pressure == Pressure::around_nodes) {
+        if (rows.is_quadratic) {
+            find_forces_of_quadratic_fans(rows);
+        } else if (rows.pressure == Pressure::around_nodes) {
             find_growth(rows);
             find_pressures(rows);
             find_forces<Pressure::around_nodes>(rows);

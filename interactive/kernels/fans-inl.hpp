@@ -6,6 +6,7 @@
 #define LIVERMARK_INTERACTIVE_FANS_INL_HPP
 #endif
 
+#include "interactive/kernels/explicit_rows.hpp"
 #include "interactive/kernels/neo_hookean-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -43,7 +44,7 @@ class Fans {
     HWY_INLINE V number_of_tetrahedron(std::size_t k) const { return hn::Load(d, numbers_ + k * slice_size); }
     HWY_INLINE ShapeGradients gradients() const { return ShapeGradients(numbers_); }
     HWY_INLINE Vec3 axis() const { return end_.v - start_.v; }
-    HWY_INLINE V pressures_of_axis() const { return hn::Add(start_.w, end_.w); }
+    HWY_INLINE V pressures() const { return hn::Add(hn::Add(start_.w, end_.w), hn::Add(from_.w, to_.w)); } ///< sum
     HWY_INLINE const Row &from() const { return from_; }
     HWY_INLINE const Row &to() const { return to_; }
 
@@ -56,10 +57,6 @@ class Fans {
     const float *numbers_, *last_;
     Row from_, to_;
 };
-
-HWY_INLINE Vec3 minus(const Vec3 &a) {
-    return {hn::Neg(a.x), hn::Neg(a.y), hn::Neg(a.z)};
-}
 
 /// What tetrahedra of fans add at their corners, put into the slots of the fans.
 class FanSums {
@@ -78,6 +75,12 @@ class FanSums {
         from_ = to;
         rim_ += slice_size;
     }
+    /// Forces of the next tetrahedron.
+    /// @param stress  V P
+    HWY_INLINE void add_forces(const Matrix &stress, const ShapeGradients &g) {
+        const auto of_end = pull_of(stress, g.b), at_from = pull_of(stress, g.r), at_to = pull_of(stress, g.s);
+        add(at_from + at_to + of_end, minus(of_end), minus(at_from), minus(at_to));
+    }
     HWY_INLINE void finish() const {
         store(from_, slots_, rim_);
         store(end_, slots_, axis_ + slice_size);
@@ -91,6 +94,23 @@ class FanSums {
     const std::int32_t *axis_, *rim_;
     Vec3 start_, end_, from_;
 };
+
+/// Forces of tetrahedra, summed at the corners of fans.
+/// @param stress  of fans and the gradient H of their displacements: V P
+template <class Stress> HWY_INLINE void find_forces_of_fans(ExplicitRows &rows, const Stress &stress) {
+    for (std::size_t slice = 0; slice < rows.num_slices(); ++slice)
+        for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
+            FanSums sums(rows.force, rows.slot.data() + rows.first_corner(slice) + lane);
+            Fans fans(rows, rows.displacement, rows.tetrahedra, slice, lane);
+            const auto axis = fans.axis();
+            for (; !fans.is_at_end(); fans.go_on()) {
+                const auto g = fans.gradients();
+                const auto h = displacement_gradient(g, axis, fans.from().v, fans.to().v);
+                sums.add_forces(stress(fans, h), g);
+            }
+            sums.finish();
+        }
+}
 
 /// What slots hold for four nodes side by side, summed in their order.
 HWY_INLINE V summed_slots(const ExplicitRows &rows, const Aligned<float> &slots, std::size_t four, std::size_t lane,

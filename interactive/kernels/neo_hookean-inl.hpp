@@ -38,6 +38,32 @@ HWY_INLINE Matrix cofactors_of(const Matrix &h) {
     return {cross(h.y, h.z), cross(h.z, h.x), cross(h.x, h.y)};
 }
 
+/// cof F - 1 of F = 1 + H, from cof H.
+HWY_INLINE Matrix change_of_cofactors(const Matrix &h, const Matrix &cofactors) {
+    const auto on_diagonal = [&](V other, V another, V cofactor)
+                                 HWY_ATTR { return hn::Add(hn::Add(other, another), cofactor); };
+    return {{on_diagonal(h.y.y, h.z.z, cofactors.x.x), hn::Sub(cofactors.x.y, h.y.x), hn::Sub(cofactors.x.z, h.z.x)},
+            {hn::Sub(cofactors.y.x, h.x.y), on_diagonal(h.z.z, h.x.x, cofactors.y.y), hn::Sub(cofactors.y.z, h.z.y)},
+            {hn::Sub(cofactors.z.x, h.x.z), hn::Sub(cofactors.z.y, h.y.z), on_diagonal(h.x.x, h.y.y, cofactors.z.z)}};
+}
+
+/// A + factor 1
+HWY_INLINE Matrix plus_ones(Matrix a, V factor) {
+    a.x.x = hn::Add(a.x.x, factor);
+    a.y.y = hn::Add(a.y.y, factor);
+    a.z.z = hn::Add(a.z.z, factor);
+    return a;
+}
+
+/// r A + s B
+HWY_INLINE Matrix combined(V r, const Matrix &a, V s, const Matrix &b) {
+    const auto column = [&](const Vec3 &of_a, const Vec3 &of_b) HWY_ATTR {
+        return Vec3{hn::MulAdd(r, of_a.x, hn::Mul(s, of_b.x)), hn::MulAdd(r, of_a.y, hn::Mul(s, of_b.y)),
+                    hn::MulAdd(r, of_a.z, hn::Mul(s, of_b.z))};
+    };
+    return {column(a.x, b.x), column(a.y, b.y), column(a.z, b.z)};
+}
+
 /// J - 1 = tr H + tr cof H + det H.
 HWY_INLINE V growth_of(const Matrix &h, const Matrix &cofactors) {
     const auto first = hn::Add(h.x.x, hn::Add(h.y.y, h.z.z));

@@ -32,12 +32,10 @@ PositionRows::PositionRows(const Scene &scene) {
 }
 
 std::size_t PositionRows::bytes() const {
-    std::size_t floats = 0;
-    for (const auto *field : {&displacement, &before, &velocity, &external, &inverse_mass})
-        floats += field->size();
+    std::size_t bytes = bytes_of(displacement, before, velocity, external, inverse_mass);
     for (const auto &set : sets)
-        floats += set.corner.size() + set.numbers.size() + set.multipliers.size(); // as long as integers
-    return sizeof(float) * floats;
+        bytes += bytes_of(set.corner, set.numbers, set.multipliers);
+    return bytes;
 }
 
 ConstraintRows constraint_rows(Constraint kind, const std::vector<int> &offsets,
@@ -51,7 +49,7 @@ ConstraintRows constraint_rows(Constraint kind, const std::vector<int> &offsets,
                    end = static_cast<std::size_t>(offsets[colour + 1]);
         for (std::size_t k = begin; k < end; ++k)
             rows.place.push_back(slice_size * num_batches + (k - begin));
-        num_batches += (end - begin + slice_size - 1) / slice_size;
+        num_batches += filled_up(end - begin) / slice_size;
     }
     const std::size_t n = num_nodes_of(kind), m = num_numbers_of(kind);
     rows.corner.assign(n * slice_size * num_batches, 4 * num_nodes);

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "interactive/kernels/explicit_rows.hpp"
+#include "interactive/kernels/node_rows.hpp"
 
 namespace livermark::interactive::kernels {
 

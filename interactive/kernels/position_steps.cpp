@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <hwy/foreach_target.h> // has to come before highway.h
 
+#include "interactive/kernels/inertia-inl.hpp"
 #include "interactive/kernels/neo_hookean-inl.hpp"
 #include "interactive/kernels/position_steps.hpp"
+#include "interactive/kernels/springs-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::interactive::kernels::HWY_NAMESPACE {
@@ -31,8 +33,7 @@ struct Slopes {
     /// @param p  the derivative by F
     HWY_INLINE Slopes(const Matrix &p, const ShapeGradients &g)
         : b(pull_of(p, g.b)), r(pull_of(p, g.r)), s(pull_of(p, g.s)) {
-        const auto sum = b + r + s;
-        a = Vec3{hn::Neg(sum.x), hn::Neg(sum.y), hn::Neg(sum.z)};
+        a = minus(b + r + s);
     }
 };
 
@@ -43,41 +44,12 @@ HWY_INLINE V weighted(const Corners &at, const Slopes &p, const Slopes &q) {
         hn::MulAdd(at.b.w, dot(p.b, q.b), hn::MulAdd(at.r.w, dot(p.r, q.r), hn::Mul(at.s.w, dot(p.s, q.s)))));
 }
 
-/// cof F - 1 of F = 1 + H, from cof H.
-HWY_INLINE Matrix change_of_cofactors(const Matrix &h, const Matrix &cofactors) {
-    const auto on_diagonal = [&](V other, V another, V cofactor)
-                                 HWY_ATTR { return hn::Add(hn::Add(other, another), cofactor); };
-    return {{on_diagonal(h.y.y, h.z.z, cofactors.x.x), hn::Sub(cofactors.x.y, h.y.x), hn::Sub(cofactors.x.z, h.z.x)},
-            {hn::Sub(cofactors.y.x, h.x.y), on_diagonal(h.z.z, h.x.x, cofactors.y.y), hn::Sub(cofactors.y.z, h.z.y)},
-            {hn::Sub(cofactors.z.x, h.x.z), hn::Sub(cofactors.z.y, h.y.z), on_diagonal(h.x.x, h.y.y, cofactors.z.z)}};
-}
-
-/// A + factor 1
-HWY_INLINE Matrix plus_ones(Matrix a, V factor) {
-    a.x.x = hn::Add(a.x.x, factor);
-    a.y.y = hn::Add(a.y.y, factor);
-    a.z.z = hn::Add(a.z.z, factor);
-    return a;
-}
-
-/// r A + s B
-HWY_INLINE Matrix combined(V r, const Matrix &a, V s, const Matrix &b) {
-    const auto column = [&](const Vec3 &of_a, const Vec3 &of_b) HWY_ATTR {
-        return Vec3{hn::MulAdd(r, of_a.x, hn::Mul(s, of_b.x)), hn::MulAdd(r, of_a.y, hn::Mul(s, of_b.y)),
-                    hn::MulAdd(r, of_a.z, hn::Mul(s, of_b.z))};
-    };
-    return {column(a.x, b.x), column(a.y, b.y), column(a.z, b.z)};
-}
-
-/// Both ends of springs. |d| - l = (2 X + u) . u / (|d| + l) with u of displacements keeps the digits of small strains.
+/// Both ends of springs.
 HWY_INLINE void move_ends(float *rows, const std::int32_t *corner, const float *numbers, float *multiplier,
                           V per_step) {
     const auto a = fetch(rows, corner), b = fetch(rows, corner + slice_size);
-    const auto rest = load3(numbers);
-    const auto moved = a.v - b.v;
-    const auto now = rest + moved;
-    const auto length = hn::Sqrt(dot(now, now));
-    const auto change = hn::Div(dot(rest + now, moved), hn::Add(length, hn::Load(d, numbers + 3 * slice_size)));
+    const StretchedSpring spring(load3(numbers), a.v - b.v, hn::Load(d, numbers + 3 * slice_size));
+    const auto &[now, length, change] = spring;
     const auto compliance = hn::Mul(per_step, hn::Load(d, numbers + 4 * slice_size));
     const auto was = hn::Load(d, multiplier);
     const auto stiffness = hn::Add(hn::Add(a.w, b.w), compliance);
@@ -169,28 +141,6 @@ template <Constraint kind> HWY_NOINLINE void project(ConstraintRows &set, float 
         }
 }
 
-/// To where nodes go without elasticity, as inertia() says.
-HWY_NOINLINE void predict(PositionRows &rows, float step, float damping) {
-    const auto h = number(step), inverse_damping = number(1.0F / damping);
-    for (std::size_t at = 0; at < rows.displacement.size(); at += hn::Lanes(d)) {
-        const auto inverse_mass = hn::Load(d, rows.inverse_mass.data() + at);
-        const auto was = hn::Load(d, rows.displacement.data() + at);
-        const auto velocity = hn::Load(d, rows.velocity.data() + at);
-        const auto pushed = hn::MulAdd(hn::Mul(h, inverse_mass), hn::Load(d, rows.external.data() + at), velocity);
-        const auto is_free = hn::Gt(inverse_mass, hn::Zero(d));
-        const auto factor = hn::IfThenElse(is_free, hn::Mul(h, inverse_damping), h);
-        hn::Store(was, d, rows.before.data() + at);
-        hn::Store(hn::MulAdd(factor, pushed, was), d, rows.displacement.data() + at);
-    }
-}
-
-HWY_NOINLINE void find_velocities(PositionRows &rows, float per_second) {
-    for (std::size_t at = 0; at < rows.displacement.size(); at += hn::Lanes(d))
-        hn::Store(hn::Mul(number(per_second),
-                          hn::Sub(hn::Load(d, rows.displacement.data() + at), hn::Load(d, rows.before.data() + at))),
-                  d, rows.velocity.data() + at);
-}
-
 void take_step(PositionRows &rows, double time_step, double mass_damping, int iterations) {
     const auto damping = static_cast<float>(1.0 + mass_damping * time_step);
     if (damping != rows.damping) {
@@ -198,7 +148,7 @@ void take_step(PositionRows &rows, double time_step, double mass_damping, int it
             rows.displacement[at + 3] = rows.inverse_mass[at] / damping;
         rows.damping = damping;
     }
-    predict(rows, static_cast<float>(time_step), damping);
+    predict(rows, rows.before, static_cast<float>(time_step), damping);
     for (auto &set : rows.sets)
         std::fill(set.multipliers.begin(), set.multipliers.end(), 0.0F);
     const auto per_step = static_cast<float>(1.0 / (time_step * time_step));
@@ -216,7 +166,7 @@ void take_step(PositionRows &rows, double time_step, double mass_damping, int it
                 project<Constraint::pair>(set, nodes, per_step);
                 break;
             }
-    find_velocities(rows, static_cast<float>(1.0 / time_step));
+    find_velocities(rows, rows.before, static_cast<float>(1.0 / time_step));
 }
 
 } // namespace livermark::interactive::kernels::HWY_NAMESPACE

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <hwy/highway.h>
 
-#include "interactive/kernels/explicit_rows.hpp"
+#include "interactive/kernels/node_rows.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::interactive::kernels::HWY_NAMESPACE {
@@ -43,6 +43,10 @@ HWY_INLINE Vec3 operator-(const Vec3 &a, const Vec3 &b) {
     return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
 }
 
+HWY_INLINE Vec3 minus(const Vec3 &a) {
+    return {hn::Neg(a.x), hn::Neg(a.y), hn::Neg(a.z)};
+}
+
 HWY_INLINE V dot(const Vec3 &a, const Vec3 &b) {
     return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
 }
@@ -61,6 +65,11 @@ HWY_INLINE Vec3 plus_scaled(const Vec3 &a, V factor, const Vec3 &b) {
     return {hn::MulAdd(factor, b.x, a.x), hn::MulAdd(factor, b.y, a.y), hn::MulAdd(factor, b.z, a.z)};
 }
 
+/// a where a lane is chosen, b elsewhere.
+HWY_INLINE Vec3 chosen(hn::Mask<D> lanes, const Vec3 &a, const Vec3 &b) {
+    return {hn::IfThenElse(lanes, a.x, b.x), hn::IfThenElse(lanes, a.y, b.y), hn::IfThenElse(lanes, a.z, b.z)};
+}
+
 /// r a + s b + t c
 HWY_INLINE Vec3 combined(V r, const Vec3 &a, V s, const Vec3 &b, V t, const Vec3 &c) {
     return {hn::MulAdd(r, a.x, hn::MulAdd(s, b.x, hn::Mul(t, c.x))),
@@ -71,6 +80,12 @@ HWY_INLINE Vec3 combined(V r, const Vec3 &a, V s, const Vec3 &b, V t, const Vec3
 /// Three vectors that stand behind each other.
 HWY_INLINE Vec3 load3(const float *at) {
     return {hn::Load(d, at), hn::Load(d, at + slice_size), hn::Load(d, at + 2 * slice_size)};
+}
+
+HWY_INLINE void store3(const Vec3 &v, float *at) {
+    hn::Store(v.x, d, at);
+    hn::Store(v.y, d, at + slice_size);
+    hn::Store(v.z, d, at + 2 * slice_size);
 }
 
 /// The first three numbers of rows of four that stand behind each other.

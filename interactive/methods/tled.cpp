@@ -35,6 +35,7 @@ Method tled() {
             .in_double = "plain loop over tetrahedra, double",
             .time_step = frame_time,
             .iterations = 40,
+            .is_explicit = true,
             .prepare = [](const Scene &scene) { return std::make_unique<Tled>(scene); }};
 }
 

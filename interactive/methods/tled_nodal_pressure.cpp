@@ -34,6 +34,7 @@ Method tled_nodal_pressure() {
             .in_double = "two plain loops over tetrahedra, double",
             .time_step = frame_time,
             .iterations = 40,
+            .is_explicit = true,
             .prepare = [](const Scene &scene) { return std::make_unique<TledNodalPressure>(scene); }};
 }
 

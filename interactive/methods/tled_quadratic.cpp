@@ -1,7 +1,7 @@
 #include <memory>
 #include <utility>
 
-#include "interactive/elements/central_differences.hpp"
+#include "interactive/elements/explicit_tetrahedra.hpp"
 #include "interactive/elements/quadratic_tetrahedra.hpp"
 #include "interactive/method.hpp"
 
@@ -9,14 +9,12 @@ namespace livermark::interactive::methods {
 
 namespace {
 
-class TledQuadratic : public CentralDifferences {
+class TledQuadratic : public ExplicitTetrahedra {
   public:
-    explicit TledQuadratic(Scene given) : CentralDifferences(quadratic_scene(std::move(given))), energy_(scene()) {}
+    explicit TledQuadratic(Scene given)
+        : ExplicitTetrahedra(quadratic_scene(std::move(given)), kernels::Pressure::of_tetrahedra), energy_(scene()) {}
 
     const Energy &energy() const override { return energy_; }
-    Cost cost(int iterations) const override {
-        return {.element_passes = static_cast<double>(iterations), .bytes_per_element = sizeof(QuadraticTetrahedron)};
-    }
 
   private:
     QuadraticEnergy energy_;
@@ -33,9 +31,11 @@ Method tled_quadratic() {
             .energy = "mu / 2 (I1 - 3 - 2 ln J) + lambda / 2 (ln J)^2 at four points of a tetrahedron",
             .converges_to = "the motion of the energy as h goes to 0; at rest the equilibrium of neo-Hookean quadratic "
                             "tetrahedra",
-            .implementation = "plain loop over tetrahedra with four points each, double",
+            .implementation = "vector units, single precision",
+            .in_double = "plain loop over tetrahedra with four points each, double",
             .time_step = frame_time,
             .iterations = 100,
+            .is_explicit = true,
             .prepare = [](const Scene &scene) { return std::make_unique<TledQuadratic>(scene); }};
 }
 

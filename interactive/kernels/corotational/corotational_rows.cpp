@@ -40,11 +40,8 @@ CorotationalRows corotational_rows(const Scene &scene) {
 }
 
 std::size_t CorotationalRows::bytes() const {
-    std::size_t floats = 0;
-    for (const auto *field : {&turned, &rotation, &block_slots[0], &block_slots[1], &block[0], &block[1], &mass,
-                              &residual, &direction, &product, &preconditioned, &inverse_block})
-        floats += field->size();
-    return body.bytes() + sizeof(float) * floats;
+    return body.bytes() + bytes_of(turned, rotation, block_slots[0], block_slots[1], block[0], block[1], mass, residual,
+                                   direction, product, preconditioned, inverse_block);
 }
 
 void find_nearest_rotation(const std::array<float, 9> &h, std::array<float, 4> &q) {

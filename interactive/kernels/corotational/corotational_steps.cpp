@@ -52,12 +52,6 @@ HWY_INLINE ShapeGradients turned(const Matrix &turn, const ShapeGradients &g) {
     return {g.b + pull_of(turn, g.b), g.r + pull_of(turn, g.r), g.s + pull_of(turn, g.s)};
 }
 
-HWY_INLINE void store3(const Vec3 &v, float *at) {
-    hn::Store(v.x, d, at);
-    hn::Store(v.y, d, at + slice_size);
-    hn::Store(v.z, d, at + 2 * slice_size);
-}
-
 /// Rotations and turned gradients of tetrahedra; into slots of forces f - h K v, with the stress of the stretch and of
 /// the rate in one, and those of blocks.
 HWY_NOINLINE void linearise(CorotationalRows &rows, float step) {
@@ -86,8 +80,7 @@ HWY_NOINLINE void linearise(CorotationalRows &rows, float step) {
                 const auto rate = displacement_gradient(g, axis_rate, rates.from().v, rates.to().v);
                 const auto shear = fans.number_of_tetrahedron(9), volume = fans.number_of_tetrahedron(10);
                 const auto stress = linear_stress(sum_of(stretch_of(h, turn), number(step), rate), shear, volume);
-                const auto of_end = pull_of(stress, g.b), at_from = pull_of(stress, g.r), at_to = pull_of(stress, g.s);
-                forces.add(at_from + at_to + of_end, minus(of_end), minus(at_from), minus(at_to));
+                forces.add_forces(stress, g);
                 const auto modulus = hn::Add(shear, volume);
                 const auto a = g.b + g.r + g.s; // of the start, but for its sign
                 const auto row = [&](V factor, const Vec3 &v) HWY_ATTR { return scaled(hn::Mul(modulus, factor), v); };

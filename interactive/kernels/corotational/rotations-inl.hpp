@@ -102,9 +102,7 @@ HWY_INLINE Rotation nearest_rotation_from(Rotation q, const Matrix &h) {
         const auto half = scaled(hn::Div(number(0.5F), determinant), product(adjugate, axial));
         const auto next = turned_on(q, half);
         const auto moves = hn::AndNot(is_found, is_definite);
-        q = {hn::IfThenElse(moves, next.w, q.w),
-             {hn::IfThenElse(moves, next.v.x, q.v.x), hn::IfThenElse(moves, next.v.y, q.v.y),
-              hn::IfThenElse(moves, next.v.z, q.v.z)}};
+        q = {hn::IfThenElse(moves, next.w, q.w), chosen(moves, next.v, q.v)};
         is_found = hn::Or(is_found, hn::And(moves, hn::Lt(dot(half, half), small)));
         if (hn::AllTrue(d, hn::Or(is_found, hn::Not(is_definite))))
             break;

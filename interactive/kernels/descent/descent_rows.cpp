@@ -6,6 +6,7 @@
 
 #include "interactive/elements/tetrahedra.hpp"
 #include "interactive/kernels/descent/strips.hpp"
+#include "interactive/kernels/windows.hpp"
 
 namespace livermark::interactive::kernels {
 
@@ -64,20 +65,14 @@ class DescentBuilder {
     }
 
     void place_nodes(const Colouring &colours) {
-        const auto fill_up = [&] {
-            node_in_row_.resize((node_in_row_.size() + slice_size - 1) / slice_size * slice_size, nobody);
-        };
         for (int c = 0; c < colours.num_colours(); ++c) {
             std::vector<int> nodes;
             std::copy_if(colours.order.begin() + colours.offsets[c], colours.order.begin() + colours.offsets[c + 1],
                          std::back_inserter(nodes), [&](int node) { return is_free_[node]; });
-            for (std::size_t first = 0; first < nodes.size(); first += window_of_colour)
-                std::stable_sort(nodes.begin() + static_cast<std::ptrdiff_t>(first),
-                                 nodes.begin() +
-                                     static_cast<std::ptrdiff_t>(std::min(first + window_of_colour, nodes.size())),
-                                 [&](int a, int b) { return strips_[a].size() > strips_[b].size(); });
+            sort_in_windows_of(window_of_colour, nodes,
+                               [&](int a, int b) { return strips_[a].size() > strips_[b].size(); });
             node_in_row_.insert(node_in_row_.end(), nodes.begin(), nodes.end());
-            fill_up();
+            node_in_row_.resize(filled_up(node_in_row_.size()), nobody);
         }
         rows_.row_of_node.resize(is_free_.size());
         for (std::size_t row = 0; row < node_in_row_.size(); ++row)
@@ -87,7 +82,7 @@ class DescentBuilder {
         for (std::size_t i = 0; i < is_free_.size(); ++i)
             if (!is_free_[i])
                 rows_.row_of_node[i] = static_cast<int>(rows_.num_rows++);
-        rows_.num_rows = (rows_.num_rows + slice_size - 1) / slice_size * slice_size;
+        rows_.num_rows = filled_up(rows_.num_rows);
         rows_.mass.assign(node_in_row_.size(), 1.0F);
         rows_.laplacian.assign(node_in_row_.size(), 0.0F);
     }
@@ -168,11 +163,8 @@ class DescentBuilder {
 } // namespace
 
 std::size_t DescentRows::bytes() const {
-    std::size_t floats = neighbour.size(); // as long as integers
-    for (const auto *field : {&numbers, &mass, &laplacian, &displacement, &before, &predicted, &velocity,
-                              &last_velocity, &external, &older, &oldest})
-        floats += field->size();
-    return sizeof(float) * floats + sizeof(line_start[0]) * line_start.size();
+    return bytes_of(line_start, neighbour, numbers, mass, laplacian, displacement, before, predicted, velocity,
+                    last_velocity, external, older, oldest);
 }
 
 DescentRows descent_rows(const Scene &scene, const Colouring &colours) {

@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "interactive/colouring.hpp"
-#include "interactive/kernels/explicit_rows.hpp"
+#include "interactive/kernels/node_rows.hpp"
 
 namespace livermark::interactive::kernels {
 

@@ -7,6 +7,7 @@
 
 #include "interactive/chebyshev.hpp"
 #include "interactive/kernels/descent/descent_steps.hpp"
+#include "interactive/kernels/inertia-inl.hpp"
 #include "interactive/kernels/symmetric-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -18,11 +19,7 @@ struct Neighbour {
 };
 
 HWY_INLINE Neighbour chosen(hn::Mask<D> is_first, const Neighbour &first, const Neighbour &second) {
-    const auto of = [&](const Vec3 &a, const Vec3 &b) HWY_ATTR {
-        return Vec3{hn::IfThenElse(is_first, a.x, b.x), hn::IfThenElse(is_first, a.y, b.y),
-                    hn::IfThenElse(is_first, a.z, b.z)};
-    };
-    return {of(first.rest, second.rest), of(first.moved, second.moved)};
+    return {chosen(is_first, first.rest, second.rest), chosen(is_first, first.moved, second.moved)};
 }
 
 /// A step of Newton's method for the nodes of a batch. With p, q, r the corners of a facet opposite the node, from
@@ -103,14 +100,6 @@ HWY_NOINLINE void accelerate(DescentRows &rows, float weight) {
     }
 }
 
-HWY_NOINLINE void end(DescentRows &rows, float per_second) {
-    rows.last_velocity.swap(rows.velocity);
-    for (std::size_t at = 0; at < rows.displacement.size(); at += hn::Lanes(d))
-        hn::Store(hn::Mul(number(per_second),
-                          hn::Sub(hn::Load(d, rows.displacement.data() + at), hn::Load(d, rows.before.data() + at))),
-                  d, rows.velocity.data() + at);
-}
-
 void take_descent(DescentRows &rows, double time_step, double mass_damping, int iterations) {
     const double damping = 1.0 + mass_damping * time_step;
     begin(rows, static_cast<float>(time_step), static_cast<float>(damping));
@@ -126,7 +115,8 @@ void take_descent(DescentRows &rows, double time_step, double mass_damping, int 
         if (weight != 1.0)
             accelerate(rows, static_cast<float>(weight));
     }
-    end(rows, static_cast<float>(1.0 / time_step));
+    rows.last_velocity.swap(rows.velocity);
+    find_velocities(rows, rows.before, static_cast<float>(1.0 / time_step));
 }
 
 } // namespace livermark::interactive::kernels::HWY_NAMESPACE

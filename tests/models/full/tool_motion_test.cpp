@@ -145,8 +145,8 @@ TEST(Contenders, SpringsAreNearerToTheReferenceThanLinearElements) {
 /// Press, slide and release, with damping.
 TEST(Contenders, MoveInSinglePrecisionAsInDouble) {
     const auto problem = tests::tool_block();
-    for (const char *const name : {"corotational_implicit", "tled", "tled_nodal_pressure", "vertex_block_descent",
-                                   "xpbd_springs", "xpbd_neo_hookean"}) {
+    for (const char *const name : {"corotational_implicit", "tled", "tled_nodal_pressure", "tled_quadratic",
+                                   "vertex_block_descent", "xpbd_springs", "xpbd_neo_hookean"}) {
         const models::Effort effort{.steps = 20, .iterations = 1};
         const auto in_double = move(name, problem, effort, models::Precision::double_precision);
         const auto in_single = move(name, problem, effort);
@@ -168,7 +168,7 @@ TEST(Contenders, SayWhichPrecisionTheyHave) {
         if (fast[c].implementation != slow[c].implementation)
             differ.insert(fast[c].name);
     }
-    EXPECT_EQ(differ, (std::set<std::string>{"corotational_implicit", "tled", "tled_nodal_pressure",
+    EXPECT_EQ(differ, (std::set<std::string>{"corotational_implicit", "tled", "tled_nodal_pressure", "tled_quadratic",
                                              "vertex_block_descent", "xpbd_neo_hookean", "xpbd_springs"}));
 }
 

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <boost/align/aligned_allocator.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "interactive/scene.hpp"
+
+namespace livermark::interactive::kernels {
+
+/// Fans or nodes side by side: as many as the widest vectors have lanes. Narrower ones take them in several goes, so
+/// that one layout serves every machine.
+inline constexpr std::size_t slice_size = 16;
+
+/// Nodes whose forces are summed side by side, as rows of four numbers.
+inline constexpr std::size_t nodes_at_once = 4;
+
+/// Starts at a cache line.
+template <class T> using Aligned = std::vector<T, boost::alignment::aligned_allocator<T, 64>>;
+
+/// What fills up to whole slices.
+constexpr std::size_t filled_up(std::size_t count) {
+    return (count + slice_size - 1) / slice_size * slice_size;
+}
+
+/// Of vectors of any kind.
+template <class... Arrays> std::size_t bytes_of(const Arrays &...arrays) {
+    return ((arrays.size() * sizeof(arrays[0])) + ...);
+}
+
+/// Nodes of a scene in an order of their own, and their state. A row is four numbers of a node, the last one zero.
+struct NodeRows {
+    std::vector<int> row_of_node; ///< (N)
+    std::size_t num_rows = 0;     ///< N, filled up to whole slices
+
+    Aligned<float> displacement; ///< [m]; the last number is the pressure around the node [Pa] where there is one
+    Aligned<float> velocity;     ///< [m/s]
+    Aligned<float> external;     ///< [N]
+    Aligned<float> inverse_mass; ///< [1/kg], three times the same; zero where constrained
+
+    /// @param order  shape (N) nodes as rows come
+    void place(const Scene &scene, const std::vector<int> &order);
+
+    /// Constrained nodes begin where they are, without what single precision has lost on the way there, and have the
+    /// velocities that take them to their targets.
+    /// @param rest, x  shape (3, N) at rest and now [m]
+    /// @param targets  shape (3, C) [m]
+    void aim_constrained(const Scene &scene, const Field &rest, const Field &x, const Field &targets, double time_step);
+
+    /// Of the state.
+    std::size_t bytes() const { return bytes_of(displacement, velocity, external, inverse_mass); }
+};
+
+/// Nodes in reverse Cuthill-McKee order of a mesh, those of a scene's own in the middle between their ends, and sorted
+/// by a number that they have within windows, the larger first: side by side they have about the same one.
+/// @param ends       of the own nodes
+/// @param num_items  (N)
+/// @return (N) nodes
+std::vector<int> order_of_nodes(const std::vector<std::array<int, 4>> &tetrahedra,
+                                const std::vector<std::array<int, 2>> &ends, const std::vector<int> &num_items);
+
+} // namespace livermark::interactive::kernels
