@@ -200,6 +200,10 @@ SparseCholesky::solve_single_precision(const Eigen::Ref<const Eigen::MatrixXd> &
     return solutions;
 }
 
+SupernodalFactor SparseCholesky::factor() const {
+    return {impl_->supernodes(), impl_->values(), impl_->order()};
+}
+
 std::optional<std::vector<int>> unknowns_to_constrain(const std::vector<bool> &has, const std::vector<bool> &free) {
     std::vector<int> constrained;
     int num_unknowns = 0;

@@ -8,6 +8,8 @@
 
 namespace livermark::support {
 
+struct SupernodalFactor;
+
 /// Sparse Cholesky factor (CHOLMOD, supernodal), P A P^T = L L^T, ordered by nested dissection: of a solid that fills
 /// half as much as minimum degree, and there is one ordering to find instead of the best of several. The same matrix
 /// gives the same bits every time.
@@ -43,6 +45,9 @@ class SparseCholesky {
     /// The same in single precision, for iterations that correct it: a solve waits for the factor to come from memory,
     /// and so takes half of the time. The first one keeps a copy of the factor.
     Eigen::MatrixXd solve_single_precision(const Eigen::Ref<const Eigen::MatrixXd> &right_hand_sides) const;
+
+    /// L and P themselves, for solves of others. Only after a factorise() that returned true, and until the next one.
+    SupernodalFactor factor() const;
 
     /// One of the two.
     using Solve = Eigen::MatrixXd (SparseCholesky::*)(const Eigen::Ref<const Eigen::MatrixXd> &) const;

@@ -15,6 +15,13 @@ struct Supernodes {
     std::span<const int> value_start; ///< (S + 1) index into the values
 };
 
+/// P A P^T = L L^T.
+struct SupernodalFactor {
+    Supernodes supernodes;
+    std::span<const double> values; ///< of L
+    std::span<const int> order;     ///< (n) of A, the row that each row of L is
+};
+
 /// x = L^-1 x. Supernodes that would multiply zeros alone are not read.
 /// @param values  of L
 /// @param x       shape (n, any)
