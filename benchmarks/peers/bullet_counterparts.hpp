@@ -57,11 +57,11 @@ class UniformMassSpring : public interactive::Prefactored {
         : Prefactored(std::move(given)), energy_(springs_of_mean_stiffness(*scene().body)) {}
 
     const interactive::SpringEnergy &energy() const override { return energy_; }
-    interactive::Cost cost(int iterations) const override {
-        return {.element_passes = static_cast<double>(iterations), .bytes_per_element = 0.0};
-    }
 
   protected:
+    std::size_t bytes_of_elements() const override {
+        return sizeof(std::array<int, 2>) * energy_.springs().edges.size();
+    }
     void add_laplacian(interactive::Energy::Triplets &triplets) const override {
         for (const auto &edge : energy_.springs().edges)
             for (const int a : edge)

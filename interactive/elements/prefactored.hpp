@@ -1,8 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "interactive/inertia.hpp"
+#include "interactive/kernels/prefactored/prefactored_steps.hpp"
 #include "support/sparse_cholesky.hpp"
 
 namespace livermark::interactive {
@@ -16,21 +18,35 @@ namespace livermark::interactive {
 /// iterations as above)
 class Prefactored : public Simulation {
   public:
-    using Simulation::Simulation;
+    explicit Prefactored(Scene given);
 
+    /// Factorises, which takes longer than many steps.
+    void prepare(double time_step) override;
     void step(double time_step, int iterations) override;
+    void set_state(const Field &positions, const Field &velocities) override;
+    void set_external_forces(const Field &forces) override;
+    /// In single precision with the factor, once there is one.
+    Cost cost(int iterations) const override;
 
   protected:
     /// Adds L, unknown i for node i, both triangles.
     virtual void add_laplacian(Energy::Triplets &triplets) const = 0;
+    virtual std::size_t bytes_of_elements() const = 0; ///< in double precision, without the factor
+
+    bool is_in_single_precision() const { return scene().precision == Precision::single_precision; }
+    /// Steps go over these from now on.
+    void use_vectors(kernels::PrefactoredElements elements);
 
   private:
-    void factorise(const Inertia &terms, double time_step);
+    void step_in_double(double time_step, int iterations);
+    void step_in_single(double time_step, int iterations);
 
+    Field rest_;
     support::SparseCholesky factor_;
     double factorised_for_ = 0.0; ///< time step [s]
     std::vector<int> unknown_;    ///< (N) of a node, -1 where constrained
     int num_unknowns_ = 0;
+    std::optional<kernels::PrefactoredRows> rows_; ///< in single precision
 };
 
 } // namespace livermark::interactive

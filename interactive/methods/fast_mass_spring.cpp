@@ -3,6 +3,7 @@
 
 #include "interactive/elements/prefactored.hpp"
 #include "interactive/elements/spring_body.hpp"
+#include "interactive/kernels/prefactored/spring_rows.hpp"
 #include "interactive/method.hpp"
 
 namespace livermark::interactive::methods {
@@ -12,18 +13,18 @@ namespace {
 class FastMassSpring : public Prefactored {
   public:
     explicit FastMassSpring(Scene given)
-        : Prefactored(std::move(given)), energy_(springs_with_shear_modulus(*scene().body)) {}
-
-    const Energy &energy() const override { return energy_; }
-    Cost cost(int iterations) const override {
-        const auto &springs = energy_.springs();
-        return {.element_passes = static_cast<double>(iterations),
-                .bytes_per_element =
-                    static_cast<double>(springs.edges.size() * (sizeof(springs.edges[0]) + 2 * sizeof(double))) /
-                    scene().body->mesh.num_tetrahedra()};
+        : Prefactored(std::move(given)), energy_(springs_with_shear_modulus(*scene().body)) {
+        if (is_in_single_precision())
+            use_vectors(kernels::spring_rows(scene(), energy_.springs()));
     }
 
+    const Energy &energy() const override { return energy_; }
+
   protected:
+    std::size_t bytes_of_elements() const override {
+        const auto &springs = energy_.springs();
+        return springs.edges.size() * (sizeof(springs.edges[0]) + 2 * sizeof(double));
+    }
     void add_laplacian(Energy::Triplets &triplets) const override {
         const auto &springs = energy_.springs();
         for (std::size_t s = 0; s < springs.edges.size(); ++s)
@@ -39,14 +40,15 @@ class FastMassSpring : public Prefactored {
 } // namespace
 
 /// Springs on edges, without volumes: Poisson's ratio is 1/4 whatever the material says. Directions of springs and a
-/// global solve with one factor. The bytes of the factor are not in its cost.
+/// global solve with one factor.
 Method fast_mass_spring() {
     return {.name = {},
             .summary = "fast mass-spring systems: springs on edges, backward Euler with one factor",
             .source = "Liu, Bargteil, O'Brien, Kavan 2013, Fast simulation of mass-spring systems, ACM TOG 32(6)",
             .energy = "k / 2 (|x_a - x_b| - l)^2 on edges by Lloyd's formula for mu",
             .converges_to = "the step of backward Euler",
-            .implementation = "plain loop over springs; CHOLMOD's solve with three right-hand sides; double",
+            .implementation = "vector units, CHOLMOD's factor in single precision",
+            .in_double = "plain loop over springs; CHOLMOD's solve with three right-hand sides; double",
             .time_step = frame_time,
             .iterations = 10,
             .prepare = [](const Scene &scene) { return std::make_unique<FastMassSpring>(scene); }};

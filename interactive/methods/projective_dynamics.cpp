@@ -13,15 +13,15 @@ namespace {
 class ProjectiveDynamics : public Prefactored {
   public:
     explicit ProjectiveDynamics(Scene given)
-        : Prefactored(std::move(given)), energy_(tetrahedra_at_rest(*scene().body)) {}
-
-    const Energy &energy() const override { return energy_; }
-    Cost cost(int iterations) const override {
-        return {.element_passes = static_cast<double>(iterations),
-                .bytes_per_element = static_cast<double>(sizeof(Tetrahedron))};
+        : Prefactored(std::move(given)), energy_(tetrahedra_at_rest(*scene().body)) {
+        if (is_in_single_precision())
+            use_vectors(kernels::explicit_rows(scene(), kernels::Pressure::of_tetrahedra));
     }
 
+    const Energy &energy() const override { return energy_; }
+
   protected:
+    std::size_t bytes_of_elements() const override { return sizeof(Tetrahedron) * energy_.tetrahedra().size(); }
     void add_laplacian(Energy::Triplets &triplets) const override {
         for (const auto &t : energy_.tetrahedra()) {
             const Eigen::Matrix4d block = t.volume * densities::Projective{t.mu, t.lambda}.weight() *
@@ -38,16 +38,15 @@ class ProjectiveDynamics : public Prefactored {
 
 } // namespace
 
-/// Local projections of each tetrahedron on rotations and on unit determinants, and a global solve with one factor. The
-/// bytes of the factor are not in its cost.
+/// Local projections of each tetrahedron on rotations and on unit determinants, and a global solve with one factor.
 Method projective_dynamics() {
     return {.name = {},
             .summary = "projective dynamics: co-rotational strain and volume constraints, prefactorised",
             .source = "Bouaziz, Martin, Liu, Kavan, Pauly 2014, Projective dynamics, ACM TOG 33(4)",
             .energy = "mu |F - R|^2 + 3 lambda / 2 |F - D|^2, D the nearest matrix with det D = 1",
             .converges_to = "the step of backward Euler",
-            .implementation =
-                "plain loop with Jacobi singular values; CHOLMOD's solve with three right-hand sides; double",
+            .implementation = "vector units without singular values, CHOLMOD's factor in single precision",
+            .in_double = "plain loop with Jacobi singular values; CHOLMOD's solve with three right-hand sides; double",
             .time_step = frame_time,
             .iterations = 10,
             .prepare = [](const Scene &scene) { return std::make_unique<ProjectiveDynamics>(scene); }};

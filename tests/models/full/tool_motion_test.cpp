@@ -145,8 +145,9 @@ TEST(Contenders, SpringsAreNearerToTheReferenceThanLinearElements) {
 /// Press, slide and release, with damping.
 TEST(Contenders, MoveInSinglePrecisionAsInDouble) {
     const auto problem = tests::tool_block();
-    for (const char *const name : {"corotational_implicit", "tled", "tled_nodal_pressure", "tled_quadratic",
-                                   "vertex_block_descent", "xpbd_springs", "xpbd_neo_hookean"}) {
+    for (const char *const name :
+         {"corotational_implicit", "fast_mass_spring", "projective_dynamics", "tled", "tled_nodal_pressure",
+          "tled_quadratic", "vertex_block_descent", "xpbd_springs", "xpbd_neo_hookean"}) {
         const models::Effort effort{.steps = 20, .iterations = 1};
         const auto in_double = move(name, problem, effort, models::Precision::double_precision);
         const auto in_single = move(name, problem, effort);
@@ -168,8 +169,9 @@ TEST(Contenders, SayWhichPrecisionTheyHave) {
         if (fast[c].implementation != slow[c].implementation)
             differ.insert(fast[c].name);
     }
-    EXPECT_EQ(differ, (std::set<std::string>{"corotational_implicit", "tled", "tled_nodal_pressure", "tled_quadratic",
-                                             "vertex_block_descent", "xpbd_neo_hookean", "xpbd_springs"}));
+    EXPECT_EQ(differ, (std::set<std::string>{"corotational_implicit", "fast_mass_spring", "projective_dynamics", "tled",
+                                             "tled_nodal_pressure", "tled_quadratic", "vertex_block_descent",
+                                             "xpbd_neo_hookean", "xpbd_springs"}));
 }
 
 TEST(Contenders, GiveTheSameBitsAgainAndLetGo) {
