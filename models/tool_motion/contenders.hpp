@@ -19,6 +19,11 @@ struct MovingSpringModel {
 
 std::span<const MovingSpringModel> moving_spring_models();
 
+/// What a contender with scaled masses has beside one without them.
+inline constexpr const char *scaled_name = "_mass_scaled",
+                            *scaled_source = "; Olovsson, Simonsson, Unosson 2005, IJNME 63(10)",
+                            *scaled_implementation = ", stiff parts heavier against deformation";
+
 std::vector<Contender> spring_contenders();
 std::vector<Contender> interactive_contenders(Precision precision);
 

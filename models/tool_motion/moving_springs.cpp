@@ -123,9 +123,9 @@ class MovingSprings : public MovingBody {
 
 Contender contender(const MovingSpringModel &model, bool is_scaled) {
     const std::string on_vector_units = "vector units, single precision with a state of twice the digits";
-    return {.name = model.name + (is_scaled ? "_mass_scaled" : ""),
-            .source = model.source + (is_scaled ? "; Olovsson, Simonsson, Unosson 2005, IJNME 63(10)" : ""),
-            .implementation = on_vector_units + (is_scaled ? ", stiff parts heavier against deformation" : ""),
+    return {.name = model.name + (is_scaled ? scaled_name : ""),
+            .source = model.source + (is_scaled ? scaled_source : ""),
+            .implementation = on_vector_units + (is_scaled ? scaled_implementation : ""),
             .prepare = [make = model.make, is_scaled](const core::Problem &problem) -> std::unique_ptr<MovingBody> {
                 return std::make_unique<MovingSprings>(make(*problem.body), problem, is_scaled);
             },
