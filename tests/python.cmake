@@ -19,10 +19,10 @@ endif()
 set(python_runs ${CMAKE_CURRENT_BINARY_DIR}/python_runs)
 add_test(NAME Python.ProgramRuns COMMAND livermark run --jobs 1 --reference-on-mesh --body beam
   --load-case beam_bend ${CMAKE_CURRENT_SOURCE_DIR}/python/beam_release.toml
-  --model lloyd van_gelder patch uniform van_gelder_nodal_volume van_gelder_tetrahedral_volume nodal_springs nodal_neo_hookean
+  --model fem_p1 fem_p2 lloyd van_gelder patch uniform van_gelder_nodal_volume van_gelder_tetrahedral_volume nodal_springs nodal_neo_hookean
   --kernel simd_double --integrator velocity_verlet --output ${python_runs})
 add_test(NAME Python.ProgramRunsOneLoadCase COMMAND livermark run --jobs 1 --reference-on-mesh --body beam --load-case beam_bend
-  --model lloyd van_gelder van_gelder_nodal_volume nodal_springs --output ${python_runs}/alone)
+  --model fem_p1 fem_p2 lloyd van_gelder van_gelder_nodal_volume nodal_springs --output ${python_runs}/alone)
 set_tests_properties(Python.ProgramRuns Python.ProgramRunsOneLoadCase PROPERTIES LABELS full TIMEOUT 600 FIXTURES_SETUP python_runs)
 
 if(TARGET try_readers)
