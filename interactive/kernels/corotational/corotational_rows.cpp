@@ -32,7 +32,7 @@ CorotationalRows corotational_rows(const Scene &scene) {
     for (std::size_t row = 0; row < rows.body.num_rows; ++row) // what fills up has some mass
         std::fill_n(rows.mass.begin() + static_cast<std::ptrdiff_t>(4 * row), 3, 1.0F);
     for (std::size_t i = 0; i < laplacian.size(); ++i) {
-        const auto at = rows.mass.begin() + static_cast<std::ptrdiff_t>(4 * rows.body.row_of_node[i]);
+        const auto at = rows.mass.begin() + std::ptrdiff_t{4} * rows.body.row_of_node[i];
         std::fill_n(at, 3, static_cast<float>(scene.node_mass[i]));
         at[3] = static_cast<float>(laplacian[i]);
     }

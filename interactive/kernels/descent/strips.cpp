@@ -79,7 +79,7 @@ void append_strip(const Triangles &triangles, const std::vector<int> &strip, std
     for (const int node : first)
         nodes.push_back({node, -1, false});
     nodes.back().triangle = strip[0];
-    auto [a, b, c] = first;
+    int a = first[0], b = first[1], c = first[2];
     for (std::size_t k = 1; k < strip.size(); ++k) {
         const auto &next = triangles[strip[k]];
         const bool keeps_first = has_node(next, a);
