@@ -135,7 +135,7 @@ TEST(Jobs, LoadCasesThatShareAFactorHaveTheSolutionsOfEachAlone) {
         for (std::istringstream names(load_cases); names >> name;)
             files += fmt::format(" {}/{}.toml", folder.string(), name);
         const auto outcome = tests::livermark(
-            fmt::format("run --body {0}/bar.toml --load-case{1} --model lloyd fem_p2 --reference-on-mesh --jobs {2} "
+            fmt::format("run --body {0}/bar.toml --load-case{1} --model lloyd fem_p1 fem_p2 --reference-on-mesh --jobs {2} "
                         "--output {0}/runs",
                         folder.string(), files, jobs));
         EXPECT_EQ(outcome.status, 0) << outcome.output;

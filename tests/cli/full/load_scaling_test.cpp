@@ -40,7 +40,7 @@ class ScaledRun : public testing::Test {
 
     tests::Outcome run(const std::string &options) const {
         return tests::livermark(
-            fmt::format("run --reference-on-mesh --model lloyd --body {} --load-case {} --output {} {}",
+            fmt::format("run --reference-on-mesh --model fem_p1 fem_p2 lloyd --body {} --load-case {} --output {} {}",
                         (folder_ / "box.toml").string(), (folder_ / "all.toml").string(), folder_.string(), options));
     }
     results::Result result(const std::string &name) const {

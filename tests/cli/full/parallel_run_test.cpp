@@ -49,7 +49,7 @@ TEST(ParallelRun, GivesTheDisplacementsReactionsAndErrorsOfASerialRun) {
            "[[condition]]\npatch = \"x_max\"\ntraction = [5.0, 0.0, 1.0]\n";
     const auto arguments = [&](const char *runs) {
         return "run --body " + (folder / "box.toml").string() + " --load-case " + (folder / "hang.toml").string() +
-               " --model lloyd fem_p2 --output " + (folder / runs).string();
+               " --model lloyd fem_p1 fem_p2 --output " + (folder / runs).string();
     };
     const auto serial_run = tests::livermark(arguments("serial"));
     ASSERT_EQ(serial_run.status, 0) << serial_run.output;
