@@ -61,7 +61,7 @@ class Simulation {
 
     /// Corrects all steps to come. critical_time_step() stays that without it.
     /// @return whether the method takes explicit steps; nothing happens otherwise
-    virtual bool correct_steps(std::shared_ptr<StepCorrection> /*correction*/) { return false; }
+    virtual bool correct_steps(const std::shared_ptr<StepCorrection> & /*correction*/) { return false; }
 
     const Scene &scene() const { return scene_; }
     const Field &positions() const { return x_; }

@@ -49,8 +49,8 @@ class CentralDifferences : public Simulation {
         return *critical_time_step_;
     }
 
-    bool correct_steps(std::shared_ptr<StepCorrection> correction) override {
-        correction_ = std::move(correction);
+    bool correct_steps(const std::shared_ptr<StepCorrection> &correction) override {
+        correction_ = correction;
         return true;
     }
 

@@ -107,8 +107,8 @@ class InteractiveBody : public MovingBody {
     }
 
     void correct_steps() {
-        if (auto correction = correction_of(constrained(scaling_, scene_)))
-            simulation_->correct_steps(std::move(correction));
+        if (const auto correction = correction_of(constrained(scaling_, scene_)))
+            simulation_->correct_steps(correction);
     }
 
     void move_tool(double time) {
