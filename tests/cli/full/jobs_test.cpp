@@ -134,10 +134,10 @@ TEST(Jobs, LoadCasesThatShareAFactorHaveTheSolutionsOfEachAlone) {
         std::string files, name;
         for (std::istringstream names(load_cases); names >> name;)
             files += fmt::format(" {}/{}.toml", folder.string(), name);
-        const auto outcome = tests::livermark(
-            fmt::format("run --body {0}/bar.toml --load-case{1} --model lloyd fem_p1 fem_p2 --reference-on-mesh --jobs {2} "
-                        "--output {0}/runs",
-                        folder.string(), files, jobs));
+        const auto outcome = tests::livermark(fmt::format(
+            "run --body {0}/bar.toml --load-case{1} --model lloyd fem_p1 fem_p2 --reference-on-mesh --jobs {2} "
+            "--output {0}/runs",
+            folder.string(), files, jobs));
         EXPECT_EQ(outcome.status, 0) << outcome.output;
         const auto result = results::read_result(folder / "runs" / "bar" / "press.h5");
         std::vector<std::vector<core::Vector3>> displacement;
