@@ -69,4 +69,35 @@ inline void expect_the_same_on_any_vectors(const interactive::Method &method, co
     }
 }
 
+inline core::Vector3 momentum_of(const interactive::Simulation &simulation) {
+    core::Vector3 sum = core::Vector3::Zero();
+    for (Eigen::Index i = 0; i < simulation.velocities().cols(); ++i)
+        sum += simulation.scene().node_mass[i] * simulation.velocities().col(i);
+    return sum;
+}
+
+/// Lets a free bar that turns and quivers move for ten steps of 2 ms: it keeps its momentum.
+inline void expect_momentum_to_stay(const interactive::Method &method, int iterations, double tolerance) {
+    const auto simulation = method.prepare(uneven_scene({3, 2, 1}, false));
+    const auto num_nodes = simulation->positions().cols();
+    simulation->set_state(simulation->positions(),
+                          core::Vector3(0.3, -0.2, 0.1).replicate(1, num_nodes) + noise(num_nodes, 0.1, 3));
+    const core::Vector3 before = momentum_of(*simulation);
+    for (int i = 0; i < 10; ++i)
+        simulation->step(2e-3, iterations);
+    EXPECT_LT((momentum_of(*simulation) - before).norm(), tolerance * before.norm());
+    EXPECT_GT(simulation->elastic_forces().norm(), 0.01); // it did deform
+}
+
+/// Moves the constrained nodes of a bar aside in one step: they are where they are told to be to the last bit.
+inline void expect_constrained_nodes_at_targets(const interactive::Method &method) {
+    const auto simulation = method.prepare(uneven_scene({3, 2, 1}, true));
+    const interactive::Field targets = simulation->targets().colwise() + core::Vector3(-1e-3, 5e-4, 1e-4 / 3.0);
+    simulation->set_targets(targets);
+    simulation->step(2e-3, 20);
+    for (Eigen::Index c = 0; c < targets.cols(); ++c)
+        EXPECT_EQ(simulation->positions().col(simulation->scene().constrained_nodes[c]), targets.col(c));
+    EXPECT_LT(simulation->reactions().row(0).sum(), -0.01); // it is pulled there
+}
+
 } // namespace livermark::tests

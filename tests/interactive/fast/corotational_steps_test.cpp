@@ -91,32 +91,11 @@ TEST_F(CorotationalSteps, StayAtRestToTheLastBit) {
 }
 
 TEST_F(CorotationalSteps, PutConstrainedNodesExactlyWhereTheyAreToldToBe) {
-    const auto simulation = method.prepare(uneven_scene({3, 2, 1}, true));
-    const Field targets = simulation->targets().colwise() + Vector3(-1e-3, 5e-4, 1e-4 / 3.0);
-    simulation->set_targets(targets);
-    simulation->step(2e-3, 20);
-    for (Eigen::Index c = 0; c < targets.cols(); ++c)
-        EXPECT_EQ(simulation->positions().col(simulation->scene().constrained_nodes[c]), targets.col(c));
-    EXPECT_LT(simulation->reactions().row(0).sum(), -0.01); // it is pulled there
+    tests::expect_constrained_nodes_at_targets(method);
 }
 
 TEST_F(CorotationalSteps, ConserveMomentum) {
-    const auto scene = uneven_scene({3, 2, 1}, false);
-    const auto simulation = method.prepare(scene);
-    const auto momentum = [&] {
-        Vector3 sum = Vector3::Zero();
-        for (Eigen::Index i = 0; i < simulation->velocities().cols(); ++i)
-            sum += scene.node_mass[i] * simulation->velocities().col(i);
-        return sum;
-    };
-    const auto num_nodes = simulation->positions().cols();
-    simulation->set_state(simulation->positions(),
-                          Vector3(0.3, -0.2, 0.1).replicate(1, num_nodes) + noise(num_nodes, 0.1, 3));
-    const Vector3 before = momentum();
-    for (int i = 0; i < 10; ++i)
-        simulation->step(2e-3, 100);
-    EXPECT_LT((momentum() - before).norm(), 1e-5 * before.norm());
-    EXPECT_GT(simulation->elastic_forces().norm(), 0.01); // it did deform
+    tests::expect_momentum_to_stay(method, 100, 1e-5);
 }
 
 TEST_F(CorotationalSteps, AreTheSameOnAnyVectorsThatMultiplyAndAddAtOnce) {
