@@ -1,8 +1,5 @@
 #include "experiments/marker_field.hpp"
 
-#include <Eigen/Dense>
-#include <limits>
-
 #include "load_cases/facets.hpp"
 
 namespace livermark::experiments {
@@ -11,21 +8,6 @@ namespace {
 
 using core::Vector3;
 using Gradient = Eigen::Matrix3d;
-
-constexpr double rounding = 1e-9; ///< of barycentric coordinates
-
-/// Columns are the gradients of the barycentric coordinates of the corners 1, 2 and 3 [1/m].
-Gradient coordinate_gradients(const core::TetraMesh &mesh, const std::array<int, 4> &nodes) {
-    Gradient edges;
-    for (int k = 0; k < 3; ++k)
-        edges.row(k) = (mesh.points[nodes[k + 1]] - mesh.points[nodes[0]]).transpose();
-    return edges.inverse();
-}
-
-Eigen::Vector4d barycentric(const core::TetraMesh &mesh, const std::array<int, 4> &nodes, const Vector3 &point) {
-    const Vector3 last = coordinate_gradients(mesh, nodes).transpose() * (point - mesh.points[nodes[0]]);
-    return {1.0 - last.sum(), last[0], last[1], last[2]};
-}
 
 Vector3 point_in(const core::TetraMesh &mesh, const std::array<int, 4> &nodes, const Eigen::Vector4d &coordinates) {
     Vector3 point = Vector3::Zero();
@@ -42,7 +24,7 @@ std::vector<Gradient> nodal_gradients(const core::TetraMesh &mesh, std::span<con
         Gradient differences;
         for (int k = 0; k < 3; ++k)
             differences.col(k) = displacement[nodes[k + 1]] - displacement[nodes[0]];
-        const Gradient gradient = differences * coordinate_gradients(mesh, nodes).transpose();
+        const Gradient gradient = differences * core::coordinate_gradients(mesh, nodes).transpose();
         const double size = core::signed_volume(mesh.points[nodes[0]], mesh.points[nodes[1]], mesh.points[nodes[2]],
                                                 mesh.points[nodes[3]]);
         for (const int node : nodes) {
@@ -65,38 +47,22 @@ MarkerField::MarkerField(const core::TetraMesh &mesh, std::span<const Vector3> p
 }
 
 MarkerField::Place MarkerField::find(const Vector3 &point) const {
-    auto place = tetrahedron_at(point);
-    if (place.coordinates.minCoeff() >= -rounding)
-        return place;
+    if (const auto at = core::locate(*mesh_, point); at.is_inside())
+        return {at, Vector3::Zero()};
     const Vector3 base = load_cases::nearest_point(load_cases::all_facets(*mesh_), *mesh_, point).point;
-    place = tetrahedron_at(base);
-    place.peg = point - base;
-    return place;
-}
-
-MarkerField::Place MarkerField::tetrahedron_at(const Vector3 &point) const {
-    Place best;
-    double inside = -std::numeric_limits<double>::infinity();
-    for (int t = 0; t < mesh_->num_tetrahedra(); ++t) {
-        const auto coordinates = barycentric(*mesh_, mesh_->tetrahedra[t], point);
-        if (coordinates.minCoeff() > inside) {
-            inside = coordinates.minCoeff();
-            best = {t, coordinates, Vector3::Zero()};
-        }
-    }
-    return best;
+    return {core::locate(*mesh_, base), point - base};
 }
 
 std::vector<Vector3> MarkerField::at_points(std::span<const Vector3> displacement) const {
     const auto gradients = nodal_gradients(*mesh_, displacement);
     std::vector<Vector3> result;
     for (const auto &place : places_) {
-        const auto &nodes = mesh_->tetrahedra[place.tetrahedron];
-        const Vector3 point = point_in(*mesh_, nodes, place.coordinates);
+        const auto &nodes = mesh_->tetrahedra[place.at.tetrahedron];
+        const Vector3 point = point_in(*mesh_, nodes, place.at.coordinates);
         Vector3 &u = result.emplace_back(Vector3::Zero());
         for (int k = 0; k < 4; ++k) {
             const auto &gradient = gradients[nodes[k]];
-            u += place.coordinates[k] *
+            u += place.at.coordinates[k] *
                  (displacement[nodes[k]] + 0.5 * gradient * (point - mesh_->points[nodes[k]]) + gradient * place.peg);
         }
     }

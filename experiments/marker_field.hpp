@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "core/point_location.hpp"
 #include "core/tetra_mesh.hpp"
 
 namespace livermark::experiments {
@@ -27,13 +28,10 @@ class MarkerField {
 
   private:
     struct Place {
-        int tetrahedron = 0;
-        Eigen::Vector4d coordinates = Eigen::Vector4d::Zero(); ///< barycentric, of the nearest point of the body
-        core::Vector3 peg = core::Vector3::Zero();             ///< from there to the point [m]
+        core::LocatedPoint at;                     ///< the nearest point of the body
+        core::Vector3 peg = core::Vector3::Zero(); ///< from there to the point [m]
     };
     Place find(const core::Vector3 &point) const;
-    /// The tetrahedron that a point is in, or least outside of.
-    Place tetrahedron_at(const core::Vector3 &point) const;
 
     const core::TetraMesh *mesh_;
     std::vector<Place> places_;

@@ -1,12 +1,11 @@
 #include "load_cases/needle_reader.hpp"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <optional>
 #include <string_view>
 
+#include "core/point_location.hpp"
 #include "load_cases/facets.hpp"
 #include "load_cases/selector.hpp"
 #include "support/input_error.hpp"
@@ -82,26 +81,12 @@ Way read_way(const toml::table &needle, const core::TetraMesh &mesh) {
     return needle.contains("target") ? way_to_target(needle, mesh) : way_below(needle, mesh);
 }
 
-/// Of a point on a face of a tetrahedron, over its volume.
-constexpr double rounding_of_faces = 1e-9;
-
-bool is_inside(const core::TetraMesh &mesh, const Vector3 &point) {
-    return std::ranges::any_of(mesh.tetrahedra, [&](const std::array<int, 4> &nodes) {
-        const double volume = core::signed_volume(mesh.points[nodes[0]], mesh.points[nodes[1]], mesh.points[nodes[2]],
-                                                  mesh.points[nodes[3]]);
-        return std::ranges::all_of(core::tetrahedron_faces, [&](const std::array<int, 3> &face) {
-            // Faces are right-handed seen from outside.
-            return core::signed_volume(mesh.points[nodes[face[0]]], mesh.points[nodes[face[1]]],
-                                       mesh.points[nodes[face[2]]], point) <= rounding_of_faces * volume;
-        });
-    });
-}
-
 /// @throws support::InputError unless all of the way but its beginning is inside
 void refuse_outside(const Way &way, const core::TetraMesh &mesh, const std::string &place) {
     const double depth = (way.target - way.entry.point).norm();
     const auto exit = exit_point(mesh, way.target, way.entry.point - way.target, Exit::first);
-    if (!is_inside(mesh, way.target) || !exit || (exit->point - way.entry.point).norm() > same_way * depth)
+    if (!core::locate(mesh, way.target).is_inside() || !exit ||
+        (exit->point - way.entry.point).norm() > same_way * depth)
         throw support::InputError(
             fmt::format("{}: the straight way from the entry at ({:.4g}, {:.4g}, {:.4g}) m to the "
                         "target at ({:.4g}, {:.4g}, {:.4g}) m leaves the body; choose another "
