@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <map>
 #include <numeric>
 #include <string_view>
 #include <utility>
 
 #include "core/bounding_box.hpp"
+#include "core/parts_by_faces.hpp"
 #include "support/file_ending.hpp"
 
 namespace livermark::core {
@@ -90,25 +90,10 @@ std::vector<std::string> doubts_about_unit(const std::vector<Vector3> &points) {
 }
 
 std::optional<std::pair<std::size_t, std::size_t>> apart_by_faces(std::span<const std::array<int, 4>> tetrahedra) {
-    std::vector<std::size_t> parent(tetrahedra.size()); // union-find, with path halving
-    std::iota(parent.begin(), parent.end(), std::size_t{0});
-    const auto root_of = [&](std::size_t t) {
-        while (parent[t] != t)
-            t = parent[t] = parent[parent[t]];
-        return t;
-    };
-    std::map<std::array<int, 3>, std::size_t> owner;
-    for (std::size_t t = 0; t < tetrahedra.size(); ++t)
-        for (const auto &[a, b, c] : tetrahedron_faces) {
-            std::array face{tetrahedra[t][a], tetrahedra[t][b], tetrahedra[t][c]};
-            std::ranges::sort(face);
-            const auto [first, is_new] = owner.emplace(face, t);
-            if (!is_new)
-                parent[root_of(first->second)] = root_of(t);
-        }
-    for (std::size_t t = 1; t < parent.size(); ++t)
-        if (root_of(t) != root_of(0))
-            return std::pair(std::size_t{0}, t);
+    const auto part = parts_by_faces(tetrahedra);
+    const auto other = std::ranges::find_if(part, [](int number) { return number != 0; });
+    if (other != part.end())
+        return std::pair(std::size_t{0}, static_cast<std::size_t>(other - part.begin()));
     return std::nullopt;
 }
 

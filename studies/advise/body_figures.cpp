@@ -3,50 +3,22 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
-#include <numeric>
+
+#include "core/parts_by_faces.hpp"
 
 namespace livermark::studies {
 
 namespace {
 
-/// Numbers of sets that grow together.
-class DisjointSets {
-  public:
-    explicit DisjointSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
-
-    int root(int member) {
-        while (parent_[member] != member)
-            member = parent_[member] = parent_[parent_[member]];
-        return member;
-    }
-    void join(int a, int b) { parent_[root(a)] = root(b); }
-
-  private:
-    std::vector<int> parent_;
-};
-
 /// Tetrahedra of one region that faces join.
 std::vector<std::vector<int>> parts_of_regions(const core::TetraMesh &mesh) {
-    DisjointSets sets(mesh.tetrahedra.size());
-    std::map<std::array<int, 3>, int> first_beside;
+    const auto part =
+        core::parts_by_faces(mesh.tetrahedra, [&](int t, int other) { return mesh.region[t] == mesh.region[other]; });
+    std::vector<std::vector<int>> parts(part.empty() ? 0 : *std::ranges::max_element(part) + 1);
     for (int t = 0; t < mesh.num_tetrahedra(); ++t)
-        for (const auto &face : core::tetrahedron_faces) {
-            const auto &nodes = mesh.tetrahedra[t];
-            std::array<int, 3> corners{nodes[face[0]], nodes[face[1]], nodes[face[2]]};
-            std::ranges::sort(corners);
-            const auto [found, is_new] = first_beside.emplace(corners, t);
-            if (!is_new && mesh.region[found->second] == mesh.region[t])
-                sets.join(found->second, t);
-        }
-    std::map<int, std::vector<int>> parts;
-    for (int t = 0; t < mesh.num_tetrahedra(); ++t)
-        parts[sets.root(t)].push_back(t);
-    std::vector<std::vector<int>> result;
-    for (auto &[root, tetrahedra] : parts)
-        result.push_back(std::move(tetrahedra));
-    return result;
+        parts[part[t]].push_back(t);
+    return parts;
 }
 
 double mean_edge_of(const core::TetraMesh &mesh, const std::vector<int> &tetrahedra) {
