@@ -100,6 +100,13 @@ double longest_edge_of(const TetraMesh &mesh, const std::array<int, 4> &nodes) {
     return longest;
 }
 
+Vector3 centroid_of(const TetraMesh &mesh, const std::array<int, 4> &nodes) {
+    Vector3 centroid = Vector3::Zero();
+    for (const int node : nodes)
+        centroid += 0.25 * mesh.points[node];
+    return centroid;
+}
+
 /// The same with nothing on the facets that round tools press.
 LoadCase without_round_loads(LoadCase load_case) {
     for (int f = 0; f < static_cast<int>(load_case.round_load.size()); ++f)
@@ -116,9 +123,7 @@ LoadCase without_round_loads(LoadCase load_case) {
 /// @param longest_edge  see refine_at_rims_and_tools()
 bool is_coarse_below(std::span<const RoundLoad> tools, const TetraMesh &mesh, const std::array<int, 4> &nodes,
                      double longest_edge) {
-    Vector3 centroid = Vector3::Zero();
-    for (const int node : nodes)
-        centroid += 0.25 * mesh.points[node];
+    const Vector3 centroid = centroid_of(mesh, nodes);
     const double longest = longest_edge_of(mesh, nodes);
     return std::ranges::any_of(tools, [&](const RoundLoad &tool) {
         return longest > longest_edge * std::max(tool.radius, (centroid - tool.middle).norm());
@@ -219,6 +224,15 @@ std::vector<bool> rim_nodes(const TetraMesh &mesh, const LoadCase &load_case) {
 BisectedProblem refine_at_rims(const Problem &problem) {
     const auto is_rim = rim_nodes(problem.body->mesh, problem.load_case);
     return refine_where(problem, [&](const auto &nodes) { return has_one_of(nodes, is_rim); });
+}
+
+BisectedProblem refine_near_places(const Problem &problem, std::span<const InteriorPlace> places, double radii) {
+    const auto &mesh = problem.body->mesh;
+    return refine_where(problem, [&](const auto &nodes) {
+        const Vector3 centroid = centroid_of(mesh, nodes);
+        return std::ranges::any_of(
+            places, [&](const auto &place) { return (centroid - place.middle).norm() < radii * place.radius; });
+    });
 }
 
 BisectedProblem refine_at_rims_and_tools(const Problem &problem, double longest_edge) {

@@ -3,8 +3,10 @@
 #include <array>
 #include <map>
 #include <set>
+#include <span>
 #include <vector>
 
+#include "core/interior_place.hpp"
 #include "core/problem.hpp"
 
 namespace livermark::core {
@@ -44,7 +46,11 @@ struct BisectedProblem {
 /// Each tetrahedron at the rim of a place has all its edges cut in two.
 BisectedProblem refine_at_rims(const Problem &problem);
 
-/// The same again and again.
+/// Each tetrahedron whose centroid is nearer to the middle of a place inside than so many of its radii has all its
+/// edges cut in two.
+BisectedProblem refine_near_places(const Problem &problem, std::span<const InteriorPlace> places, double radii);
+
+/// The same as refine_at_rims() again and again.
 /// @param levels  how often
 Problem refine_at_rims(const Problem &problem, int levels);
 

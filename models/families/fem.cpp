@@ -1,7 +1,4 @@
-#include <algorithm>
-#include <array>
 #include <memory>
-#include <set>
 #include <span>
 #include <utility>
 #include <vector>
@@ -51,26 +48,6 @@ constexpr double refined_tolerance = 1e-5;
 constexpr double near_places = 1.5;
 constexpr int times_near_places = 2;
 
-/// Each tetrahedron near a place has all its edges cut in two.
-core::BisectedProblem refine_near(const core::Problem &problem, std::span<const core::InteriorPlace> places) {
-    const auto &mesh = problem.body->mesh;
-    std::set<std::array<int, 2>> edges;
-    for (const auto &nodes : mesh.tetrahedra) {
-        core::Vector3 centroid = core::Vector3::Zero();
-        for (const int node : nodes)
-            centroid += 0.25 * mesh.points[node];
-        const bool is_near = std::ranges::any_of(
-            places, [&](const auto &place) { return (centroid - place.middle).norm() < near_places * place.radius; });
-        for (const auto &[i, j] : core::tetrahedron_edges)
-            if (is_near)
-                edges.insert({std::min(nodes[i], nodes[j]), std::max(nodes[i], nodes[j])});
-    }
-    auto bisected = core::bisect(*problem.body, edges);
-    auto load_case = core::on_parts(problem.load_case, bisected);
-    return {{std::make_shared<const core::Body>(std::move(bisected.body)), std::move(load_case)},
-            std::move(bisected.parent_tetrahedron)};
-}
-
 /// The compliance of the mixed elements on the mesh and on two that are finer near the places.
 core::Compliance refined_compliance(const core::Problem &problem, std::span<const core::InteriorPlace> places,
                                     SolverChoice choice) {
@@ -79,7 +56,7 @@ core::Compliance refined_compliance(const core::Problem &problem, std::span<cons
     auto found = solvers.back()->compliance(problem.load_case, places);
     auto finest = problem;
     for (int level = 0; level < times_near_places; ++level) {
-        auto refined = refine_near(finest, places);
+        auto refined = core::refine_near_places(finest, places, near_places);
         finest = std::move(refined.problem);
         solvers.push_back(choice == SolverChoice::automatic
                               ? std::make_unique<StaticSolver>(finest.body, *solvers.back(), refined_tolerance,
