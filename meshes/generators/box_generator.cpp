@@ -1,13 +1,11 @@
 #include "meshes/generators/box_generator.hpp"
 
-#include <fmt/format.h>
-
 #include <cmath>
-#include <stdexcept>
+#include <fmt/format.h>
+#include <gmsh.h>
 #include <string>
 
-#include "meshes/generators/gmsh_collector.hpp"
-#include "meshes/generators/gmsh_session.hpp"
+#include "meshes/generators/delaunay.hpp"
 #include "meshes/generators/lattice_box.hpp"
 #include "support/input_error.hpp"
 
@@ -31,38 +29,13 @@ void name_sides(core::TetraMesh &mesh) {
     }
 }
 
-/// Unlike that of lattices, the number of tetrahedra is not known before gmsh has made them: it works for days.
-void check_number(const core::Vector3 &size, double edge_length) {
-    constexpr double most_tetrahedra = 2e7, longest = 1e6; // [m], of what OpenCASCADE calculates with
-    const double volume_of_each = std::pow(edge_length, 3) / (6.0 * std::sqrt(2.0));
-    const double number = (size / std::cbrt(volume_of_each)).prod();
-    if (!(number <= most_tetrahedra))
-        throw support::InputError(
-            fmt::format("the edges are too short: a box of {:g} x {:g} x {:g} m would have more than {:g} tetrahedra; "
-                        "make them longer",
-                        size.x(), size.y(), size.z(), most_tetrahedra));
-    if (!(size.maxCoeff() <= longest))
-        throw support::InputError(
-            fmt::format("a side of {:g} m is too long to mesh; give lengths in metres", size.maxCoeff()));
-}
-
 core::TetraMesh delaunay_box(const core::Vector3 &size, double edge_length) {
-    check_number(size, edge_length);
-    core::TetraMesh mesh;
-    try {
-        const GmshSession session;
-        gmsh::model::occ::addBox(0.0, 0.0, 0.0, size.x(), size.y(), size.z());
-        gmsh::model::occ::synchronize();
-        gmsh::option::setNumber("Mesh.CharacteristicLengthMin", edge_length);
-        gmsh::option::setNumber("Mesh.CharacteristicLengthMax", edge_length);
-        gmsh::model::mesh::generate(3);
-        GmshCollector collector(mesh);
-        collector.add_nodes();
-        collector.add_tetrahedra();
-    } catch (const std::string &error) { // what Debian's gmsh throws
-        throw std::runtime_error(fmt::format("gmsh cannot mesh the box: {}", error));
-    }
-    return mesh;
+    return delaunay_mesh({.name = "box",
+                          .size = fmt::format("{:g} x {:g} x {:g} m", size.x(), size.y(), size.z()),
+                          .side_of_cube = size.unaryExpr([](double side) { return std::cbrt(side); }).prod(),
+                          .longest_side = size.maxCoeff(),
+                          .add = [&] { gmsh::model::occ::addBox(0.0, 0.0, 0.0, size.x(), size.y(), size.z()); }},
+                         edge_length);
 }
 
 } // namespace

@@ -1,12 +1,12 @@
 #include "meshes/generators/cylinder_generator.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <stdexcept>
-#include <string>
+#include <gmsh.h>
+#include <numbers>
 
-#include "meshes/generators/gmsh_collector.hpp"
-#include "meshes/generators/gmsh_session.hpp"
+#include "meshes/generators/delaunay.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::meshes {
@@ -16,21 +16,13 @@ namespace {
 enum CylinderPatch { side = 0, bottom = 1, top = 2 };
 
 core::TetraMesh filled_cylinder(double radius, double height, double edge_length) {
-    core::TetraMesh mesh;
-    try {
-        const GmshSession session;
-        gmsh::model::occ::addCylinder(0.0, 0.0, 0.0, 0.0, 0.0, height, radius);
-        gmsh::model::occ::synchronize();
-        gmsh::option::setNumber("Mesh.CharacteristicLengthMin", edge_length);
-        gmsh::option::setNumber("Mesh.CharacteristicLengthMax", edge_length);
-        gmsh::model::mesh::generate(3);
-        GmshCollector collector(mesh);
-        collector.add_nodes();
-        collector.add_tetrahedra();
-    } catch (const std::string &error) { // what Debian's gmsh throws
-        throw std::runtime_error(fmt::format("gmsh cannot mesh the cylinder: {}", error));
-    }
-    return mesh;
+    return delaunay_mesh(
+        {.name = "cylinder",
+         .size = fmt::format("{:g} m radius and {:g} m height", radius, height),
+         .side_of_cube = std::cbrt(std::numbers::pi) * std::pow(std::cbrt(radius), 2) * std::cbrt(height),
+         .longest_side = std::max(2.0 * radius, height),
+         .add = [&] { gmsh::model::occ::addCylinder(0.0, 0.0, 0.0, 0.0, 0.0, height, radius); }},
+        edge_length);
 }
 
 } // namespace
