@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <iterator>
-#include <memory>
+#include <utility>
 
-#include "load_cases/load_case_reader.hpp"
 #include "load_cases/needle_reader.hpp"
 #include "load_cases/selector.hpp"
 #include "models/model_table.hpp"
@@ -14,6 +12,7 @@
 #include "studies/catalogue.hpp"
 #include "studies/needle/insertion.hpp"
 #include "studies/run/output_folder.hpp"
+#include "studies/run/problems.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 
@@ -46,23 +45,21 @@ struct NeedleProblem {
     std::vector<core::Needle> needles;
 };
 
-std::vector<NeedleProblem> read_needle_problems(const NeedleOptions &options, std::vector<std::string> &notes) {
+std::vector<NeedleProblem> read_with_needles(const NeedleOptions &options, std::vector<std::string> &notes) {
     const auto file = find_toml_files({options.load_case}, needle_load_cases_folder, "load case").front();
+    auto set = read_needle_problems(options.bodies, file.string(), options.material);
+    notes = std::move(set.notes);
     std::vector<NeedleProblem> problems;
     std::string fault;
-    for (const auto &body_file : find_toml_files(options.bodies, bodies_folder, "body")) {
-        const auto body = std::make_shared<const core::Body>(meshes::read_body(body_file, options.material));
-        for (const auto &assumption : body->assumptions)
-            notes.push_back(fmt::format("{}: {}", body->name, assumption));
+    for (auto &problem : set.problems)
         try {
-            core::Problem problem{body, load_cases::read_load_case(file, body->mesh)};
-            auto needles = load_cases::read_needles(file, *body, problem.load_case);
+            auto needles = load_cases::read_needles(file, *problem.body, problem.load_case);
             problems.push_back({std::move(problem), std::move(needles)});
         } catch (const load_cases::NotOnBody &error) {
-            notes.push_back(fmt::format("left out on {}: {}", body->name, error.reason()));
+            notes.push_back(fmt::format("left out on {}: {}, because {}", problem.body->name, file.stem().string(),
+                                        error.reason()));
             fault = error.what();
         }
-    }
     if (problems.empty())
         throw support::InputError(fault);
     return problems;
@@ -91,7 +88,7 @@ NeedleResults drive_needles(const NeedleOptions &options, const std::string &com
                             const ProgressReport &report) {
     const auto models = models_with_needles(options);
     NeedleResults done;
-    const auto problems = read_needle_problems(options, done.notes);
+    const auto problems = read_with_needles(options, done.notes);
     std::size_t num_needles = 0;
     for (const auto &[problem, needles] : problems)
         num_needles += needles.size();

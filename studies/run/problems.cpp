@@ -178,6 +178,13 @@ ProblemSet read_moving_problems(const std::vector<std::string> &bodies, const st
     return set;
 }
 
+ProblemSet read_needle_problems(const std::vector<std::string> &bodies, const std::string &load_case,
+                                const meshes::MaterialOverride &material) {
+    auto set = read_all(bodies, {load_case}, material, true);
+    std::ranges::move(sentences(set.left_out), std::back_inserter(set.notes));
+    return set;
+}
+
 ProblemSet read_scaled_problems(const std::vector<std::string> &bodies, const std::string &load_case,
                                 const meshes::MaterialOverride &material) {
     auto set = read_problems(bodies, {load_case}, material);

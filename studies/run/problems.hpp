@@ -49,6 +49,11 @@ ProblemSet read_problems(const std::vector<std::string> &bodies, const std::vect
 ProblemSet read_moving_problems(const std::vector<std::string> &bodies, const std::string &load_case,
                                 const meshes::MaterialOverride &material);
 
+/// The same of one load case with a needle, which read_problems() refuses.
+/// @param load_case  path
+ProblemSet read_needle_problems(const std::vector<std::string> &bodies, const std::string &load_case,
+                                const meshes::MaterialOverride &material);
+
 /// The same for a command of one rank and one load case, with the loads scaled to their target where it asks for that.
 /// Places that yielded and what is left out are in the notes.
 ProblemSet read_scaled_problems(const std::vector<std::string> &bodies, const std::string &load_case,
