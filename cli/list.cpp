@@ -27,18 +27,8 @@ void list_bodies() {
         print_entry(file.stem().string(), meshes::body_title(file));
 }
 
-void list_load_cases() {
-    for (const auto &file : studies::find_toml_files({}, studies::load_cases_folder, "load case"))
-        print_entry(file.stem().string(), load_cases::load_case_title(file));
-}
-
-void list_moving_load_cases() {
-    for (const auto &file : studies::find_toml_files({}, studies::moving_load_cases_folder, "load case"))
-        print_entry(file.stem().string(), load_cases::load_case_title(file));
-}
-
-void list_needle_load_cases() {
-    for (const auto &file : studies::find_toml_files({}, studies::needle_load_cases_folder, "load case"))
+void list_load_cases_in(const char *folder) {
+    for (const auto &file : studies::find_toml_files({}, folder, "load case"))
         print_entry(file.stem().string(), load_cases::load_case_title(file));
 }
 
@@ -68,14 +58,15 @@ struct List {
 };
 
 const std::vector<List> &lists() {
-    static const std::vector<List> table{{"bodies", list_bodies},
-                                         {"load-cases", list_load_cases},
-                                         {"moving-load-cases", list_moving_load_cases},
-                                         {"needle-load-cases", list_needle_load_cases},
-                                         {"models", list_models},
-                                         {"methods", list_methods},
-                                         {"spring-laws", list_spring_laws},
-                                         {"integrators", list_integrators}};
+    static const std::vector<List> table{
+        {"bodies", list_bodies},
+        {"load-cases", [] { list_load_cases_in(studies::load_cases_folder); }},
+        {"moving-load-cases", [] { list_load_cases_in(studies::moving_load_cases_folder); }},
+        {"needle-load-cases", [] { list_load_cases_in(studies::needle_load_cases_folder); }},
+        {"models", list_models},
+        {"methods", list_methods},
+        {"spring-laws", list_spring_laws},
+        {"integrators", list_integrators}};
     return table;
 }
 
