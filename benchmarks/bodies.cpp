@@ -4,8 +4,8 @@
 #include <array>
 #include <fmt/format.h>
 
-#include "benchmarks/node_order.hpp"
-#include "core/refinement.hpp"
+#include "benchmarks/kernels/node_order.hpp"
+#include "core/mesh/refinement.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "msm/kernels/layout/node_order.hpp"
 #include "support/input_error.hpp"

@@ -12,7 +12,7 @@
 #include "core/processor_time.hpp"
 #include "live/scene.hpp"
 #include "live/springs.hpp"
-#include "load_cases/load_case_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "support/input_error.hpp"
 #include "support/root_folder.hpp"

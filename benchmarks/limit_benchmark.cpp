@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "benchmarks/bodies.hpp"
-#include "benchmarks/limit_kernels.hpp"
-#include "benchmarks/limits.hpp"
+#include "benchmarks/limits/limit_kernels.hpp"
+#include "benchmarks/limits/limits.hpp"
 #include "benchmarks/program.hpp"
 
 namespace {

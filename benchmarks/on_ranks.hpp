@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "support/input_error.hpp"
-#include "support/mpi_session.hpp"
+#include "support/processes/mpi_session.hpp"
 
 namespace livermark::benchmarks {
 

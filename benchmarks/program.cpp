@@ -11,7 +11,7 @@
 #include <span>
 #include <string_view>
 
-#include "results/hdf5/timings_file.hpp"
+#include "results/hdf5/files/timings_file.hpp"
 #include "results/provenance.hpp"
 #include "results/quantile.hpp"
 #include "support/input_error.hpp"

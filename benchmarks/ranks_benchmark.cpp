@@ -7,9 +7,9 @@
 
 #include "benchmarks/on_ranks.hpp"
 #include "fem_reference/distributed/distributed_solver.hpp"
-#include "load_cases/load_case_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
-#include "support/mpi_session.hpp"
+#include "support/processes/mpi_session.hpp"
 #include "support/root_folder.hpp"
 
 namespace livermark {

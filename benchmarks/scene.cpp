@@ -6,7 +6,7 @@
 #include "benchmarks/bodies.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/spring_network.hpp"
+#include "msm/springs/spring_network.hpp"
 
 namespace livermark::benchmarks {
 

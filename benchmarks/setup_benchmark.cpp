@@ -15,7 +15,7 @@
 #include "fem_reference/solvers/constrained_solver.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/kernels/layout/node_order.hpp"
-#include "msm/spring_network.hpp"
+#include "msm/springs/spring_network.hpp"
 
 namespace {
 

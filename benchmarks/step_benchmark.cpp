@@ -6,9 +6,9 @@
 
 #include "benchmarks/bodies.hpp"
 #include "benchmarks/competitor.hpp"
-#include "benchmarks/kernels.hpp"
-#include "benchmarks/limits.hpp"
-#include "benchmarks/oracle.hpp"
+#include "benchmarks/kernels/kernels.hpp"
+#include "benchmarks/kernels/oracle.hpp"
+#include "benchmarks/limits/limits.hpp"
 #include "benchmarks/program.hpp"
 #include "msm/dynamics/time_step.hpp"
 

@@ -8,14 +8,14 @@
 
 #include "benchmarks/on_ranks.hpp"
 #include "core/error_norms.hpp"
-#include "core/local_refinement.hpp"
+#include "core/mesh/local_refinement.hpp"
 #include "core/observed_error.hpp"
 #include "fem_reference/distributed/distributed_solver.hpp"
-#include "load_cases/load_case_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "models/model_table.hpp"
 #include "support/input_error.hpp"
-#include "support/mpi_session.hpp"
+#include "support/processes/mpi_session.hpp"
 #include "support/root_folder.hpp"
 
 namespace livermark {

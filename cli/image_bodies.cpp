@@ -9,11 +9,11 @@
 #include "cli/segment.hpp"
 #include "meshes/io/surface_formats.hpp"
 #include "studies/catalogue.hpp"
-#include "studies/run/output_folder.hpp"
+#include "studies/run/solutions/output_folder.hpp"
 #include "support/file_ending.hpp"
 #include "support/fnv_hash.hpp"
 #include "support/input_error.hpp"
-#include "support/mpi_session.hpp"
+#include "support/processes/mpi_session.hpp"
 #include "support/root_folder.hpp"
 #include "support/toml_input.hpp"
 

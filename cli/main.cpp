@@ -13,13 +13,13 @@
 #include <utility>
 #include <vector>
 
-#include "cli/commands.hpp"
+#include "cli/commands/commands.hpp"
 #include "cli/usage.hpp"
 #include "cli/word_order.hpp"
 #include "support/input_error.hpp"
-#include "support/memory.hpp"
-#include "support/mpi_session.hpp"
-#include "support/standard_error.hpp"
+#include "support/processes/memory.hpp"
+#include "support/processes/mpi_session.hpp"
+#include "support/processes/standard_error.hpp"
 
 namespace {
 

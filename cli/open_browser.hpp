@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "support/child_process.hpp"
+#include "support/processes/child_process.hpp"
 
 namespace livermark::cli {
 

@@ -7,10 +7,10 @@
 
 #include "results/one_reference.hpp"
 #include "results/tables/brief.hpp"
-#include "results/tables/cohort_table.hpp"
 #include "results/tables/large_table.hpp"
 #include "results/tables/median_errors.hpp"
 #include "results/tables/overview.hpp"
+#include "results/tables/studies/cohort_table.hpp"
 #include "results/tables/summary.hpp"
 #include "results/tables/table.hpp"
 #include "results/tables/table_layout.hpp"

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "results/cohort.hpp"
-#include "results/result.hpp"
+#include "results/records/cohort.hpp"
+#include "results/records/result.hpp"
 #include "studies/run/problems.hpp"
 
 namespace livermark::cli {

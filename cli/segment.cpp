@@ -12,8 +12,8 @@
 #include "cli/progress.hpp"
 #include "meshes/io/mesh_figures.hpp"
 #include "meshes/io/msh_reader.hpp"
-#include "support/child_process.hpp"
 #include "support/input_error.hpp"
+#include "support/processes/child_process.hpp"
 #include "support/toml_input.hpp"
 #include "support/whole_file.hpp"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 
 /// Bodies of segmentations, for `livermark mesh` and all that takes bodies. The program `livermark-segment` makes them,
 /// in a process of its own; where it is not built each says how to build it.

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/deformation.hpp"
+#include "core/mesh/deformation.hpp"
 
 namespace livermark::core {
 

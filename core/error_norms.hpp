@@ -6,7 +6,7 @@
 
 #include "core/problem.hpp"
 #include "core/solution.hpp"
-#include "core/tool_stiffness.hpp"
+#include "core/tool/tool_stiffness.hpp"
 
 namespace livermark::core {
 

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "core/mesh/tetra_mesh.hpp"
 #include "core/rayleigh_damping.hpp"
-#include "core/round_load.hpp"
-#include "core/tetra_mesh.hpp"
+#include "core/tool/round_load.hpp"
 
 namespace livermark::core {
 

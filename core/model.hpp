@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "core/compliance.hpp"
-#include "core/interior_place.hpp"
+#include "core/mesh/interior_place.hpp"
 #include "core/modes.hpp"
 #include "core/problem.hpp"
 #include "core/solution.hpp"
+#include "core/tool/compliance.hpp"
 
 namespace livermark::core {
 

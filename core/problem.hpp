@@ -7,7 +7,7 @@
 
 #include "core/load_case.hpp"
 #include "core/material.hpp"
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 
 namespace livermark::core {
 

@@ -1,6 +1,6 @@
 #include "experiments/marker_field.hpp"
 
-#include "load_cases/facets.hpp"
+#include "load_cases/places/facets.hpp"
 
 namespace livermark::experiments {
 

@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "core/point_location.hpp"
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/point_location.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 
 namespace livermark::experiments {
 

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 
 namespace livermark::experiments {
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "experiments/marker_table.hpp"
-#include "load_cases/load_case_table.hpp"
+#include "load_cases/readers/load_case_table.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "meshes/generators/cylinder_generator.hpp"
 #include "meshes/io/body_reader.hpp"

@@ -2,7 +2,7 @@
 
 #include <deal.II/grid/tria.h>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 
 namespace livermark::fem_reference {
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "core/bounding_box.hpp"
+#include "core/mesh/bounding_box.hpp"
 
 namespace livermark::fem_reference {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "core/load_case.hpp"
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 
 namespace livermark::fem_reference {
 

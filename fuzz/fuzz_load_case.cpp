@@ -1,5 +1,5 @@
 #include "fuzz/scratch_file.hpp"
-#include "load_cases/load_case_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "support/input_error.hpp"
 

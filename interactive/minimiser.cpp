@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "support/sparse_cholesky.hpp"
+#include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::interactive {
 

@@ -3,7 +3,7 @@
 #include <functional>
 #include <vector>
 
-#include "core/round_load.hpp"
+#include "core/tool/round_load.hpp"
 #include "live/surface.hpp"
 
 /// How a tool touches the surface: over a disc, as the round tools of load cases do, so that a tool of one radius means
@@ -26,8 +26,8 @@ struct Place {
     int triangle = -1;                              ///< of the surface, that the point is in
 };
 
-/// What a tool touches: forces are spread over it as a round load is (core/round_load.hpp), and where it is now is the
-/// mean with the same weights.
+/// What a tool touches: forces are spread over it as a round load is (core/tool/round_load.hpp), and where it is now is
+/// the mean with the same weights.
 struct Disc {
     Place place;                ///< its middle
     core::RoundLoad shape;      ///< around that

@@ -23,9 +23,9 @@ std::unique_ptr<Scene> scene_of(std::span<const double> message);
 ///         number of springs
 ///     2, tool, target (3) [m], radius [m], node, number of steps
 ///         Reply: time [s], tool (3) [m], force (3) [N], middle (3) [m] and radius [m] of the round load that the
-///         tractions are the means of over facets, radius 0 where nothing is loaded (core/round_load.hpp), indentation
-///         [m], smallest volume, largest speed [m/s], restarts, seconds that the steps took, N, K, L; node (K), force
-///         (K,3) [N], facet (L), traction (L,3) [Pa]; and as float32 displacement (N,3) [m]
+///         tractions are the means of over facets, radius 0 where nothing is loaded (core/tool/round_load.hpp),
+///         indentation [m], smallest volume, largest speed [m/s], restarts, seconds that the steps took, N, K, L; node
+///         (K), force (K,3) [N], facet (L), traction (L,3) [Pa]; and as float32 displacement (N,3) [m]
 ///     3
 ///         back to rest. The solution is empty.
 ///     4

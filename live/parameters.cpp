@@ -8,7 +8,7 @@
 #include "live/springs.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/inversion_guard.hpp"
+#include "msm/springs/inversion_guard.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 

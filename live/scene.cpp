@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <utility>
 
-#include "core/bounding_box.hpp"
+#include "core/mesh/bounding_box.hpp"
 #include "live/material.hpp"
 #include "live/parameters.hpp"
 #include "live/springs.hpp"

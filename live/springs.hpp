@@ -6,7 +6,7 @@
 
 #include "core/problem.hpp"
 #include "live/scene.hpp"
-#include "msm/springs_with_volume.hpp"
+#include "msm/springs/springs_with_volume.hpp"
 
 /// The springs that may move.
 namespace livermark::live {

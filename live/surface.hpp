@@ -3,8 +3,8 @@
 #include <array>
 #include <vector>
 
-#include "core/round_load.hpp"
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
+#include "core/tool/round_load.hpp"
 
 namespace livermark::live {
 

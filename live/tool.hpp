@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 
 namespace livermark::live {
 

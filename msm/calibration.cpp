@@ -8,8 +8,8 @@
 #include <nlopt.h>
 
 #include "msm/elastic_body.hpp"
+#include "support/factors/orderings.hpp"
 #include "support/openmp.hpp"
-#include "support/orderings.hpp"
 
 namespace livermark::msm {
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "msm/spring_network.hpp"
+#include "msm/springs/spring_network.hpp"
 
 namespace livermark::msm {
 

@@ -1,7 +1,7 @@
 # What also runs where there are no threads and no CHOLMOD: see cmake/portable.cmake.
-set(livermark_portable_msm_sources bounded_least_squares.cpp biquadratic_springs.cpp coupled_springs.cpp edge_stretches.cpp
-  elastic_body.cpp integrator.cpp inversion_guard.cpp
-  mass_lumping.cpp mean_parts.cpp nodal_parts.cpp spring_network.cpp springs_with_volume.cpp strain_measures.cpp tetrahedron_volume.cpp volume_penalty.cpp
+set(livermark_portable_msm_sources bounded_least_squares.cpp springs/biquadratic_springs.cpp springs/coupled_springs.cpp springs/edge_stretches.cpp
+  elastic_body.cpp integrator.cpp springs/inversion_guard.cpp
+  mass_lumping.cpp springs/mean_parts.cpp springs/nodal_parts.cpp springs/spring_network.cpp springs/springs_with_volume.cpp springs/strain_measures.cpp springs/tetrahedron_volume.cpp springs/volume_penalty.cpp
   dynamics/chebyshev_stages.cpp dynamics/highest_frequency.cpp dynamics/mass_scaling.cpp dynamics/step_parts.cpp dynamics/time_step.cpp
   statics/free_components.cpp
   kernels/fast_steps.cpp kernels/layout/fans.cpp kernels/layout/mean_gradients.cpp kernels/layout/node_order.cpp kernels/layout/sliced_body.cpp

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "msm/dynamics/step_parts.hpp"
-#include "msm/edge_stretches.hpp"
-#include "msm/volume_penalty.hpp"
+#include "msm/springs/edge_stretches.hpp"
+#include "msm/springs/volume_penalty.hpp"
 
 namespace livermark::msm {
 

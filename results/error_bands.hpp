@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "results/result.hpp"
+#include "results/records/result.hpp"
 
 namespace livermark::results {
 

@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "core/bounding_box.hpp"
+#include "core/mesh/bounding_box.hpp"
 #include "core/units.hpp"
 
 namespace livermark::results {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "results/result.hpp"
+#include "results/records/result.hpp"
 
 /// Which reference numbers belong to, and which results may count together. Errors against a reference on refined
 /// meshes and against one on the mesh of the models differ by more than many models do (`fem_p2` under traction: 4.2

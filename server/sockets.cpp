@@ -13,7 +13,7 @@
 
 #include "server/talk.hpp"
 #include "support/input_error.hpp"
-#include "support/memory.hpp"
+#include "support/processes/memory.hpp"
 
 namespace livermark::server {
 

@@ -7,8 +7,8 @@
 #include <numeric>
 #include <set>
 
-#include "core/bounding_box.hpp"
-#include "core/plausible_liver.hpp"
+#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/plausible_liver.hpp"
 #include "meshes/io/mesh_figures.hpp"
 
 namespace livermark::tests {

@@ -8,7 +8,7 @@
 #include "benchmarks/peers/bullet_laws.hpp"
 #include "interactive/colouring.hpp"
 #include "interactive/elements/central_differences.hpp"
-#include "interactive/elements/element_energy.hpp"
+#include "interactive/elements/energies/element_energy.hpp"
 #include "interactive/elements/prefactored.hpp"
 #include "interactive/elements/spring_body.hpp"
 

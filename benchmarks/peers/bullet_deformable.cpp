@@ -9,7 +9,7 @@
 #include <BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 
-#include "benchmarks/oracle.hpp"
+#include "benchmarks/kernels/oracle.hpp"
 #include "benchmarks/peers/bullet_body.hpp"
 
 namespace livermark::benchmarks::peers {

@@ -2,10 +2,10 @@
 
 #include <cmath>
 
-#include "interactive/elements/densities.hpp"
+#include "interactive/elements/energies/densities.hpp"
 
 /// The laws of Bullet's tetrahedra, as its headers have them, in double precision: energies per volume as those of
-/// interactive/elements/densities.hpp. Its third law, btDeformableLinearElasticityForce, is
+/// interactive/elements/energies/densities.hpp. Its third law, btDeformableLinearElasticityForce, is
 /// interactive::densities::Corotational but for the rotation that it takes.
 namespace livermark::benchmarks::bullet_laws {
 

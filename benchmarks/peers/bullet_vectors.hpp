@@ -3,7 +3,7 @@
 #include <LinearMath/btVector3.h>
 #include <vector>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 
 namespace livermark::benchmarks {
 

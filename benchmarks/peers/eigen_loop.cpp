@@ -1,7 +1,7 @@
 #include <Eigen/Core>
 #include <memory>
 
-#include "benchmarks/oracle.hpp"
+#include "benchmarks/kernels/oracle.hpp"
 
 namespace livermark::benchmarks::peers {
 

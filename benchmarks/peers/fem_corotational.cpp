@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 #include <memory>
 
-#include "benchmarks/oracle.hpp"
+#include "benchmarks/kernels/oracle.hpp"
 #include "fem_reference/dynamics/mass_matrix.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
-#include "msm/biquadratic_springs.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/time_step.hpp"
+#include "msm/springs/biquadratic_springs.hpp"
 
 namespace livermark::benchmarks::peers {
 

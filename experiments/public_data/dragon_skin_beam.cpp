@@ -6,7 +6,7 @@
 
 #include "experiments/experiment.hpp"
 #include "experiments/motion_capture.hpp"
-#include "load_cases/load_case_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "support/input_error.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "experiments/experiment.hpp"
 #include "experiments/marker_table.hpp"
-#include "load_cases/load_case_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "support/input_error.hpp"
 

@@ -9,8 +9,8 @@
 #include "fem_reference/distributed/distributed_multigrid.hpp"
 #include "fem_reference/distributed/distributed_stiffness.hpp"
 #include "fem_reference/solvers/clear_constrained.hpp"
-#include "fem_reference/solvers/prolongation.hpp"
-#include "fem_reference/solvers/two_level.hpp"
+#include "fem_reference/solvers/multigrid/prolongation.hpp"
+#include "fem_reference/solvers/multigrid/two_level.hpp"
 
 namespace livermark::fem_reference {
 

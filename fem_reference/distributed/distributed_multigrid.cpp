@@ -2,7 +2,7 @@
 
 #include <deal.II/lac/dynamic_sparsity_pattern.h>
 
-#include "fem_reference/solvers/multigrid_settings.hpp"
+#include "fem_reference/solvers/multigrid/multigrid_settings.hpp"
 
 namespace livermark::fem_reference {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "fem_reference/distributed/node_exchange.hpp"
-#include "fem_reference/solvers/rigid_modes.hpp"
+#include "fem_reference/solvers/multigrid/rigid_modes.hpp"
 #include "fem_reference/solvers/symmetric_blocks.hpp"
 
 namespace livermark::fem_reference {

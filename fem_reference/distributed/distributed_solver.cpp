@@ -19,7 +19,7 @@
 #include "fem_reference/distributed/ranks.hpp"
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/facet_conditions.hpp"
-#include "support/mpi_session.hpp"
+#include "support/processes/mpi_session.hpp"
 
 namespace livermark::fem_reference {
 

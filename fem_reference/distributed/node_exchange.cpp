@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "support/mpi_session.hpp"
+#include "support/processes/mpi_session.hpp"
 
 namespace livermark::fem_reference {
 

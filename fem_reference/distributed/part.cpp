@@ -12,10 +12,10 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/refinement.hpp"
+#include "core/mesh/refinement.hpp"
 #include "fem_reference/distributed/node_exchange.hpp"
-#include "fem_reference/solvers/prolongation.hpp"
-#include "support/mpi_session.hpp"
+#include "fem_reference/solvers/multigrid/prolongation.hpp"
+#include "support/processes/mpi_session.hpp"
 
 namespace livermark::fem_reference {
 

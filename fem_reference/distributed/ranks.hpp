@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "fem_reference/distributed/node_exchange.hpp"
-#include "support/mpi_session.hpp"
+#include "support/processes/mpi_session.hpp"
 
 namespace livermark::fem_reference {
 

@@ -11,9 +11,9 @@
 #include "fem_reference/distributed/distributed_saddle_point.hpp"
 #include "fem_reference/distributed/ranks.hpp"
 #include "fem_reference/facet_conditions.hpp"
-#include "fem_reference/hyperelastic/path_solution.hpp"
-#include "fem_reference/hyperelastic/path_system.hpp"
-#include "support/mpi_session.hpp"
+#include "fem_reference/hyperelastic/paths/path_solution.hpp"
+#include "fem_reference/hyperelastic/paths/path_system.hpp"
+#include "support/processes/mpi_session.hpp"
 
 namespace livermark::hyperelastic {
 

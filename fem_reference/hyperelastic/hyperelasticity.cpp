@@ -7,8 +7,8 @@
 
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/facet_conditions.hpp"
-#include "fem_reference/hyperelastic/hyperelastic_motion.hpp"
-#include "fem_reference/hyperelastic/path_solution.hpp"
+#include "fem_reference/hyperelastic/motion/hyperelastic_motion.hpp"
+#include "fem_reference/hyperelastic/paths/path_solution.hpp"
 
 namespace livermark::hyperelastic {
 

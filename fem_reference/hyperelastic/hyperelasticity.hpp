@@ -5,8 +5,8 @@
 
 #include "core/problem.hpp"
 #include "core/solution.hpp"
-#include "fem_reference/hyperelastic/load_path.hpp"
 #include "fem_reference/hyperelastic/material_law.hpp"
+#include "fem_reference/hyperelastic/paths/load_path.hpp"
 #include "fem_reference/linear/formulation.hpp"
 
 namespace livermark::hyperelastic {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "fem_reference/hyperelastic/path_system.hpp"
+#include "fem_reference/hyperelastic/paths/path_system.hpp"
 
 namespace livermark::hyperelastic {
 

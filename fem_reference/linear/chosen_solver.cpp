@@ -2,8 +2,8 @@
 
 #include <limits>
 
-#include "fem_reference/solvers/algebraic_multigrid.hpp"
-#include "fem_reference/solvers/two_level.hpp"
+#include "fem_reference/solvers/multigrid/algebraic_multigrid.hpp"
+#include "fem_reference/solvers/multigrid/two_level.hpp"
 
 namespace livermark::fem_reference {
 

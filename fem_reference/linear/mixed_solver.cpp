@@ -8,8 +8,8 @@
 #include <limits>
 #include <optional>
 
+#include "fem_reference/solvers/multigrid/rigid_modes.hpp"
 #include "fem_reference/solvers/multivector.hpp"
-#include "fem_reference/solvers/rigid_modes.hpp"
 #include "fem_reference/solvers/saddle_point.hpp"
 
 namespace livermark::fem_reference {

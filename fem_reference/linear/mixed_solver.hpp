@@ -8,7 +8,7 @@
 #include "fem_reference/linear/chosen_solver.hpp"
 #include "fem_reference/linear/pressure_system.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
-#include "fem_reference/solvers/nested_iteration.hpp"
+#include "fem_reference/solvers/multigrid/nested_iteration.hpp"
 
 namespace livermark::fem_reference {
 

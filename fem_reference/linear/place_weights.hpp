@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "core/interior_place.hpp"
+#include "core/mesh/interior_place.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 
 namespace livermark::fem_reference {

@@ -10,7 +10,7 @@
 #include "fem_reference/linear/chosen_solver.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 #include "fem_reference/solvers/iterative_solver.hpp"
-#include "fem_reference/solvers/two_level.hpp"
+#include "fem_reference/solvers/multigrid/two_level.hpp"
 
 namespace livermark::fem_reference {
 

@@ -8,7 +8,7 @@
 #include "core/stopwatch.hpp"
 #include "fem_reference/dynamics/mass_matrix.hpp"
 #include "fem_reference/solvers/multivector.hpp"
-#include "support/sparse_cholesky.hpp"
+#include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::fem_reference {
 

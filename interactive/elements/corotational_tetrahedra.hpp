@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "interactive/elements/element_energy.hpp"
+#include "interactive/elements/energies/element_energy.hpp"
 #include "interactive/kernels/corotational/corotational_rows.hpp"
 #include "interactive/simulation.hpp"
 

@@ -6,8 +6,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "core/bounding_box.hpp"
-#include "interactive/elements/element_energy.hpp"
+#include "core/mesh/bounding_box.hpp"
+#include "interactive/elements/energies/element_energy.hpp"
 
 namespace livermark::interactive {
 

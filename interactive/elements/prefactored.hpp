@@ -5,7 +5,7 @@
 
 #include "interactive/inertia.hpp"
 #include "interactive/kernels/prefactored/prefactored_steps.hpp"
-#include "support/sparse_cholesky.hpp"
+#include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::interactive {
 

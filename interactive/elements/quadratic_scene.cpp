@@ -4,7 +4,7 @@
 #include <map>
 #include <utility>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "interactive/elements/quadratic_tetrahedra.hpp"
 
 namespace livermark::interactive {

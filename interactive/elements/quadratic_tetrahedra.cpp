@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/tetra_mesh.hpp"
-#include "interactive/elements/element_energy.hpp"
+#include "core/mesh/tetra_mesh.hpp"
+#include "interactive/elements/energies/element_energy.hpp"
 
 namespace livermark::interactive {
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "interactive/elements/densities.hpp"
+#include "interactive/elements/energies/densities.hpp"
 #include "interactive/energy.hpp"
 
 namespace livermark::interactive {

@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "interactive/elements/element_energy.hpp"
+#include "interactive/elements/energies/element_energy.hpp"
 
 namespace livermark::interactive {
 

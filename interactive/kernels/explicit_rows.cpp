@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "interactive/elements/quadratic_tetrahedra.hpp"
 #include "interactive/elements/tetrahedra.hpp"
 #include "interactive/kernels/fans.hpp"

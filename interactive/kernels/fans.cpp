@@ -5,7 +5,7 @@
 #include <queue>
 #include <utility>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 
 namespace livermark::interactive::kernels {
 

@@ -5,7 +5,7 @@
 #include <boost/graph/cuthill_mckee_ordering.hpp>
 #include <numeric>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "interactive/elements/rows_of_nodes.hpp"
 #include "interactive/kernels/windows.hpp"
 

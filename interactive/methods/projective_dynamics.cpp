@@ -1,9 +1,9 @@
 #include <memory>
 #include <utility>
 
-#include "interactive/elements/element_energy.hpp"
+#include "interactive/elements/energies/element_energy.hpp"
+#include "interactive/elements/energies/projections.hpp"
 #include "interactive/elements/prefactored.hpp"
-#include "interactive/elements/projections.hpp"
 #include "interactive/method.hpp"
 
 namespace livermark::interactive::methods {

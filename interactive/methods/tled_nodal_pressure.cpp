@@ -1,8 +1,8 @@
 #include <memory>
 #include <utility>
 
+#include "interactive/elements/energies/nodal_pressure_energy.hpp"
 #include "interactive/elements/explicit_tetrahedra.hpp"
-#include "interactive/elements/nodal_pressure_energy.hpp"
 #include "interactive/method.hpp"
 
 namespace livermark::interactive::methods {

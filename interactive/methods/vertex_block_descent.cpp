@@ -6,7 +6,7 @@
 
 #include "interactive/chebyshev.hpp"
 #include "interactive/colouring.hpp"
-#include "interactive/elements/element_energy.hpp"
+#include "interactive/elements/energies/element_energy.hpp"
 #include "interactive/elements/rows_of_nodes.hpp"
 #include "interactive/inertia.hpp"
 #include "interactive/kernels/descent/descent_steps.hpp"

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "interactive/elements/constraint_set.hpp"
-#include "interactive/elements/element_energy.hpp"
+#include "interactive/elements/energies/element_energy.hpp"
 #include "interactive/elements/position_based.hpp"
 #include "interactive/method.hpp"
 

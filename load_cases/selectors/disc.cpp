@@ -3,8 +3,8 @@
 #include <numbers>
 #include <optional>
 
-#include "load_cases/facets.hpp"
-#include "load_cases/selector.hpp"
+#include "load_cases/places/facets.hpp"
+#include "load_cases/places/selector.hpp"
 
 namespace livermark::load_cases::selectors {
 

@@ -1,5 +1,5 @@
-#include "load_cases/facets.hpp"
-#include "load_cases/selector.hpp"
+#include "load_cases/places/facets.hpp"
+#include "load_cases/places/selector.hpp"
 
 namespace livermark::load_cases::selectors {
 

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <fmt/format.h>
 
-#include "load_cases/facets.hpp"
-#include "load_cases/selector.hpp"
+#include "load_cases/places/facets.hpp"
+#include "load_cases/places/selector.hpp"
 
 namespace livermark::load_cases::selectors {
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <limits>
 
-#include "meshes/generators/liver_shape.hpp"
+#include "meshes/generators/liver/liver_shape.hpp"
 
 namespace livermark::meshes {
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "meshes/anatomy/liver_registration.hpp"
-#include "meshes/generators/liver_shape.hpp"
+#include "meshes/generators/liver/liver_shape.hpp"
 
 namespace livermark::meshes {
 

@@ -9,8 +9,8 @@
 #include <numbers>
 #include <vector>
 
-#include "meshes/generators/liver_adjustment.hpp"
-#include "meshes/generators/liver_shape.hpp"
+#include "meshes/generators/liver/liver_adjustment.hpp"
+#include "meshes/generators/liver/liver_shape.hpp"
 #include "meshes/generators/surface_mesh.hpp"
 
 namespace livermark::meshes {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "core/tetra_mesh.hpp"
-#include "meshes/generators/liver_shape.hpp"
+#include "core/mesh/tetra_mesh.hpp"
+#include "meshes/generators/liver/liver_shape.hpp"
 
 namespace livermark::meshes {
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "meshes/cutting/parting.hpp"
 
 namespace livermark::meshes {

@@ -8,7 +8,7 @@
 #include <set>
 #include <utility>
 
-#include "core/bounding_box.hpp"
+#include "core/mesh/bounding_box.hpp"
 #include "meshes/cutting/clean_up.hpp"
 #include "meshes/cutting/face_neighbours.hpp"
 #include "meshes/cutting/parting.hpp"

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "meshes/cutting/cut.hpp"
 
 namespace livermark::meshes {

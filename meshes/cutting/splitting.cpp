@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
-#include "core/bounding_box.hpp"
-#include "core/local_refinement.hpp"
+#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/local_refinement.hpp"
 #include "meshes/cutting/improving.hpp"
 #include "meshes/cutting/tool_geometry.hpp"
 

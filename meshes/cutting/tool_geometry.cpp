@@ -5,7 +5,7 @@
 #include <limits>
 #include <memory>
 
-#include "core/triangle.hpp"
+#include "core/mesh/triangle.hpp"
 #include "meshes/cutting/face_neighbours.hpp"
 
 namespace livermark::meshes {

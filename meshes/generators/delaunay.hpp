@@ -3,7 +3,7 @@
 #include <functional>
 #include <string>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 
 namespace livermark::meshes {
 

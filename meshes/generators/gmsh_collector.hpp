@@ -2,7 +2,7 @@
 
 #include <unordered_map>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 
 namespace livermark::meshes {
 

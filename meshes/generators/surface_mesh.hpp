@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <functional>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 
 namespace livermark::meshes {
 

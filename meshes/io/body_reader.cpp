@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "core/plausible_liver.hpp"
+#include "core/mesh/plausible_liver.hpp"
 #include "meshes/anatomy/anatomical_patches.hpp"
 #include "meshes/cutting/cut_reader.hpp"
 #include "meshes/io/material_reader.hpp"

@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <string>
 
-#include "core/tetra_mesh.hpp"
-#include "meshes/generators/liver_variation.hpp"
+#include "core/mesh/tetra_mesh.hpp"
+#include "meshes/generators/liver/liver_variation.hpp"
 
 namespace livermark::meshes {
 

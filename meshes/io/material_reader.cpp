@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "core/plausible_liver.hpp"
+#include "core/mesh/plausible_liver.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::meshes {

@@ -6,8 +6,8 @@
 #include <numeric>
 #include <utility>
 
-#include "core/bounding_box.hpp"
-#include "core/plausible_liver.hpp"
+#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/plausible_liver.hpp"
 #include "meshes/cutting/cut.hpp"
 #include "meshes/io/mesh_figures.hpp"
 #include "support/input_error.hpp"

@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "core/bounding_box.hpp"
+#include "core/mesh/bounding_box.hpp"
 
 namespace livermark::meshes {
 

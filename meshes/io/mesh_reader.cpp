@@ -9,12 +9,12 @@
 #include <sstream>
 #include <string_view>
 
-#include "core/bounding_box.hpp"
-#include "core/plausible_liver.hpp"
+#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/plausible_liver.hpp"
 #include "meshes/io/msh_reader.hpp"
-#include "support/child_process.hpp"
 #include "support/file_ending.hpp"
 #include "support/input_error.hpp"
+#include "support/processes/child_process.hpp"
 #include "support/toml_input.hpp"
 #include "support/whole_file.hpp"
 

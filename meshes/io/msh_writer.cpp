@@ -5,7 +5,7 @@
 #include <iterator>
 #include <span>
 
-#include "core/bounding_box.hpp"
+#include "core/mesh/bounding_box.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::meshes {

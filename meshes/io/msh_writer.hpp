@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 
 namespace livermark::meshes {
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <utility>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 
 namespace livermark::meshes {
 

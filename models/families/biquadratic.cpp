@@ -1,7 +1,7 @@
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "models/mass_spring_model.hpp"
-#include "msm/biquadratic_springs.hpp"
 #include "msm/mass_lumping.hpp"
+#include "msm/springs/biquadratic_springs.hpp"
 
 namespace livermark::models::families {
 

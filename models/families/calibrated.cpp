@@ -2,7 +2,7 @@
 
 #include "models/mass_spring_model.hpp"
 #include "msm/mass_lumping.hpp"
-#include "msm/springs_with_volume.hpp"
+#include "msm/springs/springs_with_volume.hpp"
 
 namespace livermark::models::families {
 

@@ -3,14 +3,14 @@
 #include <utility>
 #include <vector>
 
-#include "core/local_refinement.hpp"
+#include "core/mesh/local_refinement.hpp"
 #include "fem_reference/distributed/distributed_solver.hpp"
 #include "fem_reference/dynamics/modes.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "fem_reference/solvers/multivector.hpp"
 #include "models/model_table.hpp"
 #include "models/refined_solution.hpp"
-#include "support/mpi_session.hpp"
+#include "support/processes/mpi_session.hpp"
 
 namespace livermark::models::families {
 

@@ -8,7 +8,7 @@
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "models/model_table.hpp"
 #include "models/refined_solution.hpp"
-#include "support/mpi_session.hpp"
+#include "support/processes/mpi_session.hpp"
 
 namespace livermark::models::families {
 

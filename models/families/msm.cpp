@@ -1,5 +1,5 @@
 #include "models/mass_spring_model.hpp"
-#include "msm/spring_network.hpp"
+#include "msm/springs/spring_network.hpp"
 
 namespace livermark::models::families {
 

@@ -4,12 +4,12 @@
 #include <utility>
 #include <vector>
 
-#include "core/local_refinement.hpp"
+#include "core/mesh/local_refinement.hpp"
 #include "core/observed_error.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "models/model_table.hpp"
-#include "support/mpi_session.hpp"
+#include "support/processes/mpi_session.hpp"
 
 namespace livermark::models::families {
 

@@ -4,8 +4,8 @@
 #include <string_view>
 
 #include "models/mass_spring_model.hpp"
-#include "msm/spring_network.hpp"
-#include "msm/springs_with_volume.hpp"
+#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs_with_volume.hpp"
 #include "support/known_names.hpp"
 
 namespace livermark::models::families {

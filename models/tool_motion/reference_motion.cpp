@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/local_refinement.hpp"
-#include "fem_reference/hyperelastic/tool_motion.hpp"
+#include "core/mesh/local_refinement.hpp"
+#include "fem_reference/hyperelastic/motion/tool_motion.hpp"
 
 namespace livermark::models {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "core/problem.hpp"
-#include "core/tool_motion.hpp"
+#include "core/tool/tool_motion.hpp"
 
 namespace livermark::models {
 

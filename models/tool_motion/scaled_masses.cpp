@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/bounding_box.hpp"
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 
 namespace livermark::models {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "core/tool_motion.hpp"
+#include "core/tool/tool_motion.hpp"
 #include "msm/nodal_conditions.hpp"
 
 namespace livermark::models {

@@ -4,7 +4,7 @@
 #include <limits>
 #include <random>
 
-#include "core/bounding_box.hpp"
+#include "core/mesh/bounding_box.hpp"
 #include "msm/dynamics/elastic_motion.hpp"
 
 namespace livermark::msm {

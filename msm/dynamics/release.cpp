@@ -8,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/bounding_box.hpp"
+#include "core/mesh/bounding_box.hpp"
 #include "msm/dynamics/elastic_motion.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/implicit_integrators.hpp"

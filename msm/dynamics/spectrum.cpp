@@ -11,9 +11,9 @@
 #include <stdexcept>
 
 #include "msm/statics/free_components.hpp"
+#include "support/factors/orderings.hpp"
 #include "support/input_error.hpp"
 #include "support/openmp.hpp"
-#include "support/orderings.hpp"
 
 namespace livermark::msm {
 

@@ -2,8 +2,8 @@
 #include <memory>
 
 #include "msm/integrator.hpp"
+#include "support/factors/orderings.hpp"
 #include "support/openmp.hpp"
-#include "support/orderings.hpp"
 
 namespace livermark::msm::implicit_integrators {
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "msm/kernels/layout/sliced_body.hpp"
 
 /// What selective mass scaling (msm/dynamics/mass_scaling.hpp) asks of vector units.

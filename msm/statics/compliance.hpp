@@ -2,9 +2,9 @@
 
 #include <span>
 
-#include "core/compliance.hpp"
-#include "core/interior_place.hpp"
+#include "core/mesh/interior_place.hpp"
 #include "core/problem.hpp"
+#include "core/tool/compliance.hpp"
 #include "msm/elastic_body.hpp"
 
 namespace livermark::msm {

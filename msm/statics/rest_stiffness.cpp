@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/bounding_box.hpp"
+#include "core/mesh/bounding_box.hpp"
 #include "msm/statics/conjugate_gradients.hpp"
 
 namespace livermark::msm {

@@ -7,7 +7,7 @@
 #include "msm/elastic_body.hpp"
 #include "msm/statics/free_components.hpp"
 #include "msm/statics/limited_memory.hpp"
-#include "support/sparse_cholesky.hpp"
+#include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::msm {
 

@@ -1,4 +1,4 @@
-#include "msm/volume_penalty.hpp"
+#include "msm/springs/volume_penalty.hpp"
 #include "msm/volume_term.hpp"
 
 namespace livermark::msm::volume_terms {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 
 /// Numpy arrays in and out. Input is checked here, once. What goes out is a view of memory that C++ holds, or takes the
 /// memory over; nothing is copied.

@@ -6,7 +6,7 @@
 #include <map>
 #include <numbers>
 
-#include "core/plausible_liver.hpp"
+#include "core/mesh/plausible_liver.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::python {

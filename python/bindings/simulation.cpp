@@ -12,8 +12,8 @@
 #include "python/bindings/errors.hpp"
 #include "python/bindings/prepared_steps.hpp"
 #include "python/bindings/without_interpreter.hpp"
-#include "support/forks.hpp"
 #include "support/input_error.hpp"
+#include "support/processes/forks.hpp"
 
 namespace livermark::python {
 

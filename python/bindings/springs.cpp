@@ -7,10 +7,10 @@
 #include <span>
 #include <utility>
 
-#include "msm/coupled_springs.hpp"
 #include "msm/spring_law.hpp"
-#include "msm/spring_network.hpp"
-#include "msm/springs_with_volume.hpp"
+#include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs_with_volume.hpp"
 #include "msm/volume_term.hpp"
 #include "python/bindings/body.hpp"
 #include "support/input_error.hpp"

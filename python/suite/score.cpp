@@ -12,8 +12,8 @@
 #include "results/hdf5/result_file.hpp"
 #include "results/one_reference.hpp"
 #include "studies/progress.hpp"
-#include "support/forks.hpp"
 #include "support/input_error.hpp"
+#include "support/processes/forks.hpp"
 
 namespace livermark::python {
 

@@ -1,7 +1,7 @@
 #include "results/hdf5/file_kind.hpp"
 
-#include "results/hdf5/hdf5_io.hpp"
-#include "results/hdf5/read_apart.hpp"
+#include "results/hdf5/io/hdf5_io.hpp"
+#include "results/hdf5/io/read_apart.hpp"
 
 namespace livermark::results {
 

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <limits>
 
-#include "results/hdf5/schema.hpp"
+#include "results/hdf5/io/schema.hpp"
 
 namespace livermark::results::hdf5 {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/material.hpp"
-#include "results/hdf5/hdf5_io.hpp"
-#include "results/result.hpp"
+#include "results/hdf5/io/hdf5_io.hpp"
+#include "results/records/result.hpp"
 
 /// What several kinds of files that Livermark writes have in common. Internal to results/.
 namespace livermark::results::hdf5 {

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "results/hdf5/file_parts.hpp"
-#include "results/hdf5/node_numbers.hpp"
+#include "results/hdf5/io/node_numbers.hpp"
 
 namespace livermark::results::hdf5 {
 

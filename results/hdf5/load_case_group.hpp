@@ -3,7 +3,7 @@
 #include <cstddef>
 
 #include "core/load_case.hpp"
-#include "results/hdf5/hdf5_io.hpp"
+#include "results/hdf5/io/hdf5_io.hpp"
 
 /// The group /load_case of a result file. Internal to results/.
 namespace livermark::results::hdf5 {

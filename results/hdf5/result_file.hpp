@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "results/result.hpp"
+#include "results/records/result.hpp"
 
 namespace livermark::results {
 

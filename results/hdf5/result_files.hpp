@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "results/result.hpp"
+#include "results/records/result.hpp"
 
 namespace livermark::results {
 

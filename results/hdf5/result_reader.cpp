@@ -8,12 +8,12 @@
 #include <stdexcept>
 
 #include "results/hdf5/file_parts.hpp"
-#include "results/hdf5/hdf5_io.hpp"
+#include "results/hdf5/io/hdf5_io.hpp"
+#include "results/hdf5/io/node_numbers.hpp"
+#include "results/hdf5/io/read_apart.hpp"
+#include "results/hdf5/io/schema.hpp"
 #include "results/hdf5/load_case_group.hpp"
-#include "results/hdf5/node_numbers.hpp"
-#include "results/hdf5/read_apart.hpp"
 #include "results/hdf5/result_file.hpp"
-#include "results/hdf5/schema.hpp"
 #include "results/hdf5/solution_group.hpp"
 #include "results/hdf5/tool_group.hpp"
 

@@ -4,15 +4,15 @@
 #include <span>
 #include <stdexcept>
 
-#include "core/deformation.hpp"
+#include "core/mesh/deformation.hpp"
 #include "results/hdf5/file_parts.hpp"
-#include "results/hdf5/hdf5_io.hpp"
+#include "results/hdf5/io/hdf5_io.hpp"
+#include "results/hdf5/io/schema.hpp"
+#include "results/hdf5/io/vtkhdf.hpp"
 #include "results/hdf5/load_case_group.hpp"
 #include "results/hdf5/result_file.hpp"
-#include "results/hdf5/schema.hpp"
 #include "results/hdf5/solution_group.hpp"
 #include "results/hdf5/tool_group.hpp"
-#include "results/hdf5/vtkhdf.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::results {

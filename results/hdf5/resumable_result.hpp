@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "results/result.hpp"
+#include "results/records/result.hpp"
 
 namespace livermark::results {
 

@@ -5,7 +5,7 @@
 
 #include "core/problem.hpp"
 #include "core/solution.hpp"
-#include "results/hdf5/hdf5_io.hpp"
+#include "results/hdf5/io/hdf5_io.hpp"
 
 namespace livermark::results {
 

@@ -2,9 +2,9 @@
 #include <limits>
 #include <span>
 
-#include "results/hdf5/hdf5_io.hpp"
-#include "results/hdf5/node_numbers.hpp"
-#include "results/hdf5/schema.hpp"
+#include "results/hdf5/io/hdf5_io.hpp"
+#include "results/hdf5/io/node_numbers.hpp"
+#include "results/hdf5/io/schema.hpp"
 #include "results/hdf5/solution_group.hpp"
 
 namespace livermark::results {

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "results/hdf5/hdf5_io.hpp"
-#include "results/hdf5/schema.hpp"
+#include "results/hdf5/io/hdf5_io.hpp"
+#include "results/hdf5/io/schema.hpp"
 #include "results/hdf5/solution_group.hpp"
 
 namespace livermark::results {

@@ -3,8 +3,8 @@
 #include <string>
 
 #include "core/problem.hpp"
-#include "core/tool_stiffness.hpp"
-#include "results/hdf5/hdf5_io.hpp"
+#include "core/tool/tool_stiffness.hpp"
+#include "results/hdf5/io/hdf5_io.hpp"
 
 namespace livermark::results {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "results/result.hpp"
+#include "results/records/result.hpp"
 #include "results/tables/table_layout.hpp"
 
 namespace livermark::results {

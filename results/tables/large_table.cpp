@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-#include "core/deformation.hpp"
+#include "core/mesh/deformation.hpp"
 #include "core/units.hpp"
 #include "results/one_reference.hpp"
 #include "results/tables/overview.hpp"

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "core/load_case.hpp"
-#include "core/tetra_mesh.hpp"
-#include "results/result.hpp"
+#include "core/mesh/tetra_mesh.hpp"
+#include "results/records/result.hpp"
 #include "results/tables/table_layout.hpp"
 
 namespace livermark::results {

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "results/result.hpp"
+#include "results/records/result.hpp"
 #include "results/tables/table_layout.hpp"
 
 namespace livermark::results {

@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "results/result.hpp"
+#include "results/records/result.hpp"
 #include "results/tables/table_layout.hpp"
 
 namespace livermark::results {

@@ -3,7 +3,7 @@
 #include <span>
 #include <string>
 
-#include "results/result.hpp"
+#include "results/records/result.hpp"
 #include "results/tables/table_layout.hpp"
 
 namespace livermark::results {

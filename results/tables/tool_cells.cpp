@@ -6,7 +6,7 @@
 #include <numeric>
 #include <set>
 
-#include "core/tool_stiffness.hpp"
+#include "core/tool/tool_stiffness.hpp"
 #include "core/units.hpp"
 #include "results/quantile.hpp"
 #include "results/tables/overview.hpp"

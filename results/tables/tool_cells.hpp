@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "results/result.hpp"
+#include "results/records/result.hpp"
 
 /// Stiffness at the tool in cells of tables, see core::ToolComparison.
 namespace livermark::results {

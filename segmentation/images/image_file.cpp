@@ -21,10 +21,10 @@
 #include "segmentation/images/dicom_segmentation.hpp"
 #include "segmentation/images/image_values.hpp"
 #include "segmentation/images/nifti_header.hpp"
-#include "support/child_process.hpp"
 #include "support/input_error.hpp"
-#include "support/own_process.hpp"
 #include "support/packed_bytes.hpp"
+#include "support/processes/child_process.hpp"
+#include "support/processes/own_process.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::segmentation {

@@ -9,7 +9,7 @@
 #include <map>
 #include <set>
 
-#include "core/plausible_liver.hpp"
+#include "core/mesh/plausible_liver.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::segmentation {

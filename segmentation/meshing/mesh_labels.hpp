@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "segmentation/images/label_fields.hpp"
 
 namespace livermark::segmentation {

@@ -8,8 +8,8 @@
 #include <numeric>
 #include <span>
 
-#include "core/bounding_box.hpp"
-#include "core/plausible_liver.hpp"
+#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/plausible_liver.hpp"
 #include "meshes/io/mesh_figures.hpp"
 #include "meshes/io/mesh_reader.hpp"
 #include "meshes/io/msh_writer.hpp"

@@ -10,7 +10,7 @@
 
 #include "segmentation/program/body_command.hpp"
 #include "support/input_error.hpp"
-#include "support/standard_error.hpp"
+#include "support/processes/standard_error.hpp"
 
 namespace {
 

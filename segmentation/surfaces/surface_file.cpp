@@ -15,11 +15,11 @@
 #include "meshes/io/mesh_reader.hpp"
 #include "meshes/io/surface_formats.hpp"
 #include "segmentation/surfaces/surface_repair.hpp"
-#include "support/child_process.hpp"
 #include "support/file_ending.hpp"
 #include "support/input_error.hpp"
-#include "support/own_process.hpp"
 #include "support/packed_bytes.hpp"
+#include "support/processes/child_process.hpp"
+#include "support/processes/own_process.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::segmentation {

@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 #include <optional>
 
-#include "core/bounding_box.hpp"
+#include "core/mesh/bounding_box.hpp"
 #include "segmentation/surfaces/cgal_surface.hpp"
 #include "support/input_error.hpp"
 

@@ -12,7 +12,8 @@ namespace livermark::server {
 ///     young_modulus=<Pa>&poisson_ratio=<nu>   other materials, see live::with_material(); until then those of the file
 ///     chosen=fem_p2                           the model
 ///
-///     binary float64, little-endian (1+L,4)   middle x y z of a round load and its radius [m] (core/round_load.hpp),
+///     binary float64, little-endian (1+L,4)   middle x y z of a round load and its radius [m]
+///     (core/tool/round_load.hpp),
 ///                                             then facet, and the mean traction on it x y z [Pa], which is spread as
 ///                                             that load; each facet once at most
 ///     binary, little-endian: float64          sum of f_i . u_i over the nodes of the elements, f being their forces

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/parts_by_faces.hpp"
+#include "core/mesh/parts_by_faces.hpp"
 
 namespace livermark::studies {
 

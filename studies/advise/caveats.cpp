@@ -2,8 +2,8 @@
 #include <cmath>
 #include <fmt/format.h>
 
-#include "core/plausible_liver.hpp"
-#include "core/tool_stiffness.hpp"
+#include "core/mesh/plausible_liver.hpp"
+#include "core/tool/tool_stiffness.hpp"
 #include "core/units.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "studies/advise/advise.hpp"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "results/hdf5/cohort_file.hpp"
+#include "results/hdf5/files/cohort_file.hpp"
 
 /// How wrong models were on bodies on which nothing of theirs was chosen, as far as those resemble the body in
 /// question.

@@ -7,16 +7,16 @@
 #include <set>
 #include <utility>
 
-#include "core/local_refinement.hpp"
-#include "core/refinement.hpp"
-#include "load_cases/load_case_reader.hpp"
+#include "core/mesh/local_refinement.hpp"
+#include "core/mesh/refinement.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "models/tool_motion/contender.hpp"
-#include "results/hdf5/arena_file.hpp"
+#include "results/hdf5/files/arena_file.hpp"
 #include "results/provenance.hpp"
 #include "studies/arena/arena_run.hpp"
 #include "studies/catalogue.hpp"
-#include "studies/run/output_folder.hpp"
 #include "studies/run/problems.hpp"
+#include "studies/run/solutions/output_folder.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 #include "support/root_folder.hpp"

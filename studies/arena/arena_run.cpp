@@ -6,9 +6,9 @@
 #include <limits>
 #include <utility>
 
-#include "core/bounding_box.hpp"
-#include "core/deformation.hpp"
-#include "core/tool_errors.hpp"
+#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/deformation.hpp"
+#include "core/tool/tool_errors.hpp"
 #include "results/quantile.hpp"
 
 namespace livermark::studies {

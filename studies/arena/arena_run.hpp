@@ -1,9 +1,9 @@
 #pragma once
 
 #include "core/problem.hpp"
-#include "core/tool_motion.hpp"
+#include "core/tool/tool_motion.hpp"
 #include "models/tool_motion/contender.hpp"
-#include "results/arena.hpp"
+#include "results/records/arena.hpp"
 
 namespace livermark::studies {
 

@@ -9,14 +9,14 @@
 #include "meshes/io/mesh_reader.hpp"
 #include "models/tool_motion/tool_place.hpp"
 #include "msm/mass_lumping.hpp"
-#include "results/hdf5/arena_file.hpp"
-#include "results/hdf5/tool_scene_file.hpp"
+#include "results/hdf5/files/arena_file.hpp"
+#include "results/hdf5/files/tool_scene_file.hpp"
 #include "results/provenance.hpp"
 #include "studies/arena/arena.hpp"
 #include "studies/arena/arena_reference.hpp"
 #include "studies/arena/arena_run.hpp"
-#include "studies/run/output_folder.hpp"
-#include "support/python_program.hpp"
+#include "studies/run/solutions/output_folder.hpp"
+#include "support/processes/python_program.hpp"
 
 namespace livermark::studies {
 

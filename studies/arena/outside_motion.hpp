@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "results/arena.hpp"
+#include "results/records/arena.hpp"
 #include "studies/exchange/export_problem.hpp"
 #include "studies/exchange/score.hpp"
 

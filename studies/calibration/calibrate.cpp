@@ -11,14 +11,14 @@
 #include "models/model_table.hpp"
 #include "msm/calibration.hpp"
 #include "msm/nodal_conditions.hpp"
-#include "msm/springs_with_volume.hpp"
+#include "msm/springs/springs_with_volume.hpp"
 #include "results/provenance.hpp"
 #include "studies/calibration/patch_loads.hpp"
 #include "studies/catalogue.hpp"
 #include "studies/msm_choice.hpp"
 #include "studies/run/prepared_models.hpp"
 #include "support/input_error.hpp"
-#include "support/mpi_session.hpp"
+#include "support/processes/mpi_session.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::studies {

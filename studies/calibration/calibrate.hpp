@@ -5,7 +5,7 @@
 #include <string>
 
 #include "meshes/io/body_reader.hpp"
-#include "results/hdf5/calibration_file.hpp"
+#include "results/hdf5/files/calibration_file.hpp"
 #include "studies/progress.hpp"
 
 namespace livermark::studies {

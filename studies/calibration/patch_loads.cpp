@@ -5,7 +5,7 @@
 #include <limits>
 #include <random>
 
-#include "load_cases/facets.hpp"
+#include "load_cases/places/facets.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::studies {

@@ -8,17 +8,17 @@
 #include <optional>
 #include <utility>
 
-#include "meshes/generators/liver_variation.hpp"
-#include "results/cohort.hpp"
+#include "meshes/generators/liver/liver_variation.hpp"
 #include "results/one_reference.hpp"
 #include "results/provenance.hpp"
+#include "results/records/cohort.hpp"
 #include "studies/cohort/cohort_body.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "studies/run/run_cases.hpp"
-#include "studies/run/run_task.hpp"
+#include "studies/run/work/run_task.hpp"
 #include "support/input_error.hpp"
-#include "support/memory.hpp"
-#include "support/mpi_session.hpp"
+#include "support/processes/memory.hpp"
+#include "support/processes/mpi_session.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::studies {

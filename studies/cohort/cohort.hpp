@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "results/hdf5/cohort_file.hpp"
+#include "results/hdf5/files/cohort_file.hpp"
 #include "studies/progress.hpp"
 #include "studies/run/run_options.hpp"
-#include "studies/run/time_spent.hpp"
+#include "studies/run/work/time_spent.hpp"
 
 namespace livermark::studies {
 

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <string>
 
-#include "meshes/generators/liver_generator.hpp"
+#include "meshes/generators/liver/liver_generator.hpp"
 #include "meshes/io/liver_body_file.hpp"
 #include "support/input_error.hpp"
 #include "support/toml_input.hpp"

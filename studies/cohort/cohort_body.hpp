@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
-#include "meshes/generators/liver_variation.hpp"
-#include "results/hdf5/cohort_file.hpp"
+#include "meshes/generators/liver/liver_variation.hpp"
+#include "results/hdf5/files/cohort_file.hpp"
 
 namespace livermark::studies {
 

@@ -7,8 +7,8 @@
 #include "results/provenance.hpp"
 #include "studies/exchange/formats/calculix_input.hpp"
 #include "studies/exchange/formats/vtu_output.hpp"
-#include "studies/run/output_folder.hpp"
 #include "studies/run/problems.hpp"
+#include "studies/run/solutions/output_folder.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::studies {

@@ -7,17 +7,17 @@
 #include <limits>
 #include <utility>
 
-#include "core/bounding_box.hpp"
+#include "core/mesh/bounding_box.hpp"
 #include "core/units.hpp"
 #include "meshes/io/mesh_reader.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/provenance.hpp"
 #include "studies/exchange/formats/outside_solution.hpp"
 #include "studies/run/benchmark_case.hpp"
-#include "studies/run/output_folder.hpp"
 #include "studies/run/prepared_models.hpp"
 #include "studies/run/problems.hpp"
-#include "studies/run/stored_references.hpp"
+#include "studies/run/solutions/output_folder.hpp"
+#include "studies/run/solutions/stored_references.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::studies {

@@ -6,7 +6,7 @@
 
 #include "core/problem.hpp"
 #include "models/model_table.hpp"
-#include "results/result.hpp"
+#include "results/records/result.hpp"
 #include "studies/progress.hpp"
 
 namespace livermark::studies {

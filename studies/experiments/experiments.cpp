@@ -8,14 +8,14 @@
 #include <memory>
 #include <utility>
 
-#include "core/refinement.hpp"
+#include "core/mesh/refinement.hpp"
 #include "experiments/marker_field.hpp"
 #include "experiments/own_experiment.hpp"
 #include "models/model_table.hpp"
 #include "models/tool_motion/contender.hpp"
-#include "results/hdf5/experiment_file.hpp"
+#include "results/hdf5/files/experiment_file.hpp"
 #include "results/provenance.hpp"
-#include "studies/run/output_folder.hpp"
+#include "studies/run/solutions/output_folder.hpp"
 #include "support/file_ending.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "experiments/experiment.hpp"
-#include "results/experiment.hpp"
+#include "results/records/experiment.hpp"
 #include "studies/progress.hpp"
 
 namespace livermark::studies {

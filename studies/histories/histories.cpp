@@ -5,17 +5,17 @@
 #include <fmt/format.h>
 #include <functional>
 
-#include "core/bounding_box.hpp"
+#include "core/mesh/bounding_box.hpp"
 #include "msm/dynamics/elastic_motion.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/spectrum.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/spring_network.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "results/provenance.hpp"
 #include "studies/msm_choice.hpp"
-#include "studies/run/output_folder.hpp"
 #include "studies/run/problems.hpp"
+#include "studies/run/solutions/output_folder.hpp"
 #include "studies/seed_paper/table_1_readings.hpp"
 #include "support/input_error.hpp"
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "meshes/io/body_reader.hpp"
-#include "results/hdf5/history_file.hpp"
+#include "results/hdf5/files/history_file.hpp"
 #include "studies/progress.hpp"
 
 namespace livermark::studies {

@@ -5,7 +5,7 @@
 
 #include "meshes/io/body_reader.hpp"
 #include "models/model_table.hpp"
-#include "results/result.hpp"
+#include "results/records/result.hpp"
 #include "studies/progress.hpp"
 
 namespace livermark::studies {

@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "core/interior_place.hpp"
-#include "core/needle.hpp"
+#include "core/mesh/interior_place.hpp"
+#include "core/tool/needle.hpp"
 
 namespace livermark::studies {
 

@@ -4,15 +4,15 @@
 #include <fmt/format.h>
 #include <utility>
 
-#include "load_cases/needle_reader.hpp"
-#include "load_cases/selector.hpp"
+#include "load_cases/places/selector.hpp"
+#include "load_cases/readers/needle_reader.hpp"
 #include "models/model_table.hpp"
-#include "results/hdf5/needle_file.hpp"
+#include "results/hdf5/files/needle_file.hpp"
 #include "results/provenance.hpp"
 #include "studies/catalogue.hpp"
 #include "studies/needle/insertion.hpp"
-#include "studies/run/output_folder.hpp"
 #include "studies/run/problems.hpp"
+#include "studies/run/solutions/output_folder.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "meshes/io/body_reader.hpp"
-#include "results/needle.hpp"
+#include "results/records/needle.hpp"
 #include "studies/progress.hpp"
 
 namespace livermark::studies {

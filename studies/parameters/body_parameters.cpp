@@ -8,7 +8,7 @@
 
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/spectrum.hpp"
-#include "msm/spring_network.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::studies {

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "results/bodies_apart.hpp"
-#include "results/hdf5/arena_file.hpp"
 #include "results/hdf5/file_kind.hpp"
+#include "results/hdf5/files/arena_file.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "results/one_reference.hpp"

@@ -4,12 +4,12 @@
 #include <string>
 #include <vector>
 
-#include "results/arena.hpp"
-#include "results/hdf5/cohort_file.hpp"
-#include "results/hdf5/history_file.hpp"
-#include "results/hdf5/stability_file.hpp"
-#include "results/hdf5/timings_file.hpp"
-#include "results/result.hpp"
+#include "results/hdf5/files/cohort_file.hpp"
+#include "results/hdf5/files/history_file.hpp"
+#include "results/hdf5/files/stability_file.hpp"
+#include "results/hdf5/files/timings_file.hpp"
+#include "results/records/arena.hpp"
+#include "results/records/result.hpp"
 
 namespace livermark::studies {
 

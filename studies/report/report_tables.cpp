@@ -4,15 +4,15 @@
 #include <sstream>
 #include <toml++/toml.h>
 
-#include "results/cohort.hpp"
 #include "results/one_reference.hpp"
+#include "results/records/cohort.hpp"
 #include "results/tables/accuracy.hpp"
-#include "results/tables/arena_table.hpp"
-#include "results/tables/cohort_table.hpp"
-#include "results/tables/history_table.hpp"
 #include "results/tables/large_table.hpp"
 #include "results/tables/overview.hpp"
-#include "results/tables/stability_table.hpp"
+#include "results/tables/studies/arena_table.hpp"
+#include "results/tables/studies/cohort_table.hpp"
+#include "results/tables/studies/history_table.hpp"
+#include "results/tables/studies/stability_table.hpp"
 #include "results/tables/summary.hpp"
 #include "results/tables/table.hpp"
 #include "results/tables/tool_cells.hpp"

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
-#include "results/result.hpp"
+#include "results/records/result.hpp"
 #include "results/tables/table_layout.hpp"
 
 namespace livermark::studies {

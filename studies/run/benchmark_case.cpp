@@ -7,7 +7,7 @@
 #include "studies/catalogue.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
-#include "support/mpi_session.hpp"
+#include "support/processes/mpi_session.hpp"
 
 namespace livermark::studies {
 

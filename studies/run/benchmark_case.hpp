@@ -7,7 +7,7 @@
 #include "core/model.hpp"
 #include "models/model_table.hpp"
 #include "results/error_bands.hpp"
-#include "results/result.hpp"
+#include "results/records/result.hpp"
 
 namespace livermark::studies {
 

@@ -7,7 +7,7 @@
 #include "models/model_table.hpp"
 #include "studies/run/benchmark_case.hpp"
 #include "support/input_error.hpp"
-#include "support/mpi_session.hpp"
+#include "support/processes/mpi_session.hpp"
 
 namespace livermark::studies {
 

@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 
 #include "studies/run/amplitudes.hpp"
-#include "studies/run/case_groups.hpp"
 #include "studies/run/load_scaling.hpp"
-#include "support/memory.hpp"
+#include "studies/run/work/case_groups.hpp"
+#include "support/processes/memory.hpp"
 
 namespace livermark::studies {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "studies/run/prepared_models.hpp"
-#include "studies/run/run_task.hpp"
+#include "studies/run/work/run_task.hpp"
 
 namespace livermark::studies {
 

@@ -7,8 +7,8 @@
 #include <memory>
 #include <optional>
 
-#include "load_cases/load_case_reader.hpp"
-#include "load_cases/selector.hpp"
+#include "load_cases/places/selector.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/cutting/cut_reader.hpp"
 #include "studies/catalogue.hpp"
 #include "studies/run/load_scaling.hpp"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
-#include "load_cases/load_case_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 
 namespace livermark::studies {

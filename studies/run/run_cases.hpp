@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "results/result.hpp"
+#include "results/records/result.hpp"
 #include "studies/progress.hpp"
-#include "studies/run/run_task.hpp"
-#include "studies/run/time_spent.hpp"
+#include "studies/run/work/run_task.hpp"
+#include "studies/run/work/time_spent.hpp"
 
 namespace livermark::studies {
 

@@ -15,11 +15,11 @@
 #include "msm/dynamics/observed_time_step.hpp"
 #include "msm/dynamics/spectrum.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/spring_network.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "results/provenance.hpp"
 #include "studies/msm_choice.hpp"
-#include "studies/run/output_folder.hpp"
 #include "studies/run/problems.hpp"
+#include "studies/run/solutions/output_folder.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "meshes/io/body_reader.hpp"
-#include "results/hdf5/stability_file.hpp"
+#include "results/hdf5/files/stability_file.hpp"
 #include "studies/progress.hpp"
 
 namespace livermark::studies {

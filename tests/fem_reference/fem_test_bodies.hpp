@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/problem.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::tests {
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "support/child_process.hpp"
+#include "support/processes/child_process.hpp"
 #include "tests/fuzz/attempts.hpp"
 
 namespace tests = livermark::tests;

@@ -11,7 +11,7 @@
 
 #include "interactive/scene.hpp"
 #include "msm/mass_lumping.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::tests {
 

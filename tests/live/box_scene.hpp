@@ -5,7 +5,7 @@
 
 #include "live/parameters.hpp"
 #include "live/scene.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::live {
 

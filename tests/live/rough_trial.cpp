@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "live/springs.hpp"
-#include "load_cases/load_case_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::live {
 

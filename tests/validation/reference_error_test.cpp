@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "core/error_norms.hpp"
-#include "core/local_refinement.hpp"
+#include "core/mesh/local_refinement.hpp"
+#include "core/mesh/refinement.hpp"
 #include "core/observed_error.hpp"
-#include "core/refinement.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
-#include "load_cases/load_case_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "models/model_table.hpp"
 

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "core/error_norms.hpp"
-#include "load_cases/load_case_reader.hpp"
-#include "load_cases/selector.hpp"
+#include "load_cases/places/selector.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "models/model_table.hpp"
 #include "msm/spring_law.hpp"

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "interactive/elements/densities.hpp"
+#include "interactive/elements/energies/densities.hpp"
 
 namespace livermark::interactive::kernels {
 

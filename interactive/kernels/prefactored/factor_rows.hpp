@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "interactive/kernels/node_rows.hpp"
-#include "support/supernodes.hpp"
+#include "support/factors/supernodes.hpp"
 
 namespace livermark::interactive::kernels {
 

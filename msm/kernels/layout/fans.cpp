@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 
 namespace livermark::msm {
 

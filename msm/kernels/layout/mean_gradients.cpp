@@ -3,7 +3,7 @@
 #include <map>
 
 #include "msm/elastic_body.hpp"
-#include "msm/tetrahedron_volume.hpp"
+#include "msm/springs/tetrahedron_volume.hpp"
 
 namespace livermark::msm {
 

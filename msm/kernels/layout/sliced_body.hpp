@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "msm/dynamics/step_parts.hpp"
 #include "msm/kernels/layout/spring_lanes.hpp"
 

@@ -6,7 +6,7 @@
 #include "msm/kernels/layout/fans.hpp"
 #include "msm/kernels/layout/node_order.hpp"
 #include "msm/kernels/layout/slicing.hpp"
-#include "msm/tetrahedron_volume.hpp"
+#include "msm/springs/tetrahedron_volume.hpp"
 
 namespace livermark::msm {
 

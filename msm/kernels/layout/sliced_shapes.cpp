@@ -4,7 +4,7 @@
 
 #include "msm/elastic_body.hpp"
 #include "msm/kernels/layout/slicing.hpp"
-#include "msm/tetrahedron_volume.hpp"
+#include "msm/springs/tetrahedron_volume.hpp"
 
 namespace livermark::msm {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "msm/kernels/layout/fans.hpp"
 
 namespace livermark::msm {

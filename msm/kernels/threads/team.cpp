@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "support/forks.hpp"
+#include "support/processes/forks.hpp"
 
 namespace livermark::msm {
 

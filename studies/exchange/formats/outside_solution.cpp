@@ -9,10 +9,10 @@
 #include <sstream>
 #include <string_view>
 
-#include "core/bounding_box.hpp"
-#include "support/child_process.hpp"
+#include "core/mesh/bounding_box.hpp"
 #include "support/file_ending.hpp"
 #include "support/input_error.hpp"
+#include "support/processes/child_process.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::studies {

@@ -6,10 +6,10 @@
 
 #include "results/hdf5/result_file.hpp"
 #include "tests/cli/bad_inputs/bad_inputs.hpp"
-#include "tests/sample_calibration.hpp"
-#include "tests/sample_result.hpp"
-#include "tests/sample_timings.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/sample_calibration.hpp"
+#include "tests/samples/sample_result.hpp"
+#include "tests/samples/sample_timings.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::tests {
 

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "meshes/io/msh_writer.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::tests {
 

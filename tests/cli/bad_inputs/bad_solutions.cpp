@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "tests/cli/bad_inputs/bad_inputs.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::tests {
 

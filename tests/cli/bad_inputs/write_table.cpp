@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 #include <string>
 
-#include "support/child_process.hpp"
+#include "support/processes/child_process.hpp"
 #include "tests/cli/bad_inputs/bad_inputs.hpp"
 
 int main() {

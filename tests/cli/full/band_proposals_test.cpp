@@ -1,4 +1,4 @@
-#include "results/tables/band_proposals.hpp"
+#include "results/tables/studies/band_proposals.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -10,7 +10,7 @@
 #include "tests/bad_input.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/result_folder.hpp"
-#include "tests/sample_result.hpp"
+#include "tests/samples/sample_result.hpp"
 
 namespace livermark::results {
 namespace {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "meshes/io/msh_writer.hpp"
-#include "results/hdf5/calibration_file.hpp"
+#include "results/hdf5/files/calibration_file.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/livermark_command.hpp"

@@ -7,7 +7,7 @@
 
 #include "results/hdf5/result_file.hpp"
 #include "tests/livermark_command.hpp"
-#include "tests/small_bar.hpp"
+#include "tests/samples/small_bar.hpp"
 
 namespace livermark {
 namespace {

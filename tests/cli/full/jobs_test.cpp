@@ -11,7 +11,7 @@
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/same_bits.hpp"
-#include "tests/small_bar.hpp"
+#include "tests/samples/small_bar.hpp"
 
 namespace livermark {
 namespace {

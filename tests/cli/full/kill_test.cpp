@@ -9,7 +9,7 @@
 #include "results/hdf5/result_file.hpp"
 #include "tests/child.hpp"
 #include "tests/same_bits.hpp"
-#include "tests/small_bar.hpp"
+#include "tests/samples/small_bar.hpp"
 
 namespace livermark {
 namespace {

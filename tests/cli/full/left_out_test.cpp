@@ -7,7 +7,7 @@
 #include "results/hdf5/result_file.hpp"
 #include "tests/child.hpp"
 #include "tests/result_folder.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

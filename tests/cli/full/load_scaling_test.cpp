@@ -7,11 +7,11 @@
 #include <gtest/gtest.h>
 #include <ranges>
 
-#include "load_cases/load_case_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/msh_writer.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "tests/livermark_command.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

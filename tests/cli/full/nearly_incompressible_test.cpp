@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "core/plausible_liver.hpp"
+#include "core/mesh/plausible_liver.hpp"
 #include "tests/child.hpp"
-#include "tests/small_bar.hpp"
+#include "tests/samples/small_bar.hpp"
 
 namespace livermark {
 namespace {

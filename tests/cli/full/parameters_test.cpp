@@ -11,7 +11,7 @@
 #include "meshes/io/body_reader.hpp"
 #include "meshes/io/msh_writer.hpp"
 #include "tests/livermark_command.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -10,8 +10,8 @@
 #include "studies/report/report_data.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/result_folder.hpp"
-#include "tests/sample_result.hpp"
-#include "tests/sample_timings.hpp"
+#include "tests/samples/sample_result.hpp"
+#include "tests/samples/sample_timings.hpp"
 
 namespace livermark::studies {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "tests/livermark_command.hpp"
-#include "tests/small_bar.hpp"
+#include "tests/samples/small_bar.hpp"
 
 namespace livermark {
 namespace {

@@ -14,7 +14,7 @@
 
 #include "tests/child.hpp"
 #include "tests/listening_sockets.hpp"
-#include "tests/small_bar.hpp"
+#include "tests/samples/small_bar.hpp"
 
 namespace livermark {
 namespace {

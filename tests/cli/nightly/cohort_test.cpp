@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <string>
 
-#include "results/hdf5/cohort_file.hpp"
+#include "results/hdf5/files/cohort_file.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/result_folder.hpp"

@@ -1,4 +1,4 @@
-#include "core/bounding_box.hpp"
+#include "core/mesh/bounding_box.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>

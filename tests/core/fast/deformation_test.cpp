@@ -3,9 +3,9 @@
 #include <limits>
 #include <stdexcept>
 
-#include "core/deformation.hpp"
 #include "core/error_norms.hpp"
-#include "tests/test_meshes.hpp"
+#include "core/mesh/deformation.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -1,10 +1,10 @@
-#include "core/interior_place.hpp"
+#include "core/mesh/interior_place.hpp"
 
 #include <gtest/gtest.h>
 #include <numeric>
 #include <stdexcept>
 
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::core {
 namespace {

@@ -9,10 +9,10 @@
 #include <stdexcept>
 #include <vector>
 
-#include "core/local_refinement.hpp"
+#include "core/mesh/local_refinement.hpp"
 #include "core/observed_error.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -1,4 +1,4 @@
-#include "core/refinement.hpp"
+#include "core/mesh/refinement.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include <set>
 
 #include "tests/fem_reference/fem_test_bodies.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::core {
 namespace {

@@ -5,11 +5,11 @@
 #include <numeric>
 #include <vector>
 
-#include "core/local_refinement.hpp"
-#include "core/refinement.hpp"
-#include "core/round_load.hpp"
+#include "core/mesh/local_refinement.hpp"
+#include "core/mesh/refinement.hpp"
+#include "core/tool/round_load.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

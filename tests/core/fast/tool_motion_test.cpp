@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 #include <stdexcept>
 
-#include "core/tool_errors.hpp"
-#include "core/tool_motion.hpp"
-#include "tests/tool_block.hpp"
+#include "core/tool/tool_errors.hpp"
+#include "core/tool/tool_motion.hpp"
+#include "tests/samples/tool_block.hpp"
 
 namespace livermark {
 namespace {

@@ -1,4 +1,4 @@
-#include "core/tool_stiffness.hpp"
+#include "core/tool/tool_stiffness.hpp"
 
 #include <array>
 #include <cmath>
@@ -9,7 +9,7 @@
 
 #include "core/error_norms.hpp"
 #include "core/observed_error.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "experiments/fitted_motion.hpp"
 #include "tests/bad_input.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::experiments {
 namespace {

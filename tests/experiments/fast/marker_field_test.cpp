@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "experiments/marker_field.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::experiments {
 namespace {

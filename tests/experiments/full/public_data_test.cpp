@@ -6,7 +6,7 @@
 #include <string>
 
 #include "experiments/experiment.hpp"
-#include "results/hdf5/experiment_file.hpp"
+#include "results/hdf5/files/experiment_file.hpp"
 #include "studies/experiments/experiments.hpp"
 #include "support/known_names.hpp"
 #include "support/whole_file.hpp"

@@ -10,7 +10,7 @@
 
 #include "fem_reference/linear/elastic_system.hpp"
 #include "fem_reference/node_order.hpp"
-#include "fem_reference/solvers/block_gauss_seidel.hpp"
+#include "fem_reference/solvers/multigrid/block_gauss_seidel.hpp"
 #include "fem_reference/solvers/multivector.hpp"
 #include "fem_reference/solvers/symmetric_blocks.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"

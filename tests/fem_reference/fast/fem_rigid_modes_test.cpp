@@ -10,7 +10,7 @@
 #include "core/problem.hpp"
 #include "fem_reference/dynamics/mass_matrix.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
-#include "fem_reference/solvers/rigid_modes.hpp"
+#include "fem_reference/solvers/multigrid/rigid_modes.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "tests/not_a_number.hpp"
 

@@ -6,14 +6,14 @@
 #include <limits>
 #include <stdexcept>
 
-#include "core/local_refinement.hpp"
-#include "core/refinement.hpp"
+#include "core/mesh/local_refinement.hpp"
+#include "core/mesh/refinement.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
 #include "fem_reference/solvers/iterative_solver.hpp"
-#include "fem_reference/solvers/prolongation.hpp"
-#include "fem_reference/solvers/two_level.hpp"
+#include "fem_reference/solvers/multigrid/prolongation.hpp"
+#include "fem_reference/solvers/multigrid/two_level.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/not_a_number.hpp"
 

@@ -7,8 +7,8 @@
 #include "fem_reference/hyperelastic/elements.hpp"
 #include "fem_reference/hyperelastic/follower_pressure.hpp"
 #include "fem_reference/solvers/multivector.hpp"
-#include "tests/calculix_neo_hooke.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
+#include "tests/samples/calculix_neo_hooke.hpp"
 
 namespace livermark {
 

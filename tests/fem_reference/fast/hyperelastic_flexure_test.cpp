@@ -7,10 +7,10 @@
 #include <limits>
 #include <numbers>
 
-#include "fem_reference/hyperelastic/load_path.hpp"
+#include "fem_reference/hyperelastic/paths/load_path.hpp"
 #include "meshes/generators/box_generator.hpp"
-#include "tests/lagrange_elements.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/lagrange_elements.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "fem_reference/hyperelastic/material_law.hpp"
-#include "tests/calculix_neo_hooke.hpp"
-#include "tests/ogden.hpp"
+#include "tests/samples/calculix_neo_hooke.hpp"
+#include "tests/samples/ogden.hpp"
 
 namespace livermark {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "fem_reference/linear/linear_elasticity.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::fem_reference {
 namespace {

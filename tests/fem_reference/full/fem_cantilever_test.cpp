@@ -7,8 +7,8 @@
 
 #include "fem_reference/solvers/constrained_solver.hpp"
 #include "meshes/generators/box_generator.hpp"
-#include "tests/lagrange_elements.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/lagrange_elements.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 

@@ -9,8 +9,8 @@
 #include "fem_reference/linear/mixed_solver.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
 #include "meshes/generators/box_generator.hpp"
-#include "tests/lagrange_elements.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/lagrange_elements.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 

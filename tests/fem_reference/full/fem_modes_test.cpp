@@ -14,7 +14,7 @@
 #include "fem_reference/dynamics/mass_matrix.hpp"
 #include "fem_reference/dynamics/modes.hpp"
 #include "fem_reference/solvers/multivector.hpp"
-#include "load_cases/load_case_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "support/input_error.hpp"
 #include "tests/fem_reference/arpack.hpp"

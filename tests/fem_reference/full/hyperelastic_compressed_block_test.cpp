@@ -3,9 +3,9 @@
 #include <cmath>
 #include <fmt/format.h>
 
-#include "fem_reference/hyperelastic/load_path.hpp"
-#include "tests/calculix_neo_hooke.hpp"
+#include "fem_reference/hyperelastic/paths/load_path.hpp"
 #include "tests/fem_reference/hyperelastic_bodies.hpp"
+#include "tests/samples/calculix_neo_hooke.hpp"
 
 namespace livermark {
 

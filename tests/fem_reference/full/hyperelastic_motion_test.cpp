@@ -9,9 +9,9 @@
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/dynamics/mass_matrix.hpp"
 #include "fem_reference/dynamics/release.hpp"
-#include "fem_reference/hyperelastic/energy_momentum.hpp"
-#include "fem_reference/hyperelastic/hyperelastic_motion.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
+#include "fem_reference/hyperelastic/motion/energy_momentum.hpp"
+#include "fem_reference/hyperelastic/motion/hyperelastic_motion.hpp"
 #include "fem_reference/solvers/constrained_solver.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "interactive/elements/corotational_tetrahedra.hpp"
-#include "interactive/elements/densities.hpp"
+#include "interactive/elements/energies/densities.hpp"
 #include "interactive/equilibrium.hpp"
 #include "interactive/method.hpp"
 #include "tests/interactive/moving_scene.hpp"

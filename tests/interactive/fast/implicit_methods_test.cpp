@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "interactive/elements/projections.hpp"
+#include "interactive/elements/energies/projections.hpp"
 #include "interactive/equilibrium.hpp"
 #include "interactive/method.hpp"
 #include "tests/interactive/moving_scene.hpp"

@@ -4,9 +4,9 @@
 
 #include "live/contact.hpp"
 #include "live/virtual_coupling.hpp"
-#include "load_cases/load_case_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "msm/nodal_conditions.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::live {
 namespace {

@@ -10,7 +10,7 @@
 #include "live/springs.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/elastic_body.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::live {
 namespace {

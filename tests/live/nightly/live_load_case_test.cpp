@@ -6,11 +6,11 @@
 
 #include "live/scene.hpp"
 #include "live/springs.hpp"
-#include "load_cases/load_case_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
-#include "msm/coupled_springs.hpp"
-#include "msm/inversion_guard.hpp"
 #include "msm/spring_energy.hpp"
+#include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/inversion_guard.hpp"
 #include "msm/statics/equilibrium.hpp"
 
 namespace livermark::live {

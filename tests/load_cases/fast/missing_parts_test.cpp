@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 #include <string>
 
-#include "core/bounding_box.hpp"
-#include "load_cases/load_case_reader.hpp"
+#include "core/mesh/bounding_box.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "tests/bad_input.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -1,14 +1,14 @@
-#include "load_cases/needle_reader.hpp"
+#include "load_cases/readers/needle_reader.hpp"
 
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <string>
 
-#include "load_cases/load_case_reader.hpp"
-#include "load_cases/selector.hpp"
+#include "load_cases/places/selector.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "tests/bad_input.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 #include <numbers>
 
-#include "load_cases/facets.hpp"
-#include "load_cases/load_case_reader.hpp"
-#include "load_cases/selector.hpp"
-#include "tests/test_meshes.hpp"
+#include "load_cases/places/facets.hpp"
+#include "load_cases/places/selector.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

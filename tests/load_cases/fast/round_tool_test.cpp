@@ -5,12 +5,12 @@
 #include <numbers>
 #include <string>
 
-#include "load_cases/facets.hpp"
-#include "load_cases/load_case_reader.hpp"
-#include "load_cases/selector.hpp"
+#include "load_cases/places/facets.hpp"
+#include "load_cases/places/selector.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

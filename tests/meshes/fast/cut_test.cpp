@@ -14,7 +14,7 @@
 #include "meshes/io/msh_reader.hpp"
 #include "meshes/io/msh_writer.hpp"
 #include "tests/cut_checks.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 

@@ -7,8 +7,8 @@
 
 #include "meshes/anatomy/liver_registration.hpp"
 #include "meshes/generators/box_generator.hpp"
-#include "meshes/generators/liver_generator.hpp"
-#include "meshes/generators/liver_variation.hpp"
+#include "meshes/generators/liver/liver_generator.hpp"
+#include "meshes/generators/liver/liver_variation.hpp"
 #include "meshes/io/msh_reader.hpp"
 
 namespace livermark::meshes {

@@ -1,4 +1,4 @@
-#include "meshes/generators/liver_generator.hpp"
+#include "meshes/generators/liver/liver_generator.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 #include <set>
 #include <sstream>
 
-#include "meshes/generators/liver_shape.hpp"
+#include "meshes/generators/liver/liver_shape.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "meshes/io/mesh_figures.hpp"
 #include "meshes/io/msh_reader.hpp"

@@ -1,9 +1,9 @@
-#include "meshes/generators/liver_variation.hpp"
+#include "meshes/generators/liver/liver_variation.hpp"
 
 #include <gtest/gtest.h>
 #include <set>
 
-#include "meshes/generators/liver_generator.hpp"
+#include "meshes/generators/liver/liver_generator.hpp"
 #include "meshes/io/mesh_figures.hpp"
 #include "support/input_error.hpp"
 

@@ -4,11 +4,11 @@
 #include <random>
 
 #include "fem_reference/linear/linear_elasticity.hpp"
-#include "msm/biquadratic_springs.hpp"
 #include "msm/mass_lumping.hpp"
+#include "msm/springs/biquadratic_springs.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -4,7 +4,7 @@
 #include "models/model_table.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::models {
 namespace {

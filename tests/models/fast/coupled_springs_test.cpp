@@ -3,13 +3,13 @@
 #include <random>
 
 #include "fem_reference/linear/linear_elasticity.hpp"
-#include "msm/biquadratic_springs.hpp"
-#include "msm/coupled_springs.hpp"
-#include "msm/springs_with_volume.hpp"
+#include "msm/springs/biquadratic_springs.hpp"
+#include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/springs_with_volume.hpp"
+#include "msm/springs/volume_penalty.hpp"
 #include "msm/statics/equilibrium.hpp"
-#include "msm/volume_penalty.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -6,12 +6,12 @@
 
 #include "fem_reference/hyperelastic/material_law.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
-#include "msm/biquadratic_springs.hpp"
-#include "msm/coupled_springs.hpp"
+#include "msm/springs/biquadratic_springs.hpp"
+#include "msm/springs/coupled_springs.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "msm/statics/load_path.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

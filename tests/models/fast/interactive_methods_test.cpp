@@ -8,7 +8,7 @@
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "interactive/method.hpp"
 #include "models/model_table.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -6,7 +6,7 @@
 #include "interactive/equilibrium.hpp"
 #include "interactive/method.hpp"
 #include "msm/mass_lumping.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

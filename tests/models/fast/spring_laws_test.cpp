@@ -7,8 +7,8 @@
 #include "core/error_norms.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "models/model_table.hpp"
-#include "msm/spring_network.hpp"
-#include "tests/test_meshes.hpp"
+#include "msm/springs/spring_network.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -6,7 +6,7 @@
 #include <memory>
 #include <sstream>
 
-#include "load_cases/load_case_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "meshes/io/msh_writer.hpp"

@@ -7,7 +7,7 @@
 #include "core/error_norms.hpp"
 #include "models/model_table.hpp"
 #include "msm/spring_law.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -4,12 +4,12 @@
 #include <set>
 #include <string>
 
-#include "core/tool_errors.hpp"
-#include "fem_reference/hyperelastic/tool_motion.hpp"
+#include "core/tool/tool_errors.hpp"
+#include "fem_reference/hyperelastic/motion/tool_motion.hpp"
 #include "models/model_table.hpp"
 #include "models/tool_motion/contender.hpp"
 #include "models/tool_motion/reference_motion.hpp"
-#include "tests/tool_block.hpp"
+#include "tests/samples/tool_block.hpp"
 
 namespace livermark {
 namespace {

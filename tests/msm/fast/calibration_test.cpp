@@ -5,7 +5,7 @@
 
 #include "core/error_norms.hpp"
 #include "msm/calibration.hpp"
-#include "msm/spring_network.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "msm/volume_term.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"

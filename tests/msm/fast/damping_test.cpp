@@ -5,9 +5,9 @@
 #include <limits>
 
 #include "msm/dynamics/spectrum.hpp"
-#include "msm/spring_network.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "tests/bad_input.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "msm/mass_lumping.hpp"
 #include "msm/spring_law.hpp"
-#include "msm/spring_network.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "msm/statics/dynamic_relaxation.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 

@@ -6,12 +6,12 @@
 #include <random>
 #include <string>
 
-#include "msm/biquadratic_springs.hpp"
-#include "msm/coupled_springs.hpp"
-#include "msm/inversion_guard.hpp"
-#include "msm/spring_network.hpp"
+#include "msm/springs/biquadratic_springs.hpp"
+#include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/inversion_guard.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "msm/volume_term.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

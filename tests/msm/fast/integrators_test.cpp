@@ -10,9 +10,9 @@
 #include "msm/implicit_integrators.hpp"
 #include "msm/integrator.hpp"
 #include "msm/spring_law.hpp"
-#include "msm/spring_network.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "tests/not_a_number.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -4,11 +4,11 @@
 #include "msm/dynamics/elastic_motion.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/integrator.hpp"
-#include "msm/inversion_guard.hpp"
-#include "msm/spring_network.hpp"
+#include "msm/springs/inversion_guard.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "msm/volume_term.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

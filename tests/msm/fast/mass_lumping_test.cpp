@@ -2,7 +2,7 @@
 #include <numeric>
 
 #include "msm/mass_lumping.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "msm/coupled_springs.hpp"
 #include "msm/dynamics/elastic_motion.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
@@ -12,10 +11,11 @@
 #include "msm/dynamics/spectrum.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/spring_energy.hpp"
-#include "msm/spring_network.hpp"
+#include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "support/known_names.hpp"
-#include "tests/moving_samples.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/moving_samples.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "core/tetra_mesh.hpp"
-#include "msm/coupled_springs.hpp"
-#include "tests/moving_samples.hpp"
+#include "core/mesh/tetra_mesh.hpp"
+#include "msm/springs/coupled_springs.hpp"
+#include "tests/samples/moving_samples.hpp"
 
 namespace livermark {
 namespace {

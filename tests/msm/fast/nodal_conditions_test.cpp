@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "msm/nodal_conditions.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -9,7 +9,7 @@
 #include "msm/dynamics/time_step.hpp"
 #include "msm/integrator.hpp"
 #include "msm/spring_law.hpp"
-#include "msm/spring_network.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 
 namespace livermark {

@@ -3,9 +3,9 @@
 #include <map>
 #include <random>
 
-#include "core/tetra_mesh.hpp"
+#include "core/mesh/tetra_mesh.hpp"
 #include "msm/kernels/layout/spring_lanes.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

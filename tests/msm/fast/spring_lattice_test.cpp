@@ -4,7 +4,7 @@
 
 #include "msm/statics/equilibrium.hpp"
 #include "tests/not_a_number.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "msm/spring_law.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 

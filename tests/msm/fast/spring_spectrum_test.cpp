@@ -7,7 +7,7 @@
 #include "msm/dynamics/explicit_steps.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/spectrum.hpp"
-#include "msm/spring_network.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "msm/statics/free_components.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"

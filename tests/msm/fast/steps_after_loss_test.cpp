@@ -1,14 +1,14 @@
 #include <gtest/gtest.h>
 #include <limits>
 
-#include "msm/coupled_springs.hpp"
 #include "msm/integrator.hpp"
-#include "msm/inversion_guard.hpp"
 #include "msm/kernels/fast_steps.hpp"
-#include "msm/spring_network.hpp"
-#include "msm/springs_with_volume.hpp"
-#include "tests/moving_samples.hpp"
-#include "tests/test_meshes.hpp"
+#include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/inversion_guard.hpp"
+#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs_with_volume.hpp"
+#include "tests/samples/moving_samples.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 
-#include "msm/coupled_springs.hpp"
 #include "msm/kernels/layout/slicing.hpp"
-#include "msm/nodal_parts.hpp"
-#include "msm/volume_penalty.hpp"
-#include "tests/moving_samples.hpp"
+#include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/nodal_parts.hpp"
+#include "msm/springs/volume_penalty.hpp"
+#include "tests/samples/moving_samples.hpp"
 
 namespace livermark {
 namespace {

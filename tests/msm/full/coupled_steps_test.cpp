@@ -3,14 +3,14 @@
 #include <gtest/gtest.h>
 #include <random>
 
-#include "msm/biquadratic_springs.hpp"
-#include "msm/coupled_springs.hpp"
 #include "msm/dynamics/elastic_motion.hpp"
 #include "msm/integrator.hpp"
-#include "msm/inversion_guard.hpp"
 #include "msm/kernels/fast_steps.hpp"
-#include "msm/springs_with_volume.hpp"
-#include "tests/moving_samples.hpp"
+#include "msm/springs/biquadratic_springs.hpp"
+#include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/inversion_guard.hpp"
+#include "msm/springs/springs_with_volume.hpp"
+#include "tests/samples/moving_samples.hpp"
 
 namespace livermark {
 namespace {

@@ -1,11 +1,11 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "msm/coupled_springs.hpp"
-#include "msm/spring_network.hpp"
+#include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -5,9 +5,9 @@
 #include "msm/implicit_integrators.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
-#include "msm/spring_network.hpp"
-#include "tests/moving_samples.hpp"
-#include "tests/test_meshes.hpp"
+#include "msm/springs/spring_network.hpp"
+#include "tests/samples/moving_samples.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

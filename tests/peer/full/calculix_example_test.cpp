@@ -8,9 +8,9 @@
 #include "core/error_norms.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "results/hdf5/result_file.hpp"
-#include "tests/calculix_neo_hooke.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/peer/calculix.hpp"
+#include "tests/samples/calculix_neo_hooke.hpp"
 
 namespace livermark {
 namespace {

@@ -6,10 +6,10 @@
 
 #include "core/error_norms.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
-#include "load_cases/load_case_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
-#include "tests/calculix_neo_hooke.hpp"
 #include "tests/peer/calculix.hpp"
+#include "tests/samples/calculix_neo_hooke.hpp"
 
 namespace livermark {
 

@@ -7,7 +7,7 @@
 
 #include "core/error_norms.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
-#include "load_cases/load_case_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 
 namespace livermark {

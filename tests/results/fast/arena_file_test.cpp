@@ -1,15 +1,15 @@
-#include "results/hdf5/arena_file.hpp"
+#include "results/hdf5/files/arena_file.hpp"
 
 #include <gtest/gtest.h>
 
 #include "results/hdf5/file_kind.hpp"
-#include "results/hdf5/tool_reference_file.hpp"
+#include "results/hdf5/files/tool_reference_file.hpp"
 #include "results/provenance.hpp"
-#include "results/tables/arena_table.hpp"
+#include "results/tables/studies/arena_table.hpp"
 #include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
-#include "tests/sample_arena.hpp"
-#include "tests/tool_block.hpp"
+#include "tests/samples/sample_arena.hpp"
+#include "tests/samples/tool_block.hpp"
 
 namespace livermark::results {
 namespace {

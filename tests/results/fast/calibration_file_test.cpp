@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "models/model_table.hpp"
-#include "results/hdf5/stability_file.hpp"
+#include "results/hdf5/files/stability_file.hpp"
 #include "support/input_error.hpp"
-#include "tests/sample_calibration.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/sample_calibration.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -1,15 +1,15 @@
-#include "results/hdf5/cohort_file.hpp"
+#include "results/hdf5/files/cohort_file.hpp"
 
 #include <cmath>
 #include <filesystem>
 #include <gtest/gtest.h>
 
 #include "results/hdf5/file_kind.hpp"
-#include "results/hdf5/hdf5_io.hpp"
+#include "results/hdf5/io/hdf5_io.hpp"
 #include "results/provenance.hpp"
 #include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
-#include "tests/sample_cohort.hpp"
+#include "tests/samples/sample_cohort.hpp"
 
 namespace livermark::results {
 namespace {

@@ -1,4 +1,4 @@
-#include "results/tables/cohort_table.hpp"
+#include "results/tables/studies/cohort_table.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>

@@ -1,14 +1,14 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "results/hdf5/experiment_file.hpp"
 #include "results/hdf5/file_kind.hpp"
-#include "results/hdf5/hdf5_io.hpp"
-#include "results/tables/experiment_table.hpp"
+#include "results/hdf5/files/experiment_file.hpp"
+#include "results/hdf5/io/hdf5_io.hpp"
+#include "results/tables/studies/experiment_table.hpp"
 #include "support/whole_file.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/result_folder.hpp"
-#include "tests/sample_experiment.hpp"
+#include "tests/samples/sample_experiment.hpp"
 
 namespace livermark::results {
 namespace {

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 #include <memory>
 
-#include "tests/sample_result.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/sample_result.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::results {
 namespace {

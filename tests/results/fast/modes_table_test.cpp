@@ -2,8 +2,8 @@
 #include <memory>
 #include <numbers>
 
-#include "results/tables/modes_table.hpp"
-#include "tests/test_meshes.hpp"
+#include "results/tables/studies/modes_table.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

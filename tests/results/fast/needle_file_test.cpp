@@ -1,13 +1,13 @@
-#include "results/hdf5/needle_file.hpp"
+#include "results/hdf5/files/needle_file.hpp"
 
 #include <gtest/gtest.h>
 
 #include "results/hdf5/file_kind.hpp"
 #include "results/provenance.hpp"
-#include "results/tables/needle_table.hpp"
+#include "results/tables/studies/needle_table.hpp"
 #include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
-#include "tests/sample_needles.hpp"
+#include "tests/samples/sample_needles.hpp"
 
 namespace livermark::results {
 namespace {

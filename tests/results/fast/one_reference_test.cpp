@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "core/tool_stiffness.hpp"
-#include "results/cohort.hpp"
+#include "core/tool/tool_stiffness.hpp"
+#include "results/records/cohort.hpp"
 #include "results/tables/summary.hpp"
 #include "results/tables/table.hpp"
-#include "tests/sample_result.hpp"
+#include "tests/samples/sample_result.hpp"
 
 namespace livermark::results {
 namespace {

@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "core/error_norms.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::results {
 namespace {

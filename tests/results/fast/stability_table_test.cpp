@@ -1,4 +1,4 @@
-#include "results/tables/stability_table.hpp"
+#include "results/tables/studies/stability_table.hpp"
 
 #include <gtest/gtest.h>
 #include <limits>

@@ -1,11 +1,11 @@
-#include "results/hdf5/timings_file.hpp"
+#include "results/hdf5/files/timings_file.hpp"
 
 #include <filesystem>
 #include <gtest/gtest.h>
 
 #include "results/quantile.hpp"
 #include "support/input_error.hpp"
-#include "tests/sample_timings.hpp"
+#include "tests/samples/sample_timings.hpp"
 
 namespace livermark::results {
 namespace {

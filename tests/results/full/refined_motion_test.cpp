@@ -4,12 +4,12 @@
 #include <string>
 
 #include "core/error_norms.hpp"
-#include "core/local_refinement.hpp"
-#include "core/refinement.hpp"
+#include "core/mesh/local_refinement.hpp"
+#include "core/mesh/refinement.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "models/model_table.hpp"
 #include "results/reference_uncertainty.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <set>
 
-#include "meshes/generators/liver_shape.hpp"
+#include "meshes/generators/liver/liver_shape.hpp"
 #include "meshes/io/mesh_checks.hpp"
 #include "tests/same_bits.hpp"
 

@@ -14,7 +14,7 @@
 #include "support/whole_file.hpp"
 #include "tests/child.hpp"
 #include "tests/result_folder.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::segmentation {
 namespace {

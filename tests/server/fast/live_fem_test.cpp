@@ -18,8 +18,8 @@
 #include "results/hdf5/result_file.hpp"
 #include "server/sessions/shared_fem.hpp"
 #include "support/input_error.hpp"
-#include "tests/sample_result.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/sample_result.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::studies {
 namespace {

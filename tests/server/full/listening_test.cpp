@@ -19,8 +19,8 @@
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "server/serve.hpp"
 #include "tests/child.hpp"
-#include "tests/small_bar.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/small_bar.hpp"
+#include "tests/samples/test_meshes.hpp"
 #include "tests/web_client.hpp"
 
 namespace livermark {

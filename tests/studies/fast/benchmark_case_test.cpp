@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/bad_input.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::studies {
 namespace {

@@ -5,10 +5,10 @@
 #include <numbers>
 #include <numeric>
 
-#include "msm/spring_network.hpp"
+#include "msm/springs/spring_network.hpp"
 #include "studies/msm_choice.hpp"
 #include "tests/bad_input.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::studies {
 namespace {

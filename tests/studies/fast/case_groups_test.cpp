@@ -1,10 +1,10 @@
-#include "studies/run/case_groups.hpp"
+#include "studies/run/work/case_groups.hpp"
 
 #include <algorithm>
 #include <gtest/gtest.h>
 #include <limits>
 
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::studies {
 namespace {

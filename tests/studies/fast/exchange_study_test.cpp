@@ -11,7 +11,7 @@
 #include "studies/exchange/export_problem.hpp"
 #include "studies/exchange/score.hpp"
 #include "tests/bad_input.hpp"
-#include "tests/small_bar.hpp"
+#include "tests/samples/small_bar.hpp"
 
 namespace livermark::studies {
 namespace {

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-#include "results/needle.hpp"
+#include "results/records/needle.hpp"
 
 namespace livermark::studies {
 namespace {

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "studies/run/benchmark_case.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::studies {
 namespace {

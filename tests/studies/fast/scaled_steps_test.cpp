@@ -4,7 +4,7 @@
 #include <fstream>
 #include <numeric>
 
-#include "tests/small_bar.hpp"
+#include "tests/samples/small_bar.hpp"
 
 namespace livermark::studies {
 namespace {

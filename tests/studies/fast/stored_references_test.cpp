@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "results/hdf5/reference_file.hpp"
-#include "studies/run/stored_references.hpp"
+#include "results/hdf5/files/reference_file.hpp"
+#include "studies/run/solutions/stored_references.hpp"
 #include "support/input_error.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

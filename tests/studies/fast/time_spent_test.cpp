@@ -1,4 +1,4 @@
-#include "studies/run/time_spent.hpp"
+#include "studies/run/work/time_spent.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "studies/run/work_plan.hpp"
+#include "studies/run/work/work_plan.hpp"
 
 #include <algorithm>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark::studies {
 namespace {

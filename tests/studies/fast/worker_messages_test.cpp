@@ -1,4 +1,4 @@
-#include "studies/run/worker_messages.hpp"
+#include "studies/run/work/worker_messages.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 
 #include "support/input_error.hpp"
 #include "tests/livermark_command.hpp"
-#include "tests/test_meshes.hpp"
+#include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
 namespace {

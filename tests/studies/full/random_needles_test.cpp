@@ -6,11 +6,11 @@
 #include <memory>
 #include <random>
 
-#include "load_cases/load_case_reader.hpp"
-#include "load_cases/needle_reader.hpp"
+#include "load_cases/readers/load_case_reader.hpp"
+#include "load_cases/readers/needle_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "models/model_table.hpp"
-#include "results/needle.hpp"
+#include "results/records/needle.hpp"
 #include "studies/needle/insertion.hpp"
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"

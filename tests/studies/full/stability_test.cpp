@@ -7,7 +7,7 @@
 #include "models/model_table.hpp"
 #include "studies/run/problems.hpp"
 #include "tests/bad_input.hpp"
-#include "tests/small_bar.hpp"
+#include "tests/samples/small_bar.hpp"
 
 namespace livermark::studies {
 namespace {

@@ -1,4 +1,4 @@
-#include "support/machine_share.hpp"
+#include "support/processes/machine_share.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include <thread>
 #include <unistd.h>
 
-#include "support/process_pool.hpp"
+#include "support/processes/process_pool.hpp"
 
 namespace livermark {
 namespace {

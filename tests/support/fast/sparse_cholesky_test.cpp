@@ -1,4 +1,4 @@
-#include "support/sparse_cholesky.hpp"
+#include "support/factors/sparse_cholesky.hpp"
 
 #include <Eigen/Dense>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "support/own_process.hpp"
+#include "support/processes/own_process.hpp"
 
 #include <csignal>
 #include <filesystem>

@@ -1,4 +1,4 @@
-#include "support/process_pool.hpp"
+#include "support/processes/process_pool.hpp"
 
 #include <gtest/gtest.h>
 

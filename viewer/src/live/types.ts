@@ -41,7 +41,7 @@ export interface LiveFrame {
   displacement: Float32Array; // (N,3) m
   tool: Vector; // centre of the probe, or of the patch that is pulled [m]
   force: Vector; // of the body on the tool [N]
-  /** What the tool presses or holds: a round load (core/round_load.hpp) around a point of the surface at rest [m]; radius 0 untouched. */
+  /** What the tool presses or holds: a round load (core/tool/round_load.hpp) around a point of the surface at rest [m]; radius 0 untouched. */
   disc: { middle: Vector; radius: number };
   /** How far the body gives way, in the mean over the disc weighted with the round load: sum of f_i . u_i / |sum of f_i| over nodal forces [m]; 0 untouched. */
   indentation: number;

@@ -1,0 +1,124 @@
+#include <fmt/format.h>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/commands/commands.hpp"
+#include "cli/common_options.hpp"
+#include "cli/image_bodies.hpp"
+#include "cli/progress.hpp"
+#include "cli/usage.hpp"
+#include "results/tables/studies/arena_table.hpp"
+#include "studies/arena/arena.hpp"
+#include "support/root_folder.hpp"
+
+namespace livermark::cli {
+
+namespace {
+
+struct ArenaCommand {
+    std::vector<double> budgets{1.0, 4.0, 1000.0 / 60.0}; ///< [ms]
+    studies::ToolReferenceOptions reference;
+    bool solve_reference = false, details = false, markdown = false;
+};
+
+std::string in_percent(double value) {
+    return fmt::format("{:.2f} %", 100.0 * value);
+}
+
+void print_change(const char *what, const core::ToolErrors &errors) {
+    fmt::print("  {} changes displacements in contact by {}, forces by {}, displacements after it by {}\n", what,
+               in_percent(errors.contact), in_percent(errors.force), in_percent(errors.after));
+}
+
+int solve_references(const ArenaCommand &command, const studies::ArenaOptions &options,
+                     const std::string &command_line) {
+    const auto solved = studies::solve_arena_references(options, command.reference, command_line, print_progress());
+    for (const auto &reference : solved) {
+        fmt::print("{}, refined {} times, {} steps in a frame\n", reference.model, reference.level,
+                   reference.steps_per_frame);
+        print_change("the last refinement", reference.last_refinement);
+        print_change("half as many steps", reference.half_steps);
+    }
+    return 0;
+}
+
+int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions options, const std::string &command_line) {
+    options.bodies = with_images_meshed(options.bodies, command_line);
+    options.budgets.clear();
+    for (const double budget : sorted_once(command.budgets))
+        options.budgets.push_back(1e-3 * budget);
+    if (command.solve_reference)
+        return solve_references(command, options, command_line);
+    const auto found = studies::run_arena(options, command_line, print_progress());
+    print_notes(found.notes);
+    const auto print = [&](const results::Layout &layout) {
+        fmt::print("{}\n", command.markdown ? results::to_markdown(layout) : results::to_text(layout));
+    };
+    for (const auto &arena : found.of_body) {
+        fmt::print("{}: {}\nwithin a budget of one core for a frame of {:.1f} ms; the last refinement of the reference "
+                   "changed it by {} in contact, forces by {}\n\n",
+                   arena.body, arena.title, 1e3 * arena.frame_interval, in_percent(arena.reference_errors.contact),
+                   in_percent(arena.reference_errors.force));
+        if (command.details)
+            print(results::arena_table(arena));
+        print(results::arena_overview(arena));
+        fmt::print("{}", results::calibration_note(arena));
+    }
+    fmt::print(stderr, "Result files are in {}\n", options.output);
+    return 0;
+}
+
+} // namespace
+
+Command add_arena(CLI::App &parent, const std::string &command_line) {
+    auto *command = parent.add_subcommand(
+        "arena",
+        "Move springs and interactive methods under a tool that presses, slides and lets go, each with as many "
+        "steps or iterations as fit into a budget of time, and print how far they are from the reference");
+    auto options = std::make_shared<studies::ArenaOptions>();
+    auto arena = std::make_shared<ArenaCommand>();
+    options->bodies = {"liver_healthy"};
+    options->output = (support::root_folder() / "results" / "runs").string();
+    add_bodies(*command, options->bodies, "liver_healthy if none is named");
+    command
+        ->add_option("--load-case", options->load_case,
+                     "A name as in 'livermark list moving-load-cases', or the path of one with a [tool]")
+        ->capture_default_str();
+    command->add_option("--method", options->methods,
+                        "Names as in 'livermark list methods'; if left out, all that do not have to be named");
+    command->add_option("--budget", arena->budgets, "Processor times of one core for a frame [ms]")
+        ->check(CLI::Range(0.01, 1e5))
+        ->capture_default_str();
+    command
+        ->add_option("--mesh", options->meshes,
+                     "1: as it is; 2: with the longest edge of each tetrahedron bisected; 3: with each tetrahedron cut "
+                     "into eight")
+        ->check(CLI::Range(1, 3))
+        ->capture_default_str();
+    command
+        ->add_option("--precision", options->precision,
+                     "Of interactive methods that have both: single, on vector units, or double, in plain loops")
+        ->transform(one_of(std::map<std::string, models::Precision>{{"single", models::Precision::single_precision},
+                                                                    {"double", models::Precision::double_precision}}))
+        ->default_str("single");
+    add_materials(*command, options->material);
+    command->add_option("--output", options->output, "Folder for <body>/arena.h5")->capture_default_str();
+    command->add_flag("--details", arena->details, "Print a row for every budget and setting as well");
+    command->add_flag("--markdown", arena->markdown, "Print tables in Markdown");
+    command->add_flag("--solve-reference", arena->solve_reference,
+                      "Solve the reference motion and store it, instead: minutes to an hour for each body");
+    command
+        ->add_option("--level", arena->reference.level,
+                     "With --solve-reference: how often the mesh is refined at the "
+                     "rims of places")
+        ->check(CLI::Range(1, 4))
+        ->capture_default_str();
+    command->add_option("--steps", arena->reference.steps_per_frame, "With --solve-reference: steps in a frame")
+        ->check(CLI::Range(2, 1000))
+        ->capture_default_str();
+    return [options, arena, command_line] { return run_command_of_arena(*arena, *options, command_line); };
+}
+
+} // namespace livermark::cli

@@ -1,0 +1,55 @@
+#include <fmt/format.h>
+#include <memory>
+
+#include "cli/commands/commands.hpp"
+#include "cli/common_options.hpp"
+#include "cli/progress.hpp"
+#include "results/tables/studies/needle_table.hpp"
+#include "results/tables/table_layout.hpp"
+#include "studies/needle/needle_study.hpp"
+#include "support/root_folder.hpp"
+
+namespace livermark::cli {
+
+namespace {
+
+int print_needles(const studies::NeedleOptions &options, bool markdown, const std::string &command_line) {
+    const auto done = studies::drive_needles(options, command_line, print_progress());
+    print_notes(done.notes);
+    for (const auto &file : done.of_body) {
+        const auto table = results::needle_table(file);
+        fmt::print("{}: {}\n{}{}\n", file.body, results::printable(file.title),
+                   markdown ? results::to_markdown(table) : results::to_text(table), results::needle_note(file));
+    }
+    fmt::print(stderr, "Result files are in {}\n", options.output);
+    return 0;
+}
+
+} // namespace
+
+Command add_needle(CLI::App &parent, const std::string &command_line) {
+    auto *command = parent.add_subcommand(
+        "needle", "Drive needles into bodies and draw them out: how far each model's target moves away from the tip, "
+                  "and what the hand feels, beside the reference");
+    auto options = std::make_shared<studies::NeedleOptions>();
+    auto markdown = std::make_shared<bool>(false);
+    options->bodies = {"liver_tumours"};
+    options->output = (support::root_folder() / "results" / "runs").string();
+    command->add_option("--body", options->bodies, "Names as in 'livermark list bodies', or paths")
+        ->capture_default_str();
+    command
+        ->add_option("--load-case", options->load_case,
+                     "A name as in 'livermark list needle-load-cases', or the path of one with a [[needle]]")
+        ->capture_default_str();
+    command->add_option("--model", options->models, "Names as in 'livermark list models'; those of a run if left out");
+    command->add_flag(
+        "--reference-on-mesh", options->reference_on_mesh,
+        "Judge by the mixed elements on the mesh itself, not on meshes refined along the needle: quicker, "
+        "and without what the last refinement changed");
+    add_materials(*command, options->material);
+    command->add_option("--output", options->output, "Folder for <body>/needle.<load case>.h5")->capture_default_str();
+    command->add_flag("--markdown", *markdown, "Print the tables in Markdown");
+    return [=] { return print_needles(*options, *markdown, command_line); };
+}
+
+} // namespace livermark::cli

@@ -1,0 +1,184 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <fmt/format.h>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cli/commands/commands.hpp"
+#include "cli/common_options.hpp"
+#include "cli/image_bodies.hpp"
+#include "cli/progress.hpp"
+#include "cli/run_tables.hpp"
+#include "cli/usage.hpp"
+#include "models/model_table.hpp"
+#include "results/tables/table_layout.hpp"
+#include "results/tables/tool_cells.hpp"
+#include "studies/run/amplitudes.hpp"
+#include "studies/run/benchmark_case.hpp"
+#include "studies/run/run_cases.hpp"
+#include "studies/run/run_options.hpp"
+#include "studies/run/work/run_task.hpp"
+#include "studies/run/work/time_spent.hpp"
+#include "support/processes/mpi_session.hpp"
+#include "support/root_folder.hpp"
+
+namespace livermark::cli {
+
+namespace {
+
+bool all_is_well(const results::Result &result) {
+    const auto regime = result.problem.load_case.regime;
+    return std::ranges::all_of(result.models, [=](const results::ModelResult &model) {
+        const bool has_come_to_an_end = model.solution.status == core::SolutionStatus::ok;
+        return (has_come_to_an_end || studies::may_fail(model.name, regime)) &&
+               results::meets_band(model).value_or(true);
+    });
+}
+
+/// How the end of a run is printed.
+struct Printing {
+    bool tables = false; ///< all of them
+    bool markdown = false;
+};
+
+void print_done(const std::vector<results::Result> &done, const std::vector<double> &amplitudes, Printing printing) {
+    print_tables(done, printing.tables ? TableKind::all : TableKind::brief, printing.markdown);
+    if (!amplitudes.empty()) {
+        const auto layout = studies::nonlinearity_by_amplitude(done, amplitudes);
+        fmt::print("\nDistance of the models from their own linearised solution, at multiples of the load:\n\n{}",
+                   printing.markdown ? results::to_markdown(layout) : results::to_text(layout));
+    }
+}
+
+int run(const studies::RunOptions &options, Printing printing, const std::string &command_line) {
+    studies::TimeSpent spent;
+    spent.begin("bodies and load cases");
+    const auto task = studies::prepare(options);
+    if (support::mpi_rank() != 0) {
+        studies::help_first_rank(task, options, command_line);
+        return 0;
+    }
+    spent.stop();
+    print_notes(task.notes);
+    auto outcomes = studies::run_cases(task, options, command_line, print_progress());
+    for (const auto &[stage, seconds] : outcomes.spent.stages())
+        spent.add(stage, seconds);
+    std::vector<results::Result> done;
+    std::vector<std::string> failures;
+    for (auto &outcome : outcomes.of_problem) {
+        std::ranges::move(outcome.done, std::back_inserter(done));
+        std::ranges::move(outcome.failures, std::back_inserter(failures));
+    }
+    if (!done.empty())
+        print_done(done, options.amplitudes, printing);
+    if (printing.tables) {
+        print_left_out(task.left_out, printing.markdown);
+        fmt::print(stderr, "\n{}\n", spent.text());
+    }
+    for (const auto &failure : failures)
+        fmt::print(stderr, "livermark: failed: {}\n", failure);
+    print_notes(outcomes.notes);
+    if (!printing.tables)
+        print_notes(studies::sentences(task.left_out));
+    if (const auto note = results::note_on_small_tools(done))
+        print_notes({*note});
+    fmt::print(stderr, "Result files are in {0}; livermark table {0} prints every load case\n", options.output);
+    return failures.empty() && std::ranges::all_of(done, all_is_well) ? 0 : 1;
+}
+
+/// What the result files say: a run that was resumed comes to the same as one that was not broken off.
+std::string without_resume(std::string command_line) {
+    constexpr std::string_view word = " --resume";
+    for (auto at = command_line.find(word); at != std::string::npos; at = command_line.find(word, at)) {
+        const auto end = at + word.size();
+        if (end == command_line.size() || command_line[end] == ' ')
+            command_line.erase(at, word.size());
+        else
+            at = end;
+    }
+    return command_line;
+}
+
+} // namespace
+
+Command add_run(CLI::App &parent, const std::string &command_line) {
+    auto *command = parent.add_subcommand(
+        "run", "Run models on load cases and compare them with the finite element reference; everything that ships "
+               "by default");
+    auto options = std::make_shared<studies::RunOptions>();
+    auto printing = std::make_shared<Printing>();
+    auto force = std::make_shared<bool>(false);
+    options->output = (support::root_folder() / "results" / "runs").string();
+    add_bodies(*command, options->bodies);
+    command->add_flag("--force", *force, "Mesh segmentations anew, over the body files in the output folder");
+    add_run_choices(*command, options);
+    command
+        ->add_option("--amplitude", options->amplitudes,
+                     "Multiples of the loads, such as 0.1,1,10, to see where linear elasticity stops being a fair "
+                     "reference; result files are then <load case>@<amplitude>.h5")
+        ->delimiter(',')
+        ->check(positive_number());
+    command->add_option("--young", options->young_modulus,
+                        "Young's modulus of the first region [Pa]; the others keep their ratio to it");
+    command->add_option("--calibration", options->calibration,
+                        "A file of 'livermark calibrate' for the body: its springs join as calibrated_nodal_volume");
+    command->add_option("--output", options->output, "Folder for <body>/<load case>.h5")->capture_default_str();
+    command->add_flag("--solve-reference", options->solve_reference,
+                      "Solve the references of large deformations, also where their solutions are stored in "
+                      "results/references");
+    command->add_flag("--static", options->only_static, "Leave out load cases that depend on time: quicker");
+    command->add_flag(
+        "--resume", options->resume,
+        "Keep the result files that the same command has left in the output folder, and go on from there");
+    using enum fem_reference::SolverChoice;
+    command
+        ->add_option("--fem-solver", options->model_options.fem_solver,
+                     "How the finite elements are solved: auto (by size), direct (sparse Cholesky) or iterative "
+                     "(conjugate gradients with algebraic multigrid)")
+        ->transform(one_of(std::map<std::string, fem_reference::SolverChoice>{
+            {"auto", automatic}, {"direct", direct}, {"iterative", iterative}}))
+        ->default_str("auto");
+    command
+        ->add_option("--equilibrium", options->model_options.equilibrium,
+                     "How mass-spring models find their equilibrium: newton, or relaxation by time stepping, which "
+                     "leaves out load cases that press to a depth")
+        ->transform(one_of(std::map<std::string, models::EquilibriumMethod>{
+            {"newton", models::EquilibriumMethod::newton}, {"relaxation", models::EquilibriumMethod::relaxation}}))
+        ->default_str("newton");
+    auto &stepping = options->model_options.time_stepping;
+    command->add_option(
+        "--integrator", stepping.integrator,
+        "How mass-spring models move in time: a name as in 'livermark list integrators'; by default "
+        "runge_kutta_4 or runge_kutta_chebyshev, whichever needs fewer force evaluations, and runge_kutta_4 with "
+        "--equilibrium relaxation");
+    command
+        ->add_option("--time-step", stepping.time_step,
+                     "Longest step of mass-spring models [s]; by default 0.8 of the longest that is stable")
+        ->check(positive_number());
+    using enum msm::StepKernel;
+    command
+        ->add_option("--kernel", stepping.kernel,
+                     "What evaluates the forces of mass-spring models in motion: simd_float (vector units, single "
+                     "precision), simd_double, or scalar (slow and obvious)")
+        ->transform(one_of(std::map<std::string, msm::StepKernel>{
+            {"simd_float", simd_float}, {"simd_double", simd_double}, {"scalar", scalar}}))
+        ->default_str("simd_float");
+    command->add_flag("--force-time-step", stepping.force, "Take the step even if it is too long to be stable");
+    command->add_flag("--tables", printing->tables,
+                      "Print every table and where the time went, as 'livermark table' does, not two "
+                      "numbers for each model and body");
+    command->add_flag("--markdown", printing->markdown, "Print tables in Markdown");
+    return [options, printing, force, command_line] {
+        options->amplitudes = sorted_once(std::move(options->amplitudes));
+        options->poisson_ratios = sorted_once(std::move(options->poisson_ratios));
+        const auto kept_command_line = without_resume(command_line);
+        options->bodies = with_images_meshed(options->bodies, options->output, kept_command_line, *force);
+        return run(*options, *printing, kept_command_line);
+    };
+}
+
+} // namespace livermark::cli

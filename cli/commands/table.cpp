@@ -1,0 +1,52 @@
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/commands/commands.hpp"
+#include "cli/run_tables.hpp"
+#include "cli/usage.hpp"
+#include "results/hdf5/result_files.hpp"
+#include "support/root_folder.hpp"
+
+namespace livermark::cli {
+
+namespace {
+
+struct TableOptions {
+    std::vector<std::string> paths;
+    TableKind kind = TableKind::all;
+    bool markdown = false;
+};
+
+int print(const TableOptions &options) {
+    const std::vector<std::filesystem::path> paths(options.paths.begin(), options.paths.end());
+    const auto results = results::read_results(paths);
+    print_tables(results, options.kind, options.markdown);
+    return 0;
+}
+
+} // namespace
+
+Command add_table(CLI::App &parent) {
+    auto *command = parent.add_subcommand("table", "Print the tables of result files that are there");
+    auto options = std::make_shared<TableOptions>();
+    options->paths = {(support::root_folder() / "results" / "runs").string()};
+    command->add_option("paths", options->paths, "Result files of 'livermark run', or folders of them")
+        ->capture_default_str();
+    command
+        ->add_option(
+            "--kind", options->kind,
+            "all, brief (two numbers for each model and body, as a run ends with), models (a row for each model and "
+            "load case), forces (of large deformations along the path of the load), summary (a column for each load "
+            "case), overview (columns for each Poisson's ratio), means (columns for each body), medians (over load "
+            "cases, for each Poisson's ratio, with the load cases of pressure apart), or cohort (over bodies whose "
+            "names "
+            "end in a number, odd ones and even ones apart)")
+        ->transform(one_of(table_kinds))
+        ->default_str("all");
+    command->add_flag("--markdown", options->markdown, "Print the tables in Markdown");
+    return [options] { return print(*options); };
+}
+
+} // namespace livermark::cli

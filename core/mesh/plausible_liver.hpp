@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/mesh/tetra_mesh.hpp"
+
+/// Whether what somebody gives as a liver can be one. Every way in asks here: label images, surfaces, meshes, Python.
+namespace livermark::core {
+
+/// Volume of an adult's liver, from after a resection to enlarged [L], and a usual one.
+inline constexpr double smallest_liver = 0.5, usual_liver = 1.5, largest_liver = 4.0;
+/// Longest side of a body that can be an organ [m].
+inline constexpr double largest_organ = 2.0;
+/// Nearer to 1/2 the volume is so much stiffer than the shape that searches for an equilibrium do not end in double
+/// precision.
+inline constexpr double largest_poisson_ratio = 0.49999;
+
+/// Whether a name is that of a lesion, or of the liver or its tissue, in a segmentation or a mesh.
+bool is_name_of_lesion(const std::string &name);
+bool is_name_of_liver(const std::string &name);
+
+/// A sentence for each thing that speaks against a body being an adult's liver in metres: its volume, and lesions that
+/// are larger than its other tissue.
+/// @param volume   of liver and lesions [m^3]
+/// @param lesions  of each [m^3]
+std::vector<std::string> doubts_about_liver(double volume, std::span<const double> lesions);
+
+/// The same of a mesh, whose lesions are regions with names of such.
+std::vector<std::string> doubts_about_liver(const TetraMesh &mesh);
+/// Of its lesions alone.
+std::vector<std::string> doubts_about_lesions(const TetraMesh &mesh);
+
+/// A sentence if a body in metres is larger than any organ, as one in millimetres is.
+std::vector<std::string> doubts_about_unit(const std::vector<Vector3> &points);
+
+/// Two tetrahedra that no way over faces joins; nothing if all are joined. A part that hangs on an edge or a node
+/// swings about it, and finite elements have no reference for it.
+std::optional<std::pair<std::size_t, std::size_t>> apart_by_faces(std::span<const std::array<int, 4>> tetrahedra);
+
+} // namespace livermark::core

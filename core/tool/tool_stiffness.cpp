@@ -1,0 +1,209 @@
+#include "core/tool/tool_stiffness.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+namespace livermark::core {
+
+namespace {
+
+constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
+
+/// Below this part of what its forces could do on the displacements of their nodes, the work of a traction is rounding.
+constexpr double smallest_work = 1e-6;
+
+bool is_prescribed_to_move(const LoadCase &load_case, int facet) {
+    return load_case.condition[facet] == FacetCondition::prescribed_displacement &&
+           std::ranges::any_of(load_case.value[facet], [](double value) { return value < 0.0 || value > 0.0; });
+}
+
+/// Middle, radius and edge length of a place from its facets.
+void measure(const TetraMesh &mesh, const LoadCase &load_case, ToolPlace &place) {
+    double area = 0.0, edges = 0.0;
+    Vector3 moment = Vector3::Zero();
+    for (const int facet : place.facets) {
+        const auto [a, b, c] = corners_of(mesh, facet);
+        const double part = area_vector(mesh, facet).norm();
+        area += part;
+        moment += part * (a + b + c) / 3.0;
+        edges += (a - b).norm() + (b - c).norm() + (c - a).norm();
+    }
+    place.edge_length = edges / (3.0 * static_cast<double>(place.facets.size()));
+    place.middle = moment / area;
+    place.radius = std::sqrt(area / std::numbers::pi);
+    if (const auto *round = load_case.round_load_on(place.facets.front())) {
+        place.middle = round->middle;
+        place.radius = round->radius;
+    }
+}
+
+/// Nodal forces of the given traction on a place: node and force [N], a row for each corner of a facet.
+std::vector<std::pair<int, Vector3>> nodal_forces(const TetraMesh &mesh, const LoadCase &load_case,
+                                                  const ToolPlace &place) {
+    std::vector<std::pair<int, Vector3>> forces;
+    for (const int facet : place.facets) {
+        const auto parts = linear_parts(load_case.round_load_on(facet), corners_of(mesh, facet));
+        const Vector3 force = area_vector(mesh, facet).norm() * load_case.value[facet];
+        for (std::size_t k = 0; k < 3; ++k)
+            forces.emplace_back(mesh.boundary_triangles[facet][k], parts[k] * force);
+    }
+    return forces;
+}
+
+/// What the forces do on displacements (N), of either precision [J].
+template <class Displacements>
+double work(const std::vector<std::pair<int, Vector3>> &forces, const Displacements &displacement) {
+    double sum = 0.0;
+    for (const auto &[node, force] : forces)
+        sum += force.dot(displacement[node].template cast<double>());
+    return sum;
+}
+
+/// What the works of a solution that are summed at the nodes of the mesh have to be multiplied by. Displacements below
+/// a round tool are a dome between the corners of facets, so sums there miss 5 to 7 % of the work on quadratic
+/// elements.
+double correction(const TetraMesh &mesh, const LoadCase &load_case, std::span<const ToolPlace> places,
+                  const Solution &solution) {
+    double at_nodes = 0.0;
+    for (const auto &place : places)
+        if (place.drive == ToolDrive::traction)
+            at_nodes += work(nodal_forces(mesh, load_case, place), solution.displacement);
+    return std::isnan(solution.load_work) || at_nodes == 0.0 ? 1.0 : solution.load_work / at_nodes;
+}
+
+/// Of a place with a given traction.
+/// @param ratio  of the corrections of the reference and of the solution
+void compare_works(const TetraMesh &mesh, const LoadCase &load_case, const ToolPlace &place, const Solution &solution,
+                   const Solution &reference, double ratio, PlaceErrors &errors) {
+    const auto forces = nodal_forces(mesh, load_case, place);
+    double possible = 0.0;
+    for (const auto &[node, force] : forces)
+        possible += force.norm() * reference.displacement[node].norm();
+    const double of_reference = work(forces, reference.displacement);
+    const bool has_work = std::abs(of_reference) > smallest_work * possible;
+    errors.stiffness = has_work ? ratio * of_reference / work(forces, solution.displacement) - 1.0 : no_number;
+    for (std::size_t k = 0; k < std::min(solution.path.size(), reference.path.size()); ++k)
+        errors.path.push_back(
+            has_work ? work(forces, reference.path[k].displacement) / work(forces, solution.path[k].displacement) - 1.0
+                     : no_number);
+}
+
+/// Of a place whose force is a result.
+void compare_forces(int constraint, const Solution &solution, const Solution &reference, double smallest_force,
+                    PlaceErrors &errors) {
+    const auto along = [](const Vector3 &force, const Vector3 &of_reference) {
+        return force.dot(of_reference) / of_reference.squaredNorm() - 1.0;
+    };
+    const bool has_force = reference.reaction[constraint].norm() > smallest_force;
+    errors.stiffness = has_force ? along(solution.reaction[constraint], reference.reaction[constraint]) : no_number;
+    for (std::size_t k = 0; k < std::min(solution.path.size(), reference.path.size()); ++k)
+        errors.path.push_back(has_force
+                                  ? along(solution.path[k].reaction[constraint], reference.path[k].reaction[constraint])
+                                  : no_number);
+}
+
+/// Relative L2 error over the nodes around a place.
+double error_around(const TetraMesh &mesh, std::span<const double> volumes, const ToolPlace &place,
+                    const Solution &solution, const Solution &reference) {
+    double difference = 0.0, total = 0.0;
+    for (std::size_t i = 0; i < volumes.size(); ++i)
+        if ((mesh.points[i] - place.middle).norm() <= 2.0 * place.radius) {
+            difference += volumes[i] * (solution.displacement[i] - reference.displacement[i]).squaredNorm();
+            total += volumes[i] * reference.displacement[i].squaredNorm();
+        }
+    return total > 0.0 ? std::sqrt(difference / total) : no_number;
+}
+
+/// The one of the largest absolute value; a NaN gives way to any number.
+double larger_in_size(double a, double b) {
+    return std::isnan(a) || std::abs(b) > std::abs(a) ? b : a;
+}
+
+} // namespace
+
+std::vector<ToolPlace> tool_places(const TetraMesh &mesh, const LoadCase &load_case) {
+    std::vector<ToolPlace> places(load_case.load_names.size() + 1); // the last without a name
+    const auto num_given = static_cast<int>(places.size());
+    for (std::size_t g = 0; g < load_case.load_names.size(); ++g)
+        places[g].name = load_case.load_names[g];
+    for (std::size_t p = 0; p < load_case.constraint_names.size(); ++p)
+        places.push_back({.name = load_case.constraint_names[p], .constraint = static_cast<int>(p)});
+    for (int f = 0; f < static_cast<int>(load_case.condition.size()); ++f) {
+        const int constraint = load_case.constraint[f];
+        if (load_case.presses(f)) {
+            places[num_given + constraint].drive = ToolDrive::depth;
+            places[num_given + constraint].facets.push_back(f);
+        } else if (load_case.condition[f] == FacetCondition::traction && !load_case.value[f].isZero(0.0)) {
+            const bool is_named = !load_case.load.empty() && load_case.load[f] >= 0;
+            places[is_named ? load_case.load[f] : num_given - 1].facets.push_back(f);
+        } else if (is_prescribed_to_move(load_case, f)) {
+            places[num_given + constraint].drive = ToolDrive::displacement;
+            places[num_given + constraint].facets.push_back(f);
+        }
+    }
+    std::erase_if(places, [](const ToolPlace &place) { return place.facets.empty(); });
+    for (auto &place : places)
+        measure(mesh, load_case, place);
+    return places;
+}
+
+std::optional<double> radius_in_edges(std::span<const ToolPlace> places) {
+    std::optional<double> smallest;
+    for (const auto &place : places) {
+        const double ratio = place.radius / place.edge_length;
+        smallest = std::min(smallest.value_or(ratio), ratio);
+    }
+    return smallest;
+}
+
+const PlaceErrors &ToolComparison::worst_place() const {
+    const auto size = [](const PlaceErrors &place) {
+        return std::isnan(place.stiffness) ? -1.0 : std::abs(place.stiffness);
+    };
+    return *std::ranges::max_element(places, {}, size);
+}
+
+std::vector<double> ToolComparison::along_path() const {
+    std::vector<double> worst(places.front().path.size(), no_number);
+    for (const auto &place : places)
+        for (std::size_t k = 0; k < worst.size(); ++k)
+            worst[k] = larger_in_size(worst[k], place.path[k]);
+    return worst;
+}
+
+double ToolComparison::worst_stiffness() const {
+    double worst = stiffness();
+    if (!std::isnan(worst))
+        for (const double value : along_path())
+            worst = larger_in_size(worst, value);
+    return worst;
+}
+
+std::optional<ToolComparison> compare_at_tool(const TetraMesh &mesh, const LoadCase &load_case,
+                                              const Solution &solution, const Solution &reference,
+                                              double smallest_force) {
+    const auto places = tool_places(mesh, load_case);
+    if (places.empty())
+        return std::nullopt;
+    const auto volumes = nodal_volumes(mesh);
+    // Works of both are of their own, or those of both are summed at the nodes.
+    const double ratio = std::isnan(reference.load_work) ? 1.0
+                                                         : correction(mesh, load_case, places, reference) /
+                                                               correction(mesh, load_case, places, solution);
+    ToolComparison result;
+    for (const auto &place : places) {
+        auto &errors = result.places.emplace_back();
+        errors.name = place.name;
+        errors.relative_l2 = error_around(mesh, volumes, place, solution, reference);
+        if (place.drive == ToolDrive::traction)
+            compare_works(mesh, load_case, place, solution, reference, ratio, errors);
+        else
+            compare_forces(place.constraint, solution, reference, smallest_force, errors);
+    }
+    return result;
+}
+
+} // namespace livermark::core

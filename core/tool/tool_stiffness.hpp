@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/load_case.hpp"
+#include "core/mesh/tetra_mesh.hpp"
+#include "core/solution.hpp"
+
+namespace livermark::core {
+
+/// How a place is moved, and so what its stiffness is compared by. The values are those of the result file.
+enum class ToolDrive : std::uint8_t {
+    traction = 0,    ///< by a given force: its displacement, in the mean weighted with the traction
+    depth = 1,       ///< by LoadCase::press_depth: its force
+    displacement = 2 ///< to a prescribed displacement: its reaction
+};
+
+/// A place that is pressed, pulled or held to move. Constraints that stay where they are, and accelerations, are none.
+struct ToolPlace {
+    std::string name; ///< empty where the load case gives none
+    ToolDrive drive = ToolDrive::traction;
+    int constraint = -1;              ///< index into LoadCase::constraint_names; -1 of a given traction
+    std::vector<int> facets{};        ///< indices into mesh.boundary_triangles, ascending
+    Vector3 middle = Vector3::Zero(); ///< of a round tool, otherwise the area centroid of the facets [m]
+    double radius = 0.0;              ///< of a round tool, otherwise of the disc of the area of the facets [m]
+    double edge_length = 0.0;         ///< mean over the edges of the facets [m]
+};
+
+/// The tools of a load case: first given tractions, in the order of LoadCase::load_names, then those of constraints.
+/// Given tractions that LoadCase::load gives no name are one place.
+std::vector<ToolPlace> tool_places(const TetraMesh &mesh, const LoadCase &load_case);
+
+/// The smallest radius of a tool over the edge length under it; nothing without a tool.
+std::optional<double> radius_in_edges(std::span<const ToolPlace> places);
+
+/// How wrong a solution is at one tool.
+struct PlaceErrors {
+    std::string name;
+    /// Force over displacement of the model over that of the reference, minus one; positive is too stiff. With a given
+    /// traction t it is w_r / w - 1 with w the integral of t . u over the place at rest; else F . F_r / |F_r|^2 - 1 of
+    /// the forces. At the whole load w is each model's own (Solution::load_work) where the reference says it;
+    /// otherwise, and along the path, u is linear on facets for both. NaN where the reference has no such work or
+    /// force, and where the model says nothing of it.
+    double stiffness = 0.0;
+    /// Comparison::relative_l2 over the nodes within two radii of the middle; NaN if there are none that move.
+    double relative_l2 = 0.0;
+    std::vector<double> path{}; ///< (L) stiffness at the points that both have; empty in the small regime
+
+    bool operator==(const PlaceErrors &) const = default;
+};
+
+/// How wrong a solution is where it is touched.
+struct ToolComparison {
+    std::vector<PlaceErrors> places; ///< (G) as in tool_places(), at least one
+
+    /// The place whose stiffness has the largest absolute value, of those that have one; otherwise the first.
+    const PlaceErrors &worst_place() const;
+    /// Its stiffness, which is that of the load case.
+    double stiffness() const { return worst_place().stiffness; }
+    /// Over the places, the stiffness of the largest absolute value at each point of the path.
+    std::vector<double> along_path() const;
+    /// The stiffness of the largest absolute value along the path and at the whole load; NaN where stiffness() is.
+    double worst_stiffness() const;
+
+    bool operator==(const ToolComparison &) const = default;
+};
+
+/// From here on fingers tell two forces apart. (Pang, Tan, Durlach 1991, Percept. Psychophys. 49(6))
+inline constexpr double smallest_felt_difference = 0.07;
+
+/// Compares a solution with the reference at the tools of a load case.
+/// @param solution        any status; what is not finite gives what is not finite
+/// @param smallest_force  below which forces of the reference are rounding [N]
+/// @return nothing where the load case has no tool
+std::optional<ToolComparison> compare_at_tool(const TetraMesh &mesh, const LoadCase &load_case,
+                                              const Solution &solution, const Solution &reference,
+                                              double smallest_force);
+
+} // namespace livermark::core

@@ -1,0 +1,269 @@
+#include "fem_reference/hyperelastic/paths/equilibrium_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace livermark::hyperelastic {
+
+namespace {
+
+/// After so many linear iterations a new factor is worth its time.
+constexpr int refactor_after = 20;
+/// After so many times the iterations with new levels others are worth theirs.
+constexpr double renew_levels_after = 1.3;
+/// What linear solves may leave of a residual far from equilibrium (inexact Newton; Dembo, Eisenstat, Steihaug 1982).
+constexpr double largest_tolerance = 1e-3;
+/// What one newton does is worth another solve as long as more than this is out of balance.
+constexpr double renew_press_above = 1e-3;
+
+void negate(State &state) {
+    for (auto *const part : {&state.displacement, &state.pressure})
+        for (double &value : *part)
+            value = -value;
+}
+
+void add(const State &change, double part, State &state) {
+    for (std::size_t dof = 0; dof < state.displacement.size(); ++dof)
+        state.displacement[dof] += part * change.displacement[dof];
+    for (std::size_t k = 0; k < state.pressure.size(); ++k)
+        state.pressure[k] += part * change.pressure[k];
+}
+
+} // namespace
+
+EquilibriumSearch::EquilibriumSearch(PathSystem &system, int num_constraints, const LoadPath &path,
+                                     FollowedPath &result)
+    : system_(system), conditions_(system.conditions()), path_(path), result_(result),
+      num_constraints_(num_constraints), is_free_(free_of(conditions_.prescribed)),
+      rounding_force_(100.0 * std::numeric_limits<double>::epsilon() * system.pressure_scale() * system.volume()) {}
+
+bool EquilibriumSearch::begin() {
+    system_.assemble(system_.rest(), 0.0);
+    return factorise();
+}
+
+double EquilibriumSearch::dot(const State &a, const State &b) const {
+    const auto counted = [](const std::vector<bool> &counts, const std::vector<double> &x,
+                            const std::vector<double> &y) {
+        double sum = 0.0;
+        for (std::size_t i = 0; i < counts.size(); ++i)
+            sum += counts[i] ? x[i] * y[i] : 0.0;
+        return sum;
+    };
+    return system_.sum(counted(system_.counted_displacements(), a.displacement, b.displacement) +
+                       counted(system_.counted_pressures(), a.pressure, b.pressure));
+}
+
+/// Along the tractions of the places that press, in the mean weighted with them [m].
+double EquilibriumSearch::depth_of(const State &state) const {
+    const auto &counts = system_.counted_displacements();
+    double sum = 0.0;
+    for (std::size_t dof = 0; dof < counts.size(); ++dof)
+        sum += counts[dof] ? conditions_.load[dof] * state.displacement[dof] : 0.0;
+    return system_.sum(sum);
+}
+
+EquilibriumSearch::Balance EquilibriumSearch::balance(const LoadedState &at) const {
+    auto internal = system_.internal_forces(at.state);
+    Balance now{.smallest_jacobian = internal.smallest_jacobian};
+    if (!(now.smallest_jacobian > 0.0))
+        return now;
+    now.energy = internal.energy;
+    const auto load = system_.loads(at.state, at.factor);
+    now.residual = {std::move(internal.force), std::move(internal.imbalance)};
+    const double rounding = rounding_force_ / path_.tolerance;
+    double out_of_balance = 0.0, scale = 0.0;
+    for (std::size_t dof = 0; dof < load.size(); ++dof) {
+        double &residual = now.residual.displacement[dof];
+        residual -= load[dof];
+        if (!system_.counted_displacements()[dof])
+            continue;
+        (is_free_[dof] ? out_of_balance : scale) += residual * residual;
+        scale += load[dof] * load[dof];
+    }
+    const double pressure_scale = system_.pressure_scale();
+    for (std::size_t k = 0; k < now.residual.pressure.size(); ++k)
+        if (const double volume = pressure_scale * now.residual.pressure[k]; system_.counted_pressures()[k])
+            out_of_balance += volume * volume;
+    out_of_balance = system_.sum(out_of_balance);
+    scale = system_.sum(scale) + rounding * rounding;
+    now.size = out_of_balance > 0.0 ? std::sqrt(out_of_balance / scale) : 0.0;
+    return now;
+}
+
+/// A tangent that is not positive definite cannot be factored: then the one at rest is, and iterations are with it.
+bool EquilibriumSearch::factorise() {
+    ++result_.factorisations;
+    needs_factor_ = false;
+    return system_.factorise() || system_.factorise_at_rest();
+}
+
+std::optional<TangentSolver::Correction> EquilibriumSearch::solve(const State &right, double tolerance,
+                                                                  LoadStep &step) {
+    bool has_old_factor = !needs_factor_;
+    if (needs_factor_ && !factorise())
+        return std::nullopt;
+    auto correction = system_.solve(right, tolerance);
+    if (!correction.converged && has_old_factor) {
+        if (!factorise())
+            return std::nullopt;
+        has_old_factor = false;
+        correction = system_.solve(right, tolerance);
+    }
+    step.linear_iterations.push_back(correction.iterations);
+    if (system_.is_direct()) {
+        needs_factor_ = correction.iterations > refactor_after;
+    } else {
+        // By what an iteration gains, because tolerances differ.
+        const double each = static_cast<double>(correction.iterations) / -std::log(tolerance);
+        if (!has_old_factor)
+            iterations_when_new_ = each;
+        needs_factor_ = each > renew_levels_after * iterations_when_new_;
+    }
+    if (!correction.converged)
+        return std::nullopt;
+    return correction;
+}
+
+/// Finds what one newton does with the tangent.
+bool EquilibriumSearch::press(double tolerance, LoadStep &step) {
+    State one_newton = system_.rest();
+    std::ranges::fill(one_newton.pressure, 0.0);
+    one_newton.displacement = conditions_.load;
+    auto found = solve(one_newton, tolerance, step);
+    if (!found)
+        return false;
+    unit_press_.change = std::move(found->change);
+    unit_press_.depth = depth_of(unit_press_.change);
+    return unit_press_.depth != 0.0;
+}
+
+/// Goes along the correction of Newton's method.
+/// @return false if there is none, or no way along it
+bool EquilibriumSearch::correct(LoadedState &at, Balance &now, LoadStep &step) {
+    system_.assemble(at.state, at.factor);
+    State right = now.residual;
+    negate(right);
+    // What the next residual will be anyway, by quadratic convergence.
+    const double tolerance = std::clamp(0.1 * now.size, TangentSolver::smallest_tolerance, largest_tolerance);
+    double newtons = 0.0;
+    if (presses()) {
+        if (now.size > renew_press_above && !press(tolerance, step))
+            return false;
+        // By symmetry what one newton does tells what the solution will do there, before it is known.
+        newtons = -dot(unit_press_.change, right) / unit_press_.depth;
+        for (std::size_t dof = 0; dof < conditions_.load.size(); ++dof)
+            right.displacement[dof] += newtons * conditions_.load[dof];
+    }
+    auto correction = solve(right, tolerance, step);
+    if (!correction)
+        return false;
+    auto &change = correction->change;
+    if (presses()) { // the little that is left
+        const double more = -depth_of(change) / unit_press_.depth;
+        add(unit_press_.change, more, change);
+        newtons += more;
+    }
+    // At what is not free the change is zero, so that reactions do no work.
+    const auto along = [&](const Balance &there) { return std::abs(dot(there.residual, change)); };
+    const double first_along = along(now);
+    constexpr double shortest = 1.0 / 32.0;
+    for (double part = 1.0; part >= shortest; part *= 0.5) {
+        LoadedState there = at;
+        add(change, part, there.state);
+        there.factor += part * newtons;
+        auto then = balance(there);
+        const bool is_better =
+            then.smallest_jacobian > 0.0 && (then.size < now.size || along(then) < 0.5 * first_along);
+        if (is_better) {
+            at = std::move(there);
+            now = std::move(then);
+            return true;
+        }
+    }
+    return false;
+}
+
+/// Where the tangent leads for what is prescribed and the loads to grow.
+std::optional<LoadedState> EquilibriumSearch::predicted(const LoadedState &at, double to, LoadStep &step) {
+    system_.assemble(at.state, to);
+    State increment{std::vector<double>(is_free_.size(), 0.0), {}};
+    for (std::size_t dof = 0; dof < is_free_.size(); ++dof)
+        if (!is_free_[dof])
+            increment.displacement[dof] = to * conditions_.prescribed[dof] - at.state.displacement[dof];
+    const auto now = balance({at.state, to});
+    auto right = system_.product(increment.displacement);
+    for (std::size_t dof = 0; dof < is_free_.size(); ++dof)
+        right.displacement[dof] = -right.displacement[dof] - now.residual.displacement[dof];
+    for (std::size_t k = 0; k < right.pressure.size(); ++k)
+        right.pressure[k] = -right.pressure[k] - now.residual.pressure[k];
+    // The first one is the linearised solution of the whole load.
+    const auto predictor =
+        solve(right, result_.linearised.empty() ? TangentSolver::smallest_tolerance : largest_tolerance, step);
+    if (!predictor)
+        return std::nullopt;
+    LoadedState there{at.state, to};
+    for (std::size_t dof = 0; dof < is_free_.size(); ++dof)
+        there.state.displacement[dof] = is_free_[dof]
+                                            ? there.state.displacement[dof] + predictor->change.displacement[dof]
+                                            : to * conditions_.prescribed[dof];
+    for (std::size_t k = 0; k < there.state.pressure.size(); ++k)
+        there.state.pressure[k] += predictor->change.pressure[k];
+    return there;
+}
+
+/// The same for a depth to grow.
+std::optional<LoadedState> EquilibriumSearch::predicted_by_press(const LoadedState &at, double to, LoadStep &step) {
+    system_.assemble(at.state, at.factor);
+    if (!press(result_.linearised.empty() ? TangentSolver::smallest_tolerance : largest_tolerance, step))
+        return std::nullopt;
+    const double newtons = (to * conditions_.press_depth - depth_of(at.state)) / unit_press_.depth;
+    LoadedState there = at;
+    add(unit_press_.change, newtons, there.state);
+    there.factor += newtons;
+    return there;
+}
+
+bool EquilibriumSearch::advance(LoadedState &at, double from, double to, LoadStep &step) {
+    auto there = presses() ? predicted_by_press(at, to, step) : predicted(at, to, step);
+    if (!there)
+        return false;
+    if (result_.linearised.empty()) {
+        result_.linearised = there->state.displacement; // from rest
+        for (double &value : result_.linearised)
+            value /= to - from;
+    }
+    auto now = balance(*there);
+    if (!(now.smallest_jacobian > 0.0))
+        return false;
+    step.residuals.push_back(now.size);
+    while (now.size > path_.tolerance) {
+        if (static_cast<int>(step.residuals.size()) > path_.max_iterations || !correct(*there, now, step))
+            return false;
+        step.residuals.push_back(now.size);
+    }
+    step.converged = true;
+    at = std::move(*there);
+    return true;
+}
+
+PathPoint EquilibriumSearch::point(const LoadedState &at, double fraction) const {
+    const auto now = balance(at);
+    PathPoint point{.fraction = fraction,
+                    .press = presses() ? at.factor : 0.0,
+                    .state = at.state,
+                    .reaction = std::vector<core::Vector3>(num_constraints_, core::Vector3::Zero()),
+                    .strain_energy = now.energy,
+                    .smallest_jacobian = now.smallest_jacobian};
+    for (std::size_t dof = 0; dof < is_free_.size(); ++dof)
+        if (const int owner = conditions_.constraint[dof]; owner >= 0 && system_.counted_displacements()[dof])
+            point.reaction[owner][static_cast<int>(dof % 3)] += now.residual.displacement[dof];
+    for (auto &reaction : point.reaction)
+        for (double &component : reaction)
+            component = system_.sum(component);
+    return point;
+}
+
+} // namespace livermark::hyperelastic

@@ -1,0 +1,125 @@
+#include "load_cases/places/facets.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <numeric>
+
+#include "core/mesh/triangle.hpp"
+#include "load_cases/places/selector.hpp"
+
+namespace livermark::load_cases {
+
+namespace {
+
+using core::Vector3;
+
+/// Barycentric coordinates may be this far below zero: a ray through an edge goes through one facet at least.
+constexpr double rounding_of_facets = 1e-9;
+
+/// How far along a ray [lengths of the direction] it goes through a facet from inside; nothing if it does not.
+/// (Moeller and Trumbore 1997)
+std::optional<double> crossing(const core::TetraMesh &mesh, int facet, const Vector3 &origin,
+                               const Vector3 &direction) {
+    const auto &[a, b, c] = mesh.boundary_triangles[facet];
+    const Vector3 ab = mesh.points[b] - mesh.points[a];
+    const Vector3 ac = mesh.points[c] - mesh.points[a];
+    const double volume = ab.cross(ac).dot(direction);
+    if (!(volume > 0.0))
+        return std::nullopt;
+    const Vector3 from_a = origin - mesh.points[a];
+    const Vector3 side = from_a.cross(direction);
+    const double v = -ac.dot(side) / volume;
+    const double w = ab.dot(side) / volume;
+    const double along = -from_a.dot(ab.cross(ac)) / volume;
+    if (v < -rounding_of_facets || w < -rounding_of_facets || v + w > 1.0 + rounding_of_facets || along < 0.0)
+        return std::nullopt;
+    return along;
+}
+
+Vector3 nearest_of_facet(const core::TetraMesh &mesh, int facet, const Vector3 &point) {
+    const auto &[a, b, c] = mesh.boundary_triangles[facet];
+    return core::nearest_of_triangle({mesh.points[a], mesh.points[b], mesh.points[c]}, point);
+}
+
+} // namespace
+
+std::vector<int> all_facets(const core::TetraMesh &mesh) {
+    std::vector<int> facets(mesh.boundary_triangles.size());
+    std::iota(facets.begin(), facets.end(), 0);
+    return facets;
+}
+
+std::vector<int> facets_of_patch(const std::string &name, const toml::node &place, const core::TetraMesh &mesh) {
+    const auto found = std::ranges::find(mesh.patch_names, name);
+    if (found == mesh.patch_names.end())
+        throw NotOnBody(support::place_of(place), fmt::format("the body has no patch '{}'", name),
+                        fmt::format("it has {}; find_patches = true in the .toml of a liver finds those of livers",
+                                    fmt::join(mesh.patch_names, ", ")));
+    auto facets = all_facets(mesh);
+    std::erase_if(facets, [&](int f) { return mesh.boundary_patch[f] != found - mesh.patch_names.begin(); });
+    return facets;
+}
+
+Vector3 facet_centroid(const core::TetraMesh &mesh, int facet) {
+    const auto &[a, b, c] = mesh.boundary_triangles[facet];
+    return (mesh.points[a] + mesh.points[b] + mesh.points[c]) / 3.0;
+}
+
+double area_of(const std::vector<int> &facets, const core::TetraMesh &mesh) {
+    double area = 0.0;
+    for (const int f : facets)
+        area += area_vector(mesh, f).norm();
+    return area;
+}
+
+Vector3 middle_of(const std::vector<int> &facets, const core::TetraMesh &mesh) {
+    Vector3 moment = Vector3::Zero();
+    double area = 0.0;
+    for (const int f : facets) {
+        const double facet_area = area_vector(mesh, f).norm();
+        moment += facet_area * facet_centroid(mesh, f);
+        area += facet_area;
+    }
+    return moment / area;
+}
+
+SurfacePoint nearest_point(const std::vector<int> &facets, const core::TetraMesh &mesh, const Vector3 &point) {
+    SurfacePoint nearest{facets.front(), nearest_of_facet(mesh, facets.front(), point)};
+    for (const int f : facets)
+        if (const Vector3 candidate = nearest_of_facet(mesh, f, point);
+            (candidate - point).squaredNorm() < (nearest.point - point).squaredNorm())
+            nearest = {f, candidate};
+    return nearest;
+}
+
+std::optional<SurfacePoint> exit_point(const core::TetraMesh &mesh, const Vector3 &origin, const Vector3 &direction,
+                                       Exit which) {
+    std::optional<SurfacePoint> chosen;
+    double at = 0.0;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (const auto along = crossing(mesh, f, origin, direction);
+            along && (!chosen || (which == Exit::first ? *along < at : *along > at))) {
+            chosen = SurfacePoint{f, origin + *along * direction};
+            at = *along;
+        }
+    return chosen;
+}
+
+core::Vector3 region_centroid(const std::string &name, const toml::node &place, const core::TetraMesh &mesh) {
+    const auto region = std::ranges::find(mesh.region_names, name) - mesh.region_names.begin();
+    if (region == std::ssize(mesh.region_names))
+        throw NotOnBody(support::place_of(place), fmt::format("the body has no region '{}'", name),
+                        fmt::format("it has {}", fmt::join(mesh.region_names, ", ")));
+    const auto volumes = tetrahedron_volumes(mesh);
+    core::Vector3 moment = core::Vector3::Zero();
+    double volume = 0.0;
+    for (int t = 0; t < mesh.num_tetrahedra(); ++t)
+        if (mesh.region[t] == region) {
+            for (const int node : mesh.tetrahedra[t])
+                moment += 0.25 * volumes[t] * mesh.points[node];
+            volume += volumes[t];
+        }
+    return moment / volume;
+}
+
+} // namespace livermark::load_cases

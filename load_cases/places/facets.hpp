@@ -1,0 +1,52 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/mesh/tetra_mesh.hpp"
+#include "support/toml_input.hpp"
+
+/// The little geometry that selectors and needles share. Facets are indices into mesh.boundary_triangles.
+namespace livermark::load_cases {
+
+std::vector<int> all_facets(const core::TetraMesh &mesh);
+
+/// The facets of a patch, in ascending order; none if it is empty.
+/// @param place  where its name stands, for the message
+/// @throws NotOnBody if the body has no such patch
+std::vector<int> facets_of_patch(const std::string &name, const toml::node &place, const core::TetraMesh &mesh);
+
+/// [m]
+core::Vector3 facet_centroid(const core::TetraMesh &mesh, int facet);
+
+/// Sum of their areas [m^2].
+double area_of(const std::vector<int> &facets, const core::TetraMesh &mesh);
+
+/// Their area centroid [m].
+/// @param facets  at least one
+core::Vector3 middle_of(const std::vector<int> &facets, const core::TetraMesh &mesh);
+
+struct SurfacePoint {
+    int facet = 0;
+    core::Vector3 point; ///< [m], on it
+};
+
+/// The point of the facets that is nearest to a point [m].
+/// @param facets  at least one
+SurfacePoint nearest_point(const std::vector<int> &facets, const core::TetraMesh &mesh, const core::Vector3 &point);
+
+/// Of the volume of a region [m].
+/// @param place  where its name stands, for the message
+/// @throws NotOnBody if the body has no such region
+core::Vector3 region_centroid(const std::string &name, const toml::node &place, const core::TetraMesh &mesh);
+
+enum class Exit { first, last };
+
+/// Where a ray leaves the body for the first or the last time.
+/// @param direction  not zero
+/// @return nothing if it never does
+std::optional<SurfacePoint> exit_point(const core::TetraMesh &mesh, const core::Vector3 &origin,
+                                       const core::Vector3 &direction, Exit which);
+
+} // namespace livermark::load_cases

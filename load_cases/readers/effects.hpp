@@ -1,0 +1,33 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "core/load_case.hpp"
+#include "load_cases/places/selector.hpp"
+#include "support/toml_input.hpp"
+
+namespace livermark::load_cases {
+
+/// What a condition puts on facets.
+struct Effect {
+    core::FacetCondition condition;
+    std::function<core::Vector3(int facet)> value;
+    bool follows = false; ///< whether it stays perpendicular to the surface as that moves
+    /// (N) what a prescribed displacement is multiplied by at each node. Empty where it is the same everywhere.
+    std::vector<double> node_factor{};
+    std::optional<core::RoundLoad> round_load{}; ///< how a traction is spread, unless it is even
+    double press_depth = 0.0;                    ///< of a traction that is one newton, see LoadCase; or 0
+};
+
+/// The keys that say what a condition puts on its place, see load_case_reader.hpp.
+std::span<const std::string_view> effect_keys();
+
+/// @param table  of the condition; the effect uses the mesh later on
+/// @throws support::InputError unless it has one of the keys, with a value that makes sense
+Effect read_effect(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh);
+
+} // namespace livermark::load_cases

@@ -1,0 +1,236 @@
+#include "load_cases/readers/load_case_reader.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <iterator>
+#include <limits>
+#include <utility>
+
+#include "core/mesh/bounding_box.hpp"
+#include "core/tool/tool_motion.hpp"
+#include "load_cases/places/free_body.hpp"
+#include "load_cases/places/place_apart.hpp"
+#include "load_cases/places/selector.hpp"
+#include "load_cases/readers/effects.hpp"
+#include "load_cases/readers/load_case_table.hpp"
+#include "load_cases/readers/missing_parts.hpp"
+#include "load_cases/readers/regime_reader.hpp"
+#include "load_cases/readers/release_reader.hpp"
+#include "load_cases/readers/tool_reader.hpp"
+#include "support/input_error.hpp"
+#include "support/toml_input.hpp"
+#include "support/whole_file.hpp"
+
+namespace livermark::load_cases {
+
+namespace {
+
+constexpr double free_component = std::numeric_limits<double>::quiet_NaN();
+
+void refuse_unknown_condition_keys(const toml::table &table) {
+    std::vector<std::string_view> known{"name"};
+    for (const auto &selector : all_selectors())
+        known.push_back(selector.name);
+    std::ranges::copy(effect_keys(), std::back_inserter(known));
+    support::refuse_unknown_keys(table, known);
+}
+
+void take_depth(double depth, const toml::table &condition, core::LoadCase &load_case) {
+    if (load_case.press_depth != 0.0 && load_case.press_depth != depth)
+        throw support::InputError(fmt::format("{}: the places that press are one instrument, which presses by {:g} m, "
+                                              "and here by {:g} m; give all the same depth",
+                                              support::place_of(condition), load_case.press_depth, depth));
+    load_case.press_depth = depth;
+}
+
+/// Together the places that press make one newton.
+void share_newton(core::LoadCase &load_case, const std::string &file) {
+    if (load_case.press_depth == 0.0)
+        return;
+    auto others = load_case;
+    others.press_depth = 0.0;
+    std::vector<bool> is_pressing(load_case.constraint_names.size(), false);
+    for (int f = 0; f < static_cast<int>(load_case.value.size()); ++f)
+        if (load_case.presses(f)) {
+            is_pressing[load_case.constraint[f]] = true;
+            others.value[f].setZero();
+        }
+    if (core::is_driven(others))
+        throw support::InputError(fmt::format("{}: a place that presses drives the body alone; leave out loads, "
+                                              "accelerations and displacements other than 0, or let it 'push', which "
+                                              "holds the place",
+                                              file));
+    const auto num_pressing = static_cast<double>(std::ranges::count(is_pressing, true));
+    for (int f = 0; f < static_cast<int>(load_case.value.size()); ++f)
+        if (load_case.presses(f))
+            load_case.value[f] /= num_pressing;
+}
+
+void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core::LoadCase &load_case) {
+    auto place = select_facets(table, mesh, load_case.condition);
+    if (table.contains("name"))
+        place.name = support::required_string(table, "name");
+    const auto [selection, effect, lost_area] = place_apart(table, std::move(place), mesh, load_case);
+    if (lost_area > 0.0)
+        load_case.yielded.push_back({selection.name, lost_area});
+    int constraint = -1;
+    if (effect.press_depth != 0.0)
+        take_depth(effect.press_depth, table, load_case);
+    if (effect.condition == core::FacetCondition::prescribed_displacement || effect.press_depth != 0.0) {
+        constraint = static_cast<int>(load_case.constraint_names.size());
+        load_case.constraint_names.push_back(selection.name);
+    }
+    if (constraint < 0) {
+        load_case.load.resize(mesh.boundary_triangles.size(), -1);
+        for (const int f : selection.facets)
+            load_case.load[f] = static_cast<int>(load_case.load_names.size());
+        load_case.load_names.push_back(selection.name);
+    }
+    for (const int f : selection.facets) {
+        load_case.condition[f] = effect.condition;
+        load_case.value[f] = effect.value(f);
+        load_case.constraint[f] = constraint;
+    }
+    if (!effect.node_factor.empty()) {
+        load_case.node_factor.resize(mesh.points.size(), 1.0);
+        for (const int f : selection.facets)
+            for (const int node : mesh.boundary_triangles[f])
+                load_case.node_factor[node] = effect.node_factor[node];
+    }
+    if (effect.round_load) {
+        load_case.round_load.resize(mesh.boundary_triangles.size(), -1);
+        for (const int f : selection.facets)
+            load_case.round_load[f] = static_cast<int>(load_case.round_loads.size());
+        load_case.round_loads.push_back(*effect.round_load);
+    }
+    if (effect.follows) {
+        if (load_case.regime == core::Regime::small)
+            throw support::InputError(fmt::format("{}: a pressure that follows the surface needs large deformations; "
+                                                  "say regime = \"large\", or give a 'pressure'",
+                                                  support::place_of(table)));
+        load_case.follows.resize(mesh.boundary_triangles.size());
+        for (const int f : selection.facets)
+            load_case.follows[f] = 1;
+    }
+}
+
+void refuse_unknown_keys_of_load_case(const toml::table &table) {
+    support::refuse_unknown_keys(table, {"title", "regime", "path", "target_peak_displacement", "scale_to_target",
+                                         "acceleration", "condition", "release", "probe", "tool", "needle", "cut"});
+}
+
+toml::table read_table(const std::string &text, const std::filesystem::path &file) {
+    auto table = support::parse_toml(text, file);
+    refuse_unknown_keys_of_load_case(table);
+    return table;
+}
+
+const toml::array &required_conditions(const toml::table &table) {
+    const auto *node = table.get("condition");
+    if (!node || !node->is_array_of_tables())
+        throw support::InputError(
+            fmt::format("{}: there is no [[condition]]; add one that constrains the body", support::place_of(table)));
+    return *node->as_array();
+}
+
+/// The name of the file where it gives none.
+std::string title_of(const toml::table &table, const std::filesystem::path &file) {
+    return table.contains("title") ? support::required_string(table, "title") : file.stem().string();
+}
+
+void read_target(const toml::table &table, core::LoadCase &load_case) {
+    if (!load_case.scale_to_target && !table.contains("target_peak_displacement"))
+        return;
+    load_case.target_peak_displacement = support::required_number(table, "target_peak_displacement");
+    if (!(load_case.target_peak_displacement > 0.0))
+        throw support::InputError(fmt::format("{}: 'target_peak_displacement' has to be positive",
+                                              support::place_of(*table.get("target_peak_displacement"))));
+}
+
+/// Where nothing says how far a load moves the body: as far as places are moved; or, where forces alone act, a
+/// hundredth of its size, where small deformations end.
+double expected_peak(const core::TetraMesh &mesh, const core::LoadCase &load_case) {
+    double peak = std::abs(load_case.press_depth);
+    for (std::size_t f = 0; f < load_case.value.size(); ++f)
+        if (load_case.condition[f] == core::FacetCondition::prescribed_displacement)
+            peak = std::max(peak,
+                            load_case.value[f].array().isNaN().select(0.0, load_case.value[f].array()).matrix().norm());
+    constexpr double small_part = 0.01;
+    return peak > 0.0 ? peak : small_part * core::extent(mesh.points);
+}
+
+} // namespace
+
+std::string load_case_title(const std::filesystem::path &toml_file) {
+    return title_of(read_table(support::read_text(toml_file), toml_file), toml_file);
+}
+
+LoadCaseKind load_case_kind(const std::filesystem::path &toml_file) {
+    const auto table = read_table(support::read_text(toml_file), toml_file);
+    core::LoadCase load_case;
+    read_regime(table, load_case);
+    return {load_case.regime, table.contains("release"), table.contains("tool"), table.contains("needle")};
+}
+
+core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core::TetraMesh &mesh) {
+    return parse_load_case(support::read_text(toml_file), toml_file, mesh);
+}
+
+core::LoadCase parse_load_case(const std::string &text, const std::filesystem::path &file,
+                               const core::TetraMesh &mesh) {
+    auto load_case = load_case_of_table(support::parse_toml(text, file), file, mesh);
+    load_case.definition = text;
+    return load_case;
+}
+
+core::LoadCase load_case_of_table(const toml::table &table, const std::filesystem::path &file,
+                                  const core::TetraMesh &mesh) {
+    refuse_unknown_keys_of_load_case(table);
+    if (table.contains("cut") && std::ranges::find(mesh.patch_names, "wound") == mesh.patch_names.end())
+        throw support::InputError(fmt::format("{}: the load case cuts the body, and this one is not cut; cut it first",
+                                              support::place_of(*table.get("cut"))));
+    core::LoadCase load_case;
+    load_case.name = file.stem().string();
+    if (const auto *conditions = table["condition"].as_array(); conditions && conditions->is_array_of_tables())
+        for (const auto &condition : *conditions) // a misspelt key is missing as well
+            refuse_unknown_condition_keys(*condition.as_table());
+    refuse_missing_parts(table);
+    load_case.title = title_of(table, file);
+    read_regime(table, load_case);
+    load_case.scale_to_target = support::optional_flag(table, "scale_to_target");
+    read_target(table, load_case);
+    if (table.contains("acceleration"))
+        load_case.acceleration = support::required_vector(table, "acceleration");
+    load_case.condition.assign(mesh.boundary_triangles.size(), core::FacetCondition::free);
+    load_case.value.assign(mesh.boundary_triangles.size(), core::Vector3::Constant(free_component));
+    load_case.constraint.assign(mesh.boundary_triangles.size(), -1);
+    for (const auto &condition : required_conditions(table))
+        apply_condition(*condition.as_table(), mesh, load_case);
+    share_newton(load_case, file.string());
+    if (std::ranges::find(load_case.condition, core::FacetCondition::prescribed_displacement) ==
+        load_case.condition.end())
+        throw support::InputError(
+            fmt::format("{}: nothing constrains the body; add a [[condition]] with a displacement", file.string()));
+    if (load_case.scale_to_target && !core::is_driven(load_case))
+        throw support::InputError(
+            fmt::format("{}: nothing moves the body, so no factor reaches the target; add a load, a "
+                        "displacement or an acceleration, or leave 'scale_to_target' out",
+                        support::place_of(*table.get("scale_to_target"))));
+    if (!table.contains("target_peak_displacement"))
+        load_case.target_peak_displacement = expected_peak(mesh, load_case);
+    if (table.contains("release"))
+        load_case.release = read_release(table, mesh, load_case);
+    else if (table.contains("probe"))
+        throw support::InputError(fmt::format("{}: a [[probe]] records motion, and nothing moves without a [release]; "
+                                              "add one or remove the probe",
+                                              support::place_of(*table.get("probe"))));
+    refuse_free_body(mesh, load_case, file.string());
+    if (table.contains("tool")) {
+        load_case.tool = read_tool(table, load_case);
+        refuse_free_body(mesh, core::let_go(load_case), file.string());
+    }
+    return load_case;
+}
+
+} // namespace livermark::load_cases

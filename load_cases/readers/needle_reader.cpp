@@ -1,0 +1,186 @@
+#include "load_cases/readers/needle_reader.hpp"
+
+#include <cmath>
+#include <fmt/format.h>
+#include <optional>
+#include <string_view>
+
+#include "core/mesh/point_location.hpp"
+#include "load_cases/places/facets.hpp"
+#include "load_cases/places/selector.hpp"
+#include "support/input_error.hpp"
+#include "support/toml_input.hpp"
+#include "support/whole_file.hpp"
+
+namespace livermark::load_cases {
+
+namespace {
+
+using core::Vector3;
+
+constexpr double default_step = 0.0005;
+/// A step of a micrometre was asked for by a slip of the unit.
+constexpr double most_steps_in = 1e4;
+/// Of a point that is given as one of the surface, over the depth of the needle.
+constexpr double farthest_from_surface = 0.2;
+/// Of two ways, over their length.
+constexpr double same_way = 1e-6;
+
+double number_within(const toml::table &needle, std::string_view key, double low, double high) {
+    const double value = support::required_number(needle, key);
+    if (!(value >= low && value <= high))
+        throw support::InputError(fmt::format("{}: '{}' is {:g}; it has to be from {:g} to {:g} in SI units",
+                                              support::place_of(*needle.get(key)), key, value, low, high));
+    return value;
+}
+
+struct Way {
+    SurfacePoint entry;
+    Vector3 target;
+};
+
+/// Below the middle of a patch.
+Way way_below(const toml::table &needle, const core::TetraMesh &mesh) {
+    const auto patch = support::required_string(needle, "entry");
+    const auto facets = facets_of_patch(patch, *needle.get("entry"), mesh);
+    if (facets.empty())
+        throw NotOnBody(support::place_of(needle), fmt::format("no facet of the body is in '{}'", patch),
+                        "choose another patch");
+    const auto entry = nearest_point(facets, mesh, middle_of(facets, mesh));
+    const double depth = number_within(needle, "depth", 1e-4, 1.0);
+    return {entry, entry.point - depth * area_vector(mesh, entry.facet).normalized()};
+}
+
+Way way_to_target(const toml::table &needle, const core::TetraMesh &mesh) {
+    const auto *node = needle.get("target");
+    const Vector3 target = node && node->is_string()
+                               ? region_centroid(support::required_string(needle, "target"), *node, mesh)
+                               : support::required_vector(needle, "target");
+    const auto *entry = needle.get("entry");
+    if (entry && entry->is_string()) {
+        const auto facets = facets_of_patch(support::required_string(needle, "entry"), *entry, mesh);
+        if (facets.empty())
+            throw NotOnBody(support::place_of(*entry), "no facet of the body is in the patch of the 'entry'",
+                            "choose another patch");
+        return {nearest_point(facets, mesh, target), target};
+    }
+    const auto wanted = support::required_vector(needle, "entry");
+    const auto nearest = nearest_point(all_facets(mesh), mesh, wanted);
+    const double away = (nearest.point - wanted).norm();
+    if (away > farthest_from_surface * (target - nearest.point).norm())
+        throw support::InputError(fmt::format("{}: the 'entry' is {:.3g} m from the surface of the body; give a point "
+                                              "on it [m], or the name of a patch",
+                                              support::place_of(*entry), away));
+    return {nearest, target};
+}
+
+Way read_way(const toml::table &needle, const core::TetraMesh &mesh) {
+    if (needle.contains("target") == needle.contains("depth"))
+        throw support::InputError(fmt::format("{}: a needle goes to a 'target' or to a 'depth'; give one of them",
+                                              support::place_of(needle)));
+    return needle.contains("target") ? way_to_target(needle, mesh) : way_below(needle, mesh);
+}
+
+/// @throws support::InputError unless all of the way but its beginning is inside
+void refuse_outside(const Way &way, const core::TetraMesh &mesh, const std::string &place) {
+    const double depth = (way.target - way.entry.point).norm();
+    const auto exit = exit_point(mesh, way.target, way.entry.point - way.target, Exit::first);
+    if (!core::locate(mesh, way.target).is_inside() || !exit ||
+        (exit->point - way.entry.point).norm() > same_way * depth)
+        throw support::InputError(
+            fmt::format("{}: the straight way from the entry at ({:.4g}, {:.4g}, {:.4g}) m to the "
+                        "target at ({:.4g}, {:.4g}, {:.4g}) m leaves the body; choose another "
+                        "entry or target",
+                        place, way.entry.point.x(), way.entry.point.y(), way.entry.point.z(), way.target.x(),
+                        way.target.y(), way.target.z()));
+}
+
+/// @throws support::InputError if a place on the way touches what is held
+void refuse_held(const core::Needle &needle, const Way &way, const core::TetraMesh &mesh,
+                 const core::LoadCase &load_case, const std::string &place) {
+    const auto is_held = [&](int facet) {
+        return load_case.condition[facet] == core::FacetCondition::prescribed_displacement;
+    };
+    if (is_held(way.entry.facet))
+        throw support::InputError(
+            fmt::format("{}: the entry of '{}' is where '{}' holds the body; choose another entry", place, needle.name,
+                        load_case.constraint_names[load_case.constraint[way.entry.facet]]));
+    auto facets = all_facets(mesh);
+    std::erase_if(facets, [&](int facet) { return !is_held(facet); });
+    if (!facets.empty() && (nearest_point(facets, mesh, needle.target).point - needle.target).norm() < needle.spread)
+        throw support::InputError(
+            fmt::format("{}: the target of '{}' is within its 'spread' of where the body is held; "
+                        "choose another target",
+                        place, needle.name));
+}
+
+core::Needle read_needle(const toml::table &table, const core::TetraMesh &mesh, const core::LoadCase &load_case) {
+    support::refuse_unknown_keys(table, {"name", "entry", "target", "depth", "diameter", "spread", "toughness",
+                                         "friction", "puncture_force", "step"});
+    const auto place = support::place_of(table);
+    core::Needle needle;
+    needle.name = support::required_string(table, "name");
+    const auto way = read_way(table, mesh);
+    needle.entry = way.entry.point;
+    needle.target = way.target;
+    needle.diameter = number_within(table, "diameter", 1e-5, 0.02);
+    needle.spread = number_within(table, "spread", 1e-4, 0.1);
+    needle.toughness = number_within(table, "toughness", 0.0, 1e5);
+    needle.friction = number_within(table, "friction", 0.0, 1e4);
+    needle.puncture_force = table.contains("puncture_force")
+                                ? number_within(table, "puncture_force", needle.tip_force(), 100.0)
+                                : needle.tip_force();
+    needle.step = table.contains("step") ? number_within(table, "step", 1e-6, 0.1) : default_step;
+    if (!(needle.tip_force() > 0.0))
+        throw support::InputError(fmt::format("{}: 'toughness' has to be positive: a tip that meets nothing tells "
+                                              "nothing",
+                                              support::place_of(*table.get("toughness"))));
+    if (!(needle.depth() > needle.spread))
+        throw support::InputError(
+            fmt::format("{}: the target of '{}' is {:.3g} m below its entry, less than its 'spread' "
+                        "of {:.3g} m; choose a deeper target or spread the forces less",
+                        place, needle.name, needle.depth(), needle.spread));
+    if (needle.depth() > most_steps_in * needle.step)
+        throw support::InputError(fmt::format("{}: a 'step' of {:g} m would make more than {:g} steps; choose a longer "
+                                              "one",
+                                              place, needle.step, most_steps_in));
+    refuse_outside(way, mesh, place);
+    refuse_held(needle, way, mesh, load_case, place);
+    return needle;
+}
+
+void refuse_same(const std::vector<core::Needle> &needles, const core::Needle &needle, const std::string &place) {
+    for (const auto &other : needles) {
+        if (other.name == needle.name)
+            throw support::InputError(
+                fmt::format("{}: two needles have the name '{}'; rename one", place, needle.name));
+        if ((other.entry - needle.entry).norm() + (other.target - needle.target).norm() < same_way * needle.depth())
+            throw support::InputError(
+                fmt::format("{}: '{}' and '{}' go the same way; leave one out", place, other.name, needle.name));
+    }
+}
+
+} // namespace
+
+std::vector<core::Needle> read_needles(const std::filesystem::path &toml_file, const core::Body &body,
+                                       const core::LoadCase &load_case) {
+    const auto table = support::parse_toml(support::read_text(toml_file), toml_file);
+    const auto *array = table.get("needle");
+    if (!array || !array->is_array_of_tables())
+        throw support::InputError(fmt::format(
+            "{}: there is no [[needle]]; add one, or ask 'livermark run' for this load case", toml_file.string()));
+    if (load_case.regime == core::Regime::large || load_case.release || load_case.tool || core::is_driven(load_case))
+        throw support::InputError(fmt::format("{}: beside a needle conditions only hold the body, in the small regime; "
+                                              "leave loads, displacements other than 0, 'release' and 'tool' out",
+                                              toml_file.string()));
+    std::vector<core::Needle> needles;
+    for (const auto &node : *array->as_array()) {
+        const auto &of_one = *node.as_table();
+        auto needle = read_needle(of_one, body.mesh, load_case);
+        refuse_same(needles, needle, support::place_of(of_one));
+        needles.push_back(std::move(needle));
+    }
+    return needles;
+}
+
+} // namespace livermark::load_cases

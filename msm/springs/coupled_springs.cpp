@@ -1,0 +1,326 @@
+#include "msm/springs/coupled_springs.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <limits>
+#include <span>
+#include <utility>
+
+#include "msm/dynamics/step_parts.hpp"
+#include "msm/mass_lumping.hpp"
+#include "msm/springs/biquadratic_springs.hpp"
+#include "msm/springs/inversion_guard.hpp"
+#include "msm/springs/mean_parts.hpp"
+#include "msm/springs/nodal_parts.hpp"
+#include "msm/springs/springs_with_volume.hpp"
+#include "msm/springs/strain_measures.hpp"
+#include "msm/springs/tetrahedron_volume.hpp"
+#include "support/known_names.hpp"
+
+namespace livermark::msm {
+
+namespace {
+
+template <class Measure> class CoupledTerm : public ElasticTerm {
+    using Value = typename Measure::Value;
+    using Values = std::vector<Value>;
+    static constexpr int size = Measure::size;
+
+  public:
+    CoupledTerm(const core::Body &body, CoupledSprings springs)
+        : springs_(std::move(springs)), parts_(mean_parts(body, springs_.domains)), nodal_(nodal_parts(body)),
+          nodes_(body.mesh.tetrahedra), volume_(core::tetrahedron_volumes(body.mesh)) {
+        const auto rest = to_unknowns(body.mesh.points);
+        for (const auto &nodes : nodes_)
+            tetrahedra_.emplace_back(nodes, rest);
+    }
+
+    double energy(const Eigen::VectorXd &x) const override {
+        if (!springs_.energy.is_finite)
+            for (const auto &nodes : nodes_)
+                if (!(volume_gradient(x, nodes).volume > 0.0))
+                    return std::numeric_limits<double>::infinity();
+        const auto mean = means(values(x));
+        double energy = 0.0;
+        for (int c = 0; c < parts_.num_parts(); ++c)
+            energy += parts_.volume[c] * Measure::energy(springs_.energy, parts_.modulus[c], mean[c]);
+        return energy;
+    }
+
+    void add_force(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta,
+                   Eigen::VectorXd &force) const override {
+        const auto stress = gathered(stresses(x, v, beta));
+        for (std::size_t t = 0; t < nodes_.size(); ++t)
+            tetrahedra_[t].add_force(x, stress[t], force);
+    }
+
+    /// What small displacements add to the stresses, and what the stresses that are there do when edges turn.
+    void add_hessian_product(const Eigen::VectorXd &x, const Eigen::VectorXd &u,
+                             Eigen::VectorXd &product) const override {
+        const auto mean = means(values(x));
+        auto added = means(rates(x, u));
+        for (int c = 0; c < parts_.num_parts(); ++c)
+            added[c] = stiffness(c, mean[c], Tangent::exact) * added[c];
+        const auto more = gathered(added), there = gathered(stresses(x, x, 0.0));
+        Eigen::VectorXd force = Eigen::VectorXd::Zero(x.size());
+        for (std::size_t t = 0; t < nodes_.size(); ++t) {
+            tetrahedra_[t].add_force(x, more[t], force);
+            tetrahedra_[t].add_turning(x, u, there[t], force);
+        }
+        product -= force;
+    }
+
+    Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd &x, Tangent tangent) const override {
+        const auto mean = means(values(x));
+        const auto slopes = mean_slopes(x);
+        Eigen::SparseMatrix<double> stiffnesses(slopes.rows(), slopes.rows());
+        stiffnesses.reserve(Eigen::VectorXi::Constant(slopes.rows(), size));
+        for (int c = 0; c < parts_.num_parts(); ++c) {
+            const typename Measure::Stiffness block = parts_.volume[c] * stiffness(c, mean[c], tangent);
+            const auto first = size * static_cast<Eigen::Index>(c);
+            for (int column = 0; column < size; ++column)
+                for (int row = 0; row < size; ++row)
+                    stiffnesses.insert(first + row, first + column) = block(row, column);
+        }
+        const Eigen::SparseMatrix<double> stress_slope = stiffnesses * slopes;
+        Eigen::SparseMatrix<double> hessian = Eigen::SparseMatrix<double>(slopes.transpose()) * stress_slope;
+        hessian += turning_hessian(x, tangent);
+        return hessian;
+    }
+
+    /// The mean of a rate costs no more than the mean of what each rate costs, so u^T K u is at most what it would be
+    /// with all stiffness inside the tetrahedra, and there u^T K_t u <= 4 sum of u_a^T (K_t)_aa u_a.
+    void add_block_bound(const Eigen::VectorXd &x, std::vector<Eigen::Matrix3d> &blocks) const override {
+        const auto mean = means(values(x));
+        for (int t = 0; t < static_cast<int>(nodes_.size()); ++t) {
+            typename Measure::Stiffness material = Measure::Stiffness::Zero();
+            for (const auto &member : members(t))
+                material += member.of_tetrahedron * stiffness(member.part, mean[member.part], Tangent::material);
+            const auto slope = tetrahedra_[t].slope(x);
+            const Matrix12 block = volume_[t] * slope.transpose() * material * slope;
+            for (int a = 0; a < 4; ++a)
+                blocks[nodes_[t][a]] += 4.0 * block.template block<3, 3>(3 * a, 3 * a);
+        }
+    }
+
+    bool describe(StepParts &parts) const override {
+        if (!are_in_kernels(springs_))
+            return false;
+        parts.coupled_energy = *springs_.energy.in_kernels;
+        parts.has_gradient_means = springs_.measure == StrainMeasure::deformation_gradient;
+        parts.tetrahedra = nodes_;
+        return springs_.domains.edges > 0.0 ? describe_edges(parts) : describe_nodes(parts);
+    }
+
+  private:
+    bool describe_nodes(StepParts &parts) const {
+        const auto &domains = springs_.domains;
+        std::vector<std::array<int, 4>> part_at_corner(nodes_.size());
+        std::vector<int> part_node;
+        for (std::size_t t = 0; t < nodes_.size(); ++t) {
+            const auto around = members(t);
+            for (int corner = 0; corner < 4; ++corner) {
+                const int part = part_at_corner[t][corner] = around[corner].part; // those around nodes come first
+                if (part == static_cast<int>(part_node.size())) {
+                    part_node.push_back(nodes_[t][corner]);
+                    parts.coupled_modulus.push_back(domains.nodes * parts_.modulus[part]);
+                }
+            }
+            parts.inner_modulus.push_back(domains.tetrahedra * parts_.modulus[part_at_corner[t].front()]);
+        }
+        return describe_volumes(part_node, part_at_corner, parts);
+    }
+
+    /// Parts around edges come first, six of each tetrahedron.
+    bool describe_edges(StepParts &parts) const {
+        const auto &domains = springs_.domains;
+        for (std::size_t t = 0; t < nodes_.size(); ++t) {
+            const auto around = members(t);
+            auto &of_edges = parts.edge_part.emplace_back();
+            for (std::size_t e = 0; e < 6; ++e) {
+                of_edges[e] = around[e].part;
+                if (around[e].part == static_cast<int>(parts.edge_modulus.size()))
+                    parts.edge_modulus.push_back(domains.edges * parts_.modulus[around[e].part]);
+            }
+            parts.inner_modulus.push_back(domains.tetrahedra * parts_.modulus[around.front().part]);
+        }
+        return describe_volumes(nodal_.node, nodal_.at_corner, parts);
+    }
+
+    std::span<const MeanParts::Member> members(std::size_t tetrahedron) const {
+        return std::span(parts_.members)
+            .subspan(parts_.start[tetrahedron], parts_.start[tetrahedron + 1] - parts_.start[tetrahedron]);
+    }
+
+    typename Measure::Stiffness stiffness(int part, const Value &mean, Tangent tangent) const {
+        return Measure::stiffness(springs_.energy, parts_.modulus[part], mean, tangent);
+    }
+
+    Values values(const Eigen::VectorXd &x) const {
+        Values value;
+        value.reserve(nodes_.size());
+        for (const auto &tetrahedron : tetrahedra_)
+            value.push_back(tetrahedron.of(x));
+        return value;
+    }
+
+    Values rates(const Eigen::VectorXd &x, const Eigen::VectorXd &u) const {
+        Values rate;
+        rate.reserve(nodes_.size());
+        for (const auto &tetrahedron : tetrahedra_)
+            rate.push_back(tetrahedron.rate(x, u));
+        return rate;
+    }
+
+    Values means(const Values &value) const {
+        Values mean(parts_.num_parts(), Value::Zero());
+        for (std::size_t t = 0; t < value.size(); ++t)
+            for (const auto &member : members(t))
+                mean[member.part] += member.in_mean * value[t];
+        return mean;
+    }
+
+    /// Of each part, and what its dashpots add [Pa].
+    Values stresses(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta) const {
+        auto mean = means(values(x));
+        Values mean_rate;
+        if (beta != 0.0)
+            mean_rate = means(rates(x, v));
+        for (int c = 0; c < parts_.num_parts(); ++c) {
+            Value stress = Measure::stress(springs_.energy, parts_.modulus[c], mean[c]);
+            if (beta != 0.0)
+                stress += beta * (stiffness(c, mean[c], Tangent::material) * mean_rate[c]);
+            mean[c] = stress;
+        }
+        return mean;
+    }
+
+    /// What each tetrahedron bears of the stresses of its parts, times its volume [J].
+    Values gathered(const Values &stress) const {
+        Values result(nodes_.size(), Value::Zero());
+        for (std::size_t t = 0; t < result.size(); ++t)
+            for (const auto &member : members(t))
+                result[t] += volume_[t] * member.of_tetrahedron * stress[member.part];
+        return result;
+    }
+
+    /// (size C, 3N) of the means
+    Eigen::SparseMatrix<double> mean_slopes(const Eigen::VectorXd &x) const {
+        std::vector<Eigen::Triplet<double>> entries;
+        entries.reserve(12 * size * parts_.members.size());
+        for (std::size_t t = 0; t < nodes_.size(); ++t) {
+            const auto slope = tetrahedra_[t].slope(x);
+            for (const auto &member : members(t))
+                for (int column = 0; column < 12; ++column)
+                    for (int row = 0; row < size; ++row)
+                        entries.emplace_back(size * member.part + row, 3 * nodes_[t][column / 3] + column % 3,
+                                             member.in_mean * slope(row, column));
+        }
+        Eigen::SparseMatrix<double> slopes(size * static_cast<Eigen::Index>(parts_.num_parts()), x.size());
+        slopes.setFromTriplets(entries.begin(), entries.end());
+        return slopes;
+    }
+
+    /// What the stresses of all add when edges turn.
+    Eigen::SparseMatrix<double> turning_hessian(const Eigen::VectorXd &x, Tangent tangent) const {
+        const auto stress = gathered(stresses(x, x, 0.0));
+        std::vector<Eigen::Triplet<double>> entries;
+        entries.reserve(144 * nodes_.size());
+        for (std::size_t t = 0; t < nodes_.size(); ++t)
+            add_block(entries, nodes_[t], tetrahedra_[t].curvature(x, stress[t], tangent));
+        Eigen::SparseMatrix<double> hessian(x.size(), x.size());
+        hessian.setFromTriplets(entries.begin(), entries.end());
+        return hessian;
+    }
+
+    CoupledSprings springs_;
+    MeanParts parts_;
+    NodalParts nodal_;                      // what fast kernels have to know beside edges
+    std::vector<std::array<int, 4>> nodes_; // (M)
+    std::vector<double> volume_;            // (M) at rest [m^3]
+    std::vector<Measure> tetrahedra_;
+};
+
+} // namespace
+
+std::span<const CoupledSprings> all_coupled_springs() {
+    static const auto table = [] {
+        const StrainDomains nodes{.nodes = 1.0 - part_inside_beside_nodes, .tetrahedra = part_inside_beside_nodes};
+        const StrainDomains edges{.edges = 1.0 - part_inside_beside_edges, .tetrahedra = part_inside_beside_edges};
+        std::vector<CoupledSprings> springs;
+        for (const auto &energy : all_spring_energies()) {
+            using enum StrainMeasure;
+            if (energy.is_finite) {
+                springs.push_back({"nodal_springs", nodes, elongation, energy, false});
+                continue;
+            }
+            for (const auto &[measure, ending] : {std::pair(cauchy_green, ""), std::pair(deformation_gradient, "_f")}) {
+                springs.push_back({"nodal_" + energy.name + ending, nodes, measure, energy, false});
+                springs.push_back({"edge_" + energy.name + ending, edges, measure, energy, true});
+            }
+        }
+        return springs;
+    }();
+    return table;
+}
+
+const CoupledSprings &find_coupled_springs(std::string_view name) {
+    return support::find_named(all_coupled_springs(), std::string(name), "springs that are coupled");
+}
+
+bool are_in_kernels(const CoupledSprings &springs) {
+    const auto known = springs.energy.in_kernels;
+    const bool are_around_nodes = springs.domains.nodes > 0.0, are_around_edges = springs.domains.edges > 0.0;
+    if (!known || are_around_nodes == are_around_edges || springs.averages_volumes != are_around_edges)
+        return false;
+    if (*known == CoupledEnergy::elongations)
+        return are_around_nodes && springs.measure == StrainMeasure::elongation;
+    return springs.measure != StrainMeasure::elongation;
+}
+
+CoupledSprings with_part_inside(CoupledSprings springs, double part) {
+    auto &[nodes, edges, tetrahedra] = springs.domains;
+    const double of_others = (1.0 - part) / (nodes + edges);
+    nodes *= of_others;
+    edges *= of_others;
+    tetrahedra = part;
+    return springs;
+}
+
+std::shared_ptr<const ElasticTerm> coupled_springs(const core::Body &body, const CoupledSprings &springs) {
+    switch (springs.measure) {
+    case StrainMeasure::elongation:
+        return std::make_shared<CoupledTerm<Elongations>>(body, springs);
+    case StrainMeasure::cauchy_green:
+        return std::make_shared<CoupledTerm<SquaredLengths>>(body, springs);
+    case StrainMeasure::deformation_gradient:
+        break;
+    }
+    return std::make_shared<CoupledTerm<Gradients>>(body, springs);
+}
+
+std::shared_ptr<const ElasticTerm> volume_beside_coupled_springs(const core::Body &body,
+                                                                 const CoupledSprings &springs) {
+    if (!needs_volume(body))
+        return nullptr;
+    std::vector<double> modulus;
+    std::ranges::transform(body.materials, std::back_inserter(modulus), modulus_beside_springs);
+    const auto parts = nodal_parts(body);
+    auto volumes =
+        springs.averages_volumes ? mean_volumes_around_nodes(parts, modulus) : volumes_around_nodes(parts, modulus);
+    volumes.measure = springs.energy.volume;
+    return volume_penalty(body.mesh, volumes);
+}
+
+ElasticBody coupled_springs_with_volume(const core::Body &body, const CoupledSprings &springs) {
+    std::vector<std::shared_ptr<const ElasticTerm>> terms{coupled_springs(body, springs)};
+    if (auto volume = volume_beside_coupled_springs(body, springs))
+        terms.push_back(std::move(volume));
+    if (springs.energy.is_finite)
+        terms.push_back(inversion_guard(body));
+    ElasticBody elastic(lumped_masses(body), std::move(terms));
+    elastic.preconditioner = linear_elements(body);
+    return elastic;
+}
+
+} // namespace livermark::msm

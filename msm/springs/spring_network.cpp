@@ -1,0 +1,133 @@
+#include "msm/springs/spring_network.hpp"
+
+#include <algorithm>
+
+#include "msm/dynamics/step_parts.hpp"
+#include "msm/mass_lumping.hpp"
+
+namespace livermark::msm {
+
+namespace {
+
+class Springs : public ElasticTerm {
+  public:
+    Springs(const core::SpringNetwork &springs, const ForceCurve &curve) : springs_(springs), curve_(curve) {}
+
+    double energy(const Eigen::VectorXd &x) const override {
+        double energy = 0.0;
+        for (std::size_t s = 0; s < springs_.edges.size(); ++s) {
+            const double rest_length = springs_.rest_length[s];
+            energy +=
+                springs_.stiffness[s] * rest_length * rest_length * curve_.energy(span(x, s).norm() / rest_length);
+        }
+        return energy;
+    }
+
+    void add_force(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta,
+                   Eigen::VectorXd &force) const override {
+        for (std::size_t s = 0; s < springs_.edges.size(); ++s) {
+            const auto [i, j] = springs_.edges[s];
+            const core::Vector3 span = of_node(x, j) - of_node(x, i);
+            const double length = span.norm();
+            const double stretch = length / springs_.rest_length[s];
+            double extension = springs_.rest_length[s] * curve_.force(stretch);
+            if (beta != 0.0)
+                extension +=
+                    beta * axial(stretch, Tangent::material) * span.dot(of_node(v, j) - of_node(v, i)) / length;
+            const double tension = springs_.stiffness[s] * extension / length;
+            of_node(force, i) += tension * span;
+            of_node(force, j) -= tension * span;
+        }
+    }
+
+    Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd &x, Tangent tangent) const override {
+        std::vector<Eigen::Triplet<double>> entries;
+        entries.reserve(36 * springs_.edges.size());
+        const auto add = [&entries](int row, int column, const Eigen::Matrix3d &block, double sign) {
+            for (int a = 0; a < 3; ++a)
+                for (int b = 0; b < 3; ++b)
+                    entries.emplace_back(3 * row + a, 3 * column + b, sign * block(a, b));
+        };
+        for (std::size_t s = 0; s < springs_.edges.size(); ++s) {
+            const auto [i, j] = springs_.edges[s];
+            const core::Vector3 span = this->span(x, s);
+            const core::Vector3 direction = span.normalized();
+            const double stretch = span.norm() / springs_.rest_length[s];
+            double transverse = curve_.force(stretch) / stretch;
+            if (tangent == Tangent::semi_definite)
+                transverse = std::max(transverse, 0.0);
+            else if (tangent == Tangent::material)
+                transverse = 0.0;
+            const Eigen::Matrix3d along = direction * direction.transpose();
+            const Eigen::Matrix3d block = springs_.stiffness[s] * (axial(stretch, tangent) * along +
+                                                                   transverse * (Eigen::Matrix3d::Identity() - along));
+            add(i, i, block, 1.0);
+            add(j, j, block, 1.0);
+            add(i, j, block, -1.0);
+            add(j, i, block, -1.0);
+        }
+        Eigen::SparseMatrix<double> hessian(x.size(), x.size());
+        hessian.setFromTriplets(entries.begin(), entries.end());
+        return hessian;
+    }
+
+    /// (n . (u_i - u_j))^2 <= 2 (n . u_i)^2 + 2 (n . u_j)^2
+    void add_block_bound(const Eigen::VectorXd &x, std::vector<Eigen::Matrix3d> &blocks) const override {
+        for (std::size_t s = 0; s < springs_.edges.size(); ++s) {
+            const core::Vector3 span = this->span(x, s);
+            const core::Vector3 direction = span.normalized();
+            const double stiffness =
+                springs_.stiffness[s] * axial(span.norm() / springs_.rest_length[s], Tangent::material);
+            const Eigen::Matrix3d block = 2.0 * stiffness * direction * direction.transpose();
+            for (const int node : springs_.edges[s])
+                blocks[node] += block;
+        }
+    }
+
+    bool describe(StepParts &parts) const override {
+        if (curve_.force != hooke.force)
+            return false;
+        parts.edges = springs_.edges;
+        parts.stiffness = springs_.stiffness;
+        parts.rest_length = springs_.rest_length;
+        return true;
+    }
+
+  private:
+    /// What is stiff along the spring: never less than nothing, but for the exact derivative.
+    double axial(double stretch, Tangent tangent) const {
+        const double slope = curve_.slope(stretch);
+        return tangent == Tangent::exact ? slope : std::max(slope, 0.0);
+    }
+
+    core::Vector3 span(const Eigen::VectorXd &x, std::size_t s) const {
+        return of_node(x, springs_.edges[s][1]) - of_node(x, springs_.edges[s][0]);
+    }
+
+    core::SpringNetwork springs_;
+    ForceCurve curve_;
+};
+
+} // namespace
+
+core::SpringNetwork spring_network(const core::Body &body, const SpringLaw &law) {
+    auto table = core::edge_table(body.mesh.tetrahedra);
+    core::SpringNetwork springs;
+    springs.node_mass = lumped_masses(body);
+    springs.stiffness = law.stiffness(body, table);
+    springs.rest_length.reserve(table.edges.size());
+    for (const auto &[i, j] : table.edges)
+        springs.rest_length.push_back((body.mesh.points[j] - body.mesh.points[i]).norm());
+    springs.edges = std::move(table.edges);
+    return springs;
+}
+
+std::shared_ptr<const ElasticTerm> spring_term(const core::SpringNetwork &springs) {
+    return spring_term(springs, hooke);
+}
+
+std::shared_ptr<const ElasticTerm> spring_term(const core::SpringNetwork &springs, const ForceCurve &curve) {
+    return std::make_shared<Springs>(springs, curve);
+}
+
+} // namespace livermark::msm

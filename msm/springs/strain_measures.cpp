@@ -1,0 +1,193 @@
+#include "msm/springs/strain_measures.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <limits>
+
+#include "msm/springs/tetrahedron_volume.hpp"
+
+namespace livermark::msm {
+
+StrainOfMean::Stiffness StrainOfMean::stiffness(const SpringEnergy &energy, double mu, const Value &strain,
+                                                Tangent tangent) {
+    if (tangent == Tangent::material)
+        return isotropic_stiffness(mu, mu);
+    const Matrix6 exact = energy.stiffness(mu, tensor(strain));
+    return tangent == Tangent::exact ? exact : semi_definite_part(exact);
+}
+
+SquaredLengths::SquaredLengths(const std::array<int, 4> &nodes, const Eigen::VectorXd &rest)
+    : StrainOfEdges(nodes, rest), rest_square_(squared_lengths(edge_spans(nodes, rest))) {}
+
+Vector6 SquaredLengths::of(const Eigen::VectorXd &x) const {
+    return strain_of_stretch_ * (squared_lengths(edge_spans(nodes_, x)) - rest_square_);
+}
+
+Vector6 SquaredLengths::rate(const Eigen::VectorXd &x, const Eigen::VectorXd &u) const {
+    return strain_of_stretch_ * stretch_rates(edge_spans(nodes_, x), edge_spans(nodes_, u));
+}
+
+Eigen::Matrix<double, 6, 12> SquaredLengths::slope(const Eigen::VectorXd &x) const {
+    return strain_of_stretch_ * stretch_slopes(edge_spans(nodes_, x)).transpose();
+}
+
+void SquaredLengths::add_force(const Eigen::VectorXd &x, const Value &stress, Eigen::VectorXd &force) const {
+    add_tensions(nodes_, edge_spans(nodes_, x), tensions(stress), force);
+}
+
+void SquaredLengths::add_turning(const Eigen::VectorXd & /*x*/, const Eigen::VectorXd &u, const Value &stress,
+                                 Eigen::VectorXd &force) const {
+    add_tensions(nodes_, edge_spans(nodes_, u), tensions(stress), force);
+}
+
+Matrix12 SquaredLengths::curvature(const Eigen::VectorXd & /*x*/, const Value &stress, Tangent tangent) const {
+    if (tangent == Tangent::material)
+        return Matrix12::Zero();
+    const Vector6 tension = tensions(stress);
+    std::array<Eigen::Matrix3d, 6> of_span;
+    for (int e = 0; e < 6; ++e)
+        of_span[e] = (tangent == Tangent::exact ? tension[e] : std::max(tension[e], 0.0)) * Eigen::Matrix3d::Identity();
+    return hessian_of_edges(of_span);
+}
+
+Elongations::Elongations(const std::array<int, 4> &nodes, const Eigen::VectorXd &rest)
+    : StrainOfEdges(nodes, rest), rest_length_(squared_lengths(edge_spans(nodes, rest)).cwiseSqrt()) {}
+
+Elongations::Edges Elongations::edges(const Eigen::VectorXd &x) const {
+    Edges result{.length = {}, .pull = edge_spans(nodes_, x)};
+    result.length = squared_lengths(result.pull).cwiseSqrt();
+    for (int e = 0; e < 6; ++e)
+        result.pull[e] *= rest_length_[e] / result.length[e];
+    return result;
+}
+
+Vector6 Elongations::of(const Eigen::VectorXd &x) const {
+    return strain_of_stretch_ * (2.0 * rest_length_.cwiseProduct(edges(x).length - rest_length_));
+}
+
+Vector6 Elongations::rate(const Eigen::VectorXd &x, const Eigen::VectorXd &u) const {
+    return strain_of_stretch_ * stretch_rates(edges(x).pull, edge_spans(nodes_, u));
+}
+
+Eigen::Matrix<double, 6, 12> Elongations::slope(const Eigen::VectorXd &x) const {
+    return strain_of_stretch_ * stretch_slopes(edges(x).pull).transpose();
+}
+
+void Elongations::add_force(const Eigen::VectorXd &x, const Value &stress, Eigen::VectorXd &force) const {
+    add_tensions(nodes_, edges(x).pull, tensions(stress), force);
+}
+
+void Elongations::add_turning(const Eigen::VectorXd &x, const Eigen::VectorXd &u, const Value &stress,
+                              Eigen::VectorXd &force) const {
+    const auto [length, pull] = edges(x);
+    auto turn = edge_spans(nodes_, u);
+    for (int e = 0; e < 6; ++e) {
+        const core::Vector3 direction = pull[e].normalized();
+        turn[e] = rest_length_[e] / length[e] * (turn[e] - direction.dot(turn[e]) * direction);
+    }
+    add_tensions(nodes_, turn, tensions(stress), force);
+}
+
+Matrix12 Elongations::curvature(const Eigen::VectorXd &x, const Value &stress, Tangent tangent) const {
+    if (tangent == Tangent::material)
+        return Matrix12::Zero();
+    const auto [length, pull] = edges(x);
+    const Vector6 tension = tensions(stress);
+    std::array<Eigen::Matrix3d, 6> of_span;
+    for (int e = 0; e < 6; ++e) {
+        const core::Vector3 direction = pull[e].normalized();
+        of_span[e] = (tangent == Tangent::exact ? tension[e] : std::max(tension[e], 0.0)) * rest_length_[e] /
+                     length[e] * (Eigen::Matrix3d::Identity() - direction * direction.transpose());
+    }
+    return hessian_of_edges(of_span);
+}
+
+namespace {
+
+using Gradient = Gradients::Value;
+using Eigen::Matrix3d;
+
+Matrix3d matrix(const Gradient &of) {
+    return Matrix3d::Map(of.data());
+}
+
+Gradient columns(const Matrix3d &of) {
+    return Gradient::Map(of.data());
+}
+
+/// E = (H + H^T + H^T H) / 2 of H = F - I
+Matrix3d green_strain(const Matrix3d &h) {
+    return 0.5 * (h + h.transpose() + h.transpose() * h);
+}
+
+} // namespace
+
+Gradients::Gradients(const std::array<int, 4> &nodes, const Eigen::VectorXd &rest) : nodes_(nodes) {
+    const auto [volume, gradient] = volume_gradient(rest, nodes);
+    for (int a = 0; a < 4; ++a) {
+        rest_[a] = of_node(rest, nodes[a]);
+        gradient_[a] = gradient[a] / volume;
+    }
+}
+
+Gradient Gradients::of(const Eigen::VectorXd &x) const {
+    Matrix3d h = Matrix3d::Zero();
+    const core::Vector3 origin = of_node(x, nodes_[0]) - rest_[0];
+    for (int a = 1; a < 4; ++a)
+        h += (of_node(x, nodes_[a]) - rest_[a] - origin) * gradient_[a].transpose();
+    return columns(h);
+}
+
+Gradient Gradients::rate(const Eigen::VectorXd & /*x*/, const Eigen::VectorXd &u) const {
+    Matrix3d h = Matrix3d::Zero();
+    for (int a = 0; a < 4; ++a)
+        h += of_node(u, nodes_[a]) * gradient_[a].transpose();
+    return columns(h);
+}
+
+Eigen::Matrix<double, 9, 12> Gradients::slope(const Eigen::VectorXd & /*x*/) const {
+    Eigen::Matrix<double, 9, 12> slopes = Eigen::Matrix<double, 9, 12>::Zero();
+    for (int a = 0; a < 4; ++a)
+        for (int c = 0; c < 3; ++c)
+            slopes.block<3, 3>(3 * c, 3 * a) = gradient_[a][c] * Matrix3d::Identity();
+    return slopes;
+}
+
+void Gradients::add_force(const Eigen::VectorXd & /*x*/, const Value &stress, Eigen::VectorXd &force) const {
+    const Matrix3d p = matrix(stress);
+    for (int a = 0; a < 4; ++a)
+        of_node(force, nodes_[a]) -= p * gradient_[a];
+}
+
+double Gradients::energy(const SpringEnergy &energy, double mu, const Value &mean) {
+    const Matrix3d h = matrix(mean);
+    if (!((Matrix3d::Identity() + h).determinant() > 0.0))
+        return std::numeric_limits<double>::infinity();
+    return energy.energy(mu, green_strain(h));
+}
+
+/// P = F S
+Gradient Gradients::stress(const SpringEnergy &energy, double mu, const Value &mean) {
+    const Matrix3d h = matrix(mean);
+    return columns((Matrix3d::Identity() + h) * energy.stress(mu, green_strain(h)));
+}
+
+/// dP = F (D : sym(F^T dF)) + dF S
+Gradients::Stiffness Gradients::stiffness(const SpringEnergy &energy, double mu, const Value &mean, Tangent tangent) {
+    const Matrix3d h = matrix(mean), f = Matrix3d::Identity() + h, strain = green_strain(h);
+    Eigen::Matrix<double, 6, 9> strain_slope;
+    for (int k = 0; k < 9; ++k) {
+        const Matrix3d product = f.transpose() * matrix(Gradient::Unit(k));
+        strain_slope.col(k) = components(0.5 * (product + product.transpose()));
+    }
+    const Matrix6 moduli = tangent == Tangent::material ? isotropic_stiffness(mu, mu) : energy.stiffness(mu, strain);
+    Stiffness result = strain_slope.transpose() * moduli * strain_slope;
+    if (tangent == Tangent::material)
+        return result;
+    const Matrix3d stress = energy.stress(mu, strain);
+    for (int k = 0; k < 9; ++k)
+        result.col(k) += columns(matrix(Gradient::Unit(k)) * stress);
+    return tangent == Tangent::exact ? result : semi_definite_part(result);
+}
+
+} // namespace livermark::msm

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/load_case.hpp"
+#include "results/records/result.hpp"
+
+namespace livermark::results {
+
+/// The longest stable step of an integrator [s]: infinity if every step is stable, 0 if none is.
+struct StepLimit {
+    double predicted = 0.0;
+    double observed = std::numeric_limits<double>::quiet_NaN(); ///< NaN if nobody looked
+
+    /// There is a step to look for.
+    bool has_number() const { return predicted > 0.0 && predicted < std::numeric_limits<double>::infinity(); }
+    /// Of the observed step from the predicted one, relative; NaN if nobody looked.
+    double difference() const { return observed / predicted - 1.0; }
+};
+
+struct IntegratorLimits {
+    std::string integrator;
+    StepLimit undamped;
+    StepLimit damped;
+};
+
+/// The steps that the springs of a body can bear.
+struct Stability {
+    Provenance provenance;
+    std::string body;
+    std::string spring_law; ///< empty if the springs are those of a model
+    std::string model{};    ///< of the suite; empty if the springs are those of a law
+    std::string load_case;  ///< says where the body is constrained
+    core::RayleighDamping damping;
+    double lowest_frequency = 0.0;        ///< [rad/s]
+    double largest_frequency = 0.0;       ///< [rad/s]
+    double largest_frequency_bound = 0.0; ///< Gershgorin's [rad/s]
+    double element_time_step = 0.0;       ///< mean edge over the speed of sound of the first region [s]
+    std::vector<IntegratorLimits> limits; ///< in the order asked for
+
+    /// Of a spring law or a model.
+    const std::string &springs() const { return model.empty() ? spring_law : model; }
+};
+
+/// Writes the "stability files" of results/schema.md, as write_result() writes results.
+/// @throws support::InputError if the place cannot be written to
+void write_stability(const std::filesystem::path &path, const Stability &stability);
+
+/// Reads what write_stability wrote.
+/// @throws support::InputError that names the file and the dataset or attribute, and says what is wrong and what to do
+Stability read_stability(const std::filesystem::path &path);
+
+} // namespace livermark::results

@@ -1,0 +1,121 @@
+#include "results/hdf5/io/hdf5_checks.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fstream>
+#include <string_view>
+#include <sys/file.h>
+#include <unistd.h>
+#include <vector>
+
+#include "results/hdf5/file_kind.hpp"
+
+namespace livermark::results::hdf5 {
+
+namespace {
+
+/// Of a superblock: the eight bytes that say it is HDF5, and the version.
+constexpr std::string_view first_bytes = "\211HDF\r\n\032\n\003";
+/// The writer stays below a megabyte, or takes one row.
+constexpr hsize_t largest_chunk_bytes = hsize_t{1} << 28;
+/// Deflate makes no more than this of a byte, and shuffle leaves the size as it is.
+constexpr hsize_t largest_inflation = 1032;
+
+bool is_our_filter(H5Z_filter_t filter) {
+    return filter == H5Z_FILTER_SHUFFLE || filter == H5Z_FILTER_DEFLATE || filter == H5Z_FILTER_FLETCHER32;
+}
+
+std::string fault_of_filters(hid_t properties) {
+    const int num_filters = H5Pget_nfilters(properties);
+    for (int i = 0; i < num_filters; ++i) {
+        unsigned flags = 0;
+        std::size_t num_values = 0;
+        if (!is_our_filter(H5Pget_filter2(properties, static_cast<unsigned>(i), &flags, &num_values, nullptr, 0,
+                                          nullptr, nullptr)))
+            return "is compressed in a way that is not read";
+    }
+    return num_filters < 0 ? "is damaged" : "";
+}
+
+bool has_possible_chunks(hid_t properties, int rank, std::size_t bytes_per_entry) {
+    std::vector<hsize_t> chunk(static_cast<std::size_t>(std::max(rank, 1)));
+    if (H5Pget_chunk(properties, rank, chunk.data()) != rank)
+        return false;
+    hsize_t bytes = bytes_per_entry;
+    for (const hsize_t extent : chunk) {
+        if (extent == 0 || extent > largest_chunk_bytes)
+            return false;
+        bytes *= extent;
+        if (bytes > largest_chunk_bytes)
+            return false;
+    }
+    return true;
+}
+
+/// Whether somebody has locked a file to write, as HDF5 does.
+bool is_locked(const std::filesystem::path &path) {
+    const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (file < 0)
+        return false;
+    const bool is_free = flock(file, LOCK_SH | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+    close(file);
+    return !is_free;
+}
+
+} // namespace
+
+void check_not_in_use(const std::filesystem::path &path) {
+    if (is_locked(path))
+        throw FileInUse(fmt::format("{}: another program has the file open to write; close it there, or wait for it",
+                                    path.string()));
+}
+
+bool has_checksums(const std::filesystem::path &path) {
+    std::array<char, first_bytes.size()> found{};
+    std::ifstream(path, std::ios::binary).read(found.data(), found.size());
+    return std::ranges::equal(found, first_bytes);
+}
+
+std::string fault_of_place(hid_t dataset) {
+    const Handle properties(H5Dget_create_plist(dataset), H5Pclose);
+    if (!properties.valid())
+        return "is damaged";
+    const bool is_outside =
+        H5Pget_layout(properties.get()) == H5D_VIRTUAL || H5Pget_external_count(properties.get()) != 0;
+    return is_outside ? "is kept in another file" : "";
+}
+
+std::string fault_of_storage(hid_t dataset) {
+    const Handle properties(H5Dget_create_plist(dataset), H5Pclose);
+    const Handle space(H5Dget_space(dataset), H5Sclose);
+    const Handle type(H5Dget_type(dataset), H5Tclose);
+    const hssize_t count = H5Sget_simple_extent_npoints(space.get());
+    const std::size_t bytes_per_entry = H5Tget_size(type.get());
+    const hsize_t stored = H5Dget_storage_size(dataset);
+    if (!properties.valid() || count < 0 || bytes_per_entry == 0)
+        return "is damaged";
+    if (auto fault = fault_of_filters(properties.get()); !fault.empty())
+        return fault;
+    // Numbers have eight bytes at most, so a count that stays below this leaves room for their size.
+    if (static_cast<hsize_t>(count) > (hsize_t{1} << 60))
+        return fmt::format("claims {} entries", count);
+    const hsize_t bytes = static_cast<hsize_t>(count) * bytes_per_entry;
+    switch (H5Pget_layout(properties.get())) {
+    case H5D_COMPACT:
+    case H5D_CONTIGUOUS:
+        return stored == bytes ? "" : fmt::format("is damaged: {} bytes are kept of {}", stored, bytes);
+    case H5D_CHUNKED:
+        if (!has_possible_chunks(properties.get(), H5Sget_simple_extent_ndims(space.get()), bytes_per_entry))
+            return "is damaged: its chunks cannot be";
+        if (bytes / largest_inflation > stored)
+            return fmt::format("is damaged: {} bytes cannot be what is kept in {}", bytes, stored);
+        return {};
+    default:
+        return "is kept in a way that is not read";
+    }
+}
+
+} // namespace livermark::results::hdf5

@@ -1,0 +1,225 @@
+#include <array>
+#include <cerrno>
+#include <climits>
+#include <cstring>
+#include <fmt/format.h>
+#include <fstream>
+
+#include "results/hdf5/io/hdf5_checks.hpp"
+#include "results/hdf5/io/hdf5_text.hpp"
+#include "support/input_error.hpp"
+
+namespace livermark::results::hdf5 {
+
+namespace {
+
+Handle open_file(const std::filesystem::path &path, const std::string &maker) {
+    const std::string name = path.string();
+    std::error_code ignored;
+    if (const auto status = std::filesystem::status(path, ignored); !std::filesystem::is_regular_file(status))
+        throw support::InputError(
+            std::filesystem::exists(status)
+                ? fmt::format("{}: this is no plain file; give a file that `{}` wrote", name, maker)
+                : fmt::format("{}: there is no such file; check the path, or make it with `{}`", name, maker));
+    if (!std::ifstream(path))
+        throw support::InputError(
+            fmt::format("{}: cannot be read ({}); check who may read it", name, std::strerror(errno)));
+    if (has_checksums(path)) {
+        Handle file(H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+        if (file.valid())
+            return file;
+        check_not_in_use(path);
+        throw support::InputError(
+            fmt::format("{}: the file is truncated or damaged; make it again with `{}`", name, maker));
+    }
+    throw support::InputError(fmt::format(
+        "{}: this is not an HDF5 file in the format of this version; give a file that `{}` wrote", name, maker));
+}
+
+std::string shape_text(std::span<const hsize_t> shape) {
+    return shape.size() == 1 ? fmt::format("({})", shape[0]) : fmt::format("({})", fmt::join(shape, ","));
+}
+
+std::string type_text(hid_t type) {
+    const std::size_t bits = 8 * H5Tget_size(type);
+    switch (H5Tget_class(type)) {
+    case H5T_INTEGER:
+        return fmt::format("{}-bit {}integers", bits, H5Tget_sign(type) == H5T_SGN_NONE ? "unsigned " : "");
+    case H5T_FLOAT:
+        return fmt::format("{}-bit floating point numbers", bits);
+    case H5T_STRING:
+        return "text";
+    default:
+        return "values of another type";
+    }
+}
+
+} // namespace
+
+InputFile::InputFile(const std::filesystem::path &path, const std::string &maker)
+    : name_(path.string()), maker_(maker), file_(open_file(path, maker)) {}
+
+void InputFile::refuse(const std::string &path, const std::string &fault) const {
+    throw support::InputError(fmt::format(
+        "{}: {} {}; make the file again with `{}` (results/schema.md says what it holds)", name_, path, fault, maker_));
+}
+
+bool InputFile::has(const std::string &path) const {
+    // H5Lexists fails if a group on the way is missing, so the way is walked.
+    for (std::size_t end = path.find('/', 1);; end = path.find('/', end + 1)) {
+        const auto part = path.substr(0, end);
+        if (H5Lexists(file_.get(), part.c_str(), H5P_DEFAULT) <= 0)
+            return false;
+        // HDF5 would follow a link into any file that it names, a named pipe among them.
+        H5L_info_t link{};
+        if (H5Lget_info(file_.get(), part.c_str(), &link, H5P_DEFAULT) < 0)
+            refuse(part, "is damaged");
+        if (link.type != H5L_TYPE_HARD)
+            refuse(part, "is a link to another place, and links are not followed");
+        if (end == std::string::npos)
+            return true;
+    }
+}
+
+bool InputFile::has_attribute(const std::string &path, const std::string &name) const {
+    if (path != "/" && !has(path))
+        return false;
+    return H5Aexists_by_name(file_.get(), path.c_str(), name.c_str(), H5P_DEFAULT) > 0;
+}
+
+std::vector<std::string> InputFile::children(const std::string &path) const {
+    if (path != "/" && !has(path))
+        refuse(path, "is not there as a group");
+    const Handle group(H5Gopen2(file_.get(), path.c_str(), H5P_DEFAULT), H5Gclose);
+    if (!group.valid())
+        refuse(path, "is not there as a group");
+    const Handle properties(H5Gget_create_plist(group.get()), H5Pclose);
+    unsigned order = 0;
+    H5Pget_link_creation_order(properties.get(), &order);
+    const H5_index_t index = (order & H5P_CRT_ORDER_TRACKED) != 0 ? H5_INDEX_CRT_ORDER : H5_INDEX_NAME;
+    H5G_info_t info{};
+    if (H5Gget_info(group.get(), &info) < 0)
+        refuse(path, "cannot be read");
+    std::vector<std::string> names;
+    for (hsize_t i = 0; i < info.nlinks; ++i) {
+        const auto name_by_index = [&](char *name, std::size_t size) {
+            return H5Lget_name_by_idx(group.get(), ".", index, H5_ITER_INC, i, name, size, H5P_DEFAULT);
+        };
+        const ssize_t length = name_by_index(nullptr, 0);
+        if (length < 0)
+            refuse(path, "cannot be read");
+        std::string name(static_cast<std::size_t>(length), '\0');
+        name_by_index(name.data(), name.size() + 1);
+        names.push_back(std::move(name));
+    }
+    return names;
+}
+
+Handle InputFile::open_dataset(const std::string &path, const RowType &type, const Shape &shape) const {
+    if (!has(path))
+        refuse(path, "is missing");
+    Handle dataset(H5Dopen2(file_.get(), path.c_str(), H5P_DEFAULT), H5Dclose);
+    if (!dataset.valid())
+        refuse(path, "is not a dataset");
+    if (const auto fault = fault_of_place(dataset.get()); !fault.empty())
+        refuse(path, fault); // before its size is asked for, which opens the files of a virtual one
+    const Handle found(H5Dget_type(dataset.get()), H5Tclose);
+    if (H5Tequal(found.get(), type.file) <= 0)
+        refuse(path, fmt::format("holds {} instead of {}", type_text(found.get()), type_text(type.file)));
+    const Handle space(H5Dget_space(dataset.get()), H5Sclose);
+    const std::size_t wanted_rank = shape.size() + (type.columns == 1 ? 0 : 1);
+    const int rank = H5Sget_simple_extent_ndims(space.get());
+    if (rank != static_cast<int>(wanted_rank))
+        refuse(path, fmt::format("has rank {} instead of {}", rank, wanted_rank));
+    std::vector<hsize_t> extent(wanted_rank);
+    H5Sget_simple_extent_dims(space.get(), extent.data(), nullptr);
+    auto wanted = extent;
+    for (std::size_t d = 0; d < wanted.size(); ++d) {
+        if (extent[d] > INT_MAX)
+            refuse(path, fmt::format("has {} rows, more than can be numbered", extent[d]));
+        if (d == shape.size())
+            wanted[d] = type.columns;
+        else if (shape[d])
+            wanted[d] = *shape[d];
+    }
+    if (extent != wanted)
+        refuse(path, fmt::format("has shape {} instead of {}", shape_text(extent), shape_text(wanted)));
+    if (const auto fault = fault_of_storage(dataset.get()); !fault.empty())
+        refuse(path, fault);
+    return dataset;
+}
+
+std::size_t InputFile::count_entries(const Handle &dataset) {
+    const Handle space(H5Dget_space(dataset.get()), H5Sclose);
+    return static_cast<std::size_t>(H5Sget_simple_extent_npoints(space.get()));
+}
+
+void InputFile::read(const Handle &dataset, const std::string &path, const RowType &type, void *rows) const {
+    if (count_entries(dataset) > 0 && H5Dread(dataset.get(), type.memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, rows) < 0)
+        refuse(path, "is damaged");
+}
+
+Handle InputFile::open_attribute(const std::string &path, const std::string &name) const {
+    if (path != "/" && !has(path))
+        refuse(path, "is missing");
+    Handle attribute(H5Aopen_by_name(file_.get(), path.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    if (!attribute.valid())
+        refuse(path, fmt::format("has no attribute {}", name));
+    return attribute;
+}
+
+std::vector<std::string> InputFile::read_texts(const Handle &attribute, const std::string &where) const {
+    const Handle type(H5Aget_type(attribute.get()), H5Tclose);
+    if (const auto fault = fault_of_text_type(type.get()); !fault.empty())
+        refuse(where, fault);
+    const Handle space(H5Aget_space(attribute.get()), H5Sclose);
+    const std::size_t length = H5Tget_size(type.get());
+    const hssize_t count = H5Sget_simple_extent_npoints(space.get());
+    if (count < 0 || static_cast<std::size_t>(count) > longest_text)
+        refuse(where, fmt::format("has {} entries", count));
+    if (H5Aget_storage_size(attribute.get()) != static_cast<hsize_t>(count) * length)
+        refuse(where, "is damaged");
+    std::string characters(static_cast<std::size_t>(count) * length, '\0');
+    if (!characters.empty() && H5Aread(attribute.get(), type.get(), characters.data()) < 0)
+        refuse(where, "is damaged");
+    return unpadded(characters, length);
+}
+
+std::string InputFile::text(const std::string &path, const std::string &name) const {
+    const std::string where = fmt::format("{} attribute {}", path, name);
+    const auto values = read_texts(open_attribute(path, name), where);
+    if (values.size() != 1)
+        refuse(where, fmt::format("holds {} texts instead of one", values.size()));
+    return values.front();
+}
+
+std::vector<std::string> InputFile::texts(const std::string &path, const std::string &name) const {
+    return read_texts(open_attribute(path, name), fmt::format("{} attribute {}", path, name));
+}
+
+void InputFile::read_number(const std::string &path, const std::string &name, hid_t file_type, hid_t memory_type,
+                            void *value) const {
+    const std::string where = fmt::format("{} attribute {}", path, name);
+    const Handle attribute = open_attribute(path, name);
+    const Handle type(H5Aget_type(attribute.get()), H5Tclose);
+    const Handle space(H5Aget_space(attribute.get()), H5Sclose);
+    if (H5Tequal(type.get(), file_type) <= 0 || H5Sget_simple_extent_npoints(space.get()) != 1)
+        refuse(where, fmt::format("is not one of {}", type_text(file_type)));
+    if (H5Aget_storage_size(attribute.get()) != H5Tget_size(file_type) ||
+        H5Aread(attribute.get(), memory_type, value) < 0)
+        refuse(where, "is damaged");
+}
+
+double InputFile::number(const std::string &path, const std::string &name) const {
+    double value = 0.0;
+    read_number(path, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value);
+    return value;
+}
+
+std::int64_t InputFile::integer(const std::string &path, const std::string &name) const {
+    std::int64_t value = 0;
+    read_number(path, name, H5T_STD_I64LE, H5T_NATIVE_INT64, &value);
+    return value;
+}
+
+} // namespace livermark::results::hdf5

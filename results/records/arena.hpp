@@ -1,0 +1,61 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/tool/tool_errors.hpp"
+#include "results/records/result.hpp"
+
+namespace livermark::results {
+
+/// How a method did within a budget.
+enum class ArenaOutcome {
+    ok,
+    too_slow, ///< its least work takes longer than the budget; its errors are those of that work
+    diverged  ///< left all bounds; its errors are NaN
+};
+const char *to_string(ArenaOutcome outcome);
+
+/// A method on a mesh within a budget.
+struct ArenaRun {
+    std::string method;
+    std::string setting; ///< how it uses its time
+    int tetrahedra = 0;  ///< of the mesh
+    double budget = 0.0; ///< of one core, for a frame [s]
+    int steps = 0;       ///< in a frame
+    int iterations = 0;  ///< in a step
+    ArenaOutcome outcome = ArenaOutcome::ok;
+    core::ToolErrors errors;
+    double volume_error = 0.0;      ///< largest |v - v_r| / V of the whole body, over the fields
+    double smallest_jacobian = 0.0; ///< of all tetrahedra, over the fields
+    int num_inverted = 0;           ///< tetrahedra at the worst field
+    double frame_seconds = 0.0;     ///< of the processor, median over frames [s]
+    double frame_seconds_95 = 0.0;  ///< 95th percentile [s]
+    double worst_frame_seconds = 0.0;
+    double setup_seconds = 0.0;   ///< before the first frame
+    double release_seconds = 0.0; ///< to prepare for the place being free
+    double element_passes = 0.0;  ///< in a frame
+    double bytes_per_element = 0.0;
+    /// By how much the times differed by which its effort was found, as a part of them; zero where it has no choice.
+    double calibration_spread = 0.0;
+    std::vector<core::Vector3> force; ///< (K) of the body on the tool [N]
+
+    bool operator==(const ArenaRun &) const = default;
+};
+
+/// Above this part the times of a calibration differ too much: its effort says something of the machine.
+inline constexpr double largest_calibration_spread = 0.05;
+
+/// All that is known about methods under one moving tool: the content of one arena file.
+struct Arena {
+    Provenance provenance;
+    std::string body, load_case, title;
+    std::string reference;                      ///< the model that everything is compared with
+    double frame_interval = 0.0;                ///< [s]
+    std::vector<double> time;                   ///< (K) of records [s]
+    std::vector<core::Vector3> reference_force; ///< (K) [N]
+    core::ToolErrors reference_errors;          ///< what the last refinement of the reference changed
+    std::vector<ArenaRun> runs;
+};
+
+} // namespace livermark::results

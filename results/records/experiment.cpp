@@ -1,0 +1,24 @@
+#include "results/records/experiment.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace livermark::results {
+
+MarkerError marker_error(const ExperimentResult &result, const std::vector<core::Vector3> &displacement,
+                         const std::vector<core::Vector3> &measured) {
+    double sum = 0.0, largest = 0.0;
+    int count = 0;
+    for (std::size_t k = 0; k < measured.size(); ++k) {
+        if (!result.is_compared(k) || !measured[k].allFinite())
+            continue;
+        const double square = (displacement[k] - measured[k]).squaredNorm();
+        sum += square;
+        largest = std::max(largest, square);
+        ++count;
+    }
+    const double root_mean_square = std::sqrt(sum / count);
+    return {root_mean_square, std::isfinite(root_mean_square) ? std::sqrt(largest) : root_mean_square};
+}
+
+} // namespace livermark::results

@@ -1,0 +1,32 @@
+#include "results/records/needle.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace livermark::results {
+
+double NeedleRun::largest_force() const {
+    return *std::max_element(insertion.force.begin(), insertion.force.begin() + insertion.at_plan + 1);
+}
+
+double NeedleRun::largest_pull() const {
+    return std::max(0.0, -*std::min_element(insertion.force.begin() + insertion.at_plan, insertion.force.end()));
+}
+
+double NeedleRun::energy_error() const {
+    const auto j = static_cast<std::size_t>(insertion.at_plan);
+    return std::abs(insertion.work[j] - insertion.stored[j] - insertion.friction[j] - insertion.tearing[j] -
+                    insertion.puncture_loss) /
+           insertion.work[j];
+}
+
+double force_error(const core::Insertion &insertion, const core::Insertion &reference) {
+    double difference = 0.0, size = 0.0;
+    for (int j = 0; j <= reference.at_plan; ++j) {
+        difference += std::pow(insertion.force[j] - reference.force[j], 2);
+        size += std::pow(reference.force[j], 2);
+    }
+    return std::sqrt(difference / size);
+}
+
+} // namespace livermark::results

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/tool/needle.hpp"
+#include "results/records/result.hpp"
+
+namespace livermark::results {
+
+/// A needle in the body of one model.
+struct NeedleRun {
+    std::string model;
+    core::Insertion insertion;
+    double setup_seconds = 0.0; ///< that its compliance took
+
+    /// How far the target is from where it was at rest when the tip is there [m].
+    core::Vector3 miss() const { return insertion.target[insertion.at_plan]; }
+    /// How much tissue is left between tip and target then [m].
+    double short_of_target(const core::Needle &needle) const {
+        return needle.depth() - insertion.tip[insertion.at_plan];
+    }
+    double force_at_plan() const { return insertion.force[insertion.at_plan]; } ///< [N]
+    double largest_force() const;                                               ///< on the way in [N]
+    double largest_pull() const;                                                ///< on the way out [N]
+    /// What the hand did and is neither stored nor lost along the shaft, at the tip or at the puncture, over all that
+    /// it did on the way in: how exact the steps are.
+    double energy_error() const;
+};
+
+/// One needle in all models; the first run is the reference.
+struct NeedleStudy {
+    core::Needle needle;
+    std::vector<NeedleRun> runs;
+    /// What the last refinement of the reference's mesh changed: of miss() [m], of the force as force_error(). NaN of
+    /// one that has no finer mesh.
+    double reference_miss_change = std::numeric_limits<double>::quiet_NaN();
+    double reference_force_change = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// All needles of a load case in a body: the content of one needle file.
+struct NeedleFile {
+    Provenance provenance;
+    std::string body, load_case, title;
+    std::vector<NeedleStudy> needles; ///< at least one, all with the same models
+};
+
+/// sqrt(sum_j (F - R)^2 / sum_j R^2) over the records of the way in.
+double force_error(const core::Insertion &insertion, const core::Insertion &reference);
+
+} // namespace livermark::results

@@ -1,0 +1,145 @@
+#include "results/tables/studies/arena_table.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <map>
+#include <set>
+#include <tuple>
+
+namespace livermark::results {
+
+namespace {
+
+std::string in_percent(double value) {
+    return std::isfinite(value) ? fixed(100.0 * value, 1) : "-";
+}
+
+std::string in_milliseconds(double seconds) {
+    return fixed(1e3 * seconds, seconds < 0.1 ? 2 : 0); // "-" where somebody else does not say it
+}
+
+/// NaN last.
+double sorted_by(double error) {
+    return std::isfinite(error) ? error : std::numeric_limits<double>::infinity();
+}
+
+/// The better of the settings within a budget; null if there is none that fits.
+const ArenaRun *best_within(const std::vector<const ArenaRun *> &runs, double budget) {
+    const ArenaRun *best = nullptr;
+    for (const auto *run : runs)
+        if (run->budget == budget && run->outcome == ArenaOutcome::ok &&
+            (!best || run->errors.contact < best->errors.contact))
+            best = run;
+    return best;
+}
+
+std::string least_seconds(const std::vector<const ArenaRun *> &runs, double error) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto *run : runs)
+        if (run->errors.contact <= error)
+            least = std::min(least, run->frame_seconds);
+    return std::isfinite(least) ? in_milliseconds(least) : "-";
+}
+
+/// Why nothing fits.
+std::string why_not(const std::vector<const ArenaRun *> &runs, double budget) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto *run : runs)
+        if (run->budget == budget && run->outcome == ArenaOutcome::too_slow)
+            least = std::min(least, run->frame_seconds);
+    return std::isfinite(least) ? fmt::format("needs {} ms", in_milliseconds(least)) : "diverged";
+}
+
+} // namespace
+
+Layout arena_table(const Arena &arena) {
+    Layout layout{{{"tetrahedra", true},
+                   {"budget [ms]", true},
+                   {"method"},
+                   {"setting"},
+                   {"steps", true},
+                   {"iterations", true},
+                   {"contact [%]", true},
+                   {"force [%]", true},
+                   {"after [%]", true},
+                   {"volume [%]", true},
+                   {"least J", true},
+                   {"frame [ms]", true},
+                   {"95 % [ms]", true},
+                   {"worst [ms]", true},
+                   {"setup [s]", true},
+                   {"passes", true},
+                   {"B/tetrahedron", true},
+                   {"outcome"}},
+                  {}};
+    std::vector<const ArenaRun *> runs;
+    for (const auto &run : arena.runs)
+        runs.push_back(&run);
+    std::ranges::stable_sort(runs, {}, [](const ArenaRun *run) {
+        return std::tuple(run->tetrahedra, run->budget, run->outcome, sorted_by(run->errors.contact));
+    });
+    for (const auto *run : runs)
+        layout.rows.push_back({fmt::format("{}", run->tetrahedra), in_milliseconds(run->budget), run->method,
+                               run->setting, fmt::format("{}", run->steps), fmt::format("{}", run->iterations),
+                               in_percent(run->errors.contact), in_percent(run->errors.force),
+                               in_percent(run->errors.after), fixed(100.0 * run->volume_error, 2),
+                               fixed(run->smallest_jacobian, 2), in_milliseconds(run->frame_seconds),
+                               in_milliseconds(run->frame_seconds_95), in_milliseconds(run->worst_frame_seconds),
+                               fixed(run->setup_seconds, 2), fixed(run->element_passes, 0),
+                               fixed(run->bytes_per_element, 0), to_string(run->outcome)});
+    return layout;
+}
+
+std::string calibration_note(const Arena &arena) {
+    std::set<std::string> unsteady;
+    for (const auto &run : arena.runs)
+        if (run.calibration_spread > largest_calibration_spread)
+            unsteady.insert(run.method);
+    return unsteady.empty()
+               ? ""
+               : fmt::format("the machine was busy: the times by which steps and iterations of {} were found differ by "
+                             "more than {:.0f} %; run them again when nothing else runs\n",
+                             fmt::join(unsteady, ", "), 100.0 * largest_calibration_spread);
+}
+
+Layout arena_overview(const Arena &arena) {
+    std::set<double> budgets;
+    std::map<int, std::vector<std::string>> methods; // of each mesh, as they come
+    std::map<std::pair<int, std::string>, std::vector<const ArenaRun *>> runs;
+    for (const auto &run : arena.runs) {
+        budgets.insert(run.budget);
+        auto &of_method = runs[{run.tetrahedra, run.method}];
+        if (of_method.empty())
+            methods[run.tetrahedra].push_back(run.method);
+        of_method.push_back(&run);
+    }
+    Layout layout{{{"tetrahedra", true}, {"method"}}, {}};
+    for (const double budget : budgets)
+        layout.columns.push_back({fmt::format("{} ms [%]", in_milliseconds(budget)), true});
+    for (const int part : {20, 10, 5})
+        layout.columns.push_back({fmt::format("{} % in [ms]", part), true});
+    for (auto &of_mesh : methods) {
+        const int tetrahedra = of_mesh.first;
+        auto &names = of_mesh.second;
+        std::ranges::stable_sort(names, {}, [&](const std::string &name) {
+            const auto *best = best_within(runs[{tetrahedra, name}], *budgets.rbegin());
+            return best ? best->errors.contact : std::numeric_limits<double>::infinity();
+        });
+        for (const auto &name : names) {
+            const auto &of_method = runs[{tetrahedra, name}];
+            std::vector<std::string> row{fmt::format("{}", tetrahedra), name};
+            for (const double budget : budgets) {
+                const auto *best = best_within(of_method, budget);
+                row.push_back(best ? in_percent(best->errors.contact) : why_not(of_method, budget));
+            }
+            for (const double error : {0.2, 0.1, 0.05})
+                row.push_back(least_seconds(of_method, error));
+            layout.rows.push_back(std::move(row));
+        }
+    }
+    return layout;
+}
+
+} // namespace livermark::results

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+#include "results/records/arena.hpp"
+#include "results/tables/table_layout.hpp"
+
+namespace livermark::results {
+
+/// A row for each method, setting and budget, mesh by mesh and the best of the contact errors first.
+Layout arena_table(const Arena &arena);
+
+/// A row for each method and mesh: the error in contact within each budget, of the better setting, and the least time
+/// of a frame within which it was 20, 10 and 5 %.
+Layout arena_overview(const Arena &arena);
+
+/// A sentence on methods whose effort was found on a busy machine; empty if there are none.
+std::string calibration_note(const Arena &arena);
+
+} // namespace livermark::results

@@ -1,0 +1,64 @@
+#include "results/tables/studies/needle_table.hpp"
+
+#include <cmath>
+#include <fmt/format.h>
+
+#include "core/units.hpp"
+
+namespace livermark::results {
+
+namespace {
+
+using core::millimetres, core::percent;
+
+std::string mark_of(double value, int decimals) {
+    return std::isnan(value) ? "-" : fixed(value, decimals);
+}
+
+} // namespace
+
+Layout needle_table(const NeedleFile &file) {
+    Layout table{{{"needle"},
+                  {"model"},
+                  {"target moved [mm]", true},
+                  {"off by [mm]", true},
+                  {"short of it [mm]", true},
+                  {"force there [N]", true},
+                  {"largest [N]", true},
+                  {"punctured at [mm]", true},
+                  {"pull out [N]", true},
+                  {"force off by [%]", true}},
+                 {}};
+    for (const auto &study : file.needles) {
+        const auto &reference = study.runs.front();
+        for (const auto &run : study.runs) {
+            const bool judges = &run == &reference;
+            table.rows.push_back({study.needle.name, judges ? run.model + " (reference)" : run.model,
+                                  fixed(millimetres * run.miss().norm(), 2),
+                                  judges ? "-" : fixed(millimetres * (run.miss() - reference.miss()).norm(), 2),
+                                  fixed(millimetres * run.short_of_target(study.needle), 2),
+                                  fixed(run.force_at_plan(), 3), fixed(run.largest_force(), 3),
+                                  mark_of(millimetres * run.insertion.puncture_depth, 1), fixed(run.largest_pull(), 3),
+                                  judges ? "-" : fixed(percent * force_error(run.insertion, reference.insertion), 1)});
+        }
+    }
+    return table;
+}
+
+std::string needle_note(const NeedleFile &file) {
+    std::string note;
+    for (const auto &study : file.needles) {
+        if (std::isnan(study.reference_miss_change)) {
+            note += fmt::format("{}: {} is on the mesh itself, and how far it is from finer ones is not known\n",
+                                printable(study.needle.name), study.runs.front().model);
+            continue;
+        }
+        note += fmt::format("{}: the last refinement of {} near the needle moved the target by {:.3f} mm and changed "
+                            "the force by {:.2f} %\n",
+                            printable(study.needle.name), study.runs.front().model,
+                            millimetres * study.reference_miss_change, percent * study.reference_force_change);
+    }
+    return note;
+}
+
+} // namespace livermark::results

@@ -1,0 +1,146 @@
+#include "studies/run/solutions/stored_references.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "core/error_norms.hpp"
+#include "models/model_table.hpp"
+#include "results/hdf5/files/reference_file.hpp"
+#include "results/provenance.hpp"
+#include "support/input_error.hpp"
+#include "support/root_folder.hpp"
+
+namespace livermark::studies {
+
+namespace {
+
+/// What large deformations are judged by. That of linear elasticity is solved in every run.
+bool judges_large_deformations(const core::Model &model) {
+    return std::ranges::any_of(models::references, [&](const models::Reference &reference) {
+        return reference.regime == core::Regime::large &&
+               (model.name == reference.on_mesh || model.name == reference.refined);
+    });
+}
+
+/// What large motions are judged by.
+bool judges_large_motion(const core::Model &model) {
+    return model.name == models::moving_reference(core::Regime::large).on_mesh;
+}
+
+/// What tells how good the motion is that others are judged by. It is solved where somebody asks for it alone: that
+/// takes longer than a run.
+bool refines_motion(const core::Model &model) {
+    return model.name == models::moving_reference(core::Regime::small).refined ||
+           model.name == models::moving_reference(core::Regime::large).refined;
+}
+
+bool can_be_kept(const core::Model &model) {
+    return judges_large_deformations(model) || judges_large_motion(model) || refines_motion(model);
+}
+
+bool is_there(const std::filesystem::path &folder, const core::Problem &problem, const std::string &model) {
+    std::error_code nobody_cares;
+    return std::filesystem::exists(results::reference_path(folder, problem, model), nobody_cares);
+}
+
+/// Reads what is stored and prepares the model for the rest when there is one.
+class PreparedReference : public core::PreparedModel {
+  public:
+    PreparedReference(core::Model model, std::shared_ptr<const core::Body> body, std::filesystem::path folder)
+        : model_(std::move(model)), body_(std::move(body)), folder_(std::move(folder)) {}
+
+    std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases) override {
+        std::vector<core::Solution> solutions;
+        for (const auto &load_case : load_cases) {
+            const core::Problem problem{body_, load_case};
+            if (auto stored = is_stored(model_, problem) ? read(problem) : std::nullopt) {
+                solutions.push_back(std::move(*stored));
+                continue;
+            }
+            if (!prepared_)
+                prepared_ = model_.prepare(body_, nullptr);
+            solutions.push_back(std::move(prepared_->solve({&load_case, 1}).front()));
+        }
+        return solutions;
+    }
+
+  private:
+    std::optional<core::Solution> read(const core::Problem &problem) const {
+        return results::read_reference(results::reference_path(folder_, problem, model_.name), problem, model_.name);
+    }
+
+    core::Model model_;
+    std::shared_ptr<const core::Body> body_;
+    std::filesystem::path folder_;
+    std::unique_ptr<core::PreparedModel> prepared_;
+};
+
+} // namespace
+
+bool is_stored(const core::Model &model, const core::Problem &problem) {
+    if (!model.takes_part_in(problem))
+        return false;
+    if (refines_motion(model))
+        return problem.load_case.release.has_value();
+    return problem.load_case.regime == core::Regime::large &&
+           (judges_large_deformations(model) || (judges_large_motion(model) && problem.load_case.release));
+}
+
+std::filesystem::path stored_references_folder() {
+    return support::root_folder() / "results" / "references";
+}
+
+void use_stored_references(std::vector<core::Model> &models, const std::filesystem::path &folder) {
+    for (auto &model : models)
+        if (can_be_kept(model)) {
+            auto stored = model;
+            stored.prepare = [model, folder](const std::shared_ptr<const core::Body> &body, const core::LoadCase *) {
+                return std::make_unique<PreparedReference>(model, body, folder);
+            };
+            if (refines_motion(model))
+                stored.is_wanted = [name = model.name, folder](const core::Problem &problem) {
+                    return is_there(folder, problem, name);
+                };
+            model = std::move(stored);
+        }
+}
+
+int count_kept(const std::vector<core::Problem> &problems, const std::string &model,
+               const std::filesystem::path &folder) {
+    return static_cast<int>(std::ranges::count_if(problems, [&](const core::Problem &problem) {
+        return problem.load_case.regime == core::Regime::large && is_there(folder, problem, model);
+    }));
+}
+
+StoredSolution solve_and_store(const core::Model &model, const core::Problem &problem,
+                               const std::filesystem::path &folder, bool only_check, const std::string &command_line) {
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    const auto file = results::reference_path(folder, problem, model.name);
+    const auto before = results::read_reference(file, problem, model.name);
+    const auto solution = model.solve(problem);
+    StoredSolution stored{file, solution.status, solution.message, nan, nan, nan};
+    if (before && solution.status == core::SolutionStatus::ok) {
+        const auto comparison = core::compare(problem.body->mesh, problem.load_case, solution, *before, "stored");
+        stored.difference = comparison.relative_l2;
+        stored.reaction_difference = comparison.reaction_error;
+        if (solution.history && before->history)
+            stored.motion_difference = core::compare(*solution.history, *before->history, "stored").relative_l2;
+    }
+    if (only_check || solution.status != core::SolutionStatus::ok)
+        return stored;
+    std::error_code fault;
+    std::filesystem::create_directories(file.parent_path(), fault);
+    results::write_reference(file, solution, problem, model.name, results::current_provenance(command_line));
+    return stored;
+}
+
+std::vector<core::Model> models_to_keep() {
+    auto models = models::all_models();
+    std::erase_if(models, [](const core::Model &model) { return !can_be_kept(model); });
+    return models;
+}
+
+} // namespace livermark::studies

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/model.hpp"
+#include "results/records/result.hpp"
+
+namespace livermark::studies {
+
+/// Where references that were solved before are stored, below the root.
+std::filesystem::path stored_references_folder();
+
+/// Whether the solution of a model to a problem is solved once and stored: those that judge large deformations, and of
+/// load cases with a release the one that judges large motions, and those that tell how good the motion is that judges.
+bool is_stored(const core::Model &model, const core::Problem &problem);
+
+/// Models that are solved once and stored: minutes each. Their solutions are read where a file fits model, mesh,
+/// materials, conditions and path; all others are solved as ever, but for those that tell how
+/// good the motion is that judges, which then take no part.
+/// @param folder  of reference files, see results::reference_path()
+void use_stored_references(std::vector<core::Model> &models, const std::filesystem::path &folder);
+
+/// For how many of some problems a model has a stored solution, for a note to the user.
+int count_kept(const std::vector<core::Problem> &problems, const std::string &model,
+               const std::filesystem::path &folder);
+
+/// What `livermark reference` does with each model and problem.
+struct StoredSolution {
+    std::filesystem::path file;
+    core::SolutionStatus status;
+    std::string message;              ///< why the status is not ok
+    double difference = 0.0;          ///< of the displacement from what was stored, relative; NaN if there was none
+    double reaction_difference = 0.0; ///< the same of the reactions
+    double motion_difference = 0.0;   ///< the same of the probes in time; NaN if there was none, or nothing moves
+};
+
+/// Solves, and writes the solution unless it is only to be checked.
+/// @throws support::InputError if the file cannot be written
+StoredSolution solve_and_store(const core::Model &model, const core::Problem &problem,
+                               const std::filesystem::path &folder, bool only_check, const std::string &command_line);
+
+/// The models whose solutions are stored, of some problems at least: see is_stored().
+std::vector<core::Model> models_to_keep();
+
+} // namespace livermark::studies

@@ -1,0 +1,141 @@
+#include "studies/run/work/run_task.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "results/hdf5/files/calibration_file.hpp"
+#include "studies/run/benchmark_case.hpp"
+#include "studies/run/solutions/output_folder.hpp"
+#include "studies/run/solutions/stored_references.hpp"
+#include "support/input_error.hpp"
+#include "support/processes/mpi_session.hpp"
+#include "support/root_folder.hpp"
+
+namespace livermark::studies {
+
+namespace {
+
+/// Error bands hold for the bodies as they ship, not for other materials, and against the reference that is chosen
+/// when its uncertainty is known.
+results::ErrorBands read_bands(const RunOptions &options) {
+    if (options.young_modulus || !options.poisson_ratios.empty() || options.reference_on_mesh)
+        return {};
+    return results::read_error_bands(support::root_folder() / "results" / "error_bands.toml");
+}
+
+models::ModelOptions model_options(const RunOptions &options) {
+    auto chosen = options.model_options;
+    constexpr auto *calibrated = "calibrated_nodal_volume";
+    if (options.calibration.empty() && std::ranges::find(options.models, calibrated) != options.models.end())
+        throw support::InputError(
+            fmt::format("model {} takes its springs from a file; name it with --calibration, or make "
+                        "one with `livermark calibrate`",
+                        calibrated));
+    if (!options.calibration.empty())
+        chosen.calibration =
+            std::make_shared<const core::CalibratedSprings>(results::read_calibration(options.calibration).springs);
+    return chosen;
+}
+
+ProblemSet read_all_problems(const RunOptions &options) {
+    if (options.poisson_ratios.empty())
+        return read_problems(options.bodies, options.load_cases, {options.young_modulus, {}}, options.may_leave_out);
+    ProblemSet all;
+    for (const double poisson_ratio : options.poisson_ratios) {
+        auto some = read_problems(options.bodies, options.load_cases, {options.young_modulus, poisson_ratio},
+                                  options.may_leave_out);
+        std::ranges::move(some.problems, std::back_inserter(all.problems));
+        all.notes = std::move(some.notes); // they are the same for every Poisson's ratio
+        all.left_out = std::move(some.left_out);
+    }
+    return all;
+}
+
+/// Those that are swept run beside the models asked for by name.
+std::vector<std::string> wanted_models(const RunOptions &options) {
+    auto wanted = options.models;
+    if (!wanted.empty())
+        for (const auto &[constant, values] : options.model_options.sweeps)
+            for (const double value : values)
+                wanted.push_back(models::swept_name(constant, value));
+    return wanted;
+}
+
+RunTask prepare_on_this_rank(const RunOptions &options) {
+    auto task = read_task(options);
+    if (support::mpi_rank() == 0)
+        for (const auto &problem : task.problems)
+            make_output_folder(output_folder(options, problem), problem);
+    return task;
+}
+
+} // namespace
+
+RunTask read_task(const RunOptions &options) {
+    if (support::mpi_num_ranks() > 1 && options.resume)
+        throw support::InputError("--resume works on one rank only; leave it out or start without mpirun");
+    if (support::mpi_num_ranks() > 1 && options.model_options.fem_solver == fem_reference::SolverChoice::direct)
+        throw support::InputError("--fem-solver direct works on one rank only; leave it out or start without mpirun");
+    if (support::mpi_num_ranks() > 1 && options.jobs.value_or(1) > 1)
+        throw support::InputError("--jobs works on one rank only; leave it out or start without mpirun");
+    RunTask task{choose_models(wanted_models(options), model_options(options), !options.reference_on_mesh),
+                 {},
+                 read_bands(options),
+                 {},
+                 {},
+                 baseline_of(models::all_models(options.model_options))};
+    auto read = read_all_problems(options);
+    task.problems = std::move(read.problems);
+    task.notes = std::move(read.notes);
+    task.left_out = std::move(read.left_out);
+    const auto is_asked_for = [&](core::Regime regime, bool depends_on_time) {
+        return !(options.only_static && depends_on_time) &&
+               (!options.load_cases.empty() || std::ranges::find(options.regimes, regime) != options.regimes.end());
+    };
+    std::erase_if(task.problems, [&](const core::Problem &problem) {
+        return !is_asked_for(problem.load_case.regime, problem.load_case.release.has_value());
+    });
+    std::erase_if(task.left_out, [&](const LeftOut &left_out) {
+        return !is_asked_for(left_out.kind.regime, left_out.kind.depends_on_time);
+    });
+    if (task.problems.empty() && !task.left_out.empty())
+        throw support::InputError(
+            fmt::format("{}; give another body, or another load case", sentences(task.left_out).front()));
+    std::ranges::move(yielded_places(task.problems), std::back_inserter(task.notes));
+    if (!options.solve_reference)
+        use_stored_references(task.models, stored_references_folder());
+    if (support::mpi_rank() == 0)
+        for (const auto &problem : task.problems)
+            for (const auto &model : task.models)
+                if (model.check)
+                    model.check(problem);
+    return task;
+}
+
+std::filesystem::path output_folder(const RunOptions &options, const core::Problem &problem) {
+    return options.poisson_ratios.empty()
+               ? std::filesystem::path(options.output)
+               : std::filesystem::path(options.output) /
+                     fmt::format("poisson_{:g}", problem.body->materials.front().poisson_ratio);
+}
+
+// A fault of one rank, say a file that only one machine has, is a fault of all: none may go on alone.
+RunTask prepare(const RunOptions &options) {
+    std::optional<RunTask> task;
+    std::string fault;
+    try {
+        task = prepare_on_this_rank(options);
+    } catch (const support::InputError &error) {
+        fault = error.what();
+    }
+    fault = support::first_text_of_ranks(fault);
+    if (!fault.empty())
+        throw support::InputError(fault);
+    return std::move(*task);
+}
+
+} // namespace livermark::studies

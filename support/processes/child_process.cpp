@@ -1,0 +1,269 @@
+#include "support/processes/child_process.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fstream>
+#include <poll.h>
+#include <spawn.h>
+#include <sstream>
+#include <stdexcept>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <system_error>
+#include <unistd.h>
+#include <utility>
+
+#include "support/input_error.hpp"
+#include "support/processes/python_program.hpp"
+#include "support/root_folder.hpp"
+#include "support/whole_file.hpp"
+
+extern char **environ; // NOLINT(readability-redundant-declaration): POSIX asks for it
+
+namespace livermark::support {
+
+namespace {
+
+struct Started {
+    pid_t process;
+    int error; ///< 0 if it runs
+};
+
+/// Starts a program, and destroys the actions.
+Started start(const std::vector<std::string> &words, posix_spawn_file_actions_t &actions) {
+    std::vector<std::string> kept = words; // posix_spawn wants them writable, and leaves them alone
+    std::vector<char *> arguments;
+    for (auto &word : kept)
+        arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    Started started{0, 0};
+    started.error = posix_spawnp(&started.process, arguments.front(), &actions, nullptr, arguments.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    return started;
+}
+
+/// Waits for a program. The exit status; -1 if it was killed.
+int end_of(pid_t process) {
+    int status = 0;
+    return waitpid(process, &status, 0) == process && WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+std::vector<std::string> lines_of(std::istream &stream) {
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(stream, line);)
+        if (!line.empty())
+            lines.push_back(line);
+    return lines;
+}
+
+/// A pair of sockets between this process and a standard stream of a child.
+struct Channel {
+    explicit Channel(int stream_of_child) : stream(stream_of_child) {
+        std::array<int, 2> ends{};
+        if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
+            throw std::runtime_error(fmt::format("no connection to a child process: {}", std::strerror(errno)));
+        ours = ends[0];
+        theirs = ends[1];
+    }
+    ~Channel() {
+        close_theirs();
+        close(ours);
+    }
+    Channel(const Channel &) = delete;
+    Channel &operator=(const Channel &) = delete;
+    void close_theirs() {
+        if (theirs >= 0)
+            close(std::exchange(theirs, -1));
+    }
+
+    int stream;
+    int ours = -1, theirs = -1;
+};
+
+struct Receiver {
+    Channel *channel;
+    std::string *text;
+};
+
+/// Sends and receives until the child has closed what it writes to.
+void exchange(std::string_view input, const Channel &to_child, const std::vector<Receiver> &receivers) {
+    std::array<char, 65536> buffer{};
+    std::vector<pollfd> waiting{{to_child.ours, POLLOUT, 0}};
+    for (const auto &receiver : receivers)
+        waiting.push_back({receiver.channel->ours, POLLIN, 0});
+    const auto is_open = [](const pollfd &one) { return one.fd >= 0; };
+    while (std::any_of(waiting.begin() + 1, waiting.end(), is_open)) {
+        if (poll(waiting.data(), waiting.size(), -1) < 0 && errno != EINTR)
+            return;
+        if (waiting[0].fd >= 0 && waiting[0].revents != 0) {
+            const auto sent = send(to_child.ours, input.data(), input.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+            input.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(sent, 0)));
+            if (input.empty() || (sent < 0 && errno != EAGAIN && errno != EINTR)) {
+                shutdown(to_child.ours, SHUT_WR);
+                waiting[0].fd = -1; // which poll passes over
+            }
+        }
+        for (std::size_t r = 0; r < receivers.size(); ++r)
+            if (waiting[r + 1].fd >= 0 && waiting[r + 1].revents != 0) {
+                const auto received = recv(waiting[r + 1].fd, buffer.data(), buffer.size(), 0);
+                if (received > 0)
+                    receivers[r].text->append(buffer.data(), static_cast<std::size_t>(received));
+                else
+                    waiting[r + 1].fd = -1;
+            }
+    }
+}
+
+/// Folders that go when a signal ends this process. A handler may neither allocate nor lock, so they are kept as plain
+/// characters.
+struct FolderToRemove {
+    volatile std::sig_atomic_t is_used = 0;
+    pid_t owner = 0;
+    std::array<char, 512> path{}, gone{};
+};
+std::array<FolderToRemove, 16> folders_to_remove;
+
+/// Lets rm do the work: it may be started from a handler, and what it does here may not.
+void remove_and_end(int signal) {
+    for (auto &folder : folders_to_remove)
+        if (folder.is_used != 0 && folder.owner == getpid()) { // and not a copy of the process
+            // Under another name nobody who still works puts a file into it while it is emptied.
+            const bool is_renamed = std::rename(folder.path.data(), folder.gone.data()) == 0;
+            const char *path = is_renamed ? folder.gone.data() : folder.path.data();
+            const pid_t child = fork();
+            if (child == 0) {
+                execl("/bin/rm", "rm", "-rf", "--", path, static_cast<char *>(nullptr));
+                _exit(1);
+            }
+            if (child > 0)
+                waitpid(child, nullptr, 0);
+        }
+    std::signal(signal, SIG_DFL);
+    raise(signal);
+}
+
+void remove_when_ended(const std::string &path) {
+    static const bool are_installed = [] {
+        for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+            if (const auto before = std::signal(signal, remove_and_end); before != SIG_DFL)
+                std::signal(signal, before); // somebody else takes care of it
+        return true;
+    }();
+    for (auto &folder : folders_to_remove)
+        if (const auto gone = path + ".gone";
+            are_installed && folder.is_used == 0 && gone.size() < folder.path.size()) {
+            std::ranges::copy(path, folder.path.begin());
+            folder.path.at(path.size()) = '\0';
+            std::ranges::copy(gone, folder.gone.begin());
+            folder.gone.at(gone.size()) = '\0';
+            folder.owner = getpid();
+            folder.is_used = 1;
+            return;
+        }
+}
+
+void keep_when_ended(const std::string &path) {
+    for (auto &folder : folders_to_remove)
+        if (folder.is_used != 0 && folder.owner == getpid() && path == folder.path.data())
+            folder.is_used = 0;
+}
+
+} // namespace
+
+ScratchFolder::ScratchFolder() {
+    std::error_code error;
+    auto parent = std::filesystem::temp_directory_path(error);
+    if (error) {
+        const char *named = std::getenv("TMPDIR"); // NOLINT(concurrency-mt-unsafe): nobody changes the environment
+        throw InputError(fmt::format("TMPDIR: '{}' is no folder ({}); set it to one that is writable, or unset it",
+                                     named ? named : "", error.message()));
+    }
+    auto name = (parent / "livermark_XXXXXX").string();
+    if (!mkdtemp(name.data()))
+        throw InputError(fmt::format("{}: no folder can be made here ({}); set TMPDIR to one that is writable",
+                                     parent.string(), std::strerror(errno)));
+    path = name;
+    remove_when_ended(path.string());
+}
+
+ScratchFolder::~ScratchFolder() {
+    keep_when_ended(path.string());
+    std::error_code ignored;
+    std::filesystem::remove_all(path, ignored);
+}
+
+ChildOutcome run_program(const std::vector<std::string> &words) {
+    const ScratchFolder scratch;
+    const auto output = scratch.path / "output";
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
+    const auto [process, error] = start(words, actions);
+    if (error != 0)
+        return {.status = -1, .lines = {fmt::format("{}: {}", words.front(), std::strerror(error))}};
+    const int status = end_of(process);
+    std::ifstream stream(output);
+    return {.status = status, .lines = lines_of(stream)};
+}
+
+Printed run_printing(const std::vector<std::string> &words) {
+    Channel input(STDIN_FILENO), output(STDOUT_FILENO);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    for (const auto *channel : {&input, &output})
+        posix_spawn_file_actions_adddup2(&actions, channel->theirs, channel->stream);
+    const auto [process, error] = start(words, actions);
+    for (auto *channel : {&input, &output})
+        channel->close_theirs();
+    if (error != 0)
+        return {.status = -1, .output = fmt::format("{}: {}", words.front(), std::strerror(error))};
+    Printed printed;
+    exchange({}, input, {{&output, &printed.output}});
+    printed.status = end_of(process);
+    return printed;
+}
+
+FilterOutcome run_filter(const std::vector<std::string> &words, std::string_view input) {
+    // Of sockets a reader may be gone without a signal to this process.
+    Channel to_child(STDIN_FILENO), output(STDOUT_FILENO), errors(STDERR_FILENO);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    for (const auto *channel : {&to_child, &output, &errors})
+        posix_spawn_file_actions_adddup2(&actions, channel->theirs, channel->stream);
+    const auto [process, error] = start(words, actions);
+    for (auto *channel : {&to_child, &output, &errors})
+        channel->close_theirs();
+    if (error != 0)
+        return {.status = -1, .output = {}, .lines = {fmt::format("{}: {}", words.front(), std::strerror(error))}};
+    std::string of_errors;
+    FilterOutcome outcome;
+    exchange(input, to_child, {{&output, &outcome.output}, {&errors, &of_errors}});
+    outcome.status = end_of(process);
+    std::istringstream stream(of_errors);
+    outcome.lines = lines_of(stream);
+    return outcome;
+}
+
+Converted convert_by_script(const std::string &script, const std::filesystem::path &file, const std::string &remedy) {
+    check_readable(file);
+    const ScratchFolder scratch;
+    const auto text = scratch.path / "converted";
+    auto words = start_of_python("/usr/bin/python3"); // of the distribution, as scripts are started by hand
+    words.insert(words.end(), {(root_folder() / "scripts" / script).string(), std::filesystem::absolute(file).string(),
+                               text.string()});
+    auto [status, lines] = run_program(words);
+    if (status != 0)
+        throw InputError(fmt::format("{}: cannot be converted ({}); {}", file.string(),
+                                     lines.empty() ? "no reason given" : lines.back(), remedy));
+    return {read_text(text), std::move(lines)};
+}
+
+} // namespace livermark::support

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <limits>
+
+#include "results/hdf5/files/arena_file.hpp"
+
+namespace livermark::tests {
+
+/// Two methods within one budget, one of which has diverged, over four records and one field. The numbers are made up.
+inline results::Arena sample_arena() {
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    results::Arena arena;
+    arena.body = "blob";
+    arena.load_case = "poke";
+    arena.title = "A poke";
+    arena.reference = "elements";
+    arena.frame_interval = 0.1;
+    arena.time = {0.0, 0.1, 0.2, 0.3};
+    arena.reference_force = {{0, 0, 0}, {0, 0, 1}, {0, 0, 2}, {0, 0, 0}};
+    arena.reference_errors = {.contact = 0.01, .after = 0.02, .force = 0.03, .over_time = {}};
+    results::ArenaRun run;
+    run.method = "springs";
+    run.setting = "stable";
+    run.tetrahedra = 100;
+    run.budget = 0.004;
+    run.steps = 12;
+    run.iterations = 1;
+    run.errors = {.contact = 0.04, .after = 0.2, .force = 0.05, .over_time = {0.0}};
+    run.volume_error = 0.001;
+    run.smallest_jacobian = 0.7;
+    run.frame_seconds = 0.003;
+    run.frame_seconds_95 = 0.0035;
+    run.worst_frame_seconds = 0.004;
+    run.setup_seconds = 0.1;
+    run.release_seconds = 0.05;
+    run.element_passes = 12.0;
+    run.bytes_per_element = 100.0;
+    run.calibration_spread = 0.01;
+    run.force = arena.reference_force;
+    arena.runs = {run, run};
+    auto &lost = arena.runs.back();
+    lost.method = "blown_up";
+    lost.outcome = results::ArenaOutcome::diverged;
+    lost.num_inverted = 7;
+    lost.errors = {.contact = nan, .after = nan, .force = nan, .over_time = {nan}};
+    return arena;
+}
+
+} // namespace livermark::tests
