@@ -7,7 +7,9 @@
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/rayleigh_damping.hpp"
+#include "core/relaxation.hpp"
 #include "core/tool/round_load.hpp"
+#include "core/tool/touching_tool.hpp"
 
 namespace livermark::core {
 
@@ -102,9 +104,11 @@ struct LoadCase {
     /// these, which all are multiplied by one number for it [m]. 0 where none presses. Nothing else drives the body
     /// then, and the tractions are written as together they make one newton [Pa/N].
     double press_depth = 0.0;
-    std::vector<YieldedPlace> yielded; ///< (Y) none where all places are apart by themselves
-    std::optional<Release> release;    ///< only in a time-dependent load case
-    std::optional<ToolMotion> tool;    ///< only in a load case with a moving tool
+    std::vector<YieldedPlace> yielded;       ///< (Y) none where all places are apart by themselves
+    std::optional<Release> release;          ///< only in a time-dependent load case
+    std::optional<ToolMotion> tool;          ///< only in a load case with a moving tool
+    std::optional<SlowHistory> slow_history; ///< only where time passes in the material
+    std::optional<TouchingTool> touching;    ///< only where a rigid ball touches the body
     /// (L) parts of the loads at which solutions are kept, ascending to 1; all that drives the body grows with them.
     /// Empty in the small regime.
     std::vector<double> path;
