@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <map>
 #include <numeric>
 #include <utility>
 
-#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/overlaps.hpp"
 #include "core/mesh/plausible_liver.hpp"
 #include "meshes/cutting/cut.hpp"
 #include "meshes/io/mesh_figures.hpp"
@@ -36,20 +35,11 @@ std::vector<bool> nodes_of_wound(const RawMesh &raw) {
 }
 
 void refuse_coinciding_nodes(const RawMesh &raw, const std::string &file) {
-    const double tolerance = 1e-9 * core::extent(raw.points);
     const auto is_in_wound = nodes_of_wound(raw);
-    std::vector<int> order(raw.points.size());
-    std::iota(order.begin(), order.end(), 0);
-    std::ranges::sort(order, {}, [&](int node) { return std::pair(raw.points[node].x(), node); });
-    for (std::size_t a = 0; a < order.size(); ++a)
-        for (std::size_t b = a + 1; b < order.size(); ++b) {
-            const core::Vector3 apart = raw.points[order[b]] - raw.points[order[a]];
-            if (apart.x() > tolerance)
-                break;
-            if (apart.norm() <= tolerance && !(is_in_wound[order[a]] && is_in_wound[order[b]]))
-                throw support::InputError(fmt::format("{}: {} and {} are in one place; merge them", file,
-                                                      node_name(raw, order[a]), node_name(raw, order[b])));
-        }
+    if (const auto two =
+            core::nodes_in_one_place(raw.points, [&](int a, int b) { return is_in_wound[a] && is_in_wound[b]; }))
+        throw support::InputError(fmt::format("{}: {} and {} are in one place; merge them", file,
+                                              node_name(raw, two->first), node_name(raw, two->second)));
 }
 
 /// Union-find over the nodes, with path halving.
@@ -102,7 +92,6 @@ void check_tetrahedra(const RawMesh &raw, const std::string &file) {
             fmt::format("{}: there are no tetrahedra; mesh the volume, not only the surface", file));
     // A tetrahedron this flat has no stiffness or time step that a double can hold.
     constexpr double flat = 1e-9;
-    std::map<std::array<int, 4>, std::size_t> seen;
     for (std::size_t t = 0; t < raw.tetrahedra.size(); ++t) {
         const auto &[a, b, c, d] = raw.tetrahedra[t];
         const auto &x = raw.points;
@@ -111,33 +100,25 @@ void check_tetrahedra(const RawMesh &raw, const std::string &file) {
             throw support::InputError(fmt::format("{}: tetrahedron {} {}; {}", file, raw.tetrahedron_tag[t],
                                                   quality < -flat ? "is inverted" : "is flat",
                                                   quality < -flat ? "exchange two of its nodes" : "remesh there"));
-        auto key = raw.tetrahedra[t];
-        std::ranges::sort(key);
-        const auto [first, is_new] = seen.emplace(key, t);
-        if (!is_new)
-            throw support::InputError(fmt::format("{}: tetrahedra {} and {} have the same nodes; remove one", file,
-                                                  raw.tetrahedron_tag[first->second], raw.tetrahedron_tag[t]));
     }
+    if (const auto two = core::tetrahedra_of_same_nodes(raw.tetrahedra))
+        throw support::InputError(fmt::format("{}: tetrahedra {} and {} have the same nodes; remove one", file,
+                                              raw.tetrahedron_tag[two->first], raw.tetrahedron_tag[two->second]));
 }
 
 void check_faces(const RawMesh &raw, const std::string &file) {
-    const auto key_of = [](std::array<int, 3> face) {
-        std::ranges::sort(face);
-        return face;
-    };
-    std::map<std::array<int, 3>, int> num_owners;
-    for (const auto &nodes : raw.tetrahedra)
-        for (const auto &[a, b, c] : core::tetrahedron_faces) {
-            const std::array face{nodes[a], nodes[b], nodes[c]};
-            if (++num_owners[key_of(face)] > 2)
-                throw support::InputError(fmt::format("{}: more than two tetrahedra share the face of nodes {}; remesh "
-                                                      "without overlaps",
-                                                      file, corner_names(raw, face)));
-        }
-    for (const auto &triangle : raw.triangles)
-        if (!num_owners.contains(key_of(triangle)))
+    const auto faces = core::sorted_faces(raw.tetrahedra);
+    if (const auto face = core::face_of_too_many(faces))
+        throw support::InputError(fmt::format("{}: more than two tetrahedra share the face of nodes {}; remesh without "
+                                              "overlaps",
+                                              file, corner_names(raw, *face)));
+    for (const auto &triangle : raw.triangles) {
+        auto key = triangle;
+        std::ranges::sort(key);
+        if (!std::ranges::binary_search(faces, key))
             throw support::InputError(fmt::format("{}: the triangle of nodes {} is no face of a tetrahedron; remove it",
                                                   file, corner_names(raw, triangle)));
+    }
     refuse_several_parts(raw, file);
 }
 

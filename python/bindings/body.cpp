@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 
+#include "core/mesh/overlaps.hpp"
 #include "core/mesh/plausible_liver.hpp"
 #include "support/input_error.hpp"
 
@@ -43,22 +44,29 @@ void check_nodes(const core::TetraMesh &mesh) {
             fmt::format("points: number {} belongs to no tetrahedron; remove it", unused - is_used.begin()));
 }
 
-void check_that_each_is_there_once(const core::TetraMesh &mesh) {
-    std::map<std::array<int, 4>, std::size_t> first;
-    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
-        auto nodes = mesh.tetrahedra[t];
-        std::ranges::sort(nodes);
-        if (const auto [other, is_new] = first.emplace(nodes, t); !is_new)
-            throw support::InputError(
-                fmt::format("tetrahedra: numbers {} and {} have the same nodes; remove one", other->second, t));
-    }
+void warn(const std::string &text) {
+    if (PyErr_WarnEx(PyExc_UserWarning, text.c_str(), 1) != 0)
+        throw py::error_already_set();
+}
+
+void check_overlaps(const core::TetraMesh &mesh) {
+    if (const auto two = core::tetrahedra_of_same_nodes(mesh.tetrahedra))
+        throw support::InputError(
+            fmt::format("tetrahedra: numbers {} and {} have the same nodes; remove one", two->first, two->second));
+    if (const auto face = core::face_of_too_many(core::sorted_faces(mesh.tetrahedra)))
+        throw support::InputError(
+            fmt::format("tetrahedra: more than two have the face of points {} {} {}; remesh without overlaps",
+                        face->at(0), face->at(1), face->at(2)));
+    // Arrays do not say where a body was parted, so this may be as it is meant.
+    if (const auto two = core::nodes_in_one_place(mesh.points))
+        warn(fmt::format("points: numbers {} and {} are in one place; merge them, unless a cut parts the body there",
+                         two->first, two->second));
 }
 
 /// Says in a warning what speaks against lengths in metres.
 void warn_of_unit(const core::TetraMesh &mesh) {
     for (const auto &doubt : core::doubts_about_unit(mesh.points))
-        if (PyErr_WarnEx(PyExc_UserWarning, fmt::format("points: {}", doubt).c_str(), 1) != 0)
-            throw py::error_already_set();
+        warn(fmt::format("points: {}", doubt));
 }
 
 void check(const core::Material &material) {
@@ -91,7 +99,7 @@ core::Body to_body(const py::handle &points, const py::handle &tetrahedra, const
         mesh.tetrahedra.push_back({nodes[i], nodes[i + 1], nodes[i + 2], nodes[i + 3]});
     check_volumes(mesh);
     check_nodes(mesh);
-    check_that_each_is_there_once(mesh);
+    check_overlaps(mesh);
     if (const auto apart = core::apart_by_faces(mesh.tetrahedra))
         throw support::InputError(fmt::format(
             "tetrahedra: numbers {} and {} are in parts that are not joined by faces, but at most by an edge or "

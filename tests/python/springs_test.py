@@ -147,6 +147,8 @@ def test_springs_of_ones_own_have_the_energy_of_the_formula():
     ({"tetrahedra": [[0, 1, 3, 7]]}, "points: number 2 belongs to no tetrahedron; remove it"),
     ({"tetrahedra": [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7], [3, 0, 7, 2]]},
      "tetrahedra: numbers 1 and 6 have the same nodes; remove one"),
+    ({"tetrahedra": [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7], [0, 3, 6, 7]]},
+     "tetrahedra: more than two have the face of points 0 3 7; remesh without overlaps"),
     ({"points": numpy.ma.masked_greater(numpy.ones((8, 3)), 0.5)},
      r"points: it has masked entries; give points.filled\(...\) with numbers for them"),
     ({"young_modulus": 0.0}, "young_modulus: 0 Pa; it has to be positive"),
@@ -160,6 +162,13 @@ def test_wrong_input_is_refused_with_a_sentence(bar, change, sentence):
     with pytest.raises(livermark.InputError, match="^" + sentence):
         livermark.springs(**arguments)
     assert issubclass(livermark.InputError, ValueError)
+
+
+def test_two_points_in_one_place_are_warned_of(bar):
+    points = numpy.vstack([bar[0], bar[0][2]])
+    tetrahedra = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 8, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]]
+    with pytest.warns(UserWarning, match="points: numbers 2 and 8 are in one place; merge them, unless a cut parts"):
+        livermark.springs(points, tetrahedra, young_modulus=5000.0, poisson_ratio=0.45, density=1000.0)
 
 
 @pytest.mark.parametrize("edges, stiffness, sentence", [
