@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fstream>
 #include <memory>
+#include <span>
 #include <sstream>
 #include <string>
 #include <zlib.h>
@@ -27,28 +28,59 @@ namespace fs = std::filesystem;
         fmt::format("{}: {}; the file is damaged or cut off, so export or copy it again", file.string(), what));
 }
 
-/// Bytes of a file once it is inflated, or as it is if it is not compressed.
-double inflated_size(const fs::path &file) {
+/// Hands the bytes of a file on piece by piece, inflated where they are compressed.
+template <class Take> void for_each_piece(const fs::path &file, const Take &take) {
     const std::unique_ptr<gzFile_s, int (*)(gzFile)> stream(gzopen(file.c_str(), "rb"), gzclose);
     if (!stream)
         refuse(file, "it cannot be opened");
     std::array<char, 1 << 16> buffer{};
-    double size = 0.0;
     int count = 0;
     while ((count = gzread(stream.get(), buffer.data(), buffer.size())) > 0)
-        size += count;
+        take(std::span<const char>(buffer.data(), static_cast<std::size_t>(count)));
     int status = Z_OK;
     gzerror(stream.get(), &status);
     if (count < 0 || status != Z_OK)
         refuse(file, "its compressed data end too early");
+}
+
+/// Bytes of a file once it is inflated, or as it is if it is not compressed.
+double inflated_size(const fs::path &file) {
+    double size = 0.0;
+    for_each_piece(file, [&](std::span<const char> bytes) { size += static_cast<double>(bytes.size()); });
     return size;
+}
+
+/// ITK takes voxels that are not finite for background, and a lesion may be among them.
+void check_finite(const fs::path &file, const NiftiHeader &header, double offset, double num_voxels) {
+    const auto width = static_cast<std::size_t>(header.bits_per_voxel) / 8;
+    auto skipped = static_cast<std::size_t>(offset);
+    std::array<char, sizeof(double)> number{};
+    std::size_t filled = 0;
+    double voxel = 0.0;
+    for_each_piece(file, [&](std::span<const char> bytes) {
+        const auto skip = std::min(skipped, bytes.size());
+        skipped -= skip;
+        for (const char byte : bytes.subspan(skip)) {
+            number.at(filled++) = byte;
+            if (filled < width || voxel >= num_voxels)
+                continue;
+            if (!is_finite({number.data(), width}, header.is_swapped))
+                throw support::InputError(
+                    fmt::format("{}: voxel {:.0f} is not a finite number; give it a label, or 0 for "
+                                "background, and export the image again",
+                                file.string(), voxel));
+            voxel += 1.0;
+            filled = 0;
+        }
+    });
 }
 
 void check_nifti(const fs::path &file, double num_voxels, double data_bytes) {
     constexpr double shortest_header = 348;
     const double size = inflated_size(file);
     double header = shortest_header;
-    if (const auto said = read_nifti_header(file); said && said->bits_per_voxel > 0) {
+    const auto said = read_nifti_header(file);
+    if (said && said->bits_per_voxel > 0) {
         data_bytes = num_voxels * said->bits_per_voxel / 8.0; // ITK speaks of what a slope makes of them
         // ITK reads from the end of the shortest header where it is told something else, and so beside the voxels.
         const double offset = said->data_offset;
@@ -59,6 +91,8 @@ void check_nifti(const fs::path &file, double num_voxels, double data_bytes) {
     if (size < header + data_bytes)
         refuse(file,
                fmt::format("it holds {:.0f} bytes where header and voxels need {:.0f}", size, header + data_bytes));
+    if (said && said->has_floats && (said->bits_per_voxel == 32 || said->bits_per_voxel == 64))
+        check_finite(file, *said, header, num_voxels);
 }
 
 std::string trimmed(const std::string &text) {

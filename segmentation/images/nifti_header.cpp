@@ -18,8 +18,8 @@ namespace {
 
 constexpr std::size_t header_bytes = 348;
 /// Places of the fields [byte].
-constexpr std::size_t bitpix_at = 72, pixdim_at = 76, vox_offset_at = 108, qform_code_at = 252, sform_code_at = 254,
-                      srow_at = 280;
+constexpr std::size_t datatype_at = 70, bitpix_at = 72, pixdim_at = 76, vox_offset_at = 108, qform_code_at = 252,
+                      sform_code_at = 254, srow_at = 280;
 
 using Bytes = std::array<char, header_bytes>;
 
@@ -45,6 +45,16 @@ using Stream = std::unique_ptr<gzFile_s, int (*)(gzFile)>;
 
 } // namespace
 
+bool is_finite(std::span<const char> bytes, bool is_swapped) {
+    // The exponent is in the first two bytes of a number that is written from its largest byte on; all ones are no
+    // number.
+    const auto byte = [&](std::size_t b) {
+        return static_cast<unsigned char>(bytes[is_swapped ? b : bytes.size() - 1 - b]);
+    };
+    const unsigned first = byte(0) << 8U | byte(1), ones = bytes.size() == sizeof(float) ? 0x7f80U : 0x7ff0U;
+    return (first & ones) != ones;
+}
+
 std::optional<NiftiHeader> read_nifti_header(const std::filesystem::path &file) {
     const Stream stream(gzopen(file.c_str(), "rb"), gzclose); // reads what is not compressed as well
     Bytes bytes{};
@@ -54,6 +64,9 @@ std::optional<NiftiHeader> read_nifti_header(const std::filesystem::path &file) 
     header.is_swapped = number_at<std::int32_t>(bytes, 0, true) == static_cast<std::int32_t>(header_bytes);
     if (!header.is_swapped && number_at<std::int32_t>(bytes, 0, false) != static_cast<std::int32_t>(header_bytes))
         return std::nullopt;
+    constexpr std::int16_t float32 = 16, float64 = 64;
+    const auto type = number_at<std::int16_t>(bytes, datatype_at, header.is_swapped);
+    header.has_floats = type == float32 || type == float64;
     header.bits_per_voxel = number_at<std::int16_t>(bytes, bitpix_at, header.is_swapped);
     header.data_offset = number_at<float>(bytes, vox_offset_at, header.is_swapped);
     header.qform_code = number_at<std::int16_t>(bytes, qform_code_at, header.is_swapped);

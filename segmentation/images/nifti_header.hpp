@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@ namespace livermark::segmentation {
 /// What a NIfTI-1 header says of voxels and their place: https://nifti.nimh.nih.gov/nifti-1/
 struct NiftiHeader {
     bool is_swapped = false;  ///< whether the other byte order wrote it
+    bool has_floats = false;  ///< whether its voxels are stored in floating point
     int bits_per_voxel = 0;   ///< as they are stored, whatever a slope makes of them
     double data_offset = 0.0; ///< [byte]
     int qform_code = 0;       ///< 0 if it says nothing
@@ -18,6 +20,10 @@ struct NiftiHeader {
     Eigen::Vector3d spacing = {1.0, 1.0, 1.0}; ///< between voxels along the axes, of which the qform is made [mm]
     Eigen::Matrix3d sform = Eigen::Matrix3d::Identity().eval(); ///< columns: from voxel to voxel along each axis [mm]
 };
+
+/// Whether a number in floating point is finite, by the bytes that a file has of it. ITK reads what is not as 0.
+/// @param bytes  4 or 8
+bool is_finite(std::span<const char> bytes, bool is_swapped);
 
 /// @return nothing if the file has no such header
 std::optional<NiftiHeader> read_nifti_header(const std::filesystem::path &file);

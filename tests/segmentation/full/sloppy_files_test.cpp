@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>
@@ -190,6 +191,42 @@ TEST_F(SloppyFile, OfASurfaceHasTheTrianglesThatWereMeant) {
         const auto surface = read_surface(written(name, bytes), remarks);
         EXPECT_EQ(surface.triangles.size(), 12U) << name;
         EXPECT_EQ(surface.points.size(), 8U) << name;
+    }
+}
+
+TEST_F(SloppyFile, WithAVoxelThatIsNotFiniteIsRefusedByItsNumber) {
+    constexpr std::size_t header_bytes = 352, voxel = 345;
+    for (const bool is_big_endian : {false, true}) {
+        auto header = image_of({}).substr(0, header_bytes);
+        put<std::int16_t>(header, 70, 16); // single precision
+        put<std::int16_t>(header, 72, 32);
+        if (is_big_endian) // first and last byte, and width, of the numbers that are not single bytes
+            for (const auto &[first, last, width] : {std::array<std::ptrdiff_t, 3>{0, 4, 4},
+                                                     {40, 56, 2},
+                                                     {70, 74, 2},
+                                                     {76, 120, 4},
+                                                     {252, 256, 2},
+                                                     {280, 328, 4}})
+                for (auto at = first; at < last; at += width)
+                    std::reverse(header.begin() + at, header.begin() + at + width);
+        const auto with = [&](float value) {
+            auto bytes = header;
+            for (const char label : cube_of_voxels())
+                append(bytes, bytes.size() == header_bytes + 4 * voxel ? value : static_cast<float>(label),
+                       is_big_endian);
+            return bytes;
+        };
+        EXPECT_EQ(read_label_image(written("finite.nii", with(1.0F))).label[voxel], 1);
+        for (const float value : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()})
+            for (const auto &[name, bytes] : {std::pair<std::string, std::string>{"voxel.nii", with(value)},
+                                              {"voxel.nii.gz", compressed(with(value))}})
+                try {
+                    read_label_image(written(name, bytes));
+                    FAIL() << name << " was read";
+                } catch (const support::InputError &error) {
+                    EXPECT_NE(std::string(error.what()).find("voxel 345 is not a finite number"), std::string::npos)
+                        << error.what();
+                }
     }
 }
 
