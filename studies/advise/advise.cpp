@@ -53,20 +53,21 @@ std::vector<std::size_t> ranked_by(const std::vector<KnownSprings> &known, InBot
 /// Costs that were found, by number of the springs.
 class Costs {
   public:
-    Costs(const core::Body &body, const std::vector<KnownSprings> &known, Steps &steps)
-        : body_(body), known_(known), steps_(steps) {}
+    Costs(const core::Body &body, const std::vector<KnownSprings> &known, const FindStepCost &find, Steps &steps)
+        : body_(body), known_(known), find_(find), steps_(steps) {}
 
     const StepCost &of(std::size_t k) {
         const auto found = costs_.find(k);
         if (found != costs_.end())
             return found->second;
         steps_.next(fmt::format("{}: critical step, and time of a step", known_[k].error.model));
-        return costs_.emplace(k, step_cost(body_, known_[k].springs)).first->second;
+        return costs_.emplace(k, find_(body_, known_[k].springs)).first->second;
     }
 
   private:
     const core::Body &body_;
     const std::vector<KnownSprings> &known_;
+    const FindStepCost &find_;
     Steps &steps_;
     std::map<std::size_t, StepCost> costs_;
 };
@@ -112,7 +113,7 @@ Advice advise(const core::Body &body, const AdviceOptions &options, const Progre
     if (known.empty())
         throw support::InputError("results/cohorts has errors of no model of springs; restore it from git");
     Steps steps(static_cast<int>(known.size()), report);
-    Costs costs(body, known, steps);
+    Costs costs(body, known, options.find_cost, steps);
     advice.touch =
         best_of(ranked_by(known, &ExpectedError::in_both_at_tool, &ExpectedError::at_tool), known, costs, advice);
     advice.position = best_of(ranked_by(known, &ExpectedError::in_both_relative_l2, &ExpectedError::relative_l2), known,

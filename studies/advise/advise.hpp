@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,10 +18,14 @@ namespace livermark::studies {
 inline constexpr double fingertip_radius = 0.012;
 inline constexpr std::size_t num_ranked = 3;
 
+/// Finds what a step of springs takes on a body.
+using FindStepCost = std::function<StepCost(const core::Body &, const msm::ElasticBody &)>;
+
 struct AdviceOptions {
     double tool_radius = fingertip_radius; ///< [m], > 0
     std::optional<double> budget{};        ///< of processor time for a frame [s]: models that take longer are no choice
     bool is_material_assumed = false;      ///< whether the body said nothing of its material
+    FindStepCost find_cost = step_cost;    ///< measures
 };
 
 /// One model for the body.
