@@ -27,11 +27,11 @@ std::unique_ptr<Scene> scene_of(std::span<const double> message);
 ///         indentation [m], smallest volume, largest speed [m/s], restarts, seconds that the steps took, N, K, L; node
 ///         (K), force (K,3) [N], facet (L), traction (L,3) [Pa]; and as float32 displacement (N,3) [m]
 ///     3
-///         back to rest. The solution is empty.
+///         back to rest. Reply: empty
 ///     4
-///         keeps the state, in place of the one that was kept before. The solution is empty.
+///         keeps the state, in place of the one that was kept before. Reply: empty
 ///     5
-///         back to the state that was kept. The solution is empty.
+///         back to the state that was kept. Reply: empty
 ///
 /// @return bytes
 /// @throws support::InputError for any other message, or for what Scene refuses
