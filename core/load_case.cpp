@@ -45,10 +45,11 @@ bool are_statically_equal(const LoadCase &a, const LoadCase &b) {
     const auto same_value = [&](const Vector3 &x, const Vector3 &y) {
         return std::equal(x.begin(), x.end(), y.begin(), same_component);
     };
-    return a.regime == b.regime && a.path == b.path && a.follows == b.follows && a.node_factor == b.node_factor &&
-           a.node_shift == b.node_shift && a.round_loads == b.round_loads && a.round_load == b.round_load &&
-           a.condition == b.condition && a.constraint == b.constraint && a.press_depth == b.press_depth &&
-           a.acceleration == b.acceleration && std::ranges::equal(a.value, b.value, same_value);
+    return a.regime == b.regime && a.path == b.path && a.slow_history == b.slow_history && a.follows == b.follows &&
+           a.node_factor == b.node_factor && a.node_shift == b.node_shift && a.round_loads == b.round_loads &&
+           a.round_load == b.round_load && a.condition == b.condition && a.constraint == b.constraint &&
+           a.press_depth == b.press_depth && a.acceleration == b.acceleration &&
+           std::ranges::equal(a.value, b.value, same_value);
 }
 
 bool constrain_the_same(const LoadCase &a, const LoadCase &b) {

@@ -110,8 +110,11 @@ struct LoadCase {
     std::optional<SlowHistory> slow_history; ///< only where time passes in the material
     std::optional<TouchingTool> touching;    ///< only where a rigid ball touches the body
     /// (L) parts of the loads at which solutions are kept, ascending to 1; all that drives the body grows with them.
-    /// Empty in the small regime.
+    /// Empty in the small regime, and where slow_history says how all grows.
     std::vector<double> path;
+
+    /// How many points the way of a solution has: Solution::path where it ended well.
+    std::size_t num_path_points() const { return slow_history ? slow_history->times.size() : path.size(); }
 
     /// What a prescribed displacement is multiplied by at a node of the mesh.
     double factor_at(int node) const { return node_factor.empty() ? 1.0 : node_factor[node]; }
@@ -153,7 +156,7 @@ double follower_pressure(const LoadCase &load_case, const TetraMesh &mesh, int f
 LoadCase without_follower_pressures(LoadCase load_case);
 
 /// Whether two load cases on one mesh have the same static solution: the same conditions, values and acceleration, to
-/// the last bit.
+/// the last bit, and the same path or slow history.
 bool are_statically_equal(const LoadCase &a, const LoadCase &b);
 
 /// Whether two load cases on one mesh constrain the same components of the displacement, wherever to: a factor of what

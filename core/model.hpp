@@ -56,6 +56,7 @@ struct Model {
     std::optional<Regime> only{}; ///< the regime that it takes part in; both if not set
     bool only_moving = false;     ///< whether it takes part only where something moves in time
     bool only_when_named = false; ///< whether a run leaves it out unless its user names it
+    bool relaxes = false;         ///< whether it takes part where time passes in the material (LoadCase::slow_history)
     bool is_collective = false;   ///< of several MPI ranks all have to call solve, and all get the solution
 
     /// Whether it takes part in a problem that it could; empty if it always does.
@@ -63,7 +64,7 @@ struct Model {
 
     bool takes_part_in(const Problem &problem) const {
         return (!only || *only == problem.load_case.regime) && (!only_moving || problem.load_case.release) &&
-               (!is_wanted || is_wanted(problem));
+               (relaxes || !problem.load_case.slow_history) && (!is_wanted || is_wanted(problem));
     }
 
     /// Prepares, solves one problem and keeps nothing.

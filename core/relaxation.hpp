@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <iterator>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,15 +26,62 @@ struct PronySeries {
         }
         return rest;
     }
+    bool operator==(const PronySeries &) const = default;
 };
 
-/// What drives a body that relaxes, so slowly that masses do not matter: everything that grows along a path grows with
-/// `factors`, linearly between the times.
+/// What one Maxwell branch does in a time step in which the elastic stress s changes linearly. Its stress h obeys
+///   dh/dt + h / tau = g ds/dt,   h(0) = g s(0),
+/// which this integrates exactly, for every length of the step (Taylor, Pister, Goudreau 1970, Int. J. Numer. Methods
+/// Eng. 2(1); Simo and Hughes, Computational Inelasticity, 1998, section 10.3):
+///   h(n+1) = fade h(n) + gain (s(n+1) - s(n)),   stress(n+1) = remaining() s(n+1) + sum over branches of h(n+1).
+/// s is any stress or force that the instant elastic law gives: deviatoric stresses, forces of springs.
+struct BranchStep {
+    double modulus = 0.0; ///< g of the branch
+    double fade = 1.0;    ///< exp(-x) with x = step / tau
+    double gain = 0.0;    ///< g (1 - exp(-x)) / x
+    /// Coefficients of the dissipated energy, dimensionless: see dissipated().
+    double loss_of_stress = 0.0, loss_of_both = 0.0, loss_of_change = 0.0;
+
+    /// Energy that the dashpot of a linear branch turns into heat in the step, the integral of h . h / (g tau) over
+    /// it, times the modulus c that relates the elastic stress to the strain, s = c e (2 G, or the stiffness of a
+    /// spring): divide by c. Never negative.
+    /// @param stress      h(n) . h(n)
+    /// @param both        h(n) . (s(n+1) - s(n))
+    /// @param change      (s(n+1) - s(n)) . (s(n+1) - s(n))
+    double dissipated(double stress, double both, double change) const {
+        return loss_of_stress * stress + loss_of_both * both + loss_of_change * change;
+    }
+    /// Energy that the spring of a linear branch stores, times the same c.
+    /// @param stress  h . h
+    double stored(double stress) const { return modulus > 0.0 ? 0.5 * stress / modulus : 0.0; }
+};
+
+/// The branches of a series over a time step.
+/// @param step  [s], at least 0; a step of no length is a jump, and one of infinite length lets all fade
+/// @return shape (B)
+std::vector<BranchStep> branch_steps(const PronySeries &relaxation, double step);
+
+/// What the elastic stress at the end of a step is multiplied by in the stress there: remaining() and all gains. The
+/// rest of that stress is history: sum over branches of fade h(n) - gain s(n).
+double instant_part(const PronySeries &relaxation, const std::vector<BranchStep> &branches);
+
+/// What drives a body that relaxes, so slowly that masses do not matter: everything that drives it (tractions,
+/// prescribed displacements, depths, accelerations) grows with `factors`, linearly between the times. Solutions of it
+/// have a core::PathPoint for each of the times; their other fields are those of whole_load_record().
 struct SlowHistory {
     PronySeries relaxation;
-    std::vector<double> times;   ///< (K) at which solutions are found [s], ascending from 0
-    std::vector<double> factors; ///< (K) of the loads; 0 at the start
+    std::vector<double> times;   ///< (K) at which solutions are found [s], ascending from 0, K > 1
+    std::vector<double> factors; ///< (K) of the loads, 0 at the start and 1 at most, which one of them is
+    /// The record at which the last cycle of the load begins, and it ends with the last record; nothing without cycles.
+    std::optional<int> last_cycle{};
+
     int num_records() const { return static_cast<int>(times.size()); }
+    /// The last record of the whole load.
+    int whole_load_record() const {
+        const auto largest = std::max_element(factors.rbegin(), factors.rend());
+        return static_cast<int>(std::distance(largest, factors.rend())) - 1;
+    }
+    bool operator==(const SlowHistory &) const = default;
 };
 
 } // namespace livermark::core

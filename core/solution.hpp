@@ -71,11 +71,15 @@ struct ObservedError {
     bool operator==(const ObservedError &) const = default;
 };
 
-/// Where a body is at a part of the load, on the way to the whole.
+/// Where a body is at a part of the load, on the way to the whole; or at a time of a slow history.
 struct PathPoint {
     std::vector<Eigen::Vector3f> displacement; ///< (N) of all nodes [m], for pictures: single precision
     std::vector<Vector3> reaction;             ///< (P) force of each constraint on the body [N]
-    double strain_energy = 0.0;                ///< [J]
+    double strain_energy = 0.0;                ///< [J]; of a body that relaxes what it stores, its branches included
+    /// Only where time passes in the material: what all that drives the body has done so far, by the trapezoidal rule
+    /// over the records, and what became heat [J]. NaN where the model does not say it.
+    double work = std::numeric_limits<double>::quiet_NaN();
+    double dissipated_energy = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// What explicit time stepping of a model comes to: symplectic Euler without damping.
@@ -107,7 +111,8 @@ struct Solution {
     std::optional<ExplicitSteps> explicit_steps; ///< of models that move in explicit steps
     std::optional<History> history;              ///< only for time-dependent load cases
     std::optional<ObservedError> observed_error; ///< of models that refine the mesh
-    std::vector<PathPoint> path;                 ///< at LoadCase::path; fewer where the way ended early
+    /// At LoadCase::path, or at the times of LoadCase::slow_history; fewer where the way ended early.
+    std::vector<PathPoint> path;
 };
 
 } // namespace livermark::core

@@ -84,6 +84,12 @@ std::string fingerprint(const core::Problem &problem, const std::string &model) 
             hash.add(number);
         hash.add(tool->slide);
     }
+    if (const auto &history = load_case.slow_history) {
+        for (const auto *numbers :
+             {&history->relaxation.moduli, &history->relaxation.times, &history->times, &history->factors})
+            for (const double number : *numbers)
+                hash.add(number);
+    }
     return fmt::format("{:016x}", hash.value());
 }
 
