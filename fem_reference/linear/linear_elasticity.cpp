@@ -288,6 +288,18 @@ std::size_t StaticSolver::max_columns() const {
     return impl_->mixed ? impl_->mixed->max_columns() : 1;
 }
 
+const Discretisation &StaticSolver::matrices() const {
+    return impl_->matrices;
+}
+
+ChosenSolver &StaticSolver::displacement_solver() {
+    return impl_->solver;
+}
+
+double StaticSolver::assembly_seconds() const {
+    return impl_->assembly_seconds;
+}
+
 core::Solution solve_static(const core::Problem &problem, int degree, SolverChoice choice, Formulation formulation) {
     return StaticSolver(problem.body, degree, choice, formulation).solve(problem.load_case);
 }

@@ -13,6 +13,9 @@
 
 namespace livermark::fem_reference {
 
+struct Discretisation;
+class ChosenSolver;
+
 /// Static linear elasticity of one body on its own tetrahedra, with linear or quadratic Lagrange elements:
 /// div sigma + rho a = 0, sigma = lambda tr(eps) I + 2 mu eps, eps = (grad u + grad u^T) / 2.
 ///
@@ -77,6 +80,13 @@ class StaticSolver {
 
     /// How many load cases take less time together than one by one.
     std::size_t max_columns() const;
+
+    /// The matrices of the body, and the solver of the one of its displacements: for solvers of what differs in few of
+    /// them. They live as long as this one.
+    const Discretisation &matrices() const;
+    ChosenSolver &displacement_solver();
+    /// Seconds that the assembly took.
+    double assembly_seconds() const;
 
   private:
     struct Impl;

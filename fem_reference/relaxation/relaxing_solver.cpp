@@ -1,0 +1,253 @@
+#include "fem_reference/relaxation/relaxing_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "core/stopwatch.hpp"
+#include "fem_reference/dof_conditions.hpp"
+#include "fem_reference/facet_conditions.hpp"
+#include "fem_reference/relaxation/reduced_relaxation.hpp"
+
+namespace livermark::fem_reference {
+
+namespace {
+
+double work_of(const std::vector<double> &a, const std::vector<double> &b) {
+    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+}
+
+void add_multiple(double factor, const std::vector<double> &x, std::vector<double> &out) {
+    for (std::size_t i = 0; i < out.size(); ++i)
+        out[i] += factor * x[i];
+}
+
+/// A displacement that the motion is made of, and what holds the body in it.
+struct Shape {
+    std::vector<double> displacement;           ///< (3 n) [m]
+    std::vector<double> deviatoric, volumetric; ///< (3 n) D b and V b [N]
+    double energy() const { return work_of(displacement, deviatoric) + work_of(displacement, volumetric); }
+};
+
+/// Sums of forces at the unknowns of each constraint.
+/// @return shape (P) [N]
+std::vector<core::Vector3> sums(const std::vector<int> &constraint, const std::vector<double> &force,
+                                std::size_t num_constraints) {
+    std::vector<core::Vector3> result(num_constraints, core::Vector3::Zero());
+    for (std::size_t dof = 0; dof < force.size(); ++dof)
+        if (constraint[dof] >= 0)
+            result[constraint[dof]][dof % 3] += force[dof];
+    return result;
+}
+
+/// Between remaining() and 1, the ends first: what is asked for after that is in the middle of the logarithms of what
+/// was.
+double nth_part(int number, double remaining) {
+    if (number < 2)
+        return number == 0 ? 1.0 : remaining;
+    double step = 0.5; // 1/2, 1/4, 3/4, 1/8, 3/8, ...
+    int first = 2;
+    for (; first + static_cast<int>(std::lround(0.5 / step)) <= number; step *= 0.5)
+        first += static_cast<int>(std::lround(0.5 / step));
+    return std::pow(remaining, step * (1.0 + 2.0 * (number - first)));
+}
+
+} // namespace
+
+struct RelaxingSolver::Impl {
+    /// The elements at a part of their shear moduli.
+    ScaledBulk &at(double part) {
+        auto &found = at_part[part];
+        if (!found)
+            found = coarse ? std::make_unique<ScaledBulk>(*body, elements.matrices(), elements.displacement_solver(),
+                                                          choice, part, coarse->at(part), tolerance, parent)
+                           : std::make_unique<ScaledBulk>(*body, elements.matrices(), elements.displacement_solver(),
+                                                          choice, part);
+        return *found;
+    }
+
+    std::optional<ConstrainedSolution> elastic(const DofConditions &conditions, double part);
+    void split_forces(Shape &shape, double remaining);
+    void fill(core::Solution &solution, const core::LoadCase &load_case, const DofConditions &conditions,
+              const std::vector<Shape> &shapes, bool is_moved, int steps_per_record) const;
+
+    std::shared_ptr<const core::Body> body;
+    StaticSolver &elements;
+    SolverChoice choice;
+    Impl *coarse = nullptr;
+    double tolerance = 0.0; ///< of iterations on a refined body
+    std::vector<int> parent{};
+    std::map<double, std::unique_ptr<ScaledBulk>> at_part{};
+};
+
+RelaxingSolver::RelaxingSolver(std::shared_ptr<const core::Body> body, StaticSolver &elements, SolverChoice choice)
+    : impl_(new Impl{.body = std::move(body), .elements = elements, .choice = choice}) {}
+RelaxingSolver::RelaxingSolver(std::shared_ptr<const core::Body> body, StaticSolver &elements, SolverChoice choice,
+                               RelaxingSolver &coarse, double tolerance, std::span<const int> parent)
+    : impl_(new Impl{.body = std::move(body),
+                     .elements = elements,
+                     .choice = choice,
+                     .coarse = coarse.impl_.get(),
+                     .tolerance = tolerance,
+                     .parent = {parent.begin(), parent.end()}}) {}
+RelaxingSolver::~RelaxingSolver() = default;
+RelaxingSolver::RelaxingSolver(RelaxingSolver &&) noexcept = default;
+RelaxingSolver &RelaxingSolver::operator=(RelaxingSolver &&) noexcept = default;
+
+/// The displacement of the whole load at a part of the shear moduli, at the depth where a place presses.
+/// @return nothing where the body is free to move
+std::optional<ConstrainedSolution> RelaxingSolver::Impl::elastic(const DofConditions &conditions, double part) {
+    auto load = conditions.load;
+    for (double &force : load)
+        force /= part;
+    auto found = at(part).solve(conditions.prescribed, load);
+    if (!found.unique)
+        return std::nullopt;
+    if (conditions.press_depth != 0.0) {
+        const double factor = conditions.press_depth / work_of(found.displacement, conditions.load);
+        for (double &value : found.displacement)
+            value *= factor;
+    }
+    return found;
+}
+
+/// From what holds the body at two ratios of its moduli.
+void RelaxingSolver::Impl::split_forces(Shape &shape, double remaining) {
+    const double other = remaining < 1.0 ? remaining : 0.5;
+    shape.deviatoric = at(1.0).force(shape.displacement);
+    shape.volumetric = at(other).force(shape.displacement);
+    add_multiple(-1.0, shape.deviatoric, shape.volumetric);
+    for (double &force : shape.volumetric)
+        force /= 1.0 / other - 1.0;
+    add_multiple(-1.0, shape.volumetric, shape.deviatoric);
+}
+
+/// Follows the history in the space of the shapes.
+void RelaxingSolver::Impl::fill(core::Solution &solution, const core::LoadCase &load_case,
+                                const DofConditions &conditions, const std::vector<Shape> &shapes, bool is_moved,
+                                int steps_per_record) const {
+    const auto num_shapes = static_cast<Eigen::Index>(shapes.size());
+    const bool is_pressed = conditions.press_depth != 0.0;
+    ReducedBody reduced{.volumetric = Eigen::MatrixXd(num_shapes, num_shapes),
+                        .deviatoric = Eigen::MatrixXd(num_shapes, num_shapes),
+                        .load = Eigen::VectorXd::Zero(num_shapes),
+                        .is_moved = is_moved};
+    for (Eigen::Index i = 0; i < num_shapes; ++i) {
+        for (Eigen::Index j = 0; j < num_shapes; ++j) {
+            reduced.volumetric(i, j) = work_of(shapes[i].displacement, shapes[j].volumetric);
+            reduced.deviatoric(i, j) = work_of(shapes[i].displacement, shapes[j].deviatoric);
+        }
+        if (!is_pressed) // what presses is a reaction to its depth
+            reduced.load[i] = work_of(shapes[i].displacement, conditions.load);
+    }
+    const auto &history = *load_case.slow_history;
+    const auto records = follow(reduced, history, steps_per_record);
+
+    const auto num_constraints = load_case.constraint_names.size();
+    std::vector<std::vector<core::Vector3>> of_deviatoric, of_volumetric;
+    for (const auto &shape : shapes) {
+        of_deviatoric.push_back(sums(conditions.constraint, shape.deviatoric, num_constraints));
+        of_volumetric.push_back(sums(conditions.constraint, shape.volumetric, num_constraints));
+    }
+    const auto of_load = sums(conditions.constraint, conditions.load, num_constraints);
+    const auto resultants = core::press_resultants(load_case, body->mesh);
+    const auto &mesh_node = elements.matrices().system.mesh_node;
+    for (std::size_t k = 0; k < records.size(); ++k) {
+        const auto &record = records[k];
+        const double held =
+            reduced.volumetric.row(0).dot(record.coordinates) + reduced.deviatoric.row(0).dot(record.relaxed);
+        const double press = is_pressed ? held / conditions.press_depth : 0.0; // [N]
+        auto &point = solution.path.emplace_back();
+        point.reaction = resultants;
+        for (std::size_t p = 0; p < num_constraints; ++p) {
+            point.reaction[p] *= press;
+            point.reaction[p] -= (is_pressed ? press : history.factors[k]) * of_load[p];
+            for (Eigen::Index j = 0; j < num_shapes; ++j)
+                point.reaction[p] +=
+                    record.coordinates[j] * of_volumetric[j][p] + record.relaxed[j] * of_deviatoric[j][p];
+        }
+        std::vector<core::Vector3> displacement(mesh_node.size(), core::Vector3::Zero());
+        for (std::size_t node = 0; node < mesh_node.size(); ++node)
+            for (Eigen::Index j = 0; j < num_shapes; ++j)
+                displacement[node] += record.coordinates[j] *
+                                      Eigen::Map<const core::Vector3>(&shapes[j].displacement[3 * mesh_node[node]]);
+        for (const auto &vector : displacement)
+            point.displacement.push_back(vector.cast<float>());
+        point.strain_energy = record.stored_energy;
+        point.work = record.work;
+        point.dissipated_energy = record.dissipated_energy;
+        if (static_cast<int>(k) == history.whole_load_record()) {
+            solution.displacement = std::move(displacement);
+            solution.reaction = point.reaction;
+            solution.strain_energy = record.stored_energy;
+            if (!is_pressed && load_case.acceleration.isZero(0.0))
+                solution.load_work = reduced.load.dot(record.coordinates);
+        }
+    }
+}
+
+core::Solution RelaxingSolver::solve(const core::LoadCase &load_case, int steps_per_record) {
+    auto &impl = *impl_;
+    check_facets(load_case, impl.body->mesh);
+    const auto &matrices = impl.elements.matrices();
+    const auto start = core::Clock::now();
+    const auto conditions = dof_conditions(load_case, matrices.system);
+    const double remaining = load_case.slow_history->relaxation.remaining();
+    const bool is_moved = conditions.press_depth != 0.0 || std::ranges::any_of(conditions.prescribed, [](double value) {
+                              return value < 0.0 || value > 0.0; // not NaN
+                          });
+    core::Solution solution;
+    solution.degrees_of_freedom = static_cast<std::int64_t>(conditions.load.size()) + matrices.pressure.num_pressures();
+    solution.setup_seconds = impl.elements.assembly_seconds();
+    std::vector<Shape> shapes;
+    double first_energy = 0.0;
+    int num_solutions = 0;
+    for (bool is_new = true; is_new && num_solutions < most_solutions; ++num_solutions) {
+        const double part = nth_part(num_solutions, remaining);
+        if (num_solutions > 0 && part == 1.0)
+            break; // nothing relaxes
+        auto found = impl.elastic(conditions, part);
+        if (!found || !found->converged) {
+            constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+            solution.status = core::SolutionStatus::not_converged;
+            solution.message = found ? "the iterations stopped before they came to their tolerance; use the direct "
+                                       "solver"
+                                     : "the prescribed displacements leave the body, or a part of it, free to move as "
+                                       "a rigid body; constrain all six rigid body motions";
+            solution.displacement.assign(impl.body->mesh.points.size(), core::Vector3::Constant(nan));
+            solution.reaction.assign(load_case.constraint_names.size(), core::Vector3::Constant(nan));
+            solution.strain_energy = nan;
+            return solution;
+        }
+        if (num_solutions > 1)
+            impl.at(part).forget_factor();
+        Shape shape{.displacement = std::move(found->displacement), .deviatoric = {}, .volumetric = {}};
+        if (!shapes.empty() && is_moved)
+            add_multiple(-1.0, shapes.front().displacement, shape.displacement); // zero where it is moved
+        for (int pass = 0; pass < 2; ++pass)                                     // once more, against rounding
+            for (std::size_t i = is_moved ? 1 : 0; i < shapes.size(); ++i) {
+                const double part_of = work_of(shape.displacement, shapes[i].deviatoric) +
+                                       work_of(shape.displacement, shapes[i].volumetric);
+                add_multiple(-part_of / shapes[i].energy(), shapes[i].displacement, shape.displacement);
+            }
+        impl.split_forces(shape, remaining);
+        const double energy = shape.energy();
+        if (shapes.empty())
+            first_energy = energy;
+        const double least = std::max(enough, 3.0 * impl.tolerance);
+        is_new = energy > least * least * first_energy;
+        if (is_new || shapes.empty())
+            shapes.push_back(std::move(shape));
+    }
+    impl.fill(solution, load_case, conditions, shapes, is_moved, steps_per_record);
+    solution.solve_seconds = core::seconds_since(start);
+    solution.solver = fmt::format("Galerkin's method on {} of {} elastic solutions", shapes.size(), num_solutions);
+    return solution;
+}
+
+} // namespace livermark::fem_reference

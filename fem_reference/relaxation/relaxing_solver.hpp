@@ -1,0 +1,51 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <span>
+
+#include "core/problem.hpp"
+#include "core/solution.hpp"
+#include "fem_reference/linear/linear_elasticity.hpp"
+#include "fem_reference/relaxation/scaled_bulk.hpp"
+
+namespace livermark::fem_reference {
+
+/// Linear elasticity whose deviatoric stress relaxes by one Prony series in all regions, on the elements of a
+/// StaticSolver: quasi-static, masses do not matter.
+///
+/// By the correspondence principle (Christensen, Theory of Viscoelasticity, 1982, ch. 2) the Laplace transform of its
+/// solution is the elastic solution u(a) with shear moduli multiplied by a = s G(s) / G(0), which for s > 0 is between
+/// remaining() and 1. u(a) is analytic there, so few elastic solutions span the motion at all times: at a = 1 and a =
+/// remaining(), and at values between until a new one is in the space of those before. The body is put on that space by
+/// Galerkin's method, which keeps energies and dissipation what they are in a body, and followed there in time by the
+/// exact exponential update of Taylor. The solution at a time costs nothing then, and elastic solvers do all the work.
+class RelaxingSolver {
+  public:
+    /// What is new of an elastic solution, over the first one, in the norm of the energy, when there are enough.
+    static constexpr double enough = 1e-6;
+    static constexpr int most_solutions = 9;
+
+    /// @param body, elements  of each other; kept alive by the caller
+    RelaxingSolver(std::shared_ptr<const core::Body> body, StaticSolver &elements, SolverChoice choice);
+    /// On a refined body, by iterations that begin at solutions on the body itself.
+    /// @param elements, coarse  kept alive by the caller; the elements were made from those of the coarse one
+    /// @param tolerance, parent  see StaticSolver
+    RelaxingSolver(std::shared_ptr<const core::Body> body, StaticSolver &elements, SolverChoice choice,
+                   RelaxingSolver &coarse, double tolerance, std::span<const int> parent);
+    ~RelaxingSolver();
+    RelaxingSolver(RelaxingSolver &&) noexcept;
+    RelaxingSolver &operator=(RelaxingSolver &&) noexcept;
+
+    /// @param load_case         with a slow history; its release is not looked at
+    /// @param steps_per_record  see follow()
+    /// @return a PathPoint for each time, with work and dissipated energy; the other fields are those of
+    ///   SlowHistory::whole_load_record(). Status not_converged as of StaticSolver::solve().
+    core::Solution solve(const core::LoadCase &load_case, int steps_per_record = 8);
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace livermark::fem_reference
