@@ -63,6 +63,7 @@ const std::vector<List> &lists() {
         {"load-cases", [] { list_load_cases_in(studies::load_cases_folder); }},
         {"moving-load-cases", [] { list_load_cases_in(studies::moving_load_cases_folder); }},
         {"needle-load-cases", [] { list_load_cases_in(studies::needle_load_cases_folder); }},
+        {"slow-load-cases", [] { list_load_cases_in(studies::slow_load_cases_folder); }},
         {"models", list_models},
         {"methods", list_methods},
         {"spring-laws", list_spring_laws},
@@ -74,8 +75,8 @@ const std::vector<List> &lists() {
 
 Command add_list(CLI::App &parent) {
     auto *command =
-        parent.add_subcommand("list", "List the bodies, load cases, those with a moving tool or a needle, models, "
-                                      "methods of the arena, spring laws or integrators");
+        parent.add_subcommand("list", "List the bodies, load cases, those with a moving tool, a needle or tissue "
+                                      "that relaxes, models, methods of the arena, spring laws or integrators");
     auto what = std::make_shared<std::string>();
     const auto names = support::names_of(lists());
     command->add_option("what", *what, fmt::format("One of {}", fmt::join(names, ", ")))

@@ -13,6 +13,7 @@
 #include "load_cases/places/place_apart.hpp"
 #include "load_cases/places/selector.hpp"
 #include "load_cases/readers/effects.hpp"
+#include "load_cases/readers/history_reader.hpp"
 #include "load_cases/readers/load_case_table.hpp"
 #include "load_cases/readers/missing_parts.hpp"
 #include "load_cases/readers/regime_reader.hpp"
@@ -116,8 +117,9 @@ void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core
 }
 
 void refuse_unknown_keys_of_load_case(const toml::table &table) {
-    support::refuse_unknown_keys(table, {"title", "regime", "path", "target_peak_displacement", "scale_to_target",
-                                         "acceleration", "condition", "release", "probe", "tool", "needle", "cut"});
+    support::refuse_unknown_keys(table,
+                                 {"title", "regime", "path", "target_peak_displacement", "scale_to_target",
+                                  "acceleration", "condition", "release", "probe", "tool", "needle", "cut", "history"});
 }
 
 toml::table read_table(const std::string &text, const std::filesystem::path &file) {
@@ -170,7 +172,8 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file) {
     const auto table = read_table(support::read_text(toml_file), toml_file);
     core::LoadCase load_case;
     read_regime(table, load_case);
-    return {load_case.regime, table.contains("release"), table.contains("tool"), table.contains("needle")};
+    return {load_case.regime, table.contains("release") || table.contains("history"), table.contains("tool"),
+            table.contains("needle")};
 }
 
 core::LoadCase read_load_case(const std::filesystem::path &toml_file, const core::TetraMesh &mesh) {
@@ -198,6 +201,10 @@ core::LoadCase load_case_of_table(const toml::table &table, const std::filesyste
     refuse_missing_parts(table);
     load_case.title = title_of(table, file);
     read_regime(table, load_case);
+    if (table.contains("history")) {
+        load_case.slow_history = read_history(table, file);
+        load_case.path.clear();
+    }
     load_case.scale_to_target = support::optional_flag(table, "scale_to_target");
     read_target(table, load_case);
     if (table.contains("acceleration"))
@@ -226,6 +233,11 @@ core::LoadCase load_case_of_table(const toml::table &table, const std::filesyste
                                               "add one or remove the probe",
                                               support::place_of(*table.get("probe"))));
     refuse_free_body(mesh, load_case, file.string());
+    if (load_case.slow_history && !core::is_driven(load_case))
+        throw support::InputError(
+            fmt::format("{}: nothing moves the body, so its [history] is one of rest; add a load, "
+                        "a displacement or an acceleration",
+                        support::place_of(*table.get("history"))));
     if (table.contains("tool")) {
         load_case.tool = read_tool(table, load_case);
         refuse_free_body(mesh, core::let_go(load_case), file.string());

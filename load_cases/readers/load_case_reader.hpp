@@ -14,7 +14,7 @@ std::string load_case_title(const std::filesystem::path &toml_file);
 /// What decides whether a load case runs at all.
 struct LoadCaseKind {
     core::Regime regime;
-    bool depends_on_time;
+    bool depends_on_time; ///< has a release or a slow history
     bool moves_tool = false;
     bool has_needle = false; ///< see read_needles()
 };
@@ -79,6 +79,20 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 ///     duration = 1.6                          # [s], whole numbers of frames both
 ///     frame_rate = 60.0                       # [1/s], as it is if this is left out
 ///     mass_damping = 7.0                      # alpha [1/s] of D = alpha M
+///
+/// Where time passes in the material, the deviatoric stress of the elastic law fades with a Prony series, and all loads
+/// and displacements grow from nothing as slowly as is said, so that masses do not matter:
+///
+///     [history]
+///     relaxation = "liver_perfused"           # a file of load_cases/relaxation/, or a path to another one; or
+///                                             # { moduli = [0.3, 0.3], times = [1.86, 51.3] }: parts of the shear
+///                                             # modulus, and times [s]
+///     press = 1.0                             # [s], linearly to the whole load
+///     hold = 60.0                             # [s], as it is; may be left out, like the next two
+///     release = 1.0                           # [s], linearly back to nothing
+///     rest = 30.0                             # [s], after that
+///     frequency = 1.0                         # [Hz], or instead of these four: the load is (1 - cos(2 pi f t)) / 2
+///     cycles = 5                              # of what it is, so often
 ///
 /// A body may be cut at rest before anything is done to it: [[cut]], of which meshes/cutting/cut_reader.hpp says what
 /// it takes. The mesh here is that of the cut body, with its patch "wound".

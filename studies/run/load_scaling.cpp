@@ -18,6 +18,7 @@ core::Problem scaled_to_target(core::Problem problem, const core::Model &baselin
     load_case.scale_to_target = false;
     auto at_rest = problem;
     at_rest.load_case.release.reset(); // only the static solution is wanted
+    at_rest.load_case.slow_history.reset();
     const auto solution = prepared.solve(baseline, at_rest);
     double peak = 0.0;
     for (const auto &displacement : solution.displacement)

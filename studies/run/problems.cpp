@@ -14,6 +14,7 @@
 #include "studies/run/load_scaling.hpp"
 #include "support/input_error.hpp"
 #include "support/root_folder.hpp"
+#include "support/toml_input.hpp"
 
 namespace livermark::studies {
 
@@ -21,7 +22,20 @@ namespace {
 
 /// Whether a load case file is none of those that ship.
 bool is_own_file(const std::filesystem::path &file) {
-    return file.parent_path() != support::root_folder() / load_cases_folder;
+    const auto folder = file.parent_path();
+    return folder != support::root_folder() / load_cases_folder &&
+           folder != support::root_folder() / slow_load_cases_folder;
+}
+
+/// Those that ship where none was asked for; those in which time passes in the material only by their names.
+std::vector<std::filesystem::path> load_case_files_of(std::vector<std::string> wanted) {
+    const auto slow_folder = support::root_folder() / slow_load_cases_folder;
+    const auto slow =
+        std::filesystem::exists(slow_folder) ? support::list_toml(slow_folder) : std::vector<std::string>{};
+    for (auto &name : wanted)
+        if (std::ranges::find(slow, name) != slow.end())
+            name = (slow_folder / (name + ".toml")).string();
+    return find_toml_files(wanted, load_cases_folder, "load case");
 }
 
 } // namespace
@@ -99,7 +113,7 @@ ProblemSet read_all(const std::vector<std::string> &bodies, const std::vector<st
     ProblemSet set;
     std::optional<std::string> fault;
     std::map<std::string, std::filesystem::path> file_of_name;
-    const auto load_case_files = find_toml_files(load_cases, load_cases_folder, "load case");
+    const auto load_case_files = load_case_files_of(load_cases);
     for (const auto &body_file : find_toml_files(bodies, bodies_folder, "body")) {
         const auto body = std::make_shared<const core::Body>(meshes::read_body(body_file, material));
         const auto [named, is_new] = file_of_name.emplace(body->name, body_file);
@@ -159,7 +173,7 @@ std::vector<std::string> usual_constraints_first() {
 
 ProblemSet read_problems(const std::vector<std::string> &bodies, const std::vector<std::string> &load_cases,
                          const meshes::MaterialOverride &material, bool may_leave_out) {
-    for (const auto &file : find_toml_files(load_cases, load_cases_folder, "load case"))
+    for (const auto &file : load_case_files_of(load_cases))
         if (load_cases::load_case_kind(file).has_needle)
             throw support::InputError(fmt::format(
                 "load case {} has a needle; ask 'livermark needle --load-case' for it", file.stem().string()));

@@ -1,0 +1,127 @@
+#include "load_cases/readers/history_reader.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <gtest/gtest.h>
+#include <string>
+#include <unistd.h>
+
+#include "load_cases/readers/load_case_reader.hpp"
+#include "tests/bad_input.hpp"
+#include "tests/samples/test_meshes.hpp"
+
+namespace livermark {
+namespace {
+
+core::LoadCase parse_with_history(const std::string &history, const std::string &above = "",
+                                  const std::string &pressure = "pressure = 300.0\n") {
+    return load_cases::parse_load_case(above + R"(title = "Press"
+[[condition]]
+patch = "x_min"
+displacement = [0.0, 0.0, 0.0]
+[[condition]]
+patch = "x_max"
+)" + pressure + "[history]\n" + history,
+                                       "press.toml", tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2}));
+}
+
+const std::string inline_series = "relaxation = { moduli = [0.2, 0.3], times = [1.0, 20.0] }\n";
+
+void expect_refused(const std::string &history, const std::string &word, const std::string &above = "") {
+    try {
+        parse_with_history(history, above);
+        FAIL() << history << " was taken";
+    } catch (const support::InputError &error) {
+        const std::string sentence = error.what();
+        EXPECT_NE(sentence.find(word), std::string::npos) << sentence;
+        EXPECT_NE(sentence.find("press.toml"), std::string::npos) << sentence;
+    }
+}
+
+TEST(SlowHistoryReader, PressesLinearlyAndHoldsInEverLongerIntervals) {
+    const auto load_case = parse_with_history(inline_series + "press = 2.0\nhold = 60.0\n");
+    ASSERT_TRUE(load_case.slow_history);
+    const auto &history = *load_case.slow_history;
+    EXPECT_EQ(history.relaxation.moduli, (std::vector<double>{0.2, 0.3}));
+    EXPECT_EQ(history.relaxation.times, (std::vector<double>{1.0, 20.0}));
+    ASSERT_EQ(history.times.size(), history.factors.size());
+    EXPECT_EQ(history.times.front(), 0.0);
+    EXPECT_DOUBLE_EQ(history.times.back(), 62.0);
+    EXPECT_EQ(std::ranges::adjacent_find(history.times, std::greater_equal<>()), history.times.end());
+    for (int k = 0; k < history.num_records(); ++k)
+        EXPECT_NEAR(history.factors[k], std::min(history.times[k] / 2.0, 1.0), 1e-12);
+    EXPECT_EQ(history.whole_load_record(), history.num_records() - 1);
+    EXPECT_FALSE(history.last_cycle);
+    const auto interval = [&](int k) { return history.times[k + 1] - history.times[k]; };
+    for (int k = 10; k + 2 < history.num_records(); ++k)
+        EXPECT_GT(interval(k + 1), interval(k));
+    EXPECT_LT(interval(10), 0.3) << "the stress falls fast at first";
+}
+
+TEST(SlowHistoryReader, LetsGoAndRests) {
+    const auto history =
+        *parse_with_history(inline_series + "press = 1\nhold = 5\nrelease = 0.5\nrest = 10\n").slow_history;
+    EXPECT_DOUBLE_EQ(history.times.back(), 16.5);
+    EXPECT_EQ(history.factors.back(), 0.0);
+    EXPECT_EQ(history.factors[history.whole_load_record()], 1.0);
+    EXPECT_DOUBLE_EQ(history.times[history.whole_load_record()], 6.0);
+}
+
+TEST(SlowHistoryReader, CyclesGoFromNothingToTheWholeLoadAndBack) {
+    const auto history = *parse_with_history(inline_series + "frequency = 2.0\ncycles = 3\n").slow_history;
+    EXPECT_DOUBLE_EQ(history.times.back(), 1.5);
+    EXPECT_EQ(history.factors.back(), 0.0);
+    EXPECT_EQ(std::ranges::count(history.factors, 1.0), 3);
+    ASSERT_TRUE(history.last_cycle);
+    EXPECT_DOUBLE_EQ(history.times[*history.last_cycle], 1.0);
+    EXPECT_EQ(history.factors[*history.last_cycle], 0.0);
+    EXPECT_DOUBLE_EQ(history.times[history.whole_load_record()], 1.25);
+}
+
+TEST(SlowHistoryReader, HasNoPathInTheLargeRegime) {
+    const auto load_case = parse_with_history(inline_series + "press = 1\n", "regime = \"large\"\n");
+    EXPECT_TRUE(load_case.path.empty());
+    EXPECT_EQ(load_case.num_path_points(), load_case.slow_history->times.size());
+}
+
+TEST(SlowHistoryReader, ReadsASeriesFromAFileBesideTheLoadCase) {
+    const auto file = testing::TempDir() + "/dough_" + std::to_string(getpid()) + ".toml";
+    std::ofstream(file) << "title = \"Dough\"\nmoduli = [0.5]\ntimes = [3.0]\nsource = \"a kitchen\"\n";
+    const auto history = *parse_with_history("relaxation = \"" + file + "\"\npress = 1\n").slow_history;
+    EXPECT_EQ(history.relaxation.moduli, (std::vector<double>{0.5}));
+    EXPECT_EQ(history.relaxation.name, "dough_" + std::to_string(getpid()));
+}
+
+TEST(SlowHistoryReader, RefusesWhatMakesNoSense) {
+    expect_refused("relaxation = { moduli = [0.5, 0.5], times = [1.0, 2.0] }\npress = 1\n", "below 1");
+    expect_refused("relaxation = { moduli = [-0.1], times = [1.0] }\npress = 1\n", "negative");
+    expect_refused("relaxation = { moduli = [0.1], times = [1.0, 2.0] }\npress = 1\n", "one time for each");
+    expect_refused("relaxation = { moduli = [0.1], times = [0.0] }\npress = 1\n", "positive");
+    expect_refused("relaxation = { moduli = [0.1], times = [1.0], tau = 3 }\npress = 1\n", "tau");
+    expect_refused("press = 1\n", "relaxation");
+    expect_refused(inline_series, "press");
+    expect_refused(inline_series + "press = -1\n", "positive time");
+    expect_refused(inline_series + "press = 0\n", "positive time");
+    expect_refused(inline_series + "press = 1e9\n", "positive time");
+    expect_refused(inline_series + "hold = 10\n", "press");
+    expect_refused(inline_series + "press = 1\nrest = 10\n", "release");
+    expect_refused(inline_series + "press = 1\ncycles = 3\nfrequency = 1\n", "one of the two");
+    expect_refused(inline_series + "cycles = 2.5\nfrequency = 1\n", "whole number");
+    expect_refused(inline_series + "cycles = 2000\nfrequency = 1\n", "whole number");
+    expect_refused(inline_series + "cycles = 2\nfrequency = 0\n", "frequency");
+    expect_refused(inline_series + "pres = 1\n", "pres");
+    expect_refused(inline_series + "press = 1\n", "path", "regime = \"large\"\npath = [0.5, 1.0]\n");
+    expect_refused(inline_series + "press = 1\n[release]\nduration = 1.0\noutput_interval = 0.1\n"
+                                   "alpha = 1.0\nbeta = 0.0\n[[probe]]\nname = \"a\"\npatch = \"x_max\"\n",
+                   "release");
+}
+
+TEST(SlowHistoryReader, RefusesAHistoryOfRest) {
+    EXPECT_THROW(parse_with_history(inline_series + "press = 1\n", "", "displacement = [0.0, 0.0, 0.0]\n"),
+                 support::InputError);
+}
+
+} // namespace
+} // namespace livermark
