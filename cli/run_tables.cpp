@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <functional>
+#include <iterator>
 #include <string>
+#include <vector>
 
 #include "results/one_reference.hpp"
 #include "results/tables/brief.hpp"
@@ -11,6 +13,7 @@
 #include "results/tables/median_errors.hpp"
 #include "results/tables/overview.hpp"
 #include "results/tables/studies/cohort_table.hpp"
+#include "results/tables/studies/slow_table.hpp"
 #include "results/tables/summary.hpp"
 #include "results/tables/table.hpp"
 #include "results/tables/table_layout.hpp"
@@ -22,6 +25,7 @@ namespace livermark::cli {
 namespace {
 
 constexpr auto *small_title = "Small deformations, judged by linear elasticity.";
+constexpr auto *slow_title = "Tissue that relaxes: the force over time.";
 constexpr auto *large_title = "Large deformations, judged by hyperelasticity along the path of the load.";
 
 std::string medians_with_legend(std::span<const results::Result> results,
@@ -82,6 +86,16 @@ class Printer {
     bool is_first_ = true;
 };
 
+bool is_slow(const results::Result &result) {
+    return result.problem.load_case.slow_history.has_value();
+}
+
+/// @param results  of one regime and reference, slow histories all, at least one
+void print_slow_group(Printer &printer, std::span<const results::Result> results) {
+    printer.print(slow_title + judged_by(results, printer.is_markdown() ? "- " : ""));
+    printer.print(printer.as_text(results::slow_table(results)) + "\n" + results::slow_legend());
+}
+
 /// @param results  of one regime and reference, at least one
 void print_group(Printer &printer, std::span<const results::Result> results, TableKind kind) {
     if (kind == TableKind::brief) {
@@ -139,6 +153,15 @@ void print_tables(std::span<const results::Result> results, TableKind kind, bool
         std::erase_if(groups, [](const std::vector<results::Result> &group) {
             return group.front().problem.load_case.regime == core::Regime::small;
         });
+    if (kind == TableKind::brief || kind == TableKind::all)
+        for (auto &group : groups) {
+            std::vector<results::Result> slow;
+            std::ranges::copy_if(group, std::back_inserter(slow), is_slow);
+            std::erase_if(group, is_slow);
+            if (!slow.empty())
+                print_slow_group(printer, slow);
+        }
+    std::erase_if(groups, [](const std::vector<results::Result> &group) { return group.empty(); });
     if (kind == TableKind::forces && groups.empty())
         throw support::InputError("no path of large deformations is here to take forces from; give result files of "
                                   "load cases of the large regime");

@@ -151,8 +151,9 @@ Comparison compare(const TetraMesh &mesh, const LoadCase &load_case, const Solut
     result.energy_error = (solution.strain_energy - reference.strain_energy) / reference.strain_energy;
     result.reaction_error =
         relative_reaction_error(solution.reaction, reference.reaction, reference.strain_energy / peak);
-    if (!reference.path.empty())
+    if (!reference.path.empty() && !load_case.slow_history)
         result.path = compare_paths(mesh, solution, reference, result, volumes);
+    result.slow = compare_slow_histories(mesh, load_case, solution, reference);
     result.tool = compare_at_tool(mesh, load_case, solution, reference,
                                   smallest_reaction * std::abs(reference.strain_energy) / peak);
     return result;

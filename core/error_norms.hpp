@@ -6,6 +6,7 @@
 
 #include "core/problem.hpp"
 #include "core/solution.hpp"
+#include "core/tool/slow_response.hpp"
 #include "core/tool/tool_stiffness.hpp"
 
 namespace livermark::core {
@@ -51,7 +52,8 @@ struct Comparison {
     /// torsion
     double reaction_error = 0.0;
     std::optional<HistoryComparison> history; ///< of the motion; not set by compare()
-    std::optional<PathComparison> path;       ///< in the large regime
+    std::optional<PathComparison> path;       ///< in the large regime, on a path of loads
+    std::optional<SlowComparison> slow;       ///< of a slow history with a tool
     std::optional<ToolComparison> tool;       ///< where the load case has one
     std::vector<Vector3> error;               ///< (N) u - r [m]
 };

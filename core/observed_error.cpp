@@ -158,7 +158,8 @@ Solution extrapolated(const TetraMesh &mesh, const LoadCase &load_case, std::spa
         result.strain_energy += share * (last[2].strain_energy - last[1].strain_energy);
         result.load_work += share * (last[2].load_work - last[1].load_work);
         for (std::size_t k = 0; k < result.path.size(); ++k)
-            result.path[k].strain_energy += share * (last[2].path[k].strain_energy - last[1].path[k].strain_energy);
+            for (const auto energy : {&PathPoint::strain_energy, &PathPoint::work, &PathPoint::dissipated_energy})
+                result.path[k].*energy += share * (last[2].path[k].*energy - last[1].path[k].*energy);
         error.energy *= doubt;
     }
     const auto is_better = [&](const ToolPlace &place) {

@@ -40,19 +40,6 @@ void measure(const TetraMesh &mesh, const LoadCase &load_case, ToolPlace &place)
     }
 }
 
-/// Nodal forces of the given traction on a place: node and force [N], a row for each corner of a facet.
-std::vector<std::pair<int, Vector3>> nodal_forces(const TetraMesh &mesh, const LoadCase &load_case,
-                                                  const ToolPlace &place) {
-    std::vector<std::pair<int, Vector3>> forces;
-    for (const int facet : place.facets) {
-        const auto parts = linear_parts(load_case.round_load_on(facet), corners_of(mesh, facet));
-        const Vector3 force = area_vector(mesh, facet).norm() * load_case.value[facet];
-        for (std::size_t k = 0; k < 3; ++k)
-            forces.emplace_back(mesh.boundary_triangles[facet][k], parts[k] * force);
-    }
-    return forces;
-}
-
 /// What the forces do on displacements (N), of either precision [J].
 template <class Displacements>
 double work(const std::vector<std::pair<int, Vector3>> &forces, const Displacements &displacement) {
@@ -85,21 +72,22 @@ void compare_works(const TetraMesh &mesh, const LoadCase &load_case, const ToolP
     const double of_reference = work(forces, reference.displacement);
     const bool has_work = std::abs(of_reference) > smallest_work * possible;
     errors.stiffness = has_work ? ratio * of_reference / work(forces, solution.displacement) - 1.0 : no_number;
-    for (std::size_t k = 0; k < std::min(solution.path.size(), reference.path.size()); ++k)
+    const auto num_points = load_case.slow_history ? 0 : std::min(solution.path.size(), reference.path.size());
+    for (std::size_t k = 0; k < num_points; ++k)
         errors.path.push_back(
             has_work ? work(forces, reference.path[k].displacement) / work(forces, solution.path[k].displacement) - 1.0
                      : no_number);
 }
 
 /// Of a place whose force is a result.
-void compare_forces(int constraint, const Solution &solution, const Solution &reference, double smallest_force,
-                    PlaceErrors &errors) {
+void compare_forces(int constraint, std::size_t num_points, const Solution &solution, const Solution &reference,
+                    double smallest_force, PlaceErrors &errors) {
     const auto along = [](const Vector3 &force, const Vector3 &of_reference) {
         return force.dot(of_reference) / of_reference.squaredNorm() - 1.0;
     };
     const bool has_force = reference.reaction[constraint].norm() > smallest_force;
     errors.stiffness = has_force ? along(solution.reaction[constraint], reference.reaction[constraint]) : no_number;
-    for (std::size_t k = 0; k < std::min(solution.path.size(), reference.path.size()); ++k)
+    for (std::size_t k = 0; k < num_points; ++k)
         errors.path.push_back(has_force
                                   ? along(solution.path[k].reaction[constraint], reference.path[k].reaction[constraint])
                                   : no_number);
@@ -123,6 +111,18 @@ double larger_in_size(double a, double b) {
 }
 
 } // namespace
+
+std::vector<std::pair<int, Vector3>> nodal_forces(const TetraMesh &mesh, const LoadCase &load_case,
+                                                  const ToolPlace &place) {
+    std::vector<std::pair<int, Vector3>> forces;
+    for (const int facet : place.facets) {
+        const auto parts = linear_parts(load_case.round_load_on(facet), corners_of(mesh, facet));
+        const Vector3 force = area_vector(mesh, facet).norm() * load_case.value[facet];
+        for (std::size_t k = 0; k < 3; ++k)
+            forces.emplace_back(mesh.boundary_triangles[facet][k], parts[k] * force);
+    }
+    return forces;
+}
 
 std::vector<ToolPlace> tool_places(const TetraMesh &mesh, const LoadCase &load_case) {
     std::vector<ToolPlace> places(load_case.load_names.size() + 1); // the last without a name
@@ -193,6 +193,7 @@ std::optional<ToolComparison> compare_at_tool(const TetraMesh &mesh, const LoadC
     const double ratio = std::isnan(reference.load_work) ? 1.0
                                                          : correction(mesh, load_case, places, reference) /
                                                                correction(mesh, load_case, places, solution);
+    const auto num_points = load_case.slow_history ? 0 : std::min(solution.path.size(), reference.path.size());
     ToolComparison result;
     for (const auto &place : places) {
         auto &errors = result.places.emplace_back();
@@ -201,7 +202,7 @@ std::optional<ToolComparison> compare_at_tool(const TetraMesh &mesh, const LoadC
         if (place.drive == ToolDrive::traction)
             compare_works(mesh, load_case, place, solution, reference, ratio, errors);
         else
-            compare_forces(place.constraint, solution, reference, smallest_force, errors);
+            compare_forces(place.constraint, num_points, solution, reference, smallest_force, errors);
     }
     return result;
 }

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/load_case.hpp"
@@ -37,6 +38,10 @@ std::vector<ToolPlace> tool_places(const TetraMesh &mesh, const LoadCase &load_c
 /// The smallest radius of a tool over the edge length under it; nothing without a tool.
 std::optional<double> radius_in_edges(std::span<const ToolPlace> places);
 
+/// Nodal forces of the given traction on a place: node and force [N], a row for each corner of a facet.
+std::vector<std::pair<int, Vector3>> nodal_forces(const TetraMesh &mesh, const LoadCase &load_case,
+                                                  const ToolPlace &place);
+
 /// How wrong a solution is at one tool.
 struct PlaceErrors {
     std::string name;
@@ -48,7 +53,8 @@ struct PlaceErrors {
     double stiffness = 0.0;
     /// Comparison::relative_l2 over the nodes within two radii of the middle; NaN if there are none that move.
     double relative_l2 = 0.0;
-    std::vector<double> path{}; ///< (L) stiffness at the points that both have; empty in the small regime
+    std::vector<double> path{}; ///< (L) stiffness at the points that both have; empty in the small regime,
+                                ///< and of slow histories, which SlowComparison compares
 
     bool operator==(const PlaceErrors &) const = default;
 };

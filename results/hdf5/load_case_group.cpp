@@ -43,6 +43,46 @@ void write_round_loads(OutputFile &file, const core::LoadCase &load_case) {
     file.dataset("/load_case/round_load/radius", radius, "m");
 }
 
+void write_slow_history(OutputFile &file, const core::SlowHistory &history) {
+    const std::string group = "/load_case/slow_history";
+    file.group(group);
+    file.text(group, "relaxation", history.relaxation.name);
+    if (history.last_cycle)
+        file.integer(group, "last_cycle", *history.last_cycle);
+    file.dataset(group + "/modulus", history.relaxation.moduli, "");
+    file.dataset(group + "/relaxation_time", history.relaxation.times, "s");
+    file.dataset(group + "/time", history.times, "s");
+    file.dataset(group + "/factor", history.factors, "");
+}
+
+core::SlowHistory read_slow_history(const InputFile &file) {
+    const std::string group = "/load_case/slow_history";
+    core::SlowHistory history;
+    history.relaxation.name = file.text(group, "relaxation");
+    history.relaxation.moduli = file.dataset<double>(group + "/modulus");
+    history.relaxation.times = file.dataset<double>(group + "/relaxation_time", history.relaxation.moduli.size());
+    const auto is_negative = [](double value) { return !(value >= 0.0); };
+    if (std::ranges::any_of(history.relaxation.moduli, is_negative) || !(history.relaxation.remaining() > 0.0) ||
+        std::ranges::any_of(history.relaxation.times, is_negative))
+        file.refuse(group, "is no Prony series: its moduli have to be 0 or more and their sum below 1, its times 0 or "
+                           "more");
+    history.times = file.dataset<double>(group + "/time");
+    history.factors = file.dataset<double>(group + "/factor", history.times.size());
+    if (history.times.size() < 2 || history.times.front() != 0.0 || !std::isfinite(history.times.back()) ||
+        std::ranges::adjacent_find(history.times, [](double a, double b) { return !(a < b); }) != history.times.end())
+        file.refuse(group + "/time", "does not ascend from 0");
+    if (history.factors.front() != 0.0 ||
+        !std::ranges::all_of(history.factors, [](double factor) { return factor >= 0.0 && factor <= 1.0; }))
+        file.refuse(group + "/factor", "is not from 0 to 1, beginning with 0");
+    if (file.has_attribute(group, "last_cycle")) {
+        const auto record = file.integer(group, "last_cycle");
+        if (record < 0 || record >= history.num_records())
+            file.refuse(group, fmt::format("attribute last_cycle is {}, which is no record", record));
+        history.last_cycle = static_cast<int>(record);
+    }
+    return history;
+}
+
 core::Release read_release(const InputFile &file, std::size_t num_nodes) {
     const std::string group = "/load_case/release";
     core::Release release;
@@ -145,6 +185,8 @@ void write_load_case(OutputFile &file, const core::LoadCase &load_case) {
     }
     if (load_case.release)
         write_release(file, *load_case.release);
+    if (load_case.slow_history)
+        write_slow_history(file, *load_case.slow_history);
 }
 
 core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles, std::size_t num_nodes) {
@@ -212,6 +254,8 @@ core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles, 
     }
     if (file.has("/load_case/release"))
         load_case.release = read_release(file, num_nodes);
+    if (file.has("/load_case/slow_history"))
+        load_case.slow_history = read_slow_history(file);
     return load_case;
 }
 

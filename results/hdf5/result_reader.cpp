@@ -84,6 +84,11 @@ core::Comparison read_comparison(const InputFile &file, const std::string &model
                            .volume_error = file.number(group, "volume_error"),
                            .centroid_error =
                                file.dataset<double>(group + "/centroid_error", problem.body->mesh.region_names.size())};
+    if (file.has_attribute(group, "slow_worst_error"))
+        comparison.slow = {.median_error = file.number(group, "slow_median_error"),
+                           .worst_error = file.number(group, "slow_worst_error"),
+                           .place = file.text(group, "slow_place"),
+                           .lost_energy = file.number(group, "lost_energy_error")};
     if (file.has(group + "/tool")) // files of earlier versions have none
         comparison.tool = read_tool_comparison(file, group, problem.load_case);
     comparison.error = file.dataset<core::Vector3>(group + "/error", problem.body->mesh.points.size());

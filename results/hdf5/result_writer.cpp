@@ -63,7 +63,7 @@ void check_model(const ModelResult &model, const core::Problem &problem) {
         require_size(point.reaction.size(), problem.load_case.constraint_names.size(),
                      "a reaction on the path of " + model.name);
     }
-    if (model.solution.path.size() > problem.load_case.path.size())
+    if (model.solution.path.size() > problem.load_case.num_path_points())
         throw std::invalid_argument(
             fmt::format("the path of {} has more points than that of the load case", model.name));
     if (model.comparison && model.comparison->path)
@@ -216,6 +216,12 @@ void write_comparison(hdf5::OutputFile &file, const ModelResult &model, const Re
             file.number(group, "volume_error", path->volume_error);
             file.dataset(group + "/centroid_error", path->centroid_error, "m");
         }
+        if (const auto &slow = comparison->slow) {
+            file.number(group, "slow_median_error", slow->median_error);
+            file.number(group, "slow_worst_error", slow->worst_error);
+            file.text(group, "slow_place", slow->place);
+            file.number(group, "lost_energy_error", slow->lost_energy);
+        }
         if (comparison->tool)
             write_tool_comparison(file, group, *comparison->tool);
         file.dataset(group + "/error", comparison->error, "m");
@@ -244,7 +250,7 @@ std::vector<char> file_image(const Result &result) {
             write_springs(file, named, written);
             written.push_back(named);
         }
-        if (!result.problem.load_case.path.empty())
+        if (!result.problem.load_case.path.empty() || result.problem.load_case.regime == core::Regime::large)
             write_deformation(file, solution_group(model.name),
                               core::deformation(result.problem.body->mesh, model.solution.displacement));
         file.text(solution_group(model.name), "summary", model.summary);

@@ -61,16 +61,26 @@ std::vector<core::PathPoint> read_path(const InputFile &file, const std::string 
     const auto num_nodes = problem.body->mesh.points.size();
     const auto num_constraints = problem.load_case.constraint_names.size();
     const auto energy = file.dataset<double>(group + "/strain_energy");
-    if (energy.empty() || energy.size() > problem.load_case.path.size())
-        file.refuse(group,
-                    fmt::format("has {} points, and /load_case/path {}", energy.size(), problem.load_case.path.size()));
+    if (energy.empty() || energy.size() > problem.load_case.num_path_points())
+        file.refuse(group, fmt::format("has {} points, and /load_case/path or /load_case/slow_history {}",
+                                       energy.size(), problem.load_case.num_path_points()));
     const auto displacement = file.dataset<Eigen::Vector3f>(group + "/displacement", energy.size() * num_nodes);
     const auto reaction = file.blocks<core::Vector3>(group + "/reaction", energy.size(), num_constraints);
+    const bool is_slow = problem.load_case.slow_history.has_value();
+    std::vector<double> work, dissipated;
+    if (is_slow) {
+        work = file.dataset<double>(group + "/work", energy.size());
+        dissipated = file.dataset<double>(group + "/dissipated_energy", energy.size());
+    }
     std::vector<core::PathPoint> path;
     for (std::size_t k = 0; k < energy.size(); ++k) {
         const auto from = std::span(displacement).subspan(k * num_nodes, num_nodes);
         const auto held = std::span(reaction).subspan(k * num_constraints, num_constraints);
         path.push_back({{from.begin(), from.end()}, {held.begin(), held.end()}, energy[k]});
+        if (is_slow) {
+            path.back().work = work[k];
+            path.back().dissipated_energy = dissipated[k];
+        }
     }
     return path;
 }

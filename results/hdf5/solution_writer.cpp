@@ -34,20 +34,27 @@ void write_history(hdf5::OutputFile &file, const std::string &model, const core:
         file.dataset(frames_of(model), history.frames, "m");
 }
 
-void write_path(hdf5::OutputFile &file, const std::string &model, const std::vector<core::PathPoint> &path) {
+void write_path(hdf5::OutputFile &file, const std::string &model, const std::vector<core::PathPoint> &path,
+                bool is_slow) {
     const std::string group = path_group(model);
     std::vector<Eigen::Vector3f> displacement;
     std::vector<core::Vector3> reaction;
-    std::vector<double> strain_energy;
+    std::vector<double> strain_energy, work, dissipated;
     for (const auto &point : path) {
         displacement.insert(displacement.end(), point.displacement.begin(), point.displacement.end());
         reaction.insert(reaction.end(), point.reaction.begin(), point.reaction.end());
         strain_energy.push_back(point.strain_energy);
+        work.push_back(point.work);
+        dissipated.push_back(point.dissipated_energy);
     }
     file.group(group);
     file.dataset(group + "/displacement", displacement, "m");
     file.blocks(group + "/reaction", reaction, path.front().reaction.size(), "N");
     file.dataset(group + "/strain_energy", strain_energy, "J");
+    if (!is_slow)
+        return;
+    file.dataset(group + "/work", work, "J");
+    file.dataset(group + "/dissipated_energy", dissipated, "J");
 }
 
 /// The springs of models are often the same in all but one field: what an earlier model has gets a second name.
@@ -105,7 +112,7 @@ void write_solution_group(hdf5::OutputFile &file, const std::string &model, cons
     file.dataset(group + "/reaction", solution.reaction, "N");
     file.texts(group + "/reaction", "patches", load_case.constraint_names);
     if (!solution.path.empty())
-        write_path(file, model, solution.path);
+        write_path(file, model, solution.path, load_case.slow_history.has_value());
     if (solution.history)
         write_history(file, model, *solution.history, load_case.release.value());
 }

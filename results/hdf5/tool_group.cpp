@@ -66,9 +66,9 @@ core::ToolComparison read_tool_comparison(const hdf5::InputFile &file, const std
     if (file.has(group + "/tool/path"))
         path = file.blocks<double>(group + "/tool/path", names.size());
     const auto num_points = path.size() / names.size();
-    if (num_points > load_case.path.size())
+    if (num_points > load_case.num_path_points())
         file.refuse(group + "/tool/path",
-                    fmt::format("has {} points, and /load_case/path {}", num_points, load_case.path.size()));
+                    fmt::format("has {} points, and /load_case/path {}", num_points, load_case.num_path_points()));
     core::ToolComparison tool;
     for (std::size_t g = 0; g < names.size(); ++g) {
         auto &place = tool.places.emplace_back();

@@ -82,11 +82,11 @@ inline bool is_within_uncertainty(const ModelResult &model, const Result &result
            model.comparison->relative_l2 < result.reference_uncertainty->relative_l2;
 }
 
-/// Whether it is the static result of a load case as it was written: not of a motion, nor of a multiple of the loads,
-/// whose name has an '@'.
+/// Whether it is the static result of a load case as it was written: not of a motion or a slow history, nor of a
+/// multiple of the loads, whose name has an '@'.
 inline bool is_plain_static(const Result &result) {
     const auto &load_case = result.problem.load_case;
-    return !load_case.release && load_case.name.find('@') == std::string::npos;
+    return !load_case.release && !load_case.slow_history && load_case.name.find('@') == std::string::npos;
 }
 
 /// Of the first region; runs over several Poisson's ratios give every region the same.

@@ -151,13 +151,14 @@ std::string large_legend() {
 
 std::vector<ForceCurve> force_curves(const Result &result) {
     const auto &load_case = result.problem.load_case;
+    const auto &parts = load_case.slow_history ? load_case.slow_history->factors : load_case.path;
     std::vector<ForceCurve> curves;
     for (int p = 0; p < static_cast<int>(load_case.constraint_names.size()); ++p)
         if (const auto way = way_of(load_case, result.problem.body->mesh, p))
             for (const auto &model : result.models) {
                 auto &curve = curves.emplace_back(ForceCurve{load_case.constraint_names[p], model.name, {}, {}});
                 for (std::size_t k = 0; k < model.solution.path.size(); ++k) {
-                    curve.way.push_back(load_case.path[k] * way->norm());
+                    curve.way.push_back(parts[k] * way->norm());
                     curve.force.push_back(model.solution.path[k].reaction[p].dot(way->normalized()));
                 }
             }
@@ -171,7 +172,7 @@ std::vector<ForceCurve> force_curves(const Result &result) {
                     mean += load.weight[node] / load.sum_of_sizes *
                             model.solution.path[k].displacement[node].cast<double>();
                 curve.way.push_back(mean.dot(load.resultant) / force);
-                curve.force.push_back(load_case.path[k] * force);
+                curve.force.push_back(parts[k] * force);
             }
         }
     return curves;

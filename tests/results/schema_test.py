@@ -131,6 +131,7 @@ def sizes_of_result(file):
             "Q": file["/load_case/release/probe"].shape[0],
             "K": file["/load_case/release"].attrs["num_steps"] + 1,
             "L": file["/load_case/path"].shape[0], "D": file["/load_case/round_load/radius"].shape[0],
+            "H": file["/load_case/slow_history/modulus"].shape[0],
             "E": len(file["/load_case/load"].attrs["names"]), "G": file["/load_case/tool/radius"].shape[0], "Y": file["/load_case/yielded"].shape[0],
             "F": file["/VTKHDF/Steps"].attrs["NSteps"],
             "C": file["/modes/fem_p2/angular_frequency"].shape[0]}

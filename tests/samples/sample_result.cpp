@@ -124,6 +124,27 @@ core::SpringNetwork springs_of(const core::TetraMesh &mesh) {
     return springs;
 }
 
+/// Says of what was solved along a path that as many times have passed there, which takes no other solution.
+void add_slow_history(results::Result &result) {
+    auto &history = result.problem.load_case.slow_history.emplace();
+    history.relaxation.name = "dough";
+    for (int b = 1; b <= 13; ++b) {
+        history.relaxation.moduli.push_back(0.005 * b);
+        history.relaxation.times.push_back(0.3 * b);
+    }
+    history.times = {0.0, 0.5, 1.0, 2.0, 4.0};
+    history.factors = {0.0, 1.0, 0.0, 0.75, 0.25};
+    history.last_cycle = 2;
+    for (auto &model : result.models) {
+        for (auto &point : model.solution.path) {
+            point.work = 3.0 * point.strain_energy;
+            point.dissipated_energy = 1.0 / 7.0 + point.strain_energy;
+        }
+        if (model.comparison)
+            model.comparison->slow = core::SlowComparison{0.01, 1.0 / 3.0, "x_max", -0.2};
+    }
+}
+
 } // namespace
 
 results::Result sample_result(int num_bricks) {
@@ -183,6 +204,7 @@ results::Result sample_result(int num_bricks) {
     result.motion_uncertainty = {
         .reference = "fem_p2", .refined = "springs", .difference = 0.05, .order = 1.2, .relative_l2 = 0.08};
     result.modes.push_back({"fem_p2", some_modes(mesh)});
+    add_slow_history(result);
     return result;
 }
 
@@ -208,11 +230,16 @@ results::Result without_motion(results::Result result) {
 
 results::Result along_a_path(results::Result result) {
     result.problem.load_case.release.reset();
+    result.problem.load_case.slow_history.reset();
     result.motion_uncertainty.reset();
     for (auto &model : result.models) {
         model.solution.history.reset();
-        if (model.comparison)
+        for (auto &point : model.solution.path)
+            point.work = point.dissipated_energy = nan;
+        if (model.comparison) {
             model.comparison->history.reset();
+            model.comparison->slow.reset();
+        }
     }
     return result;
 }

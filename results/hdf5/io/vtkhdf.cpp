@@ -22,11 +22,11 @@ bool moves_in_time(const Result &result) {
 
 /// Of a motion the steps are its frames, and the path to its start is not shown.
 bool has_path(const ModelResult &model, const Result &result) {
-    return !moves_in_time(result) && !result.problem.load_case.path.empty() &&
-           model.solution.path.size() == result.problem.load_case.path.size();
+    const auto num_points = result.problem.load_case.num_path_points();
+    return !moves_in_time(result) && num_points > 0 && model.solution.path.size() == num_points;
 }
 
-/// What the steps of a file are: the frames of a motion, or the points of a path of loads.
+/// What the steps of a file are: the frames of a motion, the times of a slow history, or the points of a path of loads.
 struct Steps {
     std::vector<double> values;
     std::string units;
@@ -42,7 +42,7 @@ Steps steps_of(const Result &result) {
         return {std::move(time), "s"};
     }
     if (std::ranges::any_of(result.models, [&](const auto &model) { return has_path(model, result); }))
-        return {load_case.path, {}};
+        return load_case.slow_history ? Steps{load_case.slow_history->times, "s"} : Steps{load_case.path, {}};
     return {};
 }
 

@@ -10,6 +10,7 @@ namespace {
 Result loaded() {
     Result result = tests::sample_result();
     auto &load_case = result.problem.load_case;
+    load_case.slow_history.reset();
     load_case.follows.clear();
     load_case.round_load.clear();
     load_case.round_loads.clear();

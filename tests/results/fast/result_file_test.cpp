@@ -75,6 +75,7 @@ void expect_equal(const core::LoadCase &a, const core::LoadCase &b) {
     EXPECT_EQ(a.load_scale, b.load_scale);
     EXPECT_EQ(a.regime, b.regime);
     EXPECT_EQ(a.path, b.path);
+    EXPECT_EQ(a.slow_history, b.slow_history);
     EXPECT_EQ(a.follows, b.follows);
     EXPECT_EQ(a.node_factor, b.node_factor);
     EXPECT_EQ(a.node_shift, b.node_shift);
@@ -121,6 +122,8 @@ void expect_equal(const core::Solution &a, const core::Solution &b) {
         EXPECT_TRUE(same_bits(a.path[k].displacement, b.path[k].displacement));
         EXPECT_TRUE(same_bits(a.path[k].reaction, b.path[k].reaction));
         EXPECT_EQ(a.path[k].strain_energy, b.path[k].strain_energy);
+        EXPECT_TRUE(same_bits(a.path[k].work, b.path[k].work));
+        EXPECT_TRUE(same_bits(a.path[k].dissipated_energy, b.path[k].dissipated_energy));
     }
     ASSERT_EQ(a.history.has_value(), b.history.has_value());
     if (a.history)
@@ -151,6 +154,7 @@ void expect_equal(const core::Comparison &a, const core::Comparison &b) {
         EXPECT_TRUE(same_bits(a.path->volume_error, b.path->volume_error));
         EXPECT_TRUE(same_bits(a.path->centroid_error, b.path->centroid_error));
     }
+    EXPECT_EQ(a.slow, b.slow);
     ASSERT_EQ(a.tool.has_value(), b.tool.has_value());
     if (a.tool) {
         ASSERT_EQ(a.tool->places.size(), b.tool->places.size());
