@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -7,6 +9,7 @@
 #include "fem_reference/distributed/distributed_solver.hpp"
 #include "fem_reference/dynamics/modes.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
+#include "fem_reference/relaxation/relaxing_solver.hpp"
 #include "fem_reference/solvers/multivector.hpp"
 #include "models/model_table.hpp"
 #include "models/refined_solution.hpp"
@@ -23,6 +26,7 @@ constexpr auto refined_summary = "linear elasticity, Taylor and Hood on meshes r
                                  "round tools (the reference of small deformations)";
 
 using fem_reference::Formulation;
+using fem_reference::RelaxingSolver;
 using fem_reference::SolverChoice;
 using fem_reference::StaticSolver;
 
@@ -71,12 +75,19 @@ core::Compliance refined_compliance(const core::Problem &problem, std::span<cons
     return found;
 }
 
+bool has_slow_history(const core::LoadCase &load_case) {
+    return load_case.slow_history.has_value();
+}
+
 /// Solves with a solver that others may use as well.
 class PreparedElements : public core::PreparedModel {
   public:
-    explicit PreparedElements(std::shared_ptr<StaticSolver> solver) : solver_(std::move(solver)) {}
+    PreparedElements(std::shared_ptr<const core::Body> body, std::shared_ptr<StaticSolver> solver, SolverChoice choice)
+        : body_(std::move(body)), choice_(choice), solver_(std::move(solver)) {}
 
     std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases) override {
+        if (std::ranges::any_of(load_cases, has_slow_history))
+            return solve_in_turn(load_cases);
         auto solutions = solver_->solve(load_cases);
         for (std::size_t i = 0; i < solutions.size(); ++i)
             add_path(solutions[i], load_cases[i]);
@@ -84,7 +95,24 @@ class PreparedElements : public core::PreparedModel {
     }
 
   private:
+    std::vector<core::Solution> solve_in_turn(std::span<const core::LoadCase> load_cases) {
+        if (!relaxing_)
+            relaxing_.emplace(body_, *solver_, choice_);
+        std::vector<core::Solution> solutions;
+        for (const auto &load_case : load_cases)
+            if (has_slow_history(load_case)) {
+                solutions.push_back(relaxing_->solve(load_case));
+            } else {
+                solutions.push_back(solver_->solve(load_case));
+                add_path(solutions.back(), load_case);
+            }
+        return solutions;
+    }
+
+    std::shared_ptr<const core::Body> body_;
+    SolverChoice choice_;
     std::shared_ptr<StaticSolver> solver_;
+    std::optional<RelaxingSolver> relaxing_; ///< when the first history comes
 };
 
 /// The mixed solver of a body, while somebody uses it: fem_p2p1 solves with it, and fem_p2p1_refined takes it for its
@@ -125,14 +153,50 @@ class PreparedRefinedElements : public core::PreparedModel {
         std::vector<core::LoadCase> at_rest(load_cases.begin(), load_cases.end());
         for (auto &load_case : at_rest)
             load_case.release.reset(); // motion on the refined mesh would take hours
-        const auto on_mesh = solver_->solve(std::span<const core::LoadCase>(at_rest));
         std::vector<core::Solution> solutions;
+        if (std::ranges::any_of(load_cases, has_slow_history)) {
+            for (const auto &load_case : at_rest)
+                solutions.push_back(has_slow_history(load_case) ? solve_history(load_case)
+                                                                : solve_one(load_case, solver_->solve(load_case)));
+            return solutions;
+        }
+        const auto on_mesh = solver_->solve(std::span<const core::LoadCase>(at_rest));
         for (std::size_t i = 0; i < at_rest.size(); ++i)
             solutions.push_back(solve_one(at_rest[i], on_mesh[i]));
         return solutions;
     }
 
   private:
+    /// Of a body that relaxes: on each mesh with what is needed of elastic solutions there.
+    core::Solution solve_history(const core::LoadCase &load_case) {
+        core::Problem problem{body_, load_case};
+        std::vector<std::unique_ptr<StaticSolver>> finer; // each is used by the next, and so are those below
+        std::vector<std::unique_ptr<RelaxingSolver>> relaxing;
+        relaxing.push_back(std::make_unique<RelaxingSolver>(body_, *solver_, choice_));
+        return solve_refined({body_, load_case}, refinement, [&](int level) {
+            if (level > 0) {
+                auto refined = core::refine_at_rims_and_tools(problem);
+                problem = std::move(refined.problem);
+                const auto &parent = refined.parent_tetrahedron;
+                if (choice_ == SolverChoice::automatic) {
+                    auto &coarse = finer.empty() ? *solver_ : *finer.back();
+                    finer.push_back(std::make_unique<StaticSolver>(problem.body, coarse, refined_tolerance, parent));
+                    relaxing.push_back(std::make_unique<RelaxingSolver>(problem.body, *finer.back(), choice_,
+                                                                        *relaxing.back(), refined_tolerance, parent));
+                } else {
+                    finer.push_back(std::make_unique<StaticSolver>(problem.body, 2, choice_, Formulation::mixed));
+                    relaxing.push_back(std::make_unique<RelaxingSolver>(problem.body, *finer.back(), choice_));
+                }
+            }
+            auto solution = relaxing.back()->solve(problem.load_case);
+            const auto num_nodes = body_->mesh.points.size(); // those of the mesh come first
+            solution.displacement.resize(num_nodes);
+            for (auto &point : solution.path)
+                point.displacement.resize(num_nodes);
+            return solution;
+        });
+    }
+
     core::Solution solve_one(const core::LoadCase &load_case, const core::Solution &on_mesh) {
         core::Problem problem{body_, load_case};
         std::vector<std::unique_ptr<StaticSolver>> finer; // each is used by the next
@@ -201,8 +265,9 @@ core::Model displacement_elements(std::string_view name, const char *summary, in
             auto solver = std::make_shared<StaticSolver>(body, degree, choice, Formulation::displacement);
             if (common)
                 solver->prepare(*common);
-            return std::make_unique<PreparedElements>(std::move(solver));
+            return std::make_unique<PreparedElements>(body, std::move(solver), choice);
         });
+    model.relaxes = true;
     model.modes = [degree](const core::Problem &problem, int count) {
         return fem_reference::lowest_modes(problem, degree, count);
     };
@@ -228,29 +293,32 @@ std::vector<core::Model> models(const ModelOptions &options) {
         model.only = core::Regime::small;
         return model;
     };
-    const auto knows_compliance = [](core::Model model, auto compliance) {
+    const auto relaxes_and_knows_compliance = [](core::Model model, auto compliance) {
+        model.relaxes = true;
         model.compliance = compliance;
         return model;
     };
     return {
         displacement_elements("fem_p1", linear_summary, 1, choice),
         displacement_elements("fem_p2", quadratic_summary, 2, choice),
-        knows_compliance(solved_together(finite_elements(
-                             "fem_p2p1", mixed_summary,
-                             [mixed](const std::shared_ptr<const core::Body> &body, const core::LoadCase * /*common*/) {
-                                 return std::make_unique<PreparedElements>(mixed->on(body));
-                             })),
-                         [mixed](const core::Problem &problem, std::span<const core::InteriorPlace> places) {
-                             return mixed->on(problem.body)->compliance(problem.load_case, places);
-                         }),
-        knows_compliance(only_small(solved_together(finite_elements(
-                             "fem_p2p1_refined", refined_summary,
-                             [mixed](const std::shared_ptr<const core::Body> &body, const core::LoadCase * /*common*/) {
-                                 return std::make_unique<PreparedRefinedElements>(body, *mixed);
-                             }))),
-                         [choice](const core::Problem &problem, std::span<const core::InteriorPlace> places) {
-                             return refined_compliance(problem, places, choice);
-                         }),
+        relaxes_and_knows_compliance(
+            solved_together(finite_elements(
+                "fem_p2p1", mixed_summary,
+                [mixed](const std::shared_ptr<const core::Body> &body, const core::LoadCase * /*common*/) {
+                    return std::make_unique<PreparedElements>(body, mixed->on(body), mixed->choice());
+                })),
+            [mixed](const core::Problem &problem, std::span<const core::InteriorPlace> places) {
+                return mixed->on(problem.body)->compliance(problem.load_case, places);
+            }),
+        relaxes_and_knows_compliance(
+            only_small(solved_together(finite_elements(
+                "fem_p2p1_refined", refined_summary,
+                [mixed](const std::shared_ptr<const core::Body> &body, const core::LoadCase * /*common*/) {
+                    return std::make_unique<PreparedRefinedElements>(body, *mixed);
+                }))),
+            [choice](const core::Problem &problem, std::span<const core::InteriorPlace> places) {
+                return refined_compliance(problem, places, choice);
+            }),
     };
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "results/hdf5/files/calibration_file.hpp"
 #include "studies/run/benchmark_case.hpp"
@@ -55,6 +56,30 @@ ProblemSet read_all_problems(const RunOptions &options) {
     return all;
 }
 
+/// A sentence for each load case in which time passes in the material, on the models that do not know of it.
+/// @throws support::InputError on several ranks, which follow none
+std::vector<std::string> without_part_in_slow_histories(const RunTask &task) {
+    std::vector<std::string> sentences;
+    for (const auto &problem : task.problems) {
+        if (!problem.load_case.slow_history)
+            continue;
+        if (support::mpi_num_ranks() > 1)
+            throw support::InputError(fmt::format("load case {} has a history of tissue that relaxes, which is solved "
+                                                  "on one rank only; start without mpirun",
+                                                  problem.load_case.name));
+        std::vector<std::string> names;
+        for (const auto &model : task.models)
+            if (!model.relaxes && !model.only_moving &&
+                model.only.value_or(problem.load_case.regime) == problem.load_case.regime)
+                names.push_back(model.name);
+        auto sentence = fmt::format("{}: no time passes in the material of these models, which take no part: {}",
+                                    problem.load_case.name, fmt::join(names, ", "));
+        if (!names.empty() && std::ranges::find(sentences, sentence) == sentences.end())
+            sentences.push_back(std::move(sentence));
+    }
+    return sentences;
+}
+
 /// Those that are swept run beside the models asked for by name.
 std::vector<std::string> wanted_models(const RunOptions &options) {
     auto wanted = options.models;
@@ -97,7 +122,7 @@ RunTask read_task(const RunOptions &options) {
                (!options.load_cases.empty() || std::ranges::find(options.regimes, regime) != options.regimes.end());
     };
     std::erase_if(task.problems, [&](const core::Problem &problem) {
-        return !is_asked_for(problem.load_case.regime, problem.load_case.release.has_value());
+        return !is_asked_for(problem.load_case.regime, problem.load_case.release || problem.load_case.slow_history);
     });
     std::erase_if(task.left_out, [&](const LeftOut &left_out) {
         return !is_asked_for(left_out.kind.regime, left_out.kind.depends_on_time);
@@ -106,6 +131,7 @@ RunTask read_task(const RunOptions &options) {
         throw support::InputError(
             fmt::format("{}; give another body, or another load case", sentences(task.left_out).front()));
     std::ranges::move(yielded_places(task.problems), std::back_inserter(task.notes));
+    std::ranges::move(without_part_in_slow_histories(task), std::back_inserter(task.notes));
     if (!options.solve_reference)
         use_stored_references(task.models, stored_references_folder());
     if (support::mpi_rank() == 0)
