@@ -48,7 +48,7 @@ bool are_statically_equal(const LoadCase &a, const LoadCase &b) {
     return a.regime == b.regime && a.path == b.path && a.slow_history == b.slow_history && a.follows == b.follows &&
            a.node_factor == b.node_factor && a.node_shift == b.node_shift && a.round_loads == b.round_loads &&
            a.round_load == b.round_load && a.condition == b.condition && a.constraint == b.constraint &&
-           a.press_depth == b.press_depth && a.acceleration == b.acceleration &&
+           a.press_depth == b.press_depth && a.touching == b.touching && a.acceleration == b.acceleration &&
            std::ranges::equal(a.value, b.value, same_value);
 }
 
@@ -77,6 +77,8 @@ LoadCase scaled(LoadCase load_case, double factor) {
     for (auto &shift : load_case.node_shift)
         shift *= factor;
     load_case.press_depth *= factor;
+    if (load_case.touching)
+        load_case.touching->press *= factor;
     load_case.acceleration *= factor;
     load_case.load_scale *= factor;
     return load_case;
@@ -85,8 +87,9 @@ LoadCase scaled(LoadCase load_case, double factor) {
 bool is_driven(const LoadCase &load_case) {
     const auto is_load = [](double component) { return component < 0.0 || component > 0.0; }; // not NaN
     const auto drives = [&](const Vector3 &value) { return std::ranges::any_of(value, is_load); };
-    return is_load(load_case.press_depth) || drives(load_case.acceleration) ||
-           std::ranges::any_of(load_case.value, drives) || std::ranges::any_of(load_case.node_shift, drives);
+    return is_load(load_case.press_depth) || (load_case.touching && drives(load_case.touching->press)) ||
+           drives(load_case.acceleration) || std::ranges::any_of(load_case.value, drives) ||
+           std::ranges::any_of(load_case.node_shift, drives);
 }
 
 } // namespace livermark::core

@@ -136,6 +136,9 @@ struct LoadCase {
     /// Whether the traction on a facet is multiplied until the body has moved by press_depth.
     bool presses(int facet) const { return condition[facet] == FacetCondition::traction && constraint[facet] >= 0; }
 
+    /// Whether the ball may touch a facet.
+    bool may_touch(int facet) const { return touching && condition[facet] != FacetCondition::prescribed_displacement; }
+
     /// Whether the traction on a facet is a pressure that follows the surface.
     bool follows_surface(int facet) const {
         return !follows.empty() && follows[facet] != 0 && condition[facet] == FacetCondition::traction;
@@ -167,7 +170,8 @@ bool constrain_the_same(const LoadCase &a, const LoadCase &b);
 bool constrains_all_of(const LoadCase &more, const LoadCase &less);
 
 /// The same with everything that drives it multiplied: tractions, accelerations and the prescribed displacements that
-/// are not zero, or the depth to which it is pressed. A linear body then moves by the factor.
+/// are not zero, or the depth to which it is pressed, or the way of a ball that touches. A linear body then moves by
+/// the factor, but not where a ball touches more of it.
 LoadCase scaled(LoadCase load_case, double factor);
 
 /// Whether anything drives it: if not, every solution is zero and no factor changes that.

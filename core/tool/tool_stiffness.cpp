@@ -40,6 +40,36 @@ void measure(const TetraMesh &mesh, const LoadCase &load_case, ToolPlace &place)
     }
 }
 
+/// The place that the ball sinks into, as large as the circle in which Hertz's sphere touches at that depth.
+ToolPlace touched_place(const TetraMesh &mesh, const LoadCase &load_case) {
+    const auto &ball = *load_case.touching;
+    const Vector3 first = ball.first_point();
+    const double radius = std::sqrt(ball.radius * ball.press.norm());
+    ToolPlace place{
+        .name = load_case.constraint_names[ball.constraint], .drive = ToolDrive::depth, .constraint = ball.constraint};
+    int nearest = -1;
+    double least = std::numeric_limits<double>::infinity();
+    for (int f = 0; f < static_cast<int>(load_case.condition.size()); ++f) {
+        if (!load_case.may_touch(f))
+            continue;
+        const double distance = (point_at(corners_of(mesh, f), Vector3::Constant(1.0 / 3.0)) - first).norm();
+        if (distance < radius)
+            place.facets.push_back(f);
+        if (distance < least) {
+            least = distance;
+            nearest = f;
+        }
+    }
+    if (place.facets.empty() && nearest >= 0)
+        place.facets.push_back(nearest);
+    if (place.facets.empty())
+        return place;
+    measure(mesh, load_case, place);
+    place.middle = first;
+    place.radius = radius;
+    return place;
+}
+
 /// What the forces do on displacements (N), of either precision [J].
 template <class Displacements>
 double work(const std::vector<std::pair<int, Vector3>> &forces, const Displacements &displacement) {
@@ -147,6 +177,9 @@ std::vector<ToolPlace> tool_places(const TetraMesh &mesh, const LoadCase &load_c
     std::erase_if(places, [](const ToolPlace &place) { return place.facets.empty(); });
     for (auto &place : places)
         measure(mesh, load_case, place);
+    if (load_case.touching)
+        places.push_back(touched_place(mesh, load_case));
+    std::erase_if(places, [](const ToolPlace &place) { return place.facets.empty(); });
     return places;
 }
 

@@ -16,7 +16,7 @@ namespace livermark::core {
 /// How a place is moved, and so what its stiffness is compared by. The values are those of the result file.
 enum class ToolDrive : std::uint8_t {
     traction = 0,    ///< by a given force: its displacement, in the mean weighted with the traction
-    depth = 1,       ///< by LoadCase::press_depth: its force
+    depth = 1,       ///< by LoadCase::press_depth, or the way of LoadCase::touching: its force
     displacement = 2 ///< to a prescribed displacement: its reaction
 };
 
@@ -27,8 +27,10 @@ struct ToolPlace {
     int constraint = -1;              ///< index into LoadCase::constraint_names; -1 of a given traction
     std::vector<int> facets{};        ///< indices into mesh.boundary_triangles, ascending
     Vector3 middle = Vector3::Zero(); ///< of a round tool, otherwise the area centroid of the facets [m]
-    double radius = 0.0;              ///< of a round tool, otherwise of the disc of the area of the facets [m]
-    double edge_length = 0.0;         ///< mean over the edges of the facets [m]
+    /// Of a round tool, or where a ball sinks in that of Hertz's circle of contact, otherwise of the disc of the area
+    /// of the facets [m].
+    double radius = 0.0;
+    double edge_length = 0.0; ///< mean over the edges of the facets [m]
 };
 
 /// The tools of a load case: first given tractions, in the order of LoadCase::load_names, then those of constraints.

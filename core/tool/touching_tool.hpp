@@ -4,12 +4,85 @@
 
 namespace livermark::core {
 
-/// A rigid ball that touches the surface and does not stick to it: contact without adhesion, with Coulomb friction.
+/// A rigid ball that touches the surface and does not stick to it: contact without adhesion, with Coulomb friction. The
+/// ball does not turn. It may touch every facet that prescribes no displacement, see LoadCase::may_touch().
 struct TouchingTool {
-    double radius = 0.0;             ///< [m], > 0
+    double radius = 0.0;             ///< R [m], > 0
     Vector3 start = Vector3::Zero(); ///< its centre when it just touches the body at rest [m]
     Vector3 press = Vector3::Zero(); ///< by which the centre moves to the whole of the load, inwards [m]
-    double friction = 0.0;           ///< coefficient, >= 0
+    double friction = 0.0;           ///< coefficient mu, >= 0
+    int constraint = 0;              ///< what it exerts on the body: index into LoadCase::constraint_names
+
+    /// Of the ball at a part of the load [m].
+    Vector3 centre_at(double part) const { return start + part * press; }
+    /// Where the ball touches the body at rest [m].
+    Vector3 first_point() const { return start + radius * press.normalized(); }
+    bool operator==(const TouchingTool &) const = default;
 };
+
+/// How far a point of the body is from the ball.
+struct Gap {
+    double size = 0.0;                ///< g = |x - c| - R [m], below 0 inside the ball
+    Vector3 normal = Vector3::Zero(); ///< n = (x - c) / |x - c|, out of the ball and into the body; its derivative is
+                                      ///< (I - n n^T) / |x - c|
+};
+
+/// @param from_centre  d = x - c, of a point of the body and the centre of the ball [m]; not zero
+Gap gap_to(double radius, const Vector3 &from_centre);
+
+/// The law of contact at one point, in displacement and traction; at a node that stands for an area, multiply penalties
+/// by the area, and pressures and tractions are forces.
+///
+/// Pressure is that of an augmented Lagrangian, p = max(0, lambda - eps g), and the whole traction on the body is
+/// p n + tau. Friction holds each point to an anchor a on the ball with tau' = -eps_t (I - n n^T) (d - a), as long as
+/// |tau'| <= mu p; beyond that the point slips with tau = mu p tau' / |tau'|, and the anchor is dragged along.
+/// (J. C. Simo, T. A. Laursen 1992, An augmented Lagrangian treatment of contact problems involving friction, Comput.
+/// Struct. 42(1); P. Wriggers, Computational Contact Mechanics, 2006, chapters 6 and 10)
+struct ContactLaw {
+    double penalty = 0.0;            ///< eps [Pa/m], > 0
+    double tangential_penalty = 0.0; ///< eps_t [Pa/m], > 0
+    double friction = 0.0;           ///< mu, >= 0
+};
+
+/// What one point of the surface keeps from one step of the load to the next.
+struct ContactMemory {
+    double multiplier = 0.0;          ///< lambda [Pa]: 0 is a pure penalty
+    Vector3 anchor = Vector3::Zero(); ///< a [m], from the centre of the ball; at first where the point is at rest
+};
+
+/// What the ball does to one point.
+struct Contact {
+    Gap gap;
+    double pressure = 0.0;              ///< p [Pa], >= 0
+    Vector3 friction = Vector3::Zero(); ///< tau on the body [Pa], along the surface of the ball
+    bool slips = false;                 ///< it touches and |tau'| > mu p
+
+    bool touches() const { return pressure > 0.0; }
+    Vector3 traction() const { return pressure * gap.normal + friction; } ///< on the body [Pa]
+};
+
+/// @param radius       R [m]
+/// @param from_centre  d [m], not zero
+Contact touch(const ContactLaw &law, double radius, const Vector3 &from_centre, const ContactMemory &memory);
+
+/// Of the pressure alone: (p^2 - lambda^2) / (2 eps) [J/m^2]. Its derivative by d is -p n.
+double contact_energy(const ContactLaw &law, const Contact &contact, const ContactMemory &memory);
+
+/// Minus the derivative of the traction by d [Pa/m], in two parts.
+struct ContactStiffness {
+    Eigen::Matrix3d positive = Eigen::Matrix3d::Zero(); ///< symmetric, no eigenvalue below 0: what preconditioners take
+    Eigen::Matrix3d rest = Eigen::Matrix3d::Zero();     ///< curvature of the ball, and slip that pressure allows
+
+    Eigen::Matrix3d all() const { return positive + rest; }
+};
+
+/// Zero where the point does not touch. The same parameters as of touch(), which gave the contact.
+ContactStiffness contact_stiffness(const ContactLaw &law, const Vector3 &from_centre, const ContactMemory &memory,
+                                   const Contact &contact);
+
+/// What a point keeps when a step of the load has found its equilibrium: the anchor where it sticks, the dragged one
+/// where it slips, its own place where it does not touch. The multiplier stays.
+ContactMemory after_step(const ContactLaw &law, const Vector3 &from_centre, const ContactMemory &memory,
+                         const Contact &contact);
 
 } // namespace livermark::core

@@ -65,6 +65,13 @@ std::string fingerprint(const core::Problem &problem, const std::string &model) 
     }
     if (load_case.press_depth != 0.0) // others keep the name that they had before there was one
         hash.add(load_case.press_depth);
+    if (const auto &ball = load_case.touching) {
+        hash.add_integers(std::array{ball->constraint});
+        for (const auto &vector : {ball->start, ball->press})
+            hash.add(vector);
+        for (const double number : {ball->radius, ball->friction})
+            hash.add(number);
+    }
     hash.add(load_case.acceleration);
     for (const double fraction : load_case.path)
         hash.add(fraction);

@@ -1,0 +1,153 @@
+#include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
+#include <vector>
+
+#include "core/load_case.hpp"
+#include "core/tool/touching_tool.hpp"
+
+namespace livermark {
+namespace {
+
+using core::Vector3;
+
+constexpr double radius = 0.012;
+const core::ContactLaw law{.penalty = 2e7, .tangential_penalty = 1e7, .friction = 0.3};
+const core::ContactLaw smooth{.penalty = 2e7, .tangential_penalty = 1e7, .friction = 0.0};
+
+struct Case {
+    core::ContactLaw law;
+    Vector3 from_centre;
+    core::ContactMemory memory;
+};
+
+/// Without friction, sticking and slipping, each with a multiplier and without one.
+std::vector<Case> touching_cases() {
+    std::vector<Case> cases;
+    const Vector3 inside = 0.0117 * Vector3(0.2, -0.3, -0.9).normalized();
+    for (const double multiplier : {0.0, 900.0}) {
+        cases.push_back({smooth, inside, {multiplier, inside}});
+        cases.push_back({law, inside, {multiplier, inside + Vector3(2e-5, 3e-5, 1e-5)}});
+        cases.push_back({law, inside, {multiplier, inside + Vector3(2e-3, 3e-3, -1e-3)}});
+    }
+    return cases;
+}
+
+core::Contact touch(const Case &at, const Vector3 &from_centre) {
+    return core::touch(at.law, radius, from_centre, at.memory);
+}
+
+TEST(TouchingTool, GapAndNormalAreThoseOfABall) {
+    const auto outside = core::gap_to(radius, {0.0, 0.0, -0.015}), inside = core::gap_to(radius, {0.009, 0.0, 0.0});
+    EXPECT_NEAR(outside.size, 0.003, 1e-15);
+    EXPECT_EQ(outside.normal, Vector3(0.0, 0.0, -1.0));
+    EXPECT_NEAR(inside.size, -0.003, 1e-15);
+    const core::TouchingTool ball{
+        .radius = radius, .start = {0.0, 0.0, 0.05}, .press = {0.0, 0.0, -0.01}, .friction = 0.0};
+    EXPECT_NEAR((ball.centre_at(0.5) - Vector3(0.0, 0.0, 0.045)).norm(), 0.0, 1e-15);
+    EXPECT_NEAR((ball.first_point() - Vector3(0.0, 0.0, 0.038)).norm(), 0.0, 1e-15);
+}
+
+TEST(TouchingTool, DoesNothingWithoutContact) {
+    const Vector3 outside(0.0, 0.001, 0.0125);
+    const core::ContactMemory memory{0.0, {0.001, 0.0, 0.0125}};
+    const auto contact = core::touch(law, radius, outside, memory);
+    EXPECT_FALSE(contact.touches());
+    EXPECT_EQ(contact.traction(), Vector3::Zero());
+    EXPECT_TRUE(core::contact_stiffness(law, outside, memory, contact).all().isZero(0.0));
+    EXPECT_EQ(core::after_step(law, outside, memory, contact).anchor, outside);
+    // What augmentation has added pulls nothing: pressures are never negative.
+    EXPECT_EQ(core::touch(law, radius, outside, {100.0, outside}).pressure, 0.0);
+}
+
+TEST(TouchingTool, TractionIsTheGradientOfItsEnergyWithoutFriction) {
+    for (const auto &at : touching_cases()) {
+        if (at.law.friction > 0.0)
+            continue;
+        const auto energy = [&](const Vector3 &d) { return core::contact_energy(at.law, touch(at, d), at.memory); };
+        constexpr double step = 1e-7;
+        const Vector3 traction = touch(at, at.from_centre).traction();
+        for (int k = 0; k < 3; ++k) {
+            const Vector3 along = step * Vector3::Unit(k);
+            EXPECT_NEAR(-(energy(at.from_centre + along) - energy(at.from_centre - along)) / (2.0 * step), traction[k],
+                        1e-6 * traction.norm());
+        }
+    }
+}
+
+TEST(TouchingTool, StiffnessIsTheDerivativeOfTheTraction) {
+    int slipping = 0, sticking = 0;
+    for (const auto &at : touching_cases()) {
+        const auto contact = touch(at, at.from_centre);
+        ASSERT_TRUE(contact.touches());
+        slipping += contact.slips ? 1 : 0;
+        sticking += contact.slips ? 0 : 1;
+        const auto stiffness = core::contact_stiffness(at.law, at.from_centre, at.memory, contact);
+        constexpr double step = 1e-9;
+        for (int k = 0; k < 3; ++k) {
+            const Vector3 along = step * Vector3::Unit(k);
+            const Vector3 slope =
+                (touch(at, at.from_centre + along).traction() - touch(at, at.from_centre - along).traction()) /
+                (2.0 * step);
+            EXPECT_LT((stiffness.all().col(k) + slope).norm(), 1e-5 * law.penalty);
+        }
+        EXPECT_LT((stiffness.positive - stiffness.positive.transpose()).norm(), 1e-12 * law.penalty);
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> modes(stiffness.positive);
+        EXPECT_GT(modes.eigenvalues()[0], -1e-12 * law.penalty);
+    }
+    EXPECT_EQ(slipping, 2);
+    EXPECT_EQ(sticking, 4);
+}
+
+TEST(TouchingTool, FrictionStaysInTheConeAndOpposesTheSlip) {
+    for (const auto &at : touching_cases()) {
+        const auto contact = touch(at, at.from_centre);
+        const double most = at.law.friction * contact.pressure;
+        EXPECT_LE(contact.friction.norm(), most * (1.0 + 1e-14));
+        EXPECT_NEAR(contact.friction.dot(contact.gap.normal), 0.0, 1e-12 * contact.pressure);
+        if (contact.slips) {
+            EXPECT_NEAR(contact.friction.norm(), most, 1e-12 * most);
+        }
+        EXPECT_LE(contact.friction.dot(at.from_centre - at.memory.anchor), 0.0);
+    }
+}
+
+/// A point that is dragged along a plane of contact moves back under the elastic part of its slip, then sticks.
+TEST(TouchingTool, AnchorIsDraggedBySlipAndStaysOtherwise) {
+    const Vector3 rest(0.0, 0.0, -0.0119);
+    core::ContactMemory memory{0.0, rest};
+    const Vector3 moved = rest + Vector3(1e-3, 0.0, 0.0);
+    const auto slipping = core::touch(law, radius, moved, memory);
+    ASSERT_TRUE(slipping.slips);
+    memory = core::after_step(law, moved, memory, slipping);
+    // The same place again is on the cone, neither beyond it nor inside.
+    const auto again = core::touch(law, radius, moved, memory);
+    EXPECT_LT((again.friction - slipping.friction).norm(), 1e-3 * slipping.friction.norm());
+    const Vector3 back = moved - Vector3(2e-5, 0.0, 0.0);
+    const auto sticking = core::touch(law, radius, back, memory);
+    EXPECT_FALSE(sticking.slips);
+    EXPECT_EQ(core::after_step(law, back, memory, sticking).anchor, memory.anchor);
+}
+
+TEST(TouchingTool, IsPartOfWhatALoadCaseDoes) {
+    core::LoadCase load_case;
+    load_case.condition = {core::FacetCondition::prescribed_displacement, core::FacetCondition::free};
+    load_case.value = {Vector3::Zero(), Vector3::Zero()};
+    load_case.constraint = {0, -1};
+    EXPECT_FALSE(core::is_driven(load_case));
+    EXPECT_FALSE(load_case.may_touch(1));
+    auto pressed = load_case;
+    pressed.touching = core::TouchingTool{.radius = radius, .start = {0.0, 0.0, 1.0}, .press = {0.0, 0.0, -0.01}};
+    EXPECT_TRUE(core::is_driven(pressed));
+    EXPECT_FALSE(pressed.may_touch(0));
+    EXPECT_TRUE(pressed.may_touch(1));
+    EXPECT_FALSE(core::are_statically_equal(load_case, pressed));
+    auto half = core::scaled(pressed, 0.5);
+    EXPECT_FALSE(core::are_statically_equal(half, pressed));
+    EXPECT_EQ(half.touching->press, Vector3(0.0, 0.0, -0.005));
+    EXPECT_EQ(half.touching->start, pressed.touching->start);
+    half.touching->press *= 2.0;
+    EXPECT_TRUE(core::are_statically_equal(half, pressed));
+}
+
+} // namespace
+} // namespace livermark
