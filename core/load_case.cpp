@@ -77,8 +77,10 @@ LoadCase scaled(LoadCase load_case, double factor) {
     for (auto &shift : load_case.node_shift)
         shift *= factor;
     load_case.press_depth *= factor;
-    if (load_case.touching)
+    if (load_case.touching) {
         load_case.touching->press *= factor;
+        load_case.touching->slide *= factor;
+    }
     load_case.acceleration *= factor;
     load_case.load_scale *= factor;
     return load_case;

@@ -67,7 +67,7 @@ std::string fingerprint(const core::Problem &problem, const std::string &model) 
         hash.add(load_case.press_depth);
     if (const auto &ball = load_case.touching) {
         hash.add_integers(std::array{ball->constraint});
-        for (const auto &vector : {ball->start, ball->press})
+        for (const auto &vector : {ball->start, ball->press, ball->slide})
             hash.add(vector);
         for (const double number : {ball->radius, ball->friction})
             hash.add(number);

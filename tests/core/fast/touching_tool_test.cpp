@@ -41,9 +41,12 @@ TEST(TouchingTool, GapAndNormalAreThoseOfABall) {
     EXPECT_NEAR(outside.size, 0.003, 1e-15);
     EXPECT_EQ(outside.normal, Vector3(0.0, 0.0, -1.0));
     EXPECT_NEAR(inside.size, -0.003, 1e-15);
-    const core::TouchingTool ball{
-        .radius = radius, .start = {0.0, 0.0, 0.05}, .press = {0.0, 0.0, -0.01}, .friction = 0.0};
+    const core::TouchingTool ball{.radius = radius, .start = {0.0, 0.0, 0.05}, .press = {0.0, 0.0, -0.01}};
     EXPECT_NEAR((ball.centre_at(0.5) - Vector3(0.0, 0.0, 0.045)).norm(), 0.0, 1e-15);
+    auto sliding = ball;
+    sliding.slide = {0.004, 0.0, 0.0};
+    EXPECT_NEAR((sliding.centre_at(0.25) - Vector3(0.0, 0.0, 0.045)).norm(), 0.0, 1e-15);
+    EXPECT_NEAR((sliding.centre_at(0.75) - Vector3(0.002, 0.0, 0.04)).norm(), 0.0, 1e-15);
     EXPECT_NEAR((ball.first_point() - Vector3(0.0, 0.0, 0.038)).norm(), 0.0, 1e-15);
 }
 
