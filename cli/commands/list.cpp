@@ -62,6 +62,7 @@ const std::vector<List> &lists() {
         {"bodies", list_bodies},
         {"load-cases", [] { list_load_cases_in(studies::load_cases_folder); }},
         {"moving-load-cases", [] { list_load_cases_in(studies::moving_load_cases_folder); }},
+        {"touching-load-cases", [] { list_load_cases_in(studies::touching_load_cases_folder); }},
         {"needle-load-cases", [] { list_load_cases_in(studies::needle_load_cases_folder); }},
         {"slow-load-cases", [] { list_load_cases_in(studies::slow_load_cases_folder); }},
         {"models", list_models},

@@ -19,6 +19,7 @@
 #include "load_cases/readers/regime_reader.hpp"
 #include "load_cases/readers/release_reader.hpp"
 #include "load_cases/readers/tool_reader.hpp"
+#include "load_cases/readers/touch_reader.hpp"
 #include "support/input_error.hpp"
 #include "support/toml_input.hpp"
 #include "support/whole_file.hpp"
@@ -117,9 +118,9 @@ void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core
 }
 
 void refuse_unknown_keys_of_load_case(const toml::table &table) {
-    support::refuse_unknown_keys(table,
-                                 {"title", "regime", "path", "target_peak_displacement", "scale_to_target",
-                                  "acceleration", "condition", "release", "probe", "tool", "needle", "cut", "history"});
+    support::refuse_unknown_keys(table, {"title", "regime", "path", "target_peak_displacement", "scale_to_target",
+                                         "acceleration", "condition", "release", "probe", "tool", "touch", "needle",
+                                         "cut", "history"});
 }
 
 toml::table read_table(const std::string &text, const std::filesystem::path &file) {
@@ -154,6 +155,8 @@ void read_target(const toml::table &table, core::LoadCase &load_case) {
 /// hundredth of its size, where small deformations end.
 double expected_peak(const core::TetraMesh &mesh, const core::LoadCase &load_case) {
     double peak = std::abs(load_case.press_depth);
+    if (load_case.touching)
+        peak = load_case.touching->press.norm();
     for (std::size_t f = 0; f < load_case.value.size(); ++f)
         if (load_case.condition[f] == core::FacetCondition::prescribed_displacement)
             peak = std::max(peak,
@@ -219,6 +222,8 @@ core::LoadCase load_case_of_table(const toml::table &table, const std::filesyste
         load_case.condition.end())
         throw support::InputError(
             fmt::format("{}: nothing constrains the body; add a [[condition]] with a displacement", file.string()));
+    if (table.contains("touch"))
+        load_case.touching = read_touch(table, mesh, load_case);
     if (load_case.scale_to_target && !core::is_driven(load_case))
         throw support::InputError(
             fmt::format("{}: nothing moves the body, so no factor reaches the target; add a load, a "

@@ -94,6 +94,20 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 ///     frequency = 1.0                         # [Hz], or instead of these four: the load is (1 - cos(2 pi f t)) / 2
 ///     cycles = 5                              # of what it is, so often
 ///
+/// A rigid ball may touch a body that is held elsewhere, in the large regime; it does not stick to it:
+///
+///     [touch]
+///     disc = { patch = "anterior", radius = 0.012 }  # or another place; the ball comes against its mean outward
+///     normal,
+///                                             # over the point of it that is nearest to its middle
+///     radius = 0.012                          # [m], of the ball
+///     depth = 0.01                            # [m], on from where the ball just touches the body at rest
+///     friction = 0.3                          # Coulomb's coefficient; 0 if this is left out
+///     slide = [0.01, 0.0, 0.0]                # [m], after that; none if this is left out. The first half of the path
+///                                             # presses then
+///
+/// What it exerts is the reaction "touch".
+///
 /// A body may be cut at rest before anything is done to it: [[cut]], of which meshes/cutting/cut_reader.hpp says what
 /// it takes. The mesh here is that of the cut body, with its patch "wound".
 ///

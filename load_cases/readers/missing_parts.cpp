@@ -83,6 +83,7 @@ void refuse_missing_parts(const toml::table &load_case) {
     look_at_conditions(load_case, missing);
     look_at_release(load_case, missing);
     look_at_keys(load_case, "tool", {"place", "press_until", "release_at", "duration", "mass_damping"}, missing);
+    look_at_keys(load_case, "touch", {"radius", "depth"}, missing);
     if (missing.size() > 1)
         throw support::InputError(fmt::format("{}: {} things are missing: {}; add them", support::place_of(load_case),
                                               missing.size(), fmt::join(missing, "; ")));

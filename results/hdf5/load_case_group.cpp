@@ -83,6 +83,35 @@ core::SlowHistory read_slow_history(const InputFile &file) {
     return history;
 }
 
+void write_touch(OutputFile &file, const core::TouchingTool &ball) {
+    file.group("/load_case/touch");
+    file.integer("/load_case/touch", "constraint", ball.constraint);
+    file.number("/load_case/touch", "radius", ball.radius);
+    file.number("/load_case/touch", "friction", ball.friction);
+    file.dataset("/load_case/touch/way", std::vector{ball.start, ball.press, ball.slide}, "m");
+}
+
+core::TouchingTool read_touch(const InputFile &file, std::size_t num_constraints) {
+    const std::string group = "/load_case/touch";
+    core::TouchingTool ball;
+    const auto constraint = file.integer(group, "constraint");
+    if (constraint < 0 || constraint >= static_cast<std::int64_t>(num_constraints))
+        file.refuse(group, fmt::format("attribute constraint is {}", constraint));
+    ball.constraint = static_cast<int>(constraint);
+    ball.radius = file.number(group, "radius");
+    ball.friction = file.number(group, "friction");
+    if (!(ball.radius > 0.0 && ball.friction >= 0.0 && std::isfinite(ball.radius) && std::isfinite(ball.friction)))
+        file.refuse(group, "attributes radius and friction have to be positive, or friction zero");
+    const auto way = file.dataset<core::Vector3>(group + "/way", 3);
+    check_finite(file, group + "/way", way);
+    ball.start = way[0];
+    ball.press = way[1];
+    ball.slide = way[2];
+    if (ball.press.isZero(0.0))
+        file.refuse(group + "/way", "does not press");
+    return ball;
+}
+
 core::Release read_release(const InputFile &file, std::size_t num_nodes) {
     const std::string group = "/load_case/release";
     core::Release release;
@@ -183,6 +212,8 @@ void write_load_case(OutputFile &file, const core::LoadCase &load_case) {
         file.dataset("/load_case/yielded", lost_areas, "");
         file.texts("/load_case/yielded", "names", names);
     }
+    if (load_case.touching)
+        write_touch(file, *load_case.touching);
     if (load_case.release)
         write_release(file, *load_case.release);
     if (load_case.slow_history)
@@ -252,6 +283,8 @@ core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles, 
             load_case.yielded.push_back({names[y], lost[y]});
         }
     }
+    if (file.has("/load_case/touch"))
+        load_case.touching = read_touch(file, load_case.constraint_names.size());
     if (file.has("/load_case/release"))
         load_case.release = read_release(file, num_nodes);
     if (file.has("/load_case/slow_history"))

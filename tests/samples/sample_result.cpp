@@ -52,6 +52,12 @@ core::Problem sample_problem(int num_bricks) {
     load_case.node_shift.front() = {0.001, 0.0, -0.002};
     for (int y = 1; y <= 7; ++y)
         load_case.yielded.push_back({"jaw " + std::to_string(y), 0.03 * y});
+    load_case.touching = core::TouchingTool{.radius = 0.3,
+                                            .start = {0.5, 0.5, 1.3},
+                                            .press = {0.0, 0.01, -1.0 / 70.0},
+                                            .slide = {0.1, 0.0, 0.0},
+                                            .friction = 1.0 / 3.0,
+                                            .constraint = 1};
     load_case.release = core::Release{52, 0.01, {1.5, 1e-4}, {{"tip", 3}, {"dome", 0}, {"edge", 5}}};
     return {std::move(body), std::move(load_case)};
 }

@@ -94,6 +94,7 @@ void expect_equal(const core::LoadCase &a, const core::LoadCase &b) {
     EXPECT_EQ(a.load_names, b.load_names);
     EXPECT_EQ(a.load, b.load);
     EXPECT_EQ(a.press_depth, b.press_depth);
+    EXPECT_EQ(a.touching, b.touching);
     ASSERT_EQ(a.release.has_value(), b.release.has_value());
     if (a.release)
         expect_equal(*a.release, *b.release);

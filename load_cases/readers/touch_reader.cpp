@@ -1,0 +1,111 @@
+#include "load_cases/readers/touch_reader.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <iterator>
+#include <limits>
+#include <string_view>
+#include <vector>
+
+#include "core/mesh/bounding_box.hpp"
+#include "core/mesh/triangle.hpp"
+#include "load_cases/places/facets.hpp"
+#include "load_cases/places/selector.hpp"
+#include "support/input_error.hpp"
+
+namespace livermark::load_cases {
+
+namespace {
+
+using core::Vector3;
+
+constexpr const char *name_of_touch = "touch";
+/// How near the ball comes to the body, over its radius.
+constexpr double nearly_touching = 1e-9;
+constexpr int most_approaches = 10000;
+
+double number_of_touch(const toml::table &touch, std::string_view key, bool may_be_zero) {
+    const double value = support::required_number(touch, key);
+    if (value < 0.0 || (value == 0.0 && !may_be_zero))
+        throw support::InputError(fmt::format("{}: '{}' of a ball that touches is {}; it has to be {}",
+                                              support::place_of(*touch.get(key)), key, value,
+                                              may_be_zero ? "zero or more" : "positive"));
+    return value;
+}
+
+void refuse_company(const toml::table &touch, const toml::table &table, const core::LoadCase &load_case) {
+    if (load_case.regime != core::Regime::large)
+        throw support::InputError(fmt::format("{}: what a ball touches grows as it sinks in, which small deformations "
+                                              "leave out; say regime = \"large\"",
+                                              support::place_of(touch)));
+    if (core::is_driven(load_case) || load_case.scale_to_target || table.contains("release") || table.contains("tool"))
+        throw support::InputError(fmt::format("{}: a ball that touches drives the body alone; leave out loads, "
+                                              "accelerations, displacements other than 0, 'scale_to_target', [release] "
+                                              "and [tool]",
+                                              support::place_of(touch)));
+}
+
+struct FirstTouch {
+    Vector3 centre; ///< [m]
+    int facet;
+};
+
+/// Where a ball that comes from far away along a line first touches the body. It always moves by the gap that is left,
+/// which never leads into the body.
+FirstTouch first_touch(const core::TetraMesh &mesh, const Vector3 &onto, const Vector3 &direction, double radius) {
+    FirstTouch ball{onto - (core::extent(mesh.points) + radius) * direction, -1};
+    for (int approach = 0; approach < most_approaches; ++approach) {
+        double distance = std::numeric_limits<double>::infinity();
+        for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+            const double to_facet =
+                (core::nearest_of_triangle(core::corners_of(mesh, f), ball.centre) - ball.centre).norm();
+            if (to_facet < distance) {
+                distance = to_facet;
+                ball.facet = f;
+            }
+        }
+        const double gap = distance - radius;
+        if (gap < nearly_touching * radius)
+            break;
+        ball.centre += gap * direction;
+    }
+    return ball;
+}
+
+} // namespace
+
+core::TouchingTool read_touch(const toml::table &table, const core::TetraMesh &mesh, core::LoadCase &load_case) {
+    const auto &touch = support::required_table(table, "touch");
+    std::vector<std::string_view> known{"radius", "depth", "friction", "slide"};
+    std::ranges::transform(all_selectors(), std::back_inserter(known),
+                           [](const Selector &selector) { return std::string_view(selector.name); });
+    support::refuse_unknown_keys(touch, known);
+    refuse_company(touch, table, load_case);
+    const auto place = select_facets(touch, mesh, load_case.condition);
+    const Vector3 direction = -pressed_normal(place, mesh);
+    if (!direction.allFinite())
+        throw NotOnBody(support::place_of(touch),
+                        fmt::format("the normals of '{}' cancel, so that a ball comes from nowhere", place.name),
+                        "choose a smaller place");
+    core::TouchingTool tool{.radius = number_of_touch(touch, "radius", false)};
+    tool.press = number_of_touch(touch, "depth", false) * direction;
+    if (touch.contains("friction"))
+        tool.friction = number_of_touch(touch, "friction", true);
+    if (touch.contains("slide"))
+        tool.slide = support::required_vector(touch, "slide");
+    if (tool.press.norm() > 2.0 * tool.radius)
+        throw support::InputError(fmt::format("{}: a ball that sinks in by {:g} m is under the surface, with a radius "
+                                              "of {:g} m; give less depth or a larger radius",
+                                              support::place_of(*touch.get("depth")), tool.press.norm(), tool.radius));
+    const auto onto = nearest_point(place.facets, mesh, middle_of(place.facets, mesh)).point;
+    const auto found = first_touch(mesh, onto, direction, tool.radius);
+    if (load_case.condition[found.facet] == core::FacetCondition::prescribed_displacement)
+        throw NotOnBody(support::place_of(touch), "the ball would first touch what is held",
+                        "choose another place or a smaller ball");
+    tool.start = found.centre;
+    tool.constraint = static_cast<int>(load_case.constraint_names.size());
+    load_case.constraint_names.emplace_back(name_of_touch);
+    return tool;
+}
+
+} // namespace livermark::load_cases
