@@ -152,7 +152,8 @@ class PreparedMassSprings : public core::PreparedModel {
         solution.solve_seconds = seconds(Clock::now() - start);
         solution.status = found.status;
         solution.message = found.message;
-        solution.reaction = msm::constraint_forces(problem, conditions, found.constraint_force, found.press);
+        solution.reaction =
+            msm::constraint_forces(problem, conditions, found.constraint_force, found.press, found.touch);
         solution.nonlinearity = nonlinearity(found);
         solution.displacement = std::move(found.displacement);
     }
@@ -262,7 +263,9 @@ core::Model mass_spring_model(std::string name, std::string summary, std::string
         .compliance = [=](const core::Problem &problem,
                           std::span<const core::InteriorPlace> places) { return compliance(problem, make, places); },
         .check = [=](const core::Problem &problem) { check(problem, make, options); },
-        // Time stepping knows the loads before it begins, and the force of what presses to a depth is a result.
+        // Time stepping knows the loads before it begins, and the force of what touches or presses to a depth is a
+        // result.
+        .touches = options.equilibrium == EquilibriumMethod::newton,
         .is_wanted = [relaxes = options.equilibrium == EquilibriumMethod::relaxation](
                          const core::Problem &problem) { return !relaxes || problem.load_case.press_depth == 0.0; },
     };

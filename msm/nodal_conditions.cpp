@@ -46,7 +46,8 @@ NodalConditions nodal_conditions(const core::Problem &problem, const std::vector
 }
 
 std::vector<core::Vector3> constraint_forces(const core::Problem &problem, const NodalConditions &conditions,
-                                             const std::vector<core::Vector3> &force, double press) {
+                                             const std::vector<core::Vector3> &force, double press,
+                                             const core::Vector3 &touch) {
     auto total = core::press_resultants(problem.load_case, problem.body->mesh);
     for (auto &of_place : total)
         of_place *= press;
@@ -54,6 +55,8 @@ std::vector<core::Vector3> constraint_forces(const core::Problem &problem, const
         for (std::size_t c = 0; c < 3; ++c)
             if (const int owner = conditions.constraint[i][c]; owner >= 0)
                 total[owner][static_cast<Eigen::Index>(c)] += force[i][static_cast<Eigen::Index>(c)];
+    if (problem.load_case.touching)
+        total[problem.load_case.touching->constraint] += touch;
     return total;
 }
 

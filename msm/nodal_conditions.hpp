@@ -25,8 +25,10 @@ NodalConditions nodal_conditions(const core::Problem &problem, const std::vector
 /// @param conditions  of the problem
 /// @param force       shape (N) [N], what the constraints exert on each node
 /// @param press       what the places that press exert together [N]
+/// @param touch       what the ball of LoadCase::touching exerts [N]
 /// @return shape (P) [N]
 std::vector<core::Vector3> constraint_forces(const core::Problem &problem, const NodalConditions &conditions,
-                                             const std::vector<core::Vector3> &force, double press = 0.0);
+                                             const std::vector<core::Vector3> &force, double press = 0.0,
+                                             const core::Vector3 &touch = core::Vector3::Zero());
 
 } // namespace livermark::msm

@@ -103,11 +103,11 @@ class Descent {
     /// @return whether there was a step downhill
     bool follow_tangent() {
         const Field x = sum(positions_, state_.displacement);
-        const auto exact = free_.restrict(elastic_hessian(body_, x, Tangent::exact));
+        const auto exact = free_.restrict(hessian(x, Tangent::exact));
         Eigen::SparseMatrix<double> compression;
         while (true) {
             if (part_left_out_ > 0.0 && compression.size() == 0)
-                compression = free_.restrict(elastic_hessian(body_, x, Tangent::semi_definite)) - exact;
+                compression = free_.restrict(hessian(x, Tangent::semi_definite)) - exact;
             const bool is_definite = factorise(
                 part_left_out_ > 0.0 ? Eigen::SparseMatrix<double>(exact + part_left_out_ * compression) : exact);
             ++state_.num_factors;
@@ -133,7 +133,7 @@ class Descent {
         const double tolerance = std::min(0.1, std::sqrt(relative_residual()));
         const LinearMap inverse = [&](const auto &vector) { return rest_.inverse_times(vector); };
         const Eigen::VectorXd step = conjugate_gradients(
-            [&](const auto &direction) { return pressed_.without(tangent_times(positions, direction)); },
+            [&](const auto &direction) { return pressed_.without(tangent_times(x, positions, direction)); },
             [&](const auto &vector) { return pressed_.step(inverse, vector); }, -gradient, tolerance, most_products);
         if (search_line(step, gradient.dot(step)) == 0.0)
             return false;
@@ -154,14 +154,25 @@ class Descent {
         return gradient;
     }
 
+    /// H, of the body and what touches it.
+    Eigen::SparseMatrix<double> hessian(const Field &x, Tangent tangent) const {
+        auto result = elastic_hessian(body_, x, tangent);
+        if (options_.contact)
+            result += options_.contact->hessian(x, tangent);
+        return result;
+    }
+
     /// H_ff d
-    Eigen::VectorXd tangent_times(const Eigen::VectorXd &positions, const Eigen::VectorXd &direction) const {
+    Eigen::VectorXd tangent_times(const Field &x, const Eigen::VectorXd &positions,
+                                  const Eigen::VectorXd &direction) const {
         Field field(positions_.size(), core::Vector3::Zero());
         free_.add(field, direction, 1.0);
         const Eigen::VectorXd all = to_unknowns(field);
         Eigen::VectorXd product = Eigen::VectorXd::Zero(all.size());
         for (const auto &term : body_.terms)
             term->add_hessian_product(positions, all, product);
+        if (options_.contact)
+            options_.contact->add_hessian_product(x, all, product);
         return free_.gather(to_field(product));
     }
 
@@ -178,6 +189,8 @@ class Descent {
         Field force = elastic_gradient(body_, x);
         if (options_.pressure)
             options_.pressure->add_gradient(x, force);
+        if (options_.contact)
+            options_.contact->add_gradient(x, force);
         if (pressed_.is_there())
             amount_ = pressed_.amount_in(free_.gather(force));
         for (std::size_t i = 0; i < force.size(); ++i)
@@ -190,6 +203,8 @@ class Descent {
         double energy = elastic_energy(body_, x);
         if (options_.pressure)
             energy += options_.pressure->energy(x);
+        if (options_.contact)
+            energy += options_.contact->energy(x);
         if (!pressed_.is_there())
             for (std::size_t i = 0; i < displacement.size(); ++i)
                 energy -= conditions_.force[i].dot(displacement[i]);
@@ -283,7 +298,9 @@ Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, co
         result.constraint_force.assign(positions.size(), core::Vector3::Zero());
         return result;
     }
-    descent.follow([&](const auto &vector) { return rest.inverse_times(vector); }, memory, rest.is_approximate());
+    // At rest nothing touches, so that factor is no help to a body that is touched.
+    if (!options.contact)
+        descent.follow([&](const auto &vector) { return rest.inverse_times(vector); }, memory, rest.is_approximate());
     while (!descent.is_balanced()) {
         if (result.num_iterations == options.max_iterations) {
             give_up(fmt::format("a relative residual of {1:.1e} is left after {0} steps; lower the load",
@@ -298,6 +315,8 @@ Equilibrium find_equilibrium(const ElasticBody &body, const Field &positions, co
     }
     result.constraint_force = constraint_part(descent.unbalanced(), conditions);
     result.press = descent.press();
+    if (options.contact)
+        result.touch = options.contact->force(sum(positions, result.displacement));
     return result;
 }
 

@@ -8,6 +8,7 @@
 #include "msm/nodal_conditions.hpp"
 #include "msm/statics/limited_memory.hpp"
 #include "msm/statics/rest_stiffness.hpp"
+#include "msm/statics/surface_contact.hpp"
 #include "msm/statics/surface_pressure.hpp"
 
 namespace livermark::msm {
@@ -23,6 +24,7 @@ struct EquilibriumOptions {
     /// Where the factor is approximate, what was learnt in equilibria nearby, and goes on to learn; none for nothing.
     LimitedMemory *memory = nullptr;
     const SurfacePressure *pressure = nullptr; ///< beside the loads; its energy alone, see SurfacePressure::rim_force()
+    const SurfaceContact *contact = nullptr;   ///< with a ball, as SurfaceContact::update() left it
 };
 
 struct Equilibrium {
@@ -32,6 +34,7 @@ struct Equilibrium {
     std::vector<core::Vector3> linear_displacement; ///< (N) solution linearised at rest [m]; empty if a start was given
     std::vector<core::Vector3> constraint_force;    ///< (N) [N], of the constraints on the nodes; zero on free ones
     double press = 0.0;                             ///< what the places that press exert together [N]
+    core::Vector3 touch = core::Vector3::Zero();    ///< what the ball exerts that touches [N]
     int num_iterations = 0;                         ///< steps downhill
     int num_factors = 0;                            ///< factorisations beside that of the body at rest
 };

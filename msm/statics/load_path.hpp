@@ -16,12 +16,14 @@ struct FollowedPath {
 /// Follows equilibrium along LoadCase::path as all that drives the body grows. A step begins where the last one ended,
 /// and goes on by the solution linearised at rest to what was added; one without an equilibrium is taken again in
 /// halves. Pressures that follow the surface have an energy, but for what the rim of their place is pushed with: that
-/// is a load of a fixed direction within an equilibrium, and is turned with the surface until it moves no more.
+/// is a load of a fixed direction within an equilibrium, and is turned with the surface until it moves no more. Under a
+/// ball that touches equilibria follow one another as SurfaceContact says, and its friction is that of these steps.
 /// @param problem     with a path
 /// @param node_mass   shape (N) [kg]
 /// @param rest        as for find_equilibrium()
+/// @param contact_stiffness  penalty of a ball that touches, see SurfaceContact
 /// @return status not_converged with the points as far as it came
 FollowedPath follow_path(const ElasticBody &body, const core::Problem &problem, const std::vector<double> &node_mass,
-                         const RestStiffness &rest);
+                         const RestStiffness &rest, double contact_stiffness = SurfaceContact::usual_stiffness);
 
 } // namespace livermark::msm
