@@ -46,7 +46,8 @@ class MovingBody {
     /// (N) of all nodes [m]
     virtual std::vector<core::Vector3> displacement() const = 0;
 
-    /// Elastic, of the body on the tool [N]; zero once it has let go.
+    /// Of the body on the tool [N]; zero once it has let go. Where the tool has hold of a place, elastic; where it
+    /// touches, the mean over the last frame: minus what momentum it gave the body over the length of the frame.
     virtual core::Vector3 tool_force() const = 0;
 
     virtual FrameCost cost(const Effort &effort) const = 0;
@@ -72,6 +73,7 @@ struct Contender {
     /// @param problem  of a load case with a tool
     std::function<std::unique_ptr<MovingBody>(const core::Problem &problem)> prepare;
     bool only_when_named = false;
+    bool knows_contact = false; ///< whether it moves under a tool that touches (LoadCase::touching)
 };
 
 using livermark::interactive::Precision;

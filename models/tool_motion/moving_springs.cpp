@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/tool/ball_contact.hpp"
 #include "models/tool_motion/contenders.hpp"
 #include "models/tool_motion/tool_place.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
@@ -38,6 +39,10 @@ class MovingSprings : public MovingBody {
         const double longest = livermark::msm::default_safety_factor * 2.0 / highest;
         least_steps_ = static_cast<int>(std::ceil(place_.motion.frame_interval / longest));
         take_steps_of(least_steps_, place_.while_held);
+        if (problem.load_case.touching) {
+            ball_ = *problem.load_case.touching;
+            contact_.emplace(core::touchable_nodes(body_->mesh, problem.load_case), ball_.radius, ball_.friction);
+        }
     }
 
     void prepare_for(const Effort &effort) override {
@@ -52,6 +57,10 @@ class MovingSprings : public MovingBody {
             return;
         }
         const double step = place_.motion.frame_interval / num_steps_;
+        if (contact_) {
+            advance_in_contact(start, step);
+            return;
+        }
         for (int s = 1; s <= num_steps_; ++s) {
             steps_->take(1);
             const auto position = core::tool_position(place_.motion, start + s * step);
@@ -73,6 +82,8 @@ class MovingSprings : public MovingBody {
         core::Vector3 force = core::Vector3::Zero();
         if (has_let_go_)
             return force;
+        if (contact_)
+            return force_;
         auto positions = displacement();
         for (std::size_t i = 0; i < positions.size(); ++i)
             positions[i] += body_->mesh.points[i];
@@ -112,9 +123,34 @@ class MovingSprings : public MovingBody {
         num_steps_ = num_steps;
     }
 
+    core::Vector3 position(int node) const { return body_->mesh.points[node] + steps_->displacement(node); }
+
+    /// Nodes that a step brings into the ball are put back out of it, with velocities that take them there.
+    void advance_in_contact(double start, double step) {
+        contact_->set_way(core::ball_centre(ball_, place_.motion, start),
+                          core::ball_centre(ball_, place_.motion, start + num_steps_ * step));
+        contact_->look_around([this](int node) { return position(node); });
+        for (int s = 0; s < num_steps_; ++s) {
+            steps_->take(1);
+            const auto ball = contact_->part(s, num_steps_);
+            for (const int node : contact_->near()) {
+                const auto now = position(node);
+                if ((now - ball.to).squaredNorm() >= ball.radius * ball.radius)
+                    continue;
+                const auto push = core::ball_push(ball, now - step * steps_->velocity(node), now);
+                steps_->push(node, push, push / step);
+                contact_->add_impulse(springs_.node_mass[node] / step * push);
+            }
+        }
+        force_ = -contact_->take_impulse() / place_.motion.frame_interval;
+    }
+
     std::shared_ptr<const core::Body> body_;
     ElasticBody springs_;
     ToolPlace place_;
+    core::TouchingTool ball_;                  ///< where it touches
+    std::optional<core::BallContact> contact_; ///< none where the tool has hold of its place
+    core::Vector3 force_ = core::Vector3::Zero();
     livermark::msm::MassScaling scaling_;
     int least_steps_ = 1, num_steps_ = 0; ///< in a frame: at least, and those that are taken
     std::optional<FastSteps> steps_;
@@ -129,7 +165,8 @@ Contender contender(const MovingSpringModel &model, bool is_scaled) {
             .prepare = [make = model.make, is_scaled](const core::Problem &problem) -> std::unique_ptr<MovingBody> {
                 return std::make_unique<MovingSprings>(make(*problem.body), problem, is_scaled);
             },
-            .only_when_named = model.only_when_named};
+            .only_when_named = model.only_when_named,
+            .knows_contact = true};
 }
 
 const livermark::msm::SpringLaw &spring_law(const char *name) {

@@ -17,6 +17,8 @@ class FastSteps::Implementation {
     virtual void set_state(const State &state) = 0;
     virtual State state() const = 0;
     virtual core::Vector3 displacement(int node) const = 0;
+    virtual core::Vector3 velocity(int node) const = 0;
+    virtual void push(int node, const core::Vector3 &displacement, const core::Vector3 &velocity) = 0;
     virtual void set_displacement(int node, const core::Vector3 &displacement) = 0;
     virtual void set_load(int node, const core::Vector3 &force) = 0;
     virtual void set_time_step(double time_step) = 0;
@@ -132,10 +134,8 @@ template <class T> class Steps : public FastSteps::Implementation {
         State state{Eigen::VectorXd(size), Eigen::VectorXd(size)};
         for (std::size_t i = 0; i < num_nodes(); ++i) {
             const auto first = static_cast<Eigen::Index>(3 * i);
-            const auto [slice, lane] = slot(i);
-            const auto &velocity = at_.nodes[slice].velocity;
             state.displacement.segment<3>(first) = displacement(static_cast<int>(i));
-            state.velocity.segment<3>(first) << velocity.get(0, lane), velocity.get(1, lane), velocity.get(2, lane);
+            state.velocity.segment<3>(first) = velocity(static_cast<int>(i));
         }
         return state;
     }
@@ -146,18 +146,36 @@ template <class T> class Steps : public FastSteps::Implementation {
         return {now.less(rest, 0, lane), now.less(rest, 1, lane), now.less(rest, 2, lane)};
     }
 
+    core::Vector3 velocity(int node) const override {
+        const auto [slice, lane] = slot(static_cast<std::size_t>(node));
+        const auto &now = at_.nodes[slice].velocity;
+        return {now.get(0, lane), now.get(1, lane), now.get(2, lane)};
+    }
+
+    void push(int node, const core::Vector3 &displacement, const core::Vector3 &velocity) override {
+        const auto [slice, lane] = slot(static_cast<std::size_t>(node));
+        auto &of_slice = at_.nodes[slice];
+        for (std::size_t c = 0; c < 3; ++c) {
+            if (of_slice.free_per_mass[c][lane] == 0.0)
+                continue;
+            const auto add = [&](FineField<T> &field, double change, Aligned<T> &rows) {
+                field.set(c, lane, field.get(c, lane) + change);
+                if (!rows.empty())
+                    write_component(node, c, field.high[c][lane], rows);
+            };
+            add(of_slice.position, displacement[static_cast<Eigen::Index>(c)], at_.rows[at_.now]);
+            add(of_slice.velocity, velocity[static_cast<Eigen::Index>(c)], at_.velocity_rows[at_.now]);
+        }
+    }
+
     void set_displacement(int node, const core::Vector3 &displacement) override {
         const auto [slice, lane] = slot(static_cast<std::size_t>(node));
-        const auto row = static_cast<std::size_t>(at_.body.row_of_node[node]);
-        auto &rows = at_.rows[at_.now];
         for (std::size_t c = 0; c < 3; ++c) {
             if (at_.nodes[slice].free_per_mass[c][lane] != 0.0)
                 continue;
             auto &position = at_.nodes[slice].position;
             position.set(c, lane, rest_[slice].get(c, lane) + displacement[static_cast<Eigen::Index>(c)]);
-            rows[4 * row + c] = position.high[c][lane];
-            for (const std::size_t copy : copies_of(row))
-                rows[4 * copy + c] = position.high[c][lane];
+            write_component(node, c, position.high[c][lane], at_.rows[at_.now]);
         }
     }
 
@@ -270,6 +288,14 @@ template <class T> class Steps : public FastSteps::Implementation {
         return {row / slice_size, row % slice_size};
     }
 
+    /// To all rows of a node.
+    void write_component(int node, std::size_t component, T value, Aligned<T> &rows) {
+        const auto row = static_cast<std::size_t>(at_.body.row_of_node[node]);
+        rows[4 * row + component] = value;
+        for (const std::size_t copy : copies_of(row))
+            rows[4 * copy + component] = value;
+    }
+
     /// Other rows that have the same node.
     const std::vector<std::size_t> &copies_of(std::size_t row) {
         if (copies_.empty()) {
@@ -328,6 +354,12 @@ State FastSteps::state() const {
 }
 core::Vector3 FastSteps::displacement(int node) const {
     return implementation_->displacement(node);
+}
+core::Vector3 FastSteps::velocity(int node) const {
+    return implementation_->velocity(node);
+}
+void FastSteps::push(int node, const core::Vector3 &displacement, const core::Vector3 &velocity) {
+    implementation_->push(node, displacement, velocity);
 }
 void FastSteps::set_displacement(int node, const core::Vector3 &displacement) {
     implementation_->set_displacement(node, displacement);

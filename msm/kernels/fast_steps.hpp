@@ -59,6 +59,13 @@ class FastSteps {
     /// Of one node, as it is now [m].
     core::Vector3 displacement(int node) const;
 
+    /// The same of its velocity [m/s].
+    core::Vector3 velocity(int node) const;
+
+    /// Changes displacement [m] and velocity [m/s] of a node between steps: what it touched, say. Constrained
+    /// components stay as they are.
+    void push(int node, const core::Vector3 &displacement, const core::Vector3 &velocity);
+
     /// Moves the constrained components of a node there [m]; what is free stays as it is.
     void set_displacement(int node, const core::Vector3 &displacement);
 
