@@ -25,6 +25,7 @@ struct Method {
     double time_step = frame_time; ///< what its users usually take [s]
     int iterations = 10;           ///< in a step, what its users usually take
     bool is_explicit = false;      ///< whether its steps can be corrected, and have a critical time step
+    bool knows_contact = false;    ///< whether a ball can touch(), see Simulation
     /// Puts the method on a scene, at rest.
     std::function<std::unique_ptr<Simulation>(const Scene &)> prepare;
 };

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/tool/ball_contact.hpp"
 #include "interactive/energy.hpp"
 
 namespace livermark::interactive {
@@ -62,6 +63,12 @@ class Simulation {
     /// Corrects all steps to come. critical_time_step() stays that without it.
     /// @return whether the method takes explicit steps; nothing happens otherwise
     virtual bool correct_steps(const std::shared_ptr<StepCorrection> & /*correction*/) { return false; }
+
+    /// Lets a ball touch the nodes that it is near to, from the next step on: no node ends a step inside the ball. In
+    /// each step it goes the way that it has been given (BallContact::set_way), and is told the momentum that nodes
+    /// get. Null for no ball.
+    /// @return whether the method knows how; nothing happens otherwise
+    virtual bool touch(const std::shared_ptr<core::BallContact> & /*ball*/) { return false; }
 
     const Scene &scene() const { return scene_; }
     const Field &positions() const { return x_; }

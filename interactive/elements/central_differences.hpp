@@ -12,8 +12,9 @@ namespace livermark::interactive {
 /// Explicit steps with the forces of the energy. An iteration is one step of central differences, h = time step over
 /// iterations, with velocities half a step behind:
 ///     v = ((1 - alpha h / 2) v + h (f + f_ext) / m) / (1 + alpha h / 2),   x += h v.
-/// Constrained nodes go to their targets in equal parts. Longer steps than critical_time_step() blow up.
-/// (Belytschko, Liu, Moran 2000, Nonlinear Finite Elements for Continua and Structures, box 6.1)
+/// Constrained nodes go to their targets in equal parts. Longer steps than critical_time_step() blow up. Nodes that a
+/// step brings into a ball are put back out of it, with velocities that take them there.
+/// (Belytschko, Liu, Moran 2000, Nonlinear Finite Elements for Continua and Structures, box 6.1 and section 10.7)
 class CentralDifferences : public Simulation {
   public:
     explicit CentralDifferences(Scene given) : Simulation(std::move(given)), forces_(rest_positions(scene())) {}
@@ -38,6 +39,9 @@ class CentralDifferences : public Simulation {
                     v.col(n) = ((1.0 - half_damping) * v.col(n) + h / scene().node_mass[n] * forces_.col(n)) /
                                (1.0 + half_damping);
             x += h * v;
+            if (ball_)
+                push_out(
+                    ball_->part(i, iterations), h, [&](int n) { return x.col(n); }, [&](int n) { return v.col(n); });
         }
         move_to_targets(); // to the last bit
     }
@@ -54,9 +58,33 @@ class CentralDifferences : public Simulation {
         return true;
     }
 
+    bool touch(const std::shared_ptr<core::BallContact> &ball) override {
+        ball_ = ball;
+        return true;
+    }
+
   protected:
     /// Null if there is none.
     StepCorrection *correction() const { return correction_.get(); }
+    core::BallContact *ball() const { return ball_.get(); }
+
+    /// After a step of length h.
+    /// @param position  of a node: int -> something that can be added to, and
+    /// @param velocity  the same, with v half a step behind
+    template <class Position, class Velocity>
+    void push_out(const core::BallStep &step, double h, const Position &position, const Velocity &velocity) {
+        const double per_step = (1.0 + 0.5 * scene().mass_damping * h) / h;
+        for (const int n : ball_->near()) {
+            const core::Vector3 now = position(n);
+            if ((now - step.to).squaredNorm() >= step.radius * step.radius)
+                continue;
+            const core::Vector3 way = velocity(n);
+            const core::Vector3 push = core::ball_push(step, now - h * way, now);
+            position(n) += push;
+            velocity(n) += push / h;
+            ball_->add_impulse(scene().node_mass[n] * per_step * push);
+        }
+    }
 
   private:
     /// To those that change velocities by what is corrected.
@@ -75,6 +103,7 @@ class CentralDifferences : public Simulation {
     }
 
     std::shared_ptr<StepCorrection> correction_;
+    std::shared_ptr<core::BallContact> ball_;
     Field forces_;
     mutable std::optional<double> critical_time_step_;
 };

@@ -22,10 +22,17 @@ void ExplicitTetrahedra::step(double time_step, int iterations) {
     }
     rows_->aim_constrained(scene(), rest_, positions(), targets(), time_step);
     const double h = time_step / iterations;
-    if (correction() == nullptr)
+    if (correction() == nullptr && ball() == nullptr)
         kernels::take_explicit_steps(*rows_, h, scene().mass_damping, iterations);
-    for (int i = 0; correction() != nullptr && i < iterations; ++i)
-        take_corrected_step(h);
+    else
+        for (int i = 0; i < iterations; ++i) {
+            if (correction() != nullptr)
+                take_corrected_step(h);
+            else
+                kernels::take_explicit_steps(*rows_, h, scene().mass_damping, 1);
+            if (ball() != nullptr)
+                push_rows_out(ball()->part(i, iterations), h);
+        }
     auto &x = mutable_positions();
     take_from_rows(rows_->displacement, rows_->row_of_node, x);
     x += rest_;
@@ -56,6 +63,12 @@ Cost ExplicitTetrahedra::cost(int iterations) const {
     const double in_double = static_cast<double>(of_element) + 10 * sizeof(double) * num_nodes / num_tetrahedra;
     return {.element_passes = passes * iterations,
             .bytes_per_element = rows_ ? static_cast<double>(rows_->bytes()) / num_tetrahedra : in_double};
+}
+
+void ExplicitTetrahedra::push_rows_out(const core::BallStep &step, double h) {
+    push_out(
+        step, h, [&](int n) { return FineRow(rest_.col(n), in_row(rows_->displacement, rows_->row_of_node[n])); },
+        [&](int n) { return FineRow(core::Vector3::Zero(), in_row(rows_->velocity, rows_->row_of_node[n])); });
 }
 
 /// Steps of (1 + alpha h / 2) v = (1 - alpha h / 2) v_before + change, and of the change that is corrected.

@@ -16,11 +16,49 @@ void PositionBased::use_vectors(std::vector<kernels::ConstraintRows> sets) {
     rows_->sets = std::move(sets);
 }
 
+bool PositionBased::touch(const std::shared_ptr<core::BallContact> &ball) {
+    ball_ = ball;
+    if (!rows_)
+        return true;
+    if (ball_)
+        rows_->after_iteration = [this] {
+            project_ball([&](int n) { return rest_.col(n) + in_row(rows_->before, n).cast<double>(); },
+                         [&](int n) { return FineRow(rest_.col(n), in_row(rows_->displacement, n)); });
+        };
+    else
+        rows_->after_iteration = nullptr;
+    return true;
+}
+
+/// One iteration.
+template <class Start, class Position> void PositionBased::project_ball(const Start &start, const Position &position) {
+    const auto step = ball_->part(0, 1);
+    const auto &near = ball_->near();
+    for (std::size_t k = 0; k < near.size(); ++k) {
+        const core::Vector3 now = position(near[k]);
+        if (pushed_[k].isZero(0.0) && (now - step.to).squaredNorm() >= step.radius * step.radius)
+            continue;
+        const core::Vector3 push = core::ball_push(step, start(near[k]), now, pushed_[k]);
+        position(near[k]) += push - pushed_[k];
+        pushed_[k] = push;
+    }
+}
+
+void PositionBased::give_momentum(double time_step) {
+    const double per_step = (1.0 + scene().mass_damping * time_step) / time_step;
+    for (std::size_t k = 0; k < pushed_.size(); ++k)
+        ball_->add_impulse(scene().node_mass[ball_->near()[k]] * per_step * pushed_[k]);
+}
+
 void PositionBased::step(double time_step, int iterations) {
+    if (ball_)
+        pushed_.assign(ball_->near().size(), core::Vector3::Zero());
     if (rows_)
         step_in_single(time_step, iterations);
     else
         step_in_double(time_step, iterations);
+    if (ball_)
+        give_momentum(time_step);
     last_time_step_ = time_step;
 }
 
@@ -32,8 +70,11 @@ void PositionBased::step_in_double(double time_step, int iterations) {
         inverse_mass_[i] = is_free()[i] ? 1.0 / (terms.stiffness[i] * time_step * time_step) : 0.0;
     x = terms.predicted;
     clear_multipliers();
-    for (int i = 0; i < iterations; ++i)
+    for (int i = 0; i < iterations; ++i) {
         project(x, inverse_mass_, time_step);
+        if (ball_)
+            project_ball([&](int n) { return before.col(n); }, [&](int n) { return x.col(n); });
+    }
     mutable_velocities() = (x - before) / time_step;
 }
 

@@ -11,7 +11,8 @@ namespace livermark::interactive {
 
 /// Steps of extended position-based dynamics: nodes go to where they would without elasticity, iterations over all
 /// constraints move them from there, and velocities follow from positions. A method projects its constraints, and in
-/// single precision says what they are.
+/// single precision says what they are. A ball that touches is a constraint without compliance for each node that it is
+/// near to, after all others in each iteration: see core::ball_push().
 class PositionBased : public Simulation {
   public:
     explicit PositionBased(Scene given);
@@ -19,6 +20,7 @@ class PositionBased : public Simulation {
     void step(double time_step, int iterations) override;
     void set_state(const Field &positions, const Field &velocities) override;
     void set_external_forces(const Field &forces) override;
+    bool touch(const std::shared_ptr<core::BallContact> &ball) override;
 
     /// Those of the multipliers, as far as iterations have come: what a program would send to a haptic device.
     /// Before the first step those of the energy.
@@ -43,8 +45,12 @@ class PositionBased : public Simulation {
   private:
     void step_in_double(double time_step, int iterations);
     void step_in_single(double time_step, int iterations);
+    template <class Start, class Position> void project_ball(const Start &start, const Position &position);
+    void give_momentum(double time_step);
 
     Field rest_;
+    std::shared_ptr<core::BallContact> ball_;
+    std::vector<core::Vector3> pushed_;         ///< what each node that the ball is near to was pushed by in a step [m]
     std::vector<double> inverse_mass_;          ///< (N) 1 / (m (1 + alpha h)), zero where constrained
     std::optional<double> last_time_step_;      ///< [s]
     std::optional<kernels::PositionRows> rows_; ///< in single precision

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "interactive/kernels/node_rows.hpp"
 
@@ -47,6 +48,7 @@ struct PositionRows {
     Aligned<float> inverse_mass; ///< [1/kg], three times the same, zero; all zero where constrained
     float damping = 0.0F;        ///< 1 + alpha h of the inverse masses in displacement; 0 if there are none yet
     std::vector<ConstraintRows> sets;
+    std::function<void()> after_iteration; ///< what else moves nodes, after all sets; empty if there is nothing
 
     std::size_t bytes() const; ///< of the body and its state
 };

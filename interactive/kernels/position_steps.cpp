@@ -153,7 +153,7 @@ void take_step(PositionRows &rows, double time_step, double mass_damping, int it
         std::fill(set.multipliers.begin(), set.multipliers.end(), 0.0F);
     const auto per_step = static_cast<float>(1.0 / (time_step * time_step));
     float *const nodes = rows.displacement.data();
-    for (int i = 0; i < iterations; ++i)
+    for (int i = 0; i < iterations; ++i) {
         for (auto &set : rows.sets)
             switch (set.kind) {
             case Constraint::distance:
@@ -166,6 +166,9 @@ void take_step(PositionRows &rows, double time_step, double mass_damping, int it
                 project<Constraint::pair>(set, nodes, per_step);
                 break;
             }
+        if (rows.after_iteration)
+            rows.after_iteration();
+    }
     find_velocities(rows, rows.before, static_cast<float>(1.0 / time_step));
 }
 

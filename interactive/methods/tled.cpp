@@ -36,6 +36,7 @@ Method tled() {
             .time_step = frame_time,
             .iterations = 40,
             .is_explicit = true,
+            .knows_contact = true,
             .prepare = [](const Scene &scene) { return std::make_unique<Tled>(scene); }};
 }
 

@@ -35,6 +35,7 @@ Method tled_nodal_pressure() {
             .time_step = frame_time,
             .iterations = 40,
             .is_explicit = true,
+            .knows_contact = true,
             .prepare = [](const Scene &scene) { return std::make_unique<TledNodalPressure>(scene); }};
 }
 

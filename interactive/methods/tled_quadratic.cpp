@@ -36,6 +36,7 @@ Method tled_quadratic() {
             .time_step = frame_time,
             .iterations = 100,
             .is_explicit = true,
+            .knows_contact = true,
             .prepare = [](const Scene &scene) { return std::make_unique<TledQuadratic>(scene); }};
 }
 

@@ -20,6 +20,8 @@ namespace {
 /// moves each by -H^-1 g of its own three unknowns, with the nodes around it where they are. W is quadratic along F and
 /// J is linear in each node, so H = k + sum of V (mu |b|^2 + (lambda + mu) (c b) (c b)^T), with b the gradient of the
 /// shape function and c the cofactors of F, is positive definite. Iterations are accelerated by Chebyshev's weights.
+/// After each, nodes inside a ball that touches go where the same quadratic is least outside of it, with friction, by
+/// one node after the other in double precision.
 class VertexBlockDescent : public Simulation {
   public:
     explicit VertexBlockDescent(Scene given)
@@ -37,21 +39,40 @@ class VertexBlockDescent : public Simulation {
             rows_ = kernels::descent_rows(scene(), colours);
             return;
         }
-        for (const int node : colours.order) {
-            if (!is_free()[node])
-                continue;
-            nodes_.push_back(node);
-            for (const int t : around[node])
-                corners_.push_back(corner_of(t, node));
-            offsets_.push_back(static_cast<int>(corners_.size()));
+        for (const int node : colours.order)
+            if (is_free()[node])
+                add_node(node, around[node]);
+    }
+
+    bool touch(const std::shared_ptr<core::BallContact> &ball) override {
+        ball_ = ball;
+        if (rows_)
+            rows_->after_iteration = nullptr;
+        if (!ball_)
+            return true;
+        if (rows_ && nodes_.empty()) { // single precision has its own corners, but for nodes that are touched
+            std::vector<std::vector<int>> around(positions().cols());
+            for (std::size_t t = 0; t < energy_.tetrahedra().size(); ++t)
+                for (const int node : energy_.tetrahedra()[t].nodes)
+                    around[node].push_back(static_cast<int>(t));
+            for (const int node : ball_->nodes())
+                add_node(node, around[node]);
         }
+        if (rows_)
+            rows_->after_iteration = [this] { touch_rows(); };
+        return true;
     }
 
     void step(double time_step, int iterations) override {
+        if (ball_)
+            forces_.assign(ball_->near().size(), core::Vector3::Zero());
         if (rows_)
             step_in_single(time_step, iterations);
         else
             step_in_double(time_step, iterations);
+        for (const auto &force : forces_)
+            ball_->add_impulse(time_step * force);
+        forces_.clear();
     }
 
     void set_state(const Field &positions, const Field &velocities) override {
@@ -107,6 +128,8 @@ class VertexBlockDescent : public Simulation {
                 descend(x, terms, k);
             if (i > 1)
                 x = weight * (x - oldest) + oldest;
+            for (std::size_t n = 0; ball_ && n < ball_->near().size(); ++n)
+                touch_node(x, before, terms, n);
         }
         last_velocities_ = v;
         v = (x - before) / time_step;
@@ -121,6 +144,10 @@ class VertexBlockDescent : public Simulation {
             in_row(rows_->displacement, row) = (x.col(nodes[c]) - rest_.col(nodes[c])).cast<float>();
             in_row(rows_->predicted, row) =
                 (targets().col(static_cast<Eigen::Index>(c)) - rest_.col(nodes[c])).cast<float>();
+        }
+        if (ball_) {
+            terms_ = inertia(*this, time_step);
+            before_ = x;
         }
         kernels::take_descent_step(*rows_, time_step, scene().mass_damping, iterations);
         take_from_rows(rows_->displacement, rows_->row_of_node, x);
@@ -149,7 +176,63 @@ class VertexBlockDescent : public Simulation {
         }
     }
 
+    void add_node(int node, const std::vector<int> &around) {
+        place_of_node_.resize(static_cast<std::size_t>(positions().cols()), 0);
+        place_of_node_[node] = nodes_.size();
+        nodes_.push_back(node);
+        for (const int t : around)
+            corners_.push_back(corner_of(t, node));
+        offsets_.push_back(static_cast<int>(corners_.size()));
+    }
+
     void descend(Field &x, const Inertia &terms, std::size_t k) const {
+        const auto [gradient, hessian] = slope_of(x, terms, k);
+        x.col(nodes_[k]) -= hessian.inverse() * gradient;
+    }
+
+    /// A node that the ball is near to goes where it minimises outside of the ball, if it is inside or was pushed.
+    void touch_node(Field &x, const Field &before, const Inertia &terms, std::size_t n) {
+        const int node = ball_->near()[n];
+        const auto ball = ball_->part(0, 1);
+        const core::Vector3 now = x.col(node);
+        if (forces_[n].isZero(0.0) && (now - ball.to).squaredNorm() >= ball.radius * ball.radius)
+            return;
+        const auto [gradient, hessian] = slope_of(x, terms, place_of_node_[node]);
+        const core::Vector3 minimum = now - hessian.inverse() * gradient;
+        const auto rest = core::rest_under_ball(ball, before.col(node), now, minimum, hessian);
+        x.col(node) = rest.position;
+        forces_[n] = rest.force;
+    }
+
+    /// The same with the nodes around a node as they are in rows.
+    void touch_rows() {
+        auto &x = mutable_positions();
+        for (std::size_t n = 0; n < ball_->near().size(); ++n) {
+            const int node = ball_->near()[n];
+            const std::size_t k = place_of_node_[node];
+            const auto ball = ball_->part(0, 1);
+            x.col(node) = position_in_row(node);
+            if (forces_[n].isZero(0.0) && (x.col(node) - ball.to).squaredNorm() >= ball.radius * ball.radius)
+                continue;
+            for (int c = offsets_[k]; c < offsets_[k + 1]; ++c)
+                for (const int other : energy_.tetrahedra()[corners_[c].tetrahedron].nodes)
+                    x.col(other) = position_in_row(other);
+            touch_node(x, before_, terms_, n);
+            in_row(rows_->displacement, rows_->row_of_node[node]) = (x.col(node) - rest_.col(node)).cast<float>();
+        }
+    }
+
+    core::Vector3 position_in_row(int node) const {
+        return rest_.col(node) + in_row(rows_->displacement, rows_->row_of_node[node]).cast<double>();
+    }
+
+    struct Slope {
+        core::Vector3 gradient; ///< [N]
+        Matrix3 hessian;        ///< [N/m]
+    };
+
+    /// Of the k-th of nodes_.
+    Slope slope_of(const Field &x, const Inertia &terms, std::size_t k) const {
         const int node = nodes_[k];
         core::Vector3 gradient = terms.stiffness[node] * (x.col(node) - terms.predicted.col(node));
         Matrix3 hessian = terms.stiffness[node] * Matrix3::Identity();
@@ -163,16 +246,21 @@ class VertexBlockDescent : public Simulation {
             hessian += (t.volume * volume_modulus) * turned * turned.transpose();
             hessian.diagonal().array() += t.volume * t.mu * slope.squaredNorm();
         }
-        x.col(node) -= hessian.inverse() * gradient;
+        return {gradient, hessian};
     }
 
     ElementEnergy<densities::StableNeoHookean> energy_;
     Field rest_;
     std::optional<kernels::DescentRows> rows_; ///< in single precision; what follows is of double precision
-    std::vector<int> nodes_;                   ///< free ones, in the order of their colours
+    std::vector<int> nodes_;                   ///< free ones, in the order of their colours; or those of a ball
+    std::vector<std::size_t> place_of_node_;   ///< (N) in nodes_
     std::vector<int> offsets_;                 ///< into corners_, of each of nodes_, and the end
     std::vector<Corner> corners_;              ///< where a node is in its tetrahedra
     Field last_velocities_;                    ///< those before the last step
+    std::shared_ptr<core::BallContact> ball_;  ///< and what a step needs of it
+    std::vector<core::Vector3> forces_;        ///< on the nodes that the ball is near to [N]
+    Inertia terms_;                            ///< in single precision
+    Field before_;                             ///< the same
 };
 
 } // namespace
@@ -190,6 +278,7 @@ Method vertex_block_descent() {
             .in_double = "plain loop over nodes in the order of colours, F anew at each corner, double",
             .time_step = frame_time,
             .iterations = 20,
+            .knows_contact = true,
             .prepare = [](const Scene &scene) { return std::make_unique<VertexBlockDescent>(scene); }};
 }
 

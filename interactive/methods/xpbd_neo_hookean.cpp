@@ -97,6 +97,7 @@ Method xpbd_neo_hookean() {
             .in_double = "plain loop over tetrahedra in the order of colours, double",
             .time_step = frame_time,
             .iterations = 10,
+            .knows_contact = true,
             .prepare = [](const Scene &scene) { return std::make_unique<XpbdNeoHookean>(scene); }};
 }
 

@@ -129,6 +129,7 @@ Method xpbd_springs() {
             .in_double = "plain loop over constraints in the order of colours, double",
             .time_step = frame_time,
             .iterations = 10,
+            .knows_contact = true,
             .prepare = [](const Scene &scene) { return std::make_unique<XpbdSprings>(scene); }};
 }
 

@@ -1,7 +1,13 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
+#include <set>
+#include <stdexcept>
 #include <utility>
+#include <vector>
 
+#include "core/tool/ball_contact.hpp"
 #include "interactive/method.hpp"
 #include "models/tool_motion/contenders.hpp"
 #include "models/tool_motion/scaled_masses.hpp"
@@ -42,6 +48,12 @@ class InteractiveBody : public MovingBody {
             least_steps_ = static_cast<int>(std::ceil(place_.motion.frame_interval / longest));
         }
         correct_steps();
+        if (const auto &touching = problem.load_case.touching) {
+            touching_ = *touching;
+            ball_ = std::make_shared<core::BallContact>(touchable_nodes(problem), touching_.radius, touching_.friction);
+            if (!simulation_->touch(ball_))
+                throw std::logic_error("the method knows no contact");
+        }
     }
 
     void prepare_for(const Effort &effort) override {
@@ -51,14 +63,28 @@ class InteractiveBody : public MovingBody {
 
     void advance(double start, const Effort &effort) override {
         const double step = place_.motion.frame_interval / effort.steps;
+        const bool touches = ball_ && !has_let_go_;
+        if (touches) {
+            ball_->set_way(centre(start), centre(start + place_.motion.frame_interval));
+            ball_->look_around([this](int node) -> core::Vector3 { return simulation_->positions().col(node); });
+        }
         for (int s = 1; s <= effort.steps; ++s) {
-            if (!has_let_go_)
+            if (touches)
+                ball_->set_way(centre(start + (s - 1) * step), centre(start + s * step));
+            else if (!has_let_go_)
                 move_tool(start + s * step);
             simulation_->step(step, effort.iterations);
         }
+        if (touches)
+            force_ = -ball_->take_impulse() / place_.motion.frame_interval;
     }
 
     void let_go() override {
+        has_let_go_ = true;
+        if (ball_) { // it had hold of nothing
+            simulation_->touch(nullptr);
+            return;
+        }
         const Field positions = simulation_->positions(), velocities = simulation_->velocities();
         scene_ = released();
         simulation_ = method_.prepare(scene_);
@@ -66,7 +92,6 @@ class InteractiveBody : public MovingBody {
         correct_steps();
         if (step_ > 0.0)
             simulation_->prepare(step_);
-        has_let_go_ = true;
     }
 
     std::vector<core::Vector3> displacement() const override {
@@ -79,6 +104,8 @@ class InteractiveBody : public MovingBody {
     core::Vector3 tool_force() const override {
         if (has_let_go_)
             return core::Vector3::Zero();
+        if (ball_)
+            return force_;
         return -simulation_->reactions().leftCols(static_cast<Eigen::Index>(place_.nodes.size())).rowwise().sum();
     }
 
@@ -106,6 +133,31 @@ class InteractiveBody : public MovingBody {
                                        : critical_time_step(at_rest, constrained(scaling_, at_rest.scene())));
     }
 
+    core::Vector3 centre(double time) const { return core::ball_centre(touching_, place_.motion, time); }
+
+    /// Those of the mesh, and those that the method has in the middle of edges of the surface.
+    std::vector<int> touchable_nodes(const core::Problem &problem) const {
+        auto nodes = core::touchable_nodes(problem.body->mesh, problem.load_case);
+        const auto &mesh = problem.body->mesh;
+        const auto &scene = simulation_->scene();
+        if (scene.own_nodes.empty())
+            return nodes;
+        const auto table = core::edge_table(mesh.tetrahedra);
+        if (table.edges.size() != scene.own_nodes.size())
+            throw std::logic_error("nodes of a method that are in the middle of no edge");
+        std::set<int> more;
+        for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+            for (std::size_t k = 0; problem.load_case.may_touch(f) && k < 3; ++k) {
+                const int a = mesh.boundary_triangles[f][k], b = mesh.boundary_triangles[f][(k + 1) % 3];
+                const auto edge = std::ranges::lower_bound(table.edges, std::array{std::min(a, b), std::max(a, b)});
+                more.insert(mesh.num_nodes() + static_cast<int>(edge - table.edges.begin()));
+            }
+        for (const auto &follower : scene.followers)
+            more.erase(follower.node);
+        nodes.insert(nodes.end(), more.begin(), more.end());
+        return nodes;
+    }
+
     void correct_steps() {
         if (const auto correction = correction_of(constrained(scaling_, scene_)))
             simulation_->correct_steps(correction);
@@ -127,6 +179,9 @@ class InteractiveBody : public MovingBody {
     livermark::msm::MassScaling scaling_;
     int least_steps_ = 0; ///< in a frame; zero where every step is stable
     double step_ = 0.0;   ///< that is prepared [s]
+    core::TouchingTool touching_;
+    std::shared_ptr<core::BallContact> ball_; ///< null where the tool has hold of its place
+    core::Vector3 force_ = core::Vector3::Zero();
     bool has_let_go_ = false;
 };
 
@@ -144,7 +199,8 @@ std::vector<Contender> interactive_contenders(Precision precision) {
              .implementation = implementation + (is_scaled ? scaled_implementation : ""),
              .prepare = [method, precision, is_scaled](const core::Problem &problem) -> std::unique_ptr<MovingBody> {
                  return std::make_unique<InteractiveBody>(method, problem, precision, is_scaled);
-             }});
+             },
+             .knows_contact = method.knows_contact});
     };
     for (const auto &method : livermark::interactive::all_methods()) {
         add(method, false);

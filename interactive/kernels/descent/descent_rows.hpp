@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "interactive/colouring.hpp"
 #include "interactive/kernels/node_rows.hpp"
@@ -32,6 +33,7 @@ struct DescentRows {
     Aligned<float> velocity, last_velocity; ///< [m/s], of the last step and of the one before
     Aligned<float> external;                ///< [N]
     Aligned<float> older, oldest;           ///< displacement, one iteration ago and two
+    std::function<void()> after_iteration;  ///< what else moves nodes; empty if there is nothing
 
     std::size_t num_batches() const { return line_start.size() - 1; }
     std::size_t bytes() const; ///< of the body and its state

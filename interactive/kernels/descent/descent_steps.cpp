@@ -114,6 +114,8 @@ void take_descent(DescentRows &rows, double time_step, double mass_damping, int 
         sweep(rows, inertia);
         if (weight != 1.0)
             accelerate(rows, static_cast<float>(weight));
+        if (rows.after_iteration)
+            rows.after_iteration();
     }
     rows.last_velocity.swap(rows.velocity);
     find_velocities(rows, rows.before, static_cast<float>(1.0 / time_step));

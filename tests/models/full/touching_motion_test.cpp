@@ -1,0 +1,189 @@
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/tool/ball_contact.hpp"
+#include "core/tool/tool_motion.hpp"
+#include "models/model_table.hpp"
+#include "models/tool_motion/contender.hpp"
+#include "tests/samples/touched_block.hpp"
+
+namespace livermark {
+namespace {
+
+using core::Vector3;
+
+/// What a contender does under a ball, frame by frame.
+struct TouchedMotion {
+    std::vector<Vector3> force;                                ///< (K) of the body on the ball [N]
+    std::vector<std::vector<Vector3>> displacement;            ///< (K, N) [m]
+    double deepest = -std::numeric_limits<double>::infinity(); ///< inside the ball, as long as it is there [m]
+};
+
+constexpr models::Effort small_steps{.steps = 20, .iterations = 2};
+
+TouchedMotion move_under_ball(const std::string &name, const core::Problem &problem,
+                              models::Precision precision = models::Precision::single_precision,
+                              const models::Effort &effort = small_steps) {
+    const auto contenders = models::all_contenders(precision);
+    const auto contender = std::ranges::find(contenders, name, &models::Contender::name);
+    const auto body = contender->prepare(problem);
+    const auto &motion = *problem.load_case.tool;
+    const auto &mesh = problem.body->mesh;
+    const auto used = body->least_effort().value_or(effort);
+    body->prepare_for(used);
+    TouchedMotion result;
+    const auto record = [&] {
+        result.force.push_back(body->tool_force());
+        result.displacement.push_back(body->displacement());
+    };
+    record();
+    for (int frame = 1; frame <= motion.num_frames; ++frame) {
+        if (frame == core::last_record_held(motion) + 1)
+            body->let_go();
+        body->advance(motion.time_of(frame - 1), used);
+        record();
+        if (frame > core::last_record_held(motion))
+            continue;
+        const auto &ball = *problem.load_case.touching;
+        const auto centre = core::ball_centre(ball, motion, motion.time_of(frame));
+        for (const int node : core::touchable_nodes(mesh, problem.load_case))
+            result.deepest = std::max(
+                result.deepest, ball.radius - (mesh.points[node] + result.displacement.back()[node] - centre).norm());
+    }
+    return result;
+}
+
+std::vector<std::string> methods_with_contact() {
+    std::vector<std::string> names;
+    for (const auto &contender : models::all_contenders())
+        if (contender.knows_contact)
+            names.push_back(contender.name);
+    return names;
+}
+
+double difference(const std::vector<Vector3> &a, const std::vector<Vector3> &b) {
+    double squares = 0.0, all = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        squares += (a[i] - b[i]).squaredNorm();
+        all += b[i].squaredNorm();
+    }
+    return std::sqrt(squares / all);
+}
+
+/// Of the records of the slide: force along x over that along z.
+double slide_ratio(const core::Problem &problem, const TouchedMotion &moved) {
+    const auto &motion = *problem.load_case.tool;
+    Vector3 sum = Vector3::Zero();
+    for (int k = 0; k < motion.num_records(); ++k)
+        if (motion.time_of(k) > motion.slide_from && motion.time_of(k) < motion.slide_until)
+            sum += moved.force[k];
+    return -sum.x() / sum.z();
+}
+
+tests::TouchedBlock with_friction(double friction) {
+    tests::TouchedBlock block;
+    block.friction = friction;
+    return block;
+}
+
+TEST(TouchingContenders, LeaveNoNodeInsideTheBallAndArePushedOnly) {
+    for (const double friction : {0.0, 0.3}) {
+        const auto problem = tests::slid_block(with_friction(friction));
+        const auto &motion = *problem.load_case.tool;
+        for (const auto &name : methods_with_contact()) {
+            const auto moved = move_under_ball(name, problem);
+            EXPECT_LT(moved.deepest, 1e-8) << name;
+            EXPECT_GT(moved.deepest, -1e-4) << name; // it does touch
+            EXPECT_EQ(moved.force.front(), Vector3::Zero()) << name;
+            for (int k = 1; k < motion.num_records(); ++k)
+                EXPECT_GE(moved.force[k].z(), 0.0) << name << " in frame " << k;
+            EXPECT_GT(moved.force[core::last_record_held(motion)].z(), 0.02) << name;
+            for (int k = core::last_record_held(motion) + 1; k < motion.num_records(); ++k)
+                EXPECT_EQ(moved.force[k], Vector3::Zero()) << name;
+        }
+    }
+}
+
+/// A ball that goes away again takes nothing with it.
+TEST(TouchingContenders, DoNotStickToABallThatGoesAway) {
+    auto problem = tests::slid_block(with_friction(0.3));
+    auto &motion = *problem.load_case.tool;
+    motion.slide = {0.0, 0.0, 8e-3}; // out of the body, by more than it came in
+    motion.mass_damping = 20.0;
+    motion.slide_until = 0.3;
+    motion.release_at = 0.6;
+    motion.num_frames = 30;
+    for (const auto &name : methods_with_contact()) {
+        const auto moved = move_under_ball(name, problem);
+        double largest = 0.0;
+        for (const auto &force : moved.force) {
+            EXPECT_GE(force.z(), 0.0) << name;
+            largest = std::max(largest, force.norm());
+        }
+        EXPECT_GT(largest, 0.02) << name;
+        EXPECT_EQ(moved.force[20], Vector3::Zero()) << name;
+        double deformed = 0.0;
+        for (const auto &u : moved.displacement.back())
+            deformed = std::max(deformed, u.norm());
+        EXPECT_LT(deformed, 3e-4) << name; // of 3 mm
+    }
+}
+
+TEST(TouchingContenders, FeelFrictionWithinItsCone) {
+    const auto none = tests::slid_block(with_friction(0.0), 8e-3), some = tests::slid_block(with_friction(0.2), 8e-3);
+    for (const auto &name : methods_with_contact()) {
+        const double smooth = slide_ratio(none, move_under_ball(name, none));
+        const double rough = slide_ratio(some, move_under_ball(name, some));
+        EXPECT_LT(std::abs(smooth), 0.06) << name; // the shape of what it sinks into
+        EXPECT_LT(rough, smooth + 0.21) << name;
+        EXPECT_GT(rough, smooth + 0.1) << name;
+    }
+}
+
+TEST(TouchingContenders, MoveInSinglePrecisionAsInDouble) {
+    const auto problem = tests::slid_block(with_friction(0.3));
+    for (const char *const name : {"tled", "tled_nodal_pressure", "tled_quadratic", "vertex_block_descent",
+                                   "xpbd_springs", "xpbd_neo_hookean"}) {
+        const auto in_single = move_under_ball(name, problem),
+                   in_double = move_under_ball(name, problem, models::Precision::double_precision);
+        for (const std::size_t frame : {std::size_t{6}, std::size_t{12}})
+            EXPECT_LT(difference(in_single.displacement[frame], in_double.displacement[frame]), 2e-3) << name;
+        EXPECT_LT(difference(in_single.force, in_double.force), 0.01) << name;
+        EXPECT_NE(in_single.force, in_double.force) << name;
+    }
+}
+
+/// Where the ball stays long enough, springs come to rest under it as in their equilibrium.
+TEST(TouchingContenders, SpringsComeToRestInTheirStaticSolution) {
+    auto problem = tests::slid_block();
+    auto &motion = *problem.load_case.tool;
+    motion.slide.setZero();
+    motion.release_at = motion.slide_until = 1.0;
+    motion.num_frames = 50;
+    auto at_rest = problem;
+    at_rest.load_case.tool.reset();
+    at_rest.load_case.path = {0.5, 1.0};
+    for (const char *const name : {"lloyd", "nodal_neo_hookean"}) {
+        const auto moved = move_under_ball(name, problem);
+        for (const auto &model : models::all_models())
+            if (model.name == name) {
+                const auto solution = model.solve(at_rest);
+                EXPECT_EQ(solution.status, core::SolutionStatus::ok) << solution.message;
+                EXPECT_LT((moved.force.back() + solution.reaction.back()).norm(), 5e-3 * moved.force.back().norm());
+                EXPECT_LT(difference(moved.displacement.back(), solution.displacement), 5e-3) << name;
+            }
+    }
+}
+
+TEST(TouchingContenders, GiveTheSameBitsAgain) {
+    const auto problem = tests::slid_block(with_friction(0.3));
+    for (const auto &name : methods_with_contact())
+        EXPECT_EQ(move_under_ball(name, problem).force, move_under_ball(name, problem).force) << name;
+}
+
+} // namespace
+} // namespace livermark
