@@ -54,7 +54,10 @@ core::ToolMotion read_times(const toml::table &tool) {
 core::ToolMotion read_tool(const toml::table &table, const core::LoadCase &load_case) {
     const auto &tool = support::required_table(table, "tool");
     support::refuse_unknown_keys(tool, {"place", "press_until", "slide", "slide_from", "slide_until", "release_at",
-                                        "duration", "frame_rate", "mass_damping"});
+                                        "duration", "frame_rate", "mass_damping", "radius"});
+    if (tool.contains("radius") && !(support::required_number(tool, "radius") > 0.0))
+        throw support::InputError(fmt::format("{}: the 'radius' of the ball that touches has to be positive",
+                                              support::place_of(*tool.get("radius"))));
     auto motion = read_times(tool);
     const auto place = support::required_string(tool, "place");
     const auto found = std::ranges::find(load_case.constraint_names, place);

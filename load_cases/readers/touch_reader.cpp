@@ -45,13 +45,8 @@ void refuse_company(const toml::table &touch, const toml::table &table, const co
                                               support::place_of(touch)));
 }
 
-struct FirstTouch {
-    Vector3 centre; ///< [m]
-    int facet;
-};
+} // namespace
 
-/// Where a ball that comes from far away along a line first touches the body. It always moves by the gap that is left,
-/// which never leads into the body.
 FirstTouch first_touch(const core::TetraMesh &mesh, const Vector3 &onto, const Vector3 &direction, double radius) {
     FirstTouch ball{onto - (core::extent(mesh.points) + radius) * direction, -1};
     for (int approach = 0; approach < most_approaches; ++approach) {
@@ -71,8 +66,6 @@ FirstTouch first_touch(const core::TetraMesh &mesh, const Vector3 &onto, const V
     }
     return ball;
 }
-
-} // namespace
 
 core::TouchingTool read_touch(const toml::table &table, const core::TetraMesh &mesh, core::LoadCase &load_case) {
     const auto &touch = support::required_table(table, "touch");

@@ -2,6 +2,7 @@
 #include <string>
 
 #include "load_cases/readers/load_case_reader.hpp"
+#include "load_cases/readers/moving_ball.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/samples/test_meshes.hpp"
 
@@ -62,11 +63,43 @@ TEST(Tool, IsRefusedWhereItIsNone) {
     refused(poke_conditions + with_other_words(poking_tool, "mass_damping = 7.0", "mass_damping = -7.0"),
             "zero or more");
     refused(poke_conditions + with_other_words(poking_tool, "frame_rate", "frame_rat"), "frame_rat");
+    refused(poke_conditions + poking_tool + "radius = 0.0\n", "has to be positive");
     refused(with_other_words(poke_conditions, "\"large\"", "\"small\"") + poking_tool, "large regime");
     refused(with_other_words(poke_conditions, "displacement = [0.0", "displacement = [0.001") + poking_tool,
             "held at zero");
     refused(with_other_words(poke_conditions, "regime", "acceleration = [0.0, 0.0, 1.0]\nregime") + poking_tool,
             "from rest");
+}
+
+/// It comes the way that the place is pushed, and just touches what is there.
+TEST(MovingBall, BeginsWhereItTouchesThePlaceThatItsToolPushes) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
+    const auto ball =
+        load_cases::with_touching_ball(parse_poke(poke_conditions + poking_tool + "radius = 0.012\n"), mesh, 0.3);
+    ASSERT_TRUE(ball.touching);
+    EXPECT_EQ(ball.touching->radius, 0.012);
+    EXPECT_EQ(ball.touching->friction, 0.3);
+    EXPECT_EQ(ball.constraint_names[ball.touching->constraint], "finger");
+    EXPECT_LT((ball.touching->start - core::Vector3(0.112, 0.05, 0.05)).norm(), 1e-9);
+    EXPECT_LT((ball.touching->press - core::Vector3(-0.01, 0.0, 0.0)).norm(), 1e-15);
+    EXPECT_EQ(ball.touching->constraint, ball.tool->constraint);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        EXPECT_NE(ball.constraint[f], ball.tool->constraint) << "the place is not free";
+}
+
+TEST(MovingBall, IsRefusedWhereItsToolIsNoneOrPushesNothing) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 2, 2});
+    tests::expect_input_error(
+        [&] { load_cases::with_touching_ball(parse_poke(poke_conditions + poking_tool), mesh, 0.0); },
+        {"the [tool] has no radius"});
+    tests::expect_input_error(
+        [&] {
+            load_cases::with_touching_ball(
+                parse_poke(with_other_words(poke_conditions, "push = 0.01", "displacement = [0.0, 0.0, 0.0]") +
+                           poking_tool + "radius = 0.012\n"),
+                mesh, 0.0);
+        },
+        {"is not pushed"});
 }
 
 } // namespace
