@@ -11,6 +11,7 @@
 #include "cli/usage.hpp"
 #include "results/tables/studies/arena_table.hpp"
 #include "studies/arena/arena.hpp"
+#include "support/input_error.hpp"
 #include "support/root_folder.hpp"
 
 namespace livermark::cli {
@@ -45,6 +46,8 @@ int solve_references(const ArenaCommand &command, const studies::ArenaOptions &o
 }
 
 int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions options, const std::string &command_line) {
+    if (options.tool == studies::ArenaTool::glued && options.friction > 0.0)
+        throw support::InputError("a glued tool has no friction; add --tool touching, or leave --friction out");
     options.bodies = with_images_meshed(options.bodies, command_line);
     options.budgets.clear();
     for (const double budget : sorted_once(command.budgets))
@@ -57,10 +60,18 @@ int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions opti
         fmt::print("{}\n", command.markdown ? results::to_markdown(layout) : results::to_text(layout));
     };
     for (const auto &arena : found.of_body) {
-        fmt::print("{}: {}\nwithin a budget of one core for a frame of {:.1f} ms; the last refinement of the reference "
-                   "changed it by {} in contact, forces by {}\n\n",
-                   arena.body, arena.title, 1e3 * arena.frame_interval, in_percent(arena.reference_errors.contact),
-                   in_percent(arena.reference_errors.force));
+        if (arena.reference.empty()) {
+            fmt::print("{}: {}\n{}; no reference motion with contact is stored, so there are forces and no errors\n\n",
+                       arena.body, arena.title, results::tool_of(arena));
+            print(results::arena_forces(arena));
+            fmt::print("{}", results::calibration_note(arena));
+            continue;
+        }
+        fmt::print(
+            "{}: {}\n{}; within a budget of one core for a frame of {:.1f} ms; the last refinement of the reference "
+            "changed it by {} in contact, forces by {}\n\n",
+            arena.body, arena.title, results::tool_of(arena), 1e3 * arena.frame_interval,
+            in_percent(arena.reference_errors.contact), in_percent(arena.reference_errors.force));
         if (command.details)
             print(results::arena_table(arena));
         print(results::arena_overview(arena));
@@ -103,8 +114,20 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
         ->transform(one_of(std::map<std::string, models::Precision>{{"single", models::Precision::single_precision},
                                                                     {"double", models::Precision::double_precision}}))
         ->default_str("single");
+    command
+        ->add_option("--tool", options->tool,
+                     "glued: it has hold of its place; touching: it is a ball that touches and does not stick")
+        ->transform(one_of(std::map<std::string, studies::ArenaTool>{{"glued", studies::ArenaTool::glued},
+                                                                     {"touching", studies::ArenaTool::touching}}))
+        ->default_str("glued");
+    command->add_option("--friction", options->friction, "With --tool touching: Coulomb's coefficient of the ball")
+        ->check(CLI::Range(0.0, 10.0))
+        ->capture_default_str();
     add_materials(*command, options->material);
-    command->add_option("--output", options->output, "Folder for <body>/arena.h5")->capture_default_str();
+    command
+        ->add_option("--output", options->output,
+                     "Folder for <body>/arena.h5, or <body>/arena_touching_<friction>.h5 where the tool touches")
+        ->capture_default_str();
     command->add_flag("--details", arena->details, "Print a row for every budget and setting as well");
     command->add_flag("--markdown", arena->markdown, "Print tables in Markdown");
     command->add_flag("--solve-reference", arena->solve_reference,

@@ -39,6 +39,10 @@ struct ArenaRun {
     /// By how much the times differed by which its effort was found, as a part of them; zero where it has no choice.
     double calibration_spread = 0.0;
     std::vector<core::Vector3> force; ///< (K) of the body on the tool [N]
+    double pressed_force = 0.0;       ///< size of the force when the slide begins [N]
+    double slid_force = 0.0;          ///< along the press of the tool, mean over the records within the slide [N]
+    double slid_ratio = 0.0;          ///< the same across it, along the slide, over that along the press
+    double deepest = 0.0;             ///< by which a node was inside a ball that touches at a record, the largest [m]
 
     bool operator==(const ArenaRun &) const = default;
 };
@@ -46,11 +50,19 @@ struct ArenaRun {
 /// Above this part the times of a calibration differ too much: its effort says something of the machine.
 inline constexpr double largest_calibration_spread = 0.05;
 
+/// How the tool moves the body. The words are those of tables and files.
+inline constexpr const char *glued_tool = "glued";       ///< it has hold of the nodes of a place
+inline constexpr const char *touching_tool = "touching"; ///< it is a ball that touches and does not stick
+
 /// All that is known about methods under one moving tool: the content of one arena file.
 struct Arena {
     Provenance provenance;
     std::string body, load_case, title;
-    std::string reference;                      ///< the model that everything is compared with
+    std::string tool = glued_tool; ///< or touching_tool: one for all runs
+    double friction = 0.0;         ///< of a ball that touches
+    double ball_radius = 0.0;      ///< the same [m]
+    /// The model that everything is compared with; empty if there is none, and errors and its force are NaN.
+    std::string reference;
     double frame_interval = 0.0;                ///< [s]
     std::vector<double> time;                   ///< (K) of records [s]
     std::vector<core::Vector3> reference_force; ///< (K) [N]

@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <set>
 #include <utility>
 
 #include "core/mesh/local_refinement.hpp"
 #include "core/mesh/refinement.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
+#include "load_cases/readers/moving_ball.hpp"
 #include "models/tool_motion/contender.hpp"
 #include "results/hdf5/files/arena_file.hpp"
 #include "results/provenance.hpp"
@@ -74,6 +77,29 @@ models::Effort twice(const models::Effort &effort) {
                                  : models::Effort{2 * effort.steps, effort.iterations};
 }
 
+/// Methods that know no contact.
+/// @throws support::InputError if one was asked for by name
+void leave_out_glued(std::vector<models::Contender> &contenders, const std::vector<std::string> &asked_for,
+                     std::vector<std::string> &notes) {
+    std::vector<std::string> glued;
+    for (const auto &contender : contenders)
+        if (!contender.knows_contact)
+            glued.push_back(contender.name);
+    if (glued.empty())
+        return;
+    if (!asked_for.empty())
+        throw support::InputError(fmt::format("{} {} glued only; leave {} out, or take --tool glued",
+                                              fmt::join(glued, ", "), glued.size() == 1 ? "is" : "are",
+                                              glued.size() == 1 ? "it" : "them"));
+    notes.push_back(fmt::format("glued only, so left out where the tool touches: {}", fmt::join(glued, ", ")));
+    std::erase_if(contenders, [](const models::Contender &contender) { return !contender.knows_contact; });
+}
+
+/// One of each tool, so that none takes the place of another.
+std::string file_of(const ArenaOptions &options) {
+    return options.tool == ArenaTool::glued ? "arena.h5" : fmt::format("arena_touching_{:g}.h5", options.friction);
+}
+
 /// A method with all budgets and settings on one mesh. What has no choice of its effort moves once.
 std::vector<results::ArenaRun> run_budgets(const models::Contender &contender, const ArenaScene &scene,
                                            const std::vector<double> &budgets) {
@@ -132,39 +158,62 @@ ProblemSet read_arena_problems(const std::vector<std::string> &bodies, const std
     return read_moving_problems(bodies, file.string(), material);
 }
 
-results::Arena empty_arena(const core::Problem &problem, const results::ToolReference &reference,
+results::Arena empty_arena(const core::Problem &problem, const results::ToolReference *reference,
                            const std::string &command_line) {
-    return {.provenance = results::current_provenance(command_line),
-            .body = problem.body->name,
-            .load_case = problem.load_case.name,
-            .title = problem.load_case.title,
-            .reference = reference.model,
-            .frame_interval = problem.load_case.tool.value().frame_interval,
-            .time = reference.history.time,
-            .reference_force = reference.history.force,
-            .reference_errors = reference.last_refinement,
-            .runs = {}};
+    constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+    const auto &load_case = problem.load_case;
+    results::Arena arena{.provenance = results::current_provenance(command_line),
+                         .body = problem.body->name,
+                         .load_case = load_case.name,
+                         .title = load_case.title,
+                         .reference = reference ? reference->model : "",
+                         .frame_interval = load_case.tool.value().frame_interval,
+                         .time = core::record_times(*load_case.tool),
+                         .reference_force = {},
+                         .reference_errors = {.contact = unknown, .after = unknown, .force = unknown, .over_time = {}},
+                         .runs = {}};
+    if (load_case.touching) {
+        arena.tool = results::touching_tool;
+        arena.friction = load_case.touching->friction;
+        arena.ball_radius = load_case.touching->radius;
+    }
+    arena.reference_force.assign(arena.time.size(), core::Vector3::Constant(unknown));
+    if (reference) {
+        arena.time = reference->history.time;
+        arena.reference_force = reference->history.force;
+        arena.reference_errors = reference->last_refinement;
+    }
+    return arena;
 }
 
 ArenaResults run_arena(const ArenaOptions &options, const std::string &command_line, const ProgressReport &report) {
-    const auto contenders = chosen_contenders(options.methods, options.precision);
-    const auto [problems, notes, left_out] = read_arena_problems(options.bodies, options.load_case, options.material);
+    auto contenders = chosen_contenders(options.methods, options.precision);
+    auto [problems, notes, left_out] = read_arena_problems(options.bodies, options.load_case, options.material);
+    if (options.tool == ArenaTool::touching) {
+        leave_out_glued(contenders, options.methods, notes);
+        for (auto &problem : problems)
+            problem.load_case =
+                load_cases::with_touching_ball(std::move(problem.load_case), problem.body->mesh, options.friction);
+    }
     ArenaResults done{{}, notes};
     Steps steps(static_cast<int>(problems.size() * contenders.size() * options.meshes.size()), report);
     for (const auto &problem : problems) {
-        const auto reference = stored_tool_reference(problem);
+        std::optional<results::ToolReference> reference;
+        if (options.tool == ArenaTool::glued || has_stored_tool_reference(problem))
+            reference = stored_tool_reference(problem);
         const auto folder = make_output_folder(options.output, problem);
-        auto arena = empty_arena(problem, reference, command_line);
-        const auto changes = volume_changes(problem.body->mesh, reference.history);
+        auto arena = empty_arena(problem, reference ? &*reference : nullptr, command_line);
+        const auto changes = reference ? volume_changes(problem.body->mesh, reference->history) : std::vector<double>{};
         for (const int mesh : options.meshes) {
-            const ArenaScene scene{on_mesh(problem, mesh), &problem.body->mesh, &reference.history, changes};
+            const ArenaScene scene{on_mesh(problem, mesh), &problem.body->mesh,
+                                   reference ? &reference->history : nullptr, changes};
             for (const auto &contender : contenders) {
                 steps.next(fmt::format("{} / {} tetrahedra / {}", problem.body->name,
                                        scene.problem.body->mesh.tetrahedra.size(), contender.name));
                 std::ranges::move(run_budgets(contender, scene, options.budgets), std::back_inserter(arena.runs));
             }
         }
-        results::write_arena(folder / "arena.h5", arena);
+        results::write_arena(folder / file_of(options), arena);
         done.of_body.push_back(std::move(arena));
     }
     return done;
@@ -174,6 +223,9 @@ std::vector<results::ToolReference> solve_arena_references(const ArenaOptions &o
                                                            const ToolReferenceOptions &reference,
                                                            const std::string &command_line,
                                                            const ProgressReport &report) {
+    if (options.tool == ArenaTool::touching)
+        throw support::InputError("the reference motion knows no contact; leave --solve-reference or --tool touching "
+                                  "out");
     const auto [problems, notes, left_out] = read_arena_problems(options.bodies, options.load_case, options.material);
     constexpr int motions = 4;
     Steps steps(motions * static_cast<int>(problems.size()), report);

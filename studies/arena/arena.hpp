@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,12 @@
 
 namespace livermark::studies {
 
+/// How the tool moves a body.
+enum class ArenaTool : std::uint8_t {
+    glued,   ///< it has hold of the nodes of its place
+    touching ///< it is a ball that touches, see load_cases::with_touching_ball()
+};
+
 /// What `livermark arena` was asked for.
 struct ArenaOptions {
     std::vector<std::string> bodies;
@@ -22,8 +29,10 @@ struct ArenaOptions {
     std::vector<int> meshes{1, 2, 3};
     std::vector<double> budgets{0.001, 0.004, 1.0 / 60.0};             ///< of one core, for a frame [s]
     models::Precision precision = models::Precision::single_precision; ///< of interactive methods that have both
+    ArenaTool tool = ArenaTool::glued;
+    double friction = 0.0; ///< of a ball that touches
     meshes::MaterialOverride material;
-    std::string output; ///< folder for <body>/arena.h5
+    std::string output; ///< folder for <body>/arena.h5, or for <body>/arena_touching_<friction>.h5
 };
 
 struct ArenaResults {
@@ -43,16 +52,20 @@ ProblemSet read_arena_problems(const std::vector<std::string> &bodies, const std
                                const meshes::MaterialOverride &material = {});
 
 /// An arena without runs yet.
-results::Arena empty_arena(const core::Problem &problem, const results::ToolReference &reference,
+/// @param reference  null if there is none
+results::Arena empty_arena(const core::Problem &problem, const results::ToolReference *reference,
                            const std::string &command_line);
 
 /// Moves methods under the tool of a load case, within each budget, on each mesh, compares them with the stored
-/// reference motion, and writes <output>/<body>/arena.h5.
-/// @throws support::InputError for bad input, where no reference is stored, and where a file cannot be written
+/// reference motion, and writes <output>/<body>/arena.h5. Under a ball that touches, methods that know no contact are
+/// left out, which the notes say, and where no reference is stored there are forces and no errors.
+/// @throws support::InputError for bad input, where no reference of a glued tool is stored, where a method that was
+///         asked for knows no contact, and where a file cannot be written
 ArenaResults run_arena(const ArenaOptions &options, const std::string &command_line, const ProgressReport &report);
 
 /// Solves the reference motions of these bodies and stores them.
 /// @return one of each body
+/// @throws support::InputError also where the tool touches: no reference motion knows contact
 std::vector<results::ToolReference> solve_arena_references(const ArenaOptions &options,
                                                            const ToolReferenceOptions &reference,
                                                            const std::string &command_line,

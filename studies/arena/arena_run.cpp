@@ -8,6 +8,7 @@
 
 #include "core/mesh/bounding_box.hpp"
 #include "core/mesh/deformation.hpp"
+#include "core/tool/ball_contact.hpp"
 #include "core/tool/tool_errors.hpp"
 #include "results/quantile.hpp"
 
@@ -61,7 +62,8 @@ FrameTime time_of_frame(MovingBody &body, const core::ToolMotion &motion, const 
 
 /// What a field adds to what a run was at worst.
 void judge(results::ArenaRun &run, const core::Deformation &shape, double reference_volume_change) {
-    run.volume_error = std::max(run.volume_error, std::abs(shape.volume_change - reference_volume_change));
+    const double difference = std::abs(shape.volume_change - reference_volume_change);
+    run.volume_error = std::isnan(difference) ? nan : std::max(run.volume_error, difference);
     run.smallest_jacobian = std::min(run.smallest_jacobian, shape.smallest_jacobian);
     run.num_inverted = std::max(run.num_inverted, shape.num_inverted);
 }
@@ -89,6 +91,7 @@ class Recorder {
     bool record(int frame, const MovingBody &body) {
         history_.force.push_back(body.tool_force());
         const auto displacement = body.displacement();
+        look_into_ball(frame, displacement);
         const bool is_within = std::ranges::all_of(
             displacement, [&](const core::Vector3 &u) { return u.lpNorm<Eigen::Infinity>() < bound_; });
         if (!core::ToolHistory::has_field(frame) || !is_within)
@@ -97,24 +100,78 @@ class Recorder {
             history_.displacement.push_back(displacement[i].cast<float>());
         const auto field = static_cast<std::size_t>(frame / core::ToolHistory::frames_per_field);
         judge(*run_, core::deformation(scene_->problem.body->mesh, displacement),
-              scene_->reference_volume_change[field]);
+              scene_->reference ? scene_->reference_volume_change[field] : nan);
         return true;
     }
 
     /// @return nothing to compare where the body was lost
     core::ToolHistory finish() {
-        history_.time = scene_->reference->time;
-        history_.force.resize(scene_->reference->force.size(), core::Vector3::Constant(nan));
-        history_.displacement.resize(scene_->reference->displacement.size(), Eigen::Vector3f::Constant(NAN));
+        history_.time = core::record_times(scene_->problem.load_case.tool.value());
+        const auto num_records = history_.time.size();
+        history_.force.resize(num_records, core::Vector3::Constant(nan));
+        history_.displacement.resize(core::ToolHistory::num_fields(static_cast<int>(num_records)) *
+                                         scene_->mesh_of_reference->points.size(),
+                                     Eigen::Vector3f::Constant(NAN));
         return std::move(history_);
     }
 
   private:
+    /// How deep nodes are inside a ball that touches.
+    void look_into_ball(int frame, const std::vector<core::Vector3> &displacement) {
+        const auto &load_case = scene_->problem.load_case;
+        if (!load_case.touching || frame > core::last_record_held(*load_case.tool))
+            return;
+        const auto centre = core::ball_centre(*load_case.touching, *load_case.tool, load_case.tool->time_of(frame));
+        const auto &points = scene_->problem.body->mesh.points;
+        for (const int node : core::touchable_nodes(scene_->problem.body->mesh, load_case))
+            run_->deepest = std::max(run_->deepest,
+                                     load_case.touching->radius - (points[node] + displacement[node] - centre).norm());
+    }
+
     const ArenaScene *scene_;
     results::ArenaRun *run_;
     double bound_;
     core::ToolHistory history_;
 };
+
+core::ToolErrors unknown_errors(const core::ToolMotion &motion) {
+    return {.contact = nan,
+            .after = nan,
+            .force = nan,
+            .over_time = std::vector<double>(core::ToolHistory::num_fields(motion.num_records()), nan)};
+}
+
+/// Along which a tool presses; zero where it does not.
+core::Vector3 press_of(const core::LoadCase &load_case) {
+    if (load_case.touching)
+        return load_case.touching->press;
+    core::Vector3 press = core::Vector3::Zero();
+    for (std::size_t f = 0; f < load_case.value.size(); ++f)
+        if (load_case.constraint[f] == load_case.tool->constraint && load_case.value[f].norm() > press.norm())
+            press = load_case.value[f];
+    return press;
+}
+
+/// What the tool felt, in a few numbers.
+void find_forces(results::ArenaRun &run, const core::Problem &problem) {
+    const auto &motion = problem.load_case.tool.value();
+    const core::Vector3 inwards = press_of(problem.load_case).normalized();
+    const core::Vector3 across = (motion.slide - motion.slide.dot(inwards) * inwards).normalized();
+    core::Vector3 sum = core::Vector3::Zero();
+    int num_sliding = 0;
+    for (int record = 0; record < motion.num_records(); ++record) {
+        const double time = motion.time_of(record);
+        const auto &force = run.force[record];
+        if (time <= motion.slide_from)
+            run.pressed_force = force.norm();
+        if (time > motion.slide_from && time < motion.slide_until) {
+            sum += force;
+            ++num_sliding;
+        }
+    }
+    run.slid_force = num_sliding > 0 ? -sum.dot(inwards) / num_sliding : nan;
+    run.slid_ratio = sum.dot(across) / sum.dot(inwards);
+}
 
 } // namespace
 
@@ -182,8 +239,10 @@ results::ArenaRun run_contender(const models::Contender &contender, const ArenaS
     run.frame_seconds_95 = results::quantile(seconds, 0.95);
     run.worst_frame_seconds = *std::ranges::max_element(seconds);
     const auto history = recorder.finish();
-    run.errors = core::compare(*scene.mesh_of_reference, motion, history, *scene.reference);
+    run.errors = scene.reference ? core::compare(*scene.mesh_of_reference, motion, history, *scene.reference)
+                                 : unknown_errors(motion);
     run.force = history.force;
+    find_forces(run, scene.problem);
     if (!is_within)
         run.outcome = results::ArenaOutcome::diverged;
     return run;

@@ -11,8 +11,8 @@ namespace livermark::studies {
 struct ArenaScene {
     core::Problem problem;
     const core::TetraMesh *mesh_of_reference = nullptr;
-    const core::ToolHistory *reference = nullptr;
-    std::vector<double> reference_volume_change; ///< (F) of the mesh of the reference
+    const core::ToolHistory *reference = nullptr; ///< null if there is none: errors are NaN then
+    std::vector<double> reference_volume_change;  ///< (F) of the mesh of the reference; empty if there is none
 };
 
 /// What a method can do in a frame.

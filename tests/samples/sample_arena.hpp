@@ -37,6 +37,10 @@ inline results::Arena sample_arena() {
     run.bytes_per_element = 100.0;
     run.calibration_spread = 0.01;
     run.force = arena.reference_force;
+    run.pressed_force = 2.5;
+    run.slid_force = 2.0;
+    run.slid_ratio = 0.25;
+    run.deepest = 1e-7;
     arena.runs = {run, run};
     auto &lost = arena.runs.back();
     lost.method = "blown_up";

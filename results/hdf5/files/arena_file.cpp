@@ -1,9 +1,11 @@
 #include "results/hdf5/files/arena_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <fmt/format.h>
 #include <iterator>
 #include <optional>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -22,8 +24,14 @@ using hdf5::OutputFile;
 
 constexpr const char *group = "/arena";
 
-/// Files of 0.1.0 have none.
 constexpr const char *calibration_spread = "calibration_spread";
+
+/// Columns that files of 0.1.0 do not have.
+constexpr std::array later_columns{"calibration_spread", "pressed_force", "slid_force", "slid_ratio", "deepest"};
+
+bool is_later_column(std::string_view name) {
+    return std::ranges::find(later_columns, name) != later_columns.end();
+}
 
 std::string path_of(const char *name) {
     return fmt::format("{}/{}", group, name);
@@ -67,6 +75,14 @@ template <class Visit> void for_each_column(Visit visit) {
         "bytes_per_element", "", [](auto &run) -> auto & { return run.bytes_per_element; });
     visit(
         calibration_spread, "", [](auto &run) -> auto & { return run.calibration_spread; });
+    visit(
+        "pressed_force", "N", [](auto &run) -> auto & { return run.pressed_force; });
+    visit(
+        "slid_force", "N", [](auto &run) -> auto & { return run.slid_force; });
+    visit(
+        "slid_ratio", "", [](auto &run) -> auto & { return run.slid_ratio; });
+    visit(
+        "deepest", "m", [](auto &run) -> auto & { return run.deepest; });
 }
 
 std::optional<ArenaOutcome> outcome_of(const std::string &word) {
@@ -95,6 +111,9 @@ void write_arena(const std::filesystem::path &path, const Arena &arena) {
     file.text("/", "title", arena.title);
     file.group(group);
     file.number(group, "frame_interval", arena.frame_interval);
+    file.text(group, "tool", arena.tool);
+    file.number(group, "friction", arena.friction);
+    file.number(group, "ball_radius", arena.ball_radius);
     file.text(group, "reference", arena.reference);
     file.number(group, "reference_contact_change", arena.reference_errors.contact);
     file.number(group, "reference_after_change", arena.reference_errors.after);
@@ -143,6 +162,11 @@ Arena arena_in(const std::filesystem::path &path) {
                                      .force = file.number(group, "reference_force_change"),
                                      .over_time = {}},
                 .runs = {}};
+    if (file.has_attribute(group, "tool")) { // files of 0.1.0 have none
+        arena.tool = file.text(group, "tool");
+        arena.friction = file.number(group, "friction");
+        arena.ball_radius = file.number(group, "ball_radius");
+    }
     arena.reference_force = file.dataset<core::Vector3>(path_of("reference_force"), arena.time.size());
     const auto methods = file.texts(group, "methods"), settings = file.texts(group, "settings"),
                outcomes = file.texts(group, "outcomes");
@@ -159,7 +183,7 @@ Arena arena_in(const std::filesystem::path &path) {
     }
     for_each_column([&](const char *name, const char *, auto number) {
         using Number = std::remove_cvref_t<decltype(number(arena.runs.front()))>;
-        if (name == calibration_spread && !file.has(path_of(name)))
+        if (is_later_column(name) && !file.has(path_of(name)))
             return;
         const auto values = file.dataset<Number>(path_of(name), methods.size());
         for (std::size_t r = 0; r < methods.size(); ++r)

@@ -92,6 +92,43 @@ Layout arena_table(const Arena &arena) {
     return layout;
 }
 
+Layout arena_forces(const Arena &arena) {
+    Layout layout{{{"tetrahedra", true},
+                   {"budget [ms]", true},
+                   {"method"},
+                   {"setting"},
+                   {"steps", true},
+                   {"iterations", true},
+                   {"pressed [N]", true},
+                   {"sliding [N]", true},
+                   {"across/along", true},
+                   {"deepest [um]", true},
+                   {"least J", true},
+                   {"frame [ms]", true},
+                   {"worst [ms]", true},
+                   {"outcome"}},
+                  {}};
+    std::vector<const ArenaRun *> runs;
+    for (const auto &run : arena.runs)
+        runs.push_back(&run);
+    std::ranges::stable_sort(runs, {}, [](const ArenaRun *run) { return std::tuple(run->tetrahedra, run->budget); });
+    for (const auto *run : runs)
+        layout.rows.push_back({fmt::format("{}", run->tetrahedra), in_milliseconds(run->budget), run->method,
+                               run->setting, fmt::format("{}", run->steps), fmt::format("{}", run->iterations),
+                               fixed(run->pressed_force, 3), fixed(run->slid_force, 3), fixed(run->slid_ratio, 3),
+                               fixed(1e6 * run->deepest, 2), fixed(run->smallest_jacobian, 2),
+                               in_milliseconds(run->frame_seconds), in_milliseconds(run->worst_frame_seconds),
+                               to_string(run->outcome)});
+    return layout;
+}
+
+std::string tool_of(const Arena &arena) {
+    return arena.tool == touching_tool
+               ? fmt::format("the tool is a ball of {:.3g} mm that touches, with a friction of {:g}",
+                             1e3 * arena.ball_radius, arena.friction)
+               : std::string("the tool has hold of its place");
+}
+
 std::string calibration_note(const Arena &arena) {
     std::set<std::string> unsteady;
     for (const auto &run : arena.runs)

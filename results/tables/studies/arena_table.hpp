@@ -14,6 +14,12 @@ Layout arena_table(const Arena &arena);
 /// of a frame within which it was 20, 10 and 5 %.
 Layout arena_overview(const Arena &arena);
 
+/// The same with the forces on the tool in place of errors, where there is no reference: mesh by mesh.
+Layout arena_forces(const Arena &arena);
+
+/// What the tool did, for the head of a table.
+std::string tool_of(const Arena &arena);
+
 /// A sentence on methods whose effort was found on a busy machine; empty if there are none.
 std::string calibration_note(const Arena &arena);
 

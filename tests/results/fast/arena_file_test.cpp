@@ -32,6 +32,28 @@ TEST_F(ArenaFile, HoldsWhatWasWritten) {
     EXPECT_EQ(read.runs[0], written.runs[0]);
     EXPECT_EQ(read.runs[1].outcome, ArenaOutcome::diverged);
     EXPECT_EQ(read.runs[1].num_inverted, 7);
+    EXPECT_EQ(read.tool, glued_tool);
+}
+
+TEST_F(ArenaFile, SaysWhatTheToolIs) {
+    auto written = tests::sample_arena();
+    EXPECT_EQ(tool_of(written), "the tool has hold of its place");
+    written.tool = touching_tool;
+    written.friction = 0.3;
+    written.ball_radius = 0.012;
+    written.reference.clear();
+    write_arena(path_, written);
+    const auto read = read_arena(path_);
+    EXPECT_EQ(read.tool, touching_tool);
+    EXPECT_EQ(read.friction, 0.3);
+    EXPECT_EQ(read.ball_radius, 0.012);
+    EXPECT_EQ(read.runs[0], written.runs[0]);
+    EXPECT_EQ(tool_of(read), "the tool is a ball of 12 mm that touches, with a friction of 0.3");
+    const auto table = arena_forces(read);
+    ASSERT_EQ(table.rows.size(), 2U);
+    EXPECT_EQ(table.rows.front().size(), table.columns.size());
+    EXPECT_EQ(table.rows.front()[6], "2.500");
+    EXPECT_EQ(table.rows.front()[9], "0.10");
 }
 
 TEST_F(ArenaFile, IsRefusedWhereItIsNone) {
