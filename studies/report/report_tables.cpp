@@ -140,10 +140,13 @@ toml::array cohorts_of(const ReportData &data) {
 
 toml::array arenas_of(const ReportData &data) {
     toml::array array;
-    for (std::size_t a = 0; a < data.arenas.size(); ++a)
+    for (std::size_t a = 0; a < data.arenas.size(); ++a) {
+        const auto &arena = data.arenas[a];
+        const auto overview = arena.reference.empty() ? results::arena_forces(arena) : results::arena_overview(arena);
         array.push_back(toml::table{{"file", data.files.arenas[a]},
-                                    {"overview", json_of(results::arena_overview(data.arenas[a]))},
-                                    {"table", json_of(results::arena_table(data.arenas[a]))}});
+                                    {"overview", json_of(overview)},
+                                    {"table", json_of(results::arena_table(arena))}});
+    }
     return array;
 }
 

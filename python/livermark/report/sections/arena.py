@@ -77,9 +77,21 @@ def _force_plot(file, runs: list[dict], tetrahedra: int, methods: list[str]) -> 
     return figures.finish(axes)
 
 
+def _forces(attributes: dict, arena: dict, told: dict) -> Markup:
+    """Of a ball that touches: no reference motion has contact, so there are no errors."""
+    html = paragraph(f"{attributes['title']}. The tool is a ball that touches, with a friction of {arena['friction']:g}. There "
+                     "is no reference motion with contact, so there are forces and no errors.")
+    html += figure("table", table(table_of(told["overview"])),
+                   "Force when the slide begins and within the slide, its part across the press over that along it, and by how "
+                   "much a node was inside the ball.", [attributes["command"]])
+    return subsection(f"{attributes['body']}, touched", html)
+
+
 def _arena(data: ReportData, told: dict) -> Markup:
     with data.open(told["file"]) as file:
         attributes = attributes_of(file)
+        if not attributes_of(file["arena"])["reference"]:
+            return _forces(attributes, attributes_of(file["arena"]), told)
         runs = _runs(file) if "methods" in attributes_of(file["arena"]) else []
         methods = list(dict.fromkeys(run["method"] for run in runs))
         sizes = sorted({int(run["tetrahedra"]) for run in runs})
