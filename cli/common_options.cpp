@@ -112,9 +112,9 @@ void add_run_choices(CLI::App &command, const std::shared_ptr<studies::RunOption
     command
         .add_option(
             "--jobs", options->jobs,
-            "Number of parallel workers, each on one core; by default one for each core, if memory allows. With "
-            "several, the file of a load case is written when the last model has solved it; with --jobs 1 it is "
-            "written as soon as the load case is done, and no other worker disturbs the times of the models")
+            "Number of parallel workers, each on one core; by default one for each core, if memory allows. The file "
+            "of a load case is written when the last model has solved it; with --jobs 1 no other worker disturbs the "
+            "times of the models")
         ->check(CLI::Range(1, 1024));
 }
 

@@ -77,7 +77,7 @@ struct Run {
     std::vector<LoadedProblem> loads;
     std::vector<core::Problem> problems; ///< of the loads
     std::vector<bool> is_resumed;        ///< whether there is a result of each already
-    bool is_model_by_model = false;
+    bool is_model_by_model = false;      ///< not on several MPI ranks, which solve each benchmark case together
     WorkPlan plan{};
     std::optional<SolutionStore> store{}; ///< if models solve before the benchmark cases
 };
@@ -146,11 +146,11 @@ struct Worker {
 
 void do_item(const Run &run, int item, Worker &worker, const support::SendMessage &send) {
     const auto &work = run.plan.items[item];
+    if (run.is_model_by_model && run.plan.group[item] != worker.at_group)
+        worker.prepared.clear(); // what comes is by other models, or compares
+    worker.at_group = run.plan.group[item];
     if (work.models.empty())
         return run_case(run, work.case_groups.front().front(), worker.prepared, send);
-    if (run.is_model_by_model && run.plan.group[item] != worker.at_group)
-        worker.prepared.clear(); // what comes is by other models
-    worker.at_group = run.plan.group[item];
     solve_item(run, work, worker.prepared, send);
 }
 
@@ -207,7 +207,7 @@ Outcomes run_cases(const RunTask &task, const RunOptions &options, const std::st
     for (const auto &problem : run.problems)
         run.is_resumed.push_back(is_resumed(problem, options, provenance));
     const int workers = num_workers(task, options);
-    run.is_model_by_model = workers > 1;
+    run.is_model_by_model = support::mpi_num_ranks() == 1;
     run.plan = plan_work(run.problems, task.models, run.is_model_by_model,
                          [&](std::size_t load) { return !run.is_resumed[load]; });
     if (std::ranges::any_of(run.plan.items, [](const WorkItem &item) { return !item.models.empty(); }))

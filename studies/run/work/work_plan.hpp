@@ -28,9 +28,8 @@ struct WorkPlan {
 /// something that models keep: models that solve problems together share one, and each of the others has its own if
 /// they solve problems one by one.
 /// @param is_wanted    whether a problem needs solutions
-/// @param model_by_model  whether those that solve one problem at a time do so before the benchmark cases: that takes
-///   less time and memory than benchmark case by benchmark case where there are several workers, because none makes
-///   factors that another one has, or keeps those of all models; but files come late
+/// @param model_by_model  whether those that solve one problem at a time do so before the benchmark cases: then no
+///   worker makes factors that another one has, or keeps those of all models
 WorkPlan plan_work(std::span<const core::Problem> problems, std::span<const core::Model> models, bool model_by_model,
                    const std::function<bool(std::size_t)> &is_wanted);
 
