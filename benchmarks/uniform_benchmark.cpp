@@ -35,7 +35,7 @@ void print(const std::string &line) {
 
 core::Solution solve_reference(const core::Problem &problem) {
     const auto models = models::all_models();
-    return std::ranges::find(models, models::references.front().refined, &core::Model::name)->solve(problem);
+    return std::ranges::find(models, core::Role::refined_reference, &core::Model::at_rest)->solve(problem);
 }
 
 /// @return at the nodes of the mesh, which come first

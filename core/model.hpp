@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -37,6 +38,16 @@ class PreparedModel {
 using PrepareModel =
     std::function<std::unique_ptr<PreparedModel>(const std::shared_ptr<const Body> &body, const LoadCase *common)>;
 
+/// What a model is to the others.
+enum class Role : std::uint8_t {
+    candidate,            ///< is compared with the reference
+    baseline,             ///< one that springs have to beat; scales loads to their targets
+    reference,            ///< what others are compared with
+    substitute_reference, ///< the same where the reference finds no solution; has no finer meshes of its own
+    refined_reference     ///< the reference on finer meshes: tells how good it is, and takes its place where it is not
+                          ///< good enough
+};
+
 /// A deformable model of the suite.
 struct Model {
     std::string name;    ///< on the command line, in the result file, in the tests
@@ -53,15 +64,21 @@ struct Model {
     /// Whether it can do what its user asked for on a problem; throws InputError if not. Called for every problem
     /// before the first one is solved. Empty if nothing can be wrong.
     std::function<void(const Problem &)> check{};
-    std::optional<Regime> only{}; ///< the regime that it takes part in; both if not set
-    bool only_moving = false;     ///< whether it takes part only where something moves in time
-    bool only_when_named = false; ///< whether a run leaves it out unless its user names it
-    bool relaxes = false;         ///< whether it takes part where time passes in the material (LoadCase::slow_history)
-    bool touches = false;         ///< whether it can be touched by a rigid ball; otherwise it takes no part there
-    bool is_collective = false;   ///< of several MPI ranks all have to call solve, and all get the solution
+    Role at_rest = Role::candidate;   ///< in the regime that it judges
+    Role in_motion = Role::candidate; ///< the same where something moves in time
+    Regime judges = Regime::small;    ///< in the other one it is a candidate
+    std::optional<Regime> only{};     ///< the regime that it takes part in; both if not set
+    bool only_moving = false;         ///< whether it takes part only where something moves in time
+    bool only_when_named = false;     ///< whether a run leaves it out unless its user names it
+    bool relaxes = false;       ///< whether it takes part where time passes in the material (LoadCase::slow_history)
+    bool touches = false;       ///< whether it can be touched by a rigid ball; otherwise it takes no part there
+    bool is_collective = false; ///< of several MPI ranks all have to call solve, and all get the solution
 
     /// Whether it takes part in a problem that it could; empty if it always does.
     std::function<bool(const Problem &)> is_wanted{};
+
+    Role role_at_rest(Regime regime) const { return regime == judges ? at_rest : Role::candidate; }
+    Role role_in_motion(Regime regime) const { return regime == judges ? in_motion : Role::candidate; }
 
     bool takes_part_in(const Problem &problem) const {
         return (!only || *only == problem.load_case.regime) && (!only_moving || problem.load_case.release) &&

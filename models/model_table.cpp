@@ -1,7 +1,9 @@
 #include "models/model_table.hpp"
 
 #include <algorithm>
+#include <array>
 #include <fmt/format.h>
+#include <functional>
 #include <iterator>
 
 namespace livermark::models {
@@ -25,7 +27,31 @@ constexpr std::array<std::string_view, 6> dominated{
     "biquadratic_springs", "lloyd_edge", "lloyd_mean_edge",
     "lloyd_nodal_volume",  "uniform",    "van_gelder_tetrahedral_volume"};
 
+/// @param role  of a model
+/// @return an empty name if none has it
+std::string name_with(core::Role role, const std::function<core::Role(const core::Model &)> &role_of) {
+    const auto models = all_models();
+    const auto found = std::ranges::find(models, role, role_of);
+    return found == models.end() ? std::string() : found->name;
+}
+
+ReferenceNames names_of(const std::function<core::Role(const core::Model &)> &role_of) {
+    return {name_with(core::Role::reference, role_of), name_with(core::Role::refined_reference, role_of)};
+}
+
 } // namespace
+
+ReferenceNames static_reference(core::Regime regime) {
+    return names_of([regime](const core::Model &model) { return model.role_at_rest(regime); });
+}
+
+ReferenceNames moving_reference(core::Regime regime) {
+    return names_of([regime](const core::Model &model) { return model.role_in_motion(regime); });
+}
+
+std::string baseline_name() {
+    return name_with(core::Role::baseline, &core::Model::at_rest);
+}
 
 std::vector<core::Model> all_models(const ModelOptions &options) {
     std::vector<core::Model> models;

@@ -15,38 +15,18 @@
 
 namespace livermark::models {
 
-/// A model that others are compared with, and the same on the refined mesh, which takes its place where it is not good
-/// enough.
-struct Reference {
-    core::Regime regime;
-    std::string_view on_mesh;
-    std::string_view refined;
+/// The names of a reference and of the same on finer meshes, see core::Role; empty where there is none.
+struct ReferenceNames {
+    std::string on_mesh;
+    std::string refined;
 };
 
-/// The best first: quadratic tetrahedra with a linear pressure do not lock when the material is nearly incompressible.
-/// The second one judges where the first finds no solution, and has no finer meshes of its own.
-inline constexpr std::array<Reference, 3> references{
-    {{core::Regime::small, "fem_p2p1", "fem_p2p1_refined"},
-     {core::Regime::small, "fem_p2", {}},
-     {core::Regime::large, "fem_p2p1_neo_hookean", "fem_p2p1_neo_hookean_refined"}}};
-
-/// The one that knows modes and motion.
-inline constexpr std::string_view moving_reference_model = "fem_p2";
-
-/// A model that the motion of others is compared with, and one on finer meshes, in shorter steps, that tells how good
-/// that motion is.
-struct MovingReference {
-    std::string_view on_mesh;
-    std::string_view refined;
-};
-
-inline constexpr MovingReference moving_reference(core::Regime regime) {
-    return regime == core::Regime::small ? MovingReference{moving_reference_model, "fem_p2p1_refined_at_rims"}
-                                         : MovingReference{"fem_p2_neo_hookean", "fem_p2_neo_hookean_refined_at_rims"};
-}
+/// What others are compared with: at rest, and where something moves in time.
+ReferenceNames static_reference(core::Regime regime);
+ReferenceNames moving_reference(core::Regime regime);
 
 /// The one that a mass-spring model has to beat.
-inline constexpr std::string_view baseline_model = "fem_p1";
+std::string baseline_name();
 
 /// How mass-spring models find where they come to rest.
 enum class EquilibriumMethod { newton, relaxation };

@@ -20,7 +20,7 @@ int print_modes(studies::ModesOptions options, bool markdown, const std::string 
     const auto found = studies::find_modes(options, command_line, print_progress());
     print_notes(found.notes);
     for (const auto &result : found.of_body) {
-        const auto table = results::modes_table(result, models::moving_reference_model);
+        const auto table = results::modes_table(result, models::moving_reference(core::Regime::small).on_mesh);
         fmt::print("{}, constrained as in {}\n{}\n", result.problem.body->name, result.problem.load_case.name,
                    markdown ? results::to_markdown(table) : results::to_text(table));
     }

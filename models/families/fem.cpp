@@ -229,6 +229,17 @@ core::Model finite_elements(std::string_view name, const char *summary, core::Pr
             .is_collective = support::mpi_num_ranks() > 1};
 }
 
+core::Model with_role(core::Model model, core::Role at_rest) {
+    model.at_rest = at_rest;
+    return model;
+}
+
+/// Knows modes and motion, which mixed elements do not.
+core::Model judging_motion(core::Model model) {
+    model.in_motion = core::Role::reference;
+    return with_role(std::move(model), core::Role::substitute_reference);
+}
+
 /// Several MPI ranks solve together, whatever the size: the same models as in one process.
 std::vector<core::Model> distributed_models() {
     const auto solve_with = [](const fem_reference::DistributedOptions &options) {
@@ -249,13 +260,14 @@ std::vector<core::Model> distributed_models() {
     const auto model = [](std::string_view name, const char *summary, auto solve) {
         return finite_elements(name, summary, core::solves_each(solve));
     };
-    auto refined = model("fem_p2p1_refined", refined_summary, at_rims);
+    auto refined = with_role(model("fem_p2p1_refined", refined_summary, at_rims), core::Role::refined_reference);
     refined.only = core::Regime::small;
     // Of displacements alone: takes most of the memory and time of a large body, and judges nothing.
-    auto quadratic = model("fem_p2", quadratic_summary, solve_with({.degree = 2}));
+    auto quadratic = judging_motion(model("fem_p2", quadratic_summary, solve_with({.degree = 2})));
     quadratic.only_when_named = true;
-    return {model("fem_p1", linear_summary, solve_with({.degree = 1})), std::move(quadratic),
-            model("fem_p2p1", mixed_summary, solve_mixed), std::move(refined)};
+    return {with_role(model("fem_p1", linear_summary, solve_with({.degree = 1})), core::Role::baseline),
+            std::move(quadratic), with_role(model("fem_p2p1", mixed_summary, solve_mixed), core::Role::reference),
+            std::move(refined)};
 }
 
 /// Elements of displacement alone, which know their modes.
@@ -299,23 +311,27 @@ std::vector<core::Model> models(const ModelOptions &options) {
         return model;
     };
     return {
-        displacement_elements("fem_p1", linear_summary, 1, choice),
-        displacement_elements("fem_p2", quadratic_summary, 2, choice),
+        with_role(displacement_elements("fem_p1", linear_summary, 1, choice), core::Role::baseline),
+        judging_motion(displacement_elements("fem_p2", quadratic_summary, 2, choice)),
         relaxes_and_knows_compliance(
-            solved_together(finite_elements(
-                "fem_p2p1", mixed_summary,
-                [mixed](const std::shared_ptr<const core::Body> &body, const core::LoadCase * /*common*/) {
-                    return std::make_unique<PreparedElements>(body, mixed->on(body), mixed->choice());
-                })),
+            solved_together(with_role(finite_elements("fem_p2p1", mixed_summary,
+                                                      [mixed](const std::shared_ptr<const core::Body> &body,
+                                                              const core::LoadCase * /*common*/) {
+                                                          return std::make_unique<PreparedElements>(
+                                                              body, mixed->on(body), mixed->choice());
+                                                      }),
+                                      core::Role::reference)),
             [mixed](const core::Problem &problem, std::span<const core::InteriorPlace> places) {
                 return mixed->on(problem.body)->compliance(problem.load_case, places);
             }),
         relaxes_and_knows_compliance(
-            only_small(solved_together(finite_elements(
-                "fem_p2p1_refined", refined_summary,
-                [mixed](const std::shared_ptr<const core::Body> &body, const core::LoadCase * /*common*/) {
-                    return std::make_unique<PreparedRefinedElements>(body, *mixed);
-                }))),
+            only_small(solved_together(with_role(finite_elements("fem_p2p1_refined", refined_summary,
+                                                                 [mixed](const std::shared_ptr<const core::Body> &body,
+                                                                         const core::LoadCase * /*common*/) {
+                                                                     return std::make_unique<PreparedRefinedElements>(
+                                                                         body, *mixed);
+                                                                 }),
+                                                 core::Role::refined_reference))),
             [choice](const core::Problem &problem, std::span<const core::InteriorPlace> places) {
                 return refined_compliance(problem, places, choice);
             }),

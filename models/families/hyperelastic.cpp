@@ -73,13 +73,22 @@ core::Solution solve_finer(const core::Problem &problem, const std::string &law,
 
 using Solve = core::Solution (*)(const core::Problem &, const std::string &, const Discretisation &);
 
+/// What a model is at rest and in motion.
+struct Roles {
+    core::Role at_rest = core::Role::candidate;
+    core::Role in_motion = core::Role::candidate;
+};
+
 core::Model elements(const std::string &name, const std::string &summary, const std::string &law,
-                     const Discretisation &discretisation, Solve solve_one = solve) {
+                     const Discretisation &discretisation, const Roles &roles = {}, Solve solve_one = solve) {
     return {.name = name,
             .summary = summary,
             .source = "Arndt et al. 2022, The deal.II library, version 9.4, J. Numer. Math. 30(3)",
             .prepare = core::solves_each(
                 [=](const core::Problem &problem) { return solve_one(problem, law, discretisation); }),
+            .at_rest = roles.at_rest,
+            .in_motion = roles.in_motion,
+            .judges = core::Regime::large,
             .only = core::Regime::large,
             .is_collective = is_collective(discretisation)};
 }
@@ -89,13 +98,15 @@ std::vector<core::Model> models(const ModelOptions & /*options*/) {
     return {
         elements("fem_p1_neo_hookean", "neo-Hookean, linear tetrahedra (the baseline of large deformations)",
                  "neo_hookean", {.degree = 1}),
-        elements("fem_p2_neo_hookean", "neo-Hookean, quadratic tetrahedra", "neo_hookean", {.degree = 2}),
+        elements("fem_p2_neo_hookean", "neo-Hookean, quadratic tetrahedra", "neo_hookean", {.degree = 2},
+                 {.in_motion = core::Role::reference}),
         elements("fem_p2p1_neo_hookean", "neo-Hookean, quadratic tetrahedra with a linear pressure (Taylor and Hood)",
-                 "neo_hookean", {.degree = 2, .formulation = Formulation::mixed}),
+                 "neo_hookean", {.degree = 2, .formulation = Formulation::mixed}, {.at_rest = core::Role::reference}),
         elements("fem_p2p1_neo_hookean_refined",
                  "neo-Hookean, Taylor and Hood on meshes refined at the rims of places (the reference of large "
                  "deformations)",
-                 "neo_hookean", {.degree = 2, .formulation = Formulation::mixed}, solve_finer),
+                 "neo_hookean", {.degree = 2, .formulation = Formulation::mixed},
+                 {.at_rest = core::Role::refined_reference}, solve_finer),
         elements("fem_p2p1_ogden",
                  "Ogden's law with a fit to porcine liver, Taylor and Hood: how far the law itself matters", "ogden",
                  {.degree = 2, .formulation = Formulation::mixed}),

@@ -98,6 +98,8 @@ core::Model elements(std::string_view name, const std::string &summary, core::Re
             .source = "Arndt et al. 2022, The deal.II library, version 9.4, J. Numer. Math. 30(3)",
             .prepare = core::solves_each(
                 [=](const core::Problem &problem) { return solve_on_levels(problem, solve, levels); }),
+            .in_motion = core::Role::refined_reference,
+            .judges = regime,
             .only = regime,
             .only_moving = true};
 }
@@ -107,11 +109,11 @@ std::vector<core::Model> models(const ModelOptions & /*options*/) {
         return {}; // they solve alone
     using enum core::Regime;
     return {
-        elements(moving_reference(small).refined,
+        elements("fem_p2p1_refined_at_rims",
                  "linear elasticity, Taylor and Hood on the mesh refined twice at the rims of places (tells how good "
                  "the motion of fem_p2 is)",
                  small, solve_linear, {.finest = 2, .steps_per_record = 4}),
-        elements(moving_reference(large).refined,
+        elements("fem_p2_neo_hookean_refined_at_rims",
                  "neo-Hookean, quadratic tetrahedra on the mesh refined once at the rims of places (tells how good the "
                  "motion of fem_p2_neo_hookean is)",
                  large, solve_neo_hookean, {.finest = 1, .steps_per_record = 1}),

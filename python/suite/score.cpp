@@ -135,7 +135,7 @@ void add_score(py::module_ &module, py::class_<LoadedBody> &problem) {
         });
     problem.def(
         "score", &score, py::arg("displacement"), py::arg("name") = "mine",
-        py::arg("models") = std::vector<std::string>{std::string(models::baseline_model)}, py::kw_only(),
+        py::arg("models") = std::vector<std::string>{models::baseline_name()}, py::kw_only(),
         py::arg("reference_on_mesh") = false, py::arg("output") = py::none(), py::arg("with_uncertainty") = py::none(),
         "Compares displacements of the nodes with the reference, which it solves.\n\n"
         "displacement: (N, 3) [m]. name: of the model. models: to compare beside it. reference_on_mesh: compare "

@@ -110,7 +110,8 @@ class LiveFem {
                 std::make_shared<const core::Body>(live::with_material(of_file, young_modulus, chosen.poisson_ratio));
         }
         poisson_ratio_ = chosen.poisson_ratio;
-        return {.is_binary = false, .bytes = fields_text({{"chosen", std::string(models::moving_reference_model)}})};
+        return {.is_binary = false,
+                .bytes = fields_text({{"chosen", models::moving_reference(core::Regime::small).on_mesh}})};
     }
 
     Message respond(const std::string &bytes) {

@@ -6,8 +6,8 @@
 
 namespace livermark::server {
 
-/// What the live page compares its springs with: the solution of moving_reference_model, quadratic elements, for the
-/// same round load on the same body, constrained as open_live_body() says. Messages and their replies:
+/// What the live page compares its springs with: the solution of the reference of small motion, quadratic elements, for
+/// the same round load on the same body, constrained as open_live_body() says. Messages and their replies:
 ///
 ///     young_modulus=<Pa>&poisson_ratio=<nu>   other materials, see live::with_material(); until then those of the file
 ///     chosen=fem_p2                           the model

@@ -107,7 +107,7 @@ Advice advise(const core::Body &body, const AdviceOptions &options, const Progre
     advice.evidence = shipped_evidence({.poisson_ratio = advice.body.material().poisson_ratio,
                                         .tool_radius_in_edges = advice.body.tool_radius_in_edges(),
                                         .tetrahedra = advice.body.mesh.num_tetrahedra});
-    if (const auto *linear = advice.evidence.find(std::string(models::baseline_model)))
+    if (const auto *linear = advice.evidence.find(models::baseline_name()))
         advice.linear_tetrahedra = *linear;
     const auto known = known_springs(body, advice.evidence);
     if (known.empty())

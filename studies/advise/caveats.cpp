@@ -5,6 +5,7 @@
 #include "core/mesh/plausible_liver.hpp"
 #include "core/tool/tool_stiffness.hpp"
 #include "core/units.hpp"
+#include "models/model_table.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "studies/advise/advise.hpp"
 
@@ -154,7 +155,7 @@ void about_errors(const Advice &advice, Caveats &caveats) {
              fmt::format("Nothing is known of {} under loads of surgical size; run `livermark run --regime "
                          "large` on this body.",
                          first.model)});
-    if (const auto *mixed = advice.evidence.find("fem_p2p1"))
+    if (const auto *mixed = advice.evidence.find(models::static_reference(core::Regime::small).on_mesh))
         caveats.push_back(
             {"reference", 1.0,
              fmt::format(

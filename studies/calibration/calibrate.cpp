@@ -43,7 +43,7 @@ results::Calibration begin(const CalibrateOptions &options, const core::Body &bo
     calibration.body = body.name;
     calibration.spring_law = options.law;
     calibration.volume_term = volume_term;
-    calibration.reference = models::references.front().on_mesh;
+    calibration.reference = models::static_reference(core::Regime::small).on_mesh;
     calibration.constrained = options.constrained;
     calibration.seed = options.seed;
     calibration.penalty = options.penalty;

@@ -17,7 +17,7 @@ struct ScoreOptions {
     std::string load_case;
     std::string solution; ///< a file of read_outside_solution()
     std::string name = "mine";
-    std::vector<std::string> models{std::string(models::baseline_model)};
+    std::vector<std::string> models{models::baseline_name()};
     std::string output; ///< folder for <body>/<load case>.<name>.h5
     bool reference_on_mesh = false;
     bool solve_reference = false; ///< also where a solution is stored

@@ -51,18 +51,18 @@ StatesOnMesh refined(const StatesOnMesh &coarse, const std::vector<Vector3> &pos
     return states;
 }
 
-/// The reference that has no finer meshes of its own, for the regime of the states.
-const models::Reference &reference_of(const StatesOnMesh &states) {
+/// The name of the reference on the mesh itself, for the regime of the states.
+std::string reference_of(const StatesOnMesh &states) {
     const auto regime = states.load_cases.front().regime;
     for (const auto &load_case : states.load_cases)
         if (load_case.regime != regime)
             throw support::InputError(fmt::format("state {} is of another regime than state {}; make two experiments",
                                                   load_case.name, states.load_cases.front().name));
-    return *std::ranges::find(models::references, regime, &models::Reference::regime);
+    return models::static_reference(regime).on_mesh;
 }
 
 std::vector<core::Model> chosen_models(const ExperimentOptions &options, const StatesOnMesh &states,
-                                       const models::Reference &reference) {
+                                       const std::string &reference) {
     auto known = models::all_models();
     const auto methods = support::names_of(models::all_contenders());
     const auto is_method = [&](const core::Model &model) {
@@ -71,15 +71,14 @@ std::vector<core::Model> chosen_models(const ExperimentOptions &options, const S
     for (const auto &name : options.models)
         support::find_named(known, name, "model");
     std::erase_if(known, [&](const core::Model &model) {
-        if (model.name == reference.on_mesh)
+        if (model.name == reference)
             return false;
         const bool takes_part = std::ranges::all_of(states.load_cases, [&](const core::LoadCase &load_case) {
             return model.takes_part_in({states.body, load_case}) && !model.only_moving;
         });
         if (!options.models.empty())
             return std::ranges::find(options.models, model.name) == options.models.end() || !takes_part;
-        const bool refines_itself =
-            std::ranges::find(models::references, model.name, &models::Reference::refined) != models::references.end();
+        const bool refines_itself = model.at_rest == core::Role::refined_reference;
         const bool is_left_out = model.only_when_named && !(options.with_methods && is_method(model));
         return !takes_part || refines_itself || is_left_out;
     });
@@ -87,7 +86,7 @@ std::vector<core::Model> chosen_models(const ExperimentOptions &options, const S
         if (std::ranges::find(known, name, &core::Model::name) == known.end())
             throw support::InputError(fmt::format("model {} takes no part in deformations of the {} regime, or not in "
                                                   "these conditions; leave it out",
-                                                  name, core::to_string(reference.regime)));
+                                                  name, core::to_string(states.load_cases.front().regime)));
     return known;
 }
 
@@ -98,7 +97,7 @@ results::ExperimentResult without_runs(const experiments::Experiment &experiment
                                      .title = experiment.title,
                                      .source = experiment.source,
                                      .assumptions = experiment.assumptions,
-                                     .reference = std::string(reference_of(states).on_mesh),
+                                     .reference = reference_of(states),
                                      .markers = {},
                                      .drives = {},
                                      .positions = positions,
@@ -207,7 +206,7 @@ results::ExperimentResult evaluate_experiment(const experiments::Experiment &exp
     for (const auto &marker : experiment.markers)
         positions.push_back(marker.position);
     const auto states = states_on_mesh(experiment, options.edge_length.value_or(experiment.edge_length), positions);
-    const auto &reference = reference_of(states);
+    const auto reference = reference_of(states);
     const auto chosen = chosen_models(options, states, reference);
     auto result = without_runs(experiment, states, positions, command_line);
     for (const auto &measured : experiment.states)
@@ -218,15 +217,15 @@ results::ExperimentResult evaluate_experiment(const experiments::Experiment &exp
         steps.next(fmt::format("{}: {}", experiment.name, model.name));
         auto solutions = solve_all(model, states);
         add_runs(result, model.name, states, solutions);
-        if (model.name == reference.on_mesh)
+        if (model.name == reference)
             of_reference = std::move(solutions);
     }
     for (std::size_t s = 0; s < of_reference.size(); ++s)
         result.states[s].deformed = of_reference[s].displacement;
     if (options.refines_reference) {
-        steps.next(fmt::format("{}: {} with each tetrahedron cut into eight", experiment.name, reference.on_mesh));
-        add_refined_reference(result, support::find_named(chosen, std::string(reference.on_mesh), "model"),
-                              refined(states, positions), of_reference);
+        steps.next(fmt::format("{}: {} with each tetrahedron cut into eight", experiment.name, reference));
+        add_refined_reference(result, support::find_named(chosen, reference, "model"), refined(states, positions),
+                              of_reference);
     }
     return result;
 }

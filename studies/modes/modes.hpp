@@ -16,7 +16,7 @@ inline constexpr int most_modes = 1000;
 struct ModesOptions {
     std::vector<std::string> bodies; ///< names or paths; all that ship if there are none
     std::string load_case;           ///< that gives the constraints; empty: see read_constrained_problems()
-    std::vector<std::string> models{std::string(models::baseline_model), std::string(models::moving_reference_model),
+    std::vector<std::string> models{models::baseline_name(), models::moving_reference(core::Regime::small).on_mesh,
                                     "lloyd"};
     int count = 20; ///< 1 to most_modes
     meshes::MaterialOverride material;

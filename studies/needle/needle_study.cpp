@@ -24,8 +24,8 @@ namespace {
 std::vector<core::Model> models_with_needles(const NeedleOptions &options) {
     auto able = models::all_models();
     std::erase_if(able, [](const core::Model &model) { return !model.compliance; });
-    const auto judge = std::ranges::find(models::references, core::Regime::small, &models::Reference::regime);
-    const std::string reference(options.reference_on_mesh ? judge->on_mesh : judge->refined);
+    const auto judge = models::static_reference(core::Regime::small);
+    const auto &reference = options.reference_on_mesh ? judge.on_mesh : judge.refined;
     std::vector<core::Model> chosen{support::find_named(able, reference, "model that a needle can be driven into")};
     const auto add = [&](const core::Model &model) {
         if (std::ranges::find(chosen, model.name, &core::Model::name) == chosen.end())
@@ -35,7 +35,8 @@ std::vector<core::Model> models_with_needles(const NeedleOptions &options) {
         add(support::find_named(able, name, "model that a needle can be driven into"));
     if (options.models.empty())
         for (const auto &model : able)
-            if (!model.only_when_named && model.name != judge->refined && model.only != core::Regime::large)
+            if (!model.only_when_named && model.at_rest != core::Role::refined_reference &&
+                model.only != core::Regime::large)
                 add(model);
     return chosen;
 }

@@ -13,23 +13,33 @@ namespace livermark::studies {
 
 namespace {
 
-/// @return nullptr if the model is not there or found no solution
-const results::ModelResult *find_solved(const results::Result &result, std::string_view name) {
-    const auto found = std::ranges::find(result.models, name, &results::ModelResult::name);
-    return found != result.models.end() && found->solution.status == core::SolutionStatus::ok ? &*found : nullptr;
+using core::Role;
+
+/// The models of a result, in its order.
+using TakingPart = std::vector<const core::Model *>;
+
+/// @return nullptr if no model has the role at rest, or it found no solution
+const results::ModelResult *find_solved(const results::Result &result, const TakingPart &models, Role role) {
+    for (std::size_t m = 0; m < models.size(); ++m)
+        if (models[m]->role_at_rest(result.problem.load_case.regime) == role)
+            return result.models[m].solution.status == core::SolutionStatus::ok ? &result.models[m] : nullptr;
+    return nullptr;
 }
 
-/// @return nullptr if the model is not there or did not move
-const results::ModelResult *find_moving(const results::Result &result, std::string_view name) {
-    const auto *found = find_solved(result, name);
-    return found && found->solution.history ? found : nullptr;
+/// @return nullptr if no model has the role in motion, or it did not move
+const results::ModelResult *find_moving(const results::Result &result, const TakingPart &models, Role role) {
+    for (std::size_t m = 0; m < models.size(); ++m)
+        if (models[m]->role_in_motion(result.problem.load_case.regime) == role) {
+            const auto &solution = result.models[m].solution;
+            return solution.status == core::SolutionStatus::ok && solution.history ? &result.models[m] : nullptr;
+        }
+    return nullptr;
 }
 
 /// Adds what motions are off to the comparisons.
-void compare_motion(results::Result &result) {
-    const auto names = models::moving_reference(result.problem.load_case.regime);
-    const auto *on_mesh = find_moving(result, names.on_mesh);
-    const auto *refined = find_moving(result, names.refined);
+void compare_motion(results::Result &result, const TakingPart &models) {
+    const auto *on_mesh = find_moving(result, models, Role::reference);
+    const auto *refined = find_moving(result, models, Role::refined_reference);
     if (!on_mesh)
         return;
     const auto *reference = on_mesh;
@@ -56,17 +66,15 @@ void compare_motion(results::Result &result) {
 /// Relative L2 difference of two ways to the same solution; iterations leave less.
 constexpr double same_solution = 1e-6;
 
-void compare_with_reference(results::Result &result) {
+void compare_with_reference(results::Result &result, const TakingPart &models) {
     const auto &mesh = result.problem.body->mesh;
     const auto &load_case = result.problem.load_case;
-    const auto regime = load_case.regime;
-    const auto found = std::ranges::find_if(models::references, [&](const auto &candidate) {
-        return candidate.regime == regime && find_solved(result, candidate.on_mesh);
-    });
-    if (found == models::references.end())
+    const auto *reference = find_solved(result, models, Role::reference);
+    const auto *refined = reference ? find_solved(result, models, Role::refined_reference) : nullptr;
+    if (!reference)
+        reference = find_solved(result, models, Role::substitute_reference);
+    if (!reference)
         return;
-    const auto *reference = find_solved(result, found->on_mesh);
-    const auto *refined = find_solved(result, found->refined);
     if (refined && refined->solution.observed_error) {
         const auto &error = *refined->solution.observed_error;
         result.reference_uncertainty = {.reference = refined->name,
@@ -90,7 +98,7 @@ void compare_with_reference(results::Result &result) {
     for (auto &model : result.models)
         if (&model != reference)
             model.comparison = core::compare(mesh, load_case, model.solution, reference->solution, reference->name);
-    compare_motion(result);
+    compare_motion(result, models);
 }
 
 } // namespace
@@ -100,49 +108,39 @@ std::vector<core::Model> choose_models(const std::vector<std::string> &wanted, c
     auto models = models::all_models(options);
     for (const auto &name : wanted)
         support::find_named(models, name, "model");
-    const auto measures_motion = [](const core::Model &model) {
-        return model.name == models::moving_reference(core::Regime::small).on_mesh ||
-               model.name == models::moving_reference(core::Regime::large).on_mesh;
-    };
-    // What judges only where another one finds no solution has no finer meshes.
-    const auto judges_first = [](const core::Model &model) {
-        const auto found = std::ranges::find(models::references, model.name, &models::Reference::on_mesh);
-        return found != models::references.end() && !found->refined.empty();
-    };
-    const auto refines_motion = [](const core::Model &model) {
-        return model.name == models::moving_reference(core::Regime::small).refined ||
-               model.name == models::moving_reference(core::Regime::large).refined;
-    };
     std::erase_if(models, [&](const core::Model &model) {
         if (std::ranges::find(wanted, model.name) != wanted.end())
             return false;
         if (model.only_when_named)
             return true;
-        const bool is_refined = std::ranges::find(models::references, model.name, &models::Reference::refined) !=
-                                    models::references.end() ||
-                                refines_motion(model);
-        return is_refined ? !with_uncertainty : !wanted.empty() && !judges_first(model) && !measures_motion(model);
+        if (model.at_rest == Role::refined_reference || model.in_motion == Role::refined_reference)
+            return !with_uncertainty;
+        return !wanted.empty() && model.at_rest != Role::reference && model.in_motion != Role::reference;
     });
     for (auto &model : models)
-        if (measures_motion(model) && !wanted.empty() && std::ranges::find(wanted, model.name) == wanted.end())
+        if (model.in_motion == Role::reference && !wanted.empty() &&
+            std::ranges::find(wanted, model.name) == wanted.end())
             model.only_moving = true;
     return models;
 }
 
 const core::Model &baseline_of(const std::vector<core::Model> &models) {
-    return *std::ranges::find(models, models::baseline_model, &core::Model::name);
+    return *std::ranges::find(models, Role::baseline, &core::Model::at_rest);
 }
 
 bool may_fail(const std::string &model, core::Regime regime) {
-    return regime == core::Regime::large &&
-           std::ranges::find(models::references, model, &models::Reference::on_mesh) == models::references.end();
+    if (regime != core::Regime::large)
+        return false;
+    const auto known = models::all_models();
+    const auto found = std::ranges::find(known, model, &core::Model::name);
+    return found == known.end() || (found->at_rest != Role::reference && found->at_rest != Role::substitute_reference);
 }
 
 results::Result evaluate(const core::Problem &problem, const std::vector<core::Model> &models, const SolveModel &solve,
                          const results::ErrorBands &bands, results::Provenance provenance) {
     results::Result result{
         .provenance = std::move(provenance), .problem = problem, .models = {}, .reference_uncertainty = {}};
-    std::vector<const core::Model *> taking_part;
+    TakingPart taking_part;
     for (const auto &model : models)
         if (model.takes_part_in(problem))
             taking_part.push_back(&model);
@@ -159,7 +157,7 @@ results::Result evaluate(const core::Problem &problem, const std::vector<core::M
             if (taking_part[m]->is_collective == is_collective && (is_collective || is_first_rank))
                 result.models[m].solution = solve(*taking_part[m], problem);
     if (is_first_rank)
-        compare_with_reference(result);
+        compare_with_reference(result, taking_part);
     return result;
 }
 

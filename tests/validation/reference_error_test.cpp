@@ -58,7 +58,8 @@ TEST_P(ReferenceError, ContainsWhatUniformRefinementFinds) {
     const auto body = std::make_shared<const core::Body>(meshes::read_body(root / "meshes" / "liver_healthy.toml"));
     core::Problem problem{body, load_cases::read_load_case(root / "load_cases" / (name + ".toml"), body->mesh)};
     const auto models = models::all_models();
-    const auto reference = std::ranges::find(models, models::references[0].refined, &core::Model::name)->solve(problem);
+    const auto reference =
+        std::ranges::find(models, core::Role::refined_reference, &core::Model::at_rest)->solve(problem);
     const auto limit = limit_of_uniform_meshes(problem);
     const auto off = core::compare(body->mesh, problem.load_case, reference, limit, "uniform");
     const auto &bar = reference.observed_error.value(), &bar_of_limit = limit.observed_error.value();

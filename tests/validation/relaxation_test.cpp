@@ -52,7 +52,7 @@ TEST_P(Relaxation, ComesToTheEquilibriumThatNewtonFinds) {
             continue;
         problem.load_case.release.reset();
         // As large as a run makes it.
-        const auto baseline = solve(std::string(models::baseline_model), {}, problem);
+        const auto baseline = solve(models::baseline_name(), {}, problem);
         double peak = 0.0;
         for (const auto &displacement : baseline.displacement)
             peak = std::max(peak, displacement.norm());

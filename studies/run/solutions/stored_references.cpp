@@ -19,22 +19,19 @@ namespace {
 
 /// What large deformations are judged by. That of linear elasticity is solved in every run.
 bool judges_large_deformations(const core::Model &model) {
-    return std::ranges::any_of(models::references, [&](const models::Reference &reference) {
-        return reference.regime == core::Regime::large &&
-               (model.name == reference.on_mesh || model.name == reference.refined);
-    });
+    const auto role = model.role_at_rest(core::Regime::large);
+    return role == core::Role::reference || role == core::Role::refined_reference;
 }
 
 /// What large motions are judged by.
 bool judges_large_motion(const core::Model &model) {
-    return model.name == models::moving_reference(core::Regime::large).on_mesh;
+    return model.role_in_motion(core::Regime::large) == core::Role::reference;
 }
 
 /// What tells how good the motion is that others are judged by. It is solved where somebody asks for it alone: that
 /// takes longer than a run.
 bool refines_motion(const core::Model &model) {
-    return model.name == models::moving_reference(core::Regime::small).refined ||
-           model.name == models::moving_reference(core::Regime::large).refined;
+    return model.in_motion == core::Role::refined_reference;
 }
 
 bool can_be_kept(const core::Model &model) {

@@ -38,10 +38,12 @@ TEST(ModelTable, HasTheReferenceTheBaselineAndEverySpringLaw) {
     std::set<std::string> names;
     for (const auto &model : models::all_models())
         names.insert(model.name);
-    EXPECT_TRUE(names.contains(std::string(models::references.front().on_mesh)));
-    EXPECT_TRUE(names.contains(std::string(models::references.front().refined)));
-    EXPECT_TRUE(names.contains(std::string(models::moving_reference_model)));
-    EXPECT_TRUE(names.contains(std::string(models::baseline_model)));
+    for (const auto regime : {core::Regime::small, core::Regime::large})
+        for (const auto &[on_mesh, refined] : {models::static_reference(regime), models::moving_reference(regime)}) {
+            EXPECT_TRUE(names.contains(on_mesh));
+            EXPECT_TRUE(names.contains(refined));
+        }
+    EXPECT_TRUE(names.contains(models::baseline_name()));
     for (const auto &law : msm::all_spring_laws())
         EXPECT_TRUE(names.contains(law.name)) << law.name;
 }

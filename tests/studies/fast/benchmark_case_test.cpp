@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <gtest/gtest.h>
 
+#include "models/model_table.hpp"
 #include "tests/bad_input.hpp"
 #include "tests/samples/test_meshes.hpp"
 
@@ -22,8 +23,12 @@ core::Problem pulled_bar() {
     return {bar, std::move(load_case)};
 }
 
+/// With the role that a model of this name has.
 core::Model named(std::string name) {
     core::Model model;
+    const auto known = models::all_models();
+    if (const auto found = std::ranges::find(known, name, &core::Model::name); found != known.end())
+        model.at_rest = found->at_rest;
     model.name = std::move(name);
     return model;
 }
