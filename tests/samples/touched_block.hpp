@@ -8,7 +8,7 @@ namespace livermark::tests {
 /// What touches a block, and what the block is.
 struct TouchedBlock {
     core::Vector3 size{0.04, 0.04, 0.02}; ///< [m]
-    std::array<int, 3> bricks{6, 6, 3};
+    std::array<int, 3> bricks{6, 6, 2};
     double poisson_ratio = 0.3;
     double radius = 0.02;                ///< of the ball [m]
     core::Vector3 press{0, 0, -3e-3};    ///< [m]

@@ -1,0 +1,53 @@
+#include <cmath>
+#include <gtest/gtest.h>
+#include <numbers>
+
+#include "msm/springs/coupled_springs.hpp"
+#include "msm/statics/load_path.hpp"
+#include "tests/samples/touched_block.hpp"
+
+namespace livermark {
+namespace {
+
+constexpr double young_modulus = 5e3, thickness = 0.02, radius = 0.03, depth = 2e-3;
+
+/// Force on a rigid ball in a layer that sticks to a floor, small deformations: that of Hertz times a series in the
+/// radius of contact over the thickness [N]. (Dimitriadis et al. 2002, Biophys. J. 82, equations 12 and 13)
+double force_on_layer(double poisson_ratio, double sunk) {
+    const double nu = poisson_ratio, pi = std::numbers::pi;
+    const double a = -(1.2876 - 1.4678 * nu + 1.3442 * nu * nu) / (1.0 - nu);
+    const double b = (0.6387 - 1.0277 * nu + 1.5164 * nu * nu) / (1.0 - nu);
+    const double chi = std::sqrt(radius * sunk) / thickness;
+    const double hertz = 4.0 / 3.0 * young_modulus / (1.0 - nu * nu) * std::sqrt(radius) * std::pow(sunk, 1.5);
+    return hertz * (1.0 - 2.0 * a / pi * chi + std::pow(2.0 * a / pi * chi, 2) -
+                    8.0 / std::pow(pi, 3) * (std::pow(a, 3) + 4.0 * pi * pi / 15.0 * b) * std::pow(chi, 3) +
+                    16.0 * a / std::pow(pi, 4) * (std::pow(a, 3) + 3.0 * pi * pi / 5.0 * b) * std::pow(chi, 4));
+}
+
+double force_of_springs(int bricks_across, int bricks_down) {
+    tests::TouchedBlock block;
+    block.size = {0.06, 0.06, thickness};
+    block.bricks = {bricks_across, bricks_across, bricks_down};
+    block.radius = radius;
+    block.press = {0.0, 0.0, -depth};
+    block.path = {0.5, 1.0};
+    const auto problem = tests::touched_block(block);
+    const auto springs =
+        msm::coupled_springs_with_volume(*problem.body, msm::find_coupled_springs("nodal_neo_hookean"));
+    const auto conditions = msm::nodal_conditions(problem, springs.node_mass);
+    const msm::RestStiffness rest(springs, problem.body->mesh.points, conditions.displacement);
+    const auto path = msm::follow_path(springs, problem, springs.node_mass, rest);
+    EXPECT_EQ(path.end.status, core::SolutionStatus::ok) << path.end.message;
+    return -path.points.back().reaction.back().z();
+}
+
+/// Nodes touch, so coarse meshes feel too soft: the error falls as the mesh is refined.
+TEST(TouchedLayer, OfCoupledSpringsConvergesToTheClosedForm) {
+    const double expected = force_on_layer(0.3, depth);
+    const double coarse = force_of_springs(9, 3) / expected - 1.0, fine = force_of_springs(18, 6) / expected - 1.0;
+    EXPECT_LT(std::abs(fine), 0.06);
+    EXPECT_LT(std::abs(fine), 0.25 * std::abs(coarse));
+}
+
+} // namespace
+} // namespace livermark
