@@ -175,8 +175,8 @@ TEST(TouchingContenders, SpringsComeToRestInTheirStaticSolution) {
                 const auto solution = model.solve(at_rest);
                 ++num_compared;
                 EXPECT_EQ(solution.status, core::SolutionStatus::ok) << solution.message;
-                EXPECT_LT((moved.force.back() + solution.reaction.back()).norm(), 5e-3 * moved.force.back().norm());
-                EXPECT_LT(difference(moved.displacement.back(), solution.displacement), 5e-3) << name;
+                EXPECT_LT((moved.force.back() + solution.reaction.back()).norm(), 1e-4 * moved.force.back().norm());
+                EXPECT_LT(difference(moved.displacement.back(), solution.displacement), 1e-4) << name;
             }
     }
     EXPECT_EQ(num_compared, 2);
