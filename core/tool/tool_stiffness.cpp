@@ -6,6 +6,8 @@
 #include <numbers>
 #include <utility>
 
+#include "core/tool/place_stiffness.hpp"
+
 namespace livermark::core {
 
 namespace {
@@ -77,18 +79,6 @@ double work(const std::vector<std::pair<int, Vector3>> &forces, const Displaceme
     for (const auto &[node, force] : forces)
         sum += force.dot(displacement[node].template cast<double>());
     return sum;
-}
-
-/// What the works of a solution that are summed at the nodes of the mesh have to be multiplied by. Displacements below
-/// a round tool are a dome between the corners of facets, so sums there miss 5 to 7 % of the work on quadratic
-/// elements.
-double correction(const TetraMesh &mesh, const LoadCase &load_case, std::span<const ToolPlace> places,
-                  const Solution &solution) {
-    double at_nodes = 0.0;
-    for (const auto &place : places)
-        if (place.drive == ToolDrive::traction)
-            at_nodes += work(nodal_forces(mesh, load_case, place), solution.displacement);
-    return std::isnan(solution.load_work) || at_nodes == 0.0 ? 1.0 : solution.load_work / at_nodes;
 }
 
 /// Of a place with a given traction.
@@ -224,8 +214,8 @@ std::optional<ToolComparison> compare_at_tool(const TetraMesh &mesh, const LoadC
     const auto volumes = nodal_volumes(mesh);
     // Works of both are of their own, or those of both are summed at the nodes.
     const double ratio = std::isnan(reference.load_work) ? 1.0
-                                                         : correction(mesh, load_case, places, reference) /
-                                                               correction(mesh, load_case, places, solution);
+                                                         : work_correction(mesh, load_case, places, reference) /
+                                                               work_correction(mesh, load_case, places, solution);
     const auto num_points = load_case.slow_history ? 0 : std::min(solution.path.size(), reference.path.size());
     ToolComparison result;
     for (const auto &place : places) {
