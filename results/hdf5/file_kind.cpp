@@ -23,6 +23,8 @@ FileKind kind_in(const std::filesystem::path &path) {
         return FileKind::needle;
     if (file.has("/experiment"))
         return FileKind::experiment;
+    if (file.has("/sensitivity"))
+        return FileKind::sensitivity;
     if (file.has("/loads") && file.has("/springs"))
         return FileKind::calibration;
     if (file.has("/solutions") && !file.children("/solutions").empty())

@@ -24,6 +24,7 @@ enum class FileKind {
     arena,
     experiment,
     needle,
+    sensitivity,
     other
 };
 

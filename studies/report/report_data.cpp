@@ -99,6 +99,7 @@ void read_file(const std::filesystem::path &file, const std::string &name, Repor
     case results::FileKind::experiment:
     case results::FileKind::modes:
     case results::FileKind::needle:
+    case results::FileKind::sensitivity:
     case results::FileKind::calibration:
     case results::FileKind::other:
         data.files.others.push_back(name);

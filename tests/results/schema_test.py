@@ -15,6 +15,7 @@ OTHER_FILES = {
     "Needle files": "sample_needles.h5",
     "Tool scenes": "sample_scene.h5",
     "Experiment files": "sample_experiment.h5",
+    "Sensitivity files": "sample_sensitivity.h5",
     "Stability files": "sample_stability.h5",
     "History files": "sample_histories.h5",
     "Calibration files": "sample_calibration.h5",
@@ -107,6 +108,11 @@ def sizes_of(file):
         return {"A": len(group.attrs["assumptions"]), "K": group["markers/position"].shape[0],
                 "S": group["states/noise"].shape[0], "R": group["runs/state"].shape[0],
                 "N": group["body/points"].shape[0], "T": group["body/boundary_triangles"].shape[0]}
+    if "sensitivity" in file:
+        group = file["/sensitivity"]
+        return {"P": group["parameters/lower"].shape[0], "G": len(group.attrs["groups"]),
+                "S": group["samples/points"].shape[0], "O": group["outputs/mean"].shape[0],
+                "M": len(group["budget"].attrs["models"])}
     if "arena" in file:
         return {"M": file["/arena/budget"].shape[0], "K": file["/arena/time"].shape[0],
                 "F": file["/arena/error_over_time"].shape[1]}

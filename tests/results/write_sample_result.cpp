@@ -7,6 +7,7 @@
 #include "results/hdf5/files/experiment_file.hpp"
 #include "results/hdf5/files/history_file.hpp"
 #include "results/hdf5/files/needle_file.hpp"
+#include "results/hdf5/files/sensitivity_file.hpp"
 #include "results/hdf5/files/stability_file.hpp"
 #include "results/hdf5/files/timings_file.hpp"
 #include "results/hdf5/files/tool_scene_file.hpp"
@@ -17,6 +18,7 @@
 #include "tests/samples/sample_experiment.hpp"
 #include "tests/samples/sample_needles.hpp"
 #include "tests/samples/sample_result.hpp"
+#include "tests/samples/sample_sensitivity.hpp"
 #include "tests/samples/sample_timings.hpp"
 #include "tests/samples/tool_block.hpp"
 
@@ -52,6 +54,7 @@ int main(int argc, char **argv) {
     results::write_arena(folder / "sample_arena.h5", tests::sample_arena());
     results::write_needles(folder / "sample_needles.h5", tests::sample_needles());
     results::write_experiment(folder / "sample_experiment.h5", tests::sample_experiment());
+    results::write_sensitivity(folder / "sample_sensitivity.h5", tests::sample_sensitivity());
     const auto moved = tests::tool_block();
     results::write_tool_scene(
         folder / "sample_scene.h5", moved,
