@@ -54,6 +54,7 @@ int run(int argc, char **argv) {
         livermark::cli::add_run(app, command_line),
         livermark::cli::add_arena(app, command_line),
         livermark::cli::add_experiment(app, command_line),
+        livermark::cli::add_sensitivity(app, command_line),
         livermark::cli::add_cohort(app, command_line),
         livermark::cli::add_reference(app, command_line),
         livermark::cli::add_mesh(app, command_line),

@@ -30,6 +30,7 @@ Command add_reference(CLI::App &parent, const std::string &command_line);
 Command add_run(CLI::App &parent, const std::string &command_line);
 Command add_histories(CLI::App &parent, const std::string &command_line);
 Command add_report(CLI::App &parent, const std::string &command_line);
+Command add_sensitivity(CLI::App &parent, const std::string &command_line);
 Command add_stability(CLI::App &parent, const std::string &command_line);
 
 } // namespace livermark::cli

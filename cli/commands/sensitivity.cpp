@@ -1,0 +1,104 @@
+#include <algorithm>
+#include <fmt/format.h>
+#include <memory>
+#include <string>
+
+#include "cli/commands/commands.hpp"
+#include "cli/common_options.hpp"
+#include "cli/image_bodies.hpp"
+#include "cli/progress.hpp"
+#include "cli/usage.hpp"
+#include "results/tables/studies/sensitivity_table.hpp"
+#include "studies/sensitivity/sensitivity.hpp"
+#include "support/input_error.hpp"
+#include "support/root_folder.hpp"
+
+namespace livermark::cli {
+
+namespace {
+
+struct SensitivityFormat {
+    bool json = false, markdown = false;
+};
+
+void print_sensitivity(const results::Sensitivity &sensitivity, bool markdown) {
+    const auto print = [&](const std::string &title, const results::Layout &layout) {
+        fmt::print("{}:\n{}{}\n", title, markdown ? "\n" : "",
+                   markdown ? results::to_markdown(layout) : results::to_text(layout));
+    };
+    fmt::print("{} / {}: {}\n\n", sensitivity.body, sensitivity.load_case, results::printable(sensitivity.title));
+    print(fmt::format("{} patients, solved by {}", sensitivity.values.size(), sensitivity.model),
+          results::output_table(sensitivity));
+    print("Sobol indices, first order and total, with intervals of 95 %", results::index_table(sensitivity));
+    print(fmt::format("Error budget [%], models against {}", sensitivity.budget.reference),
+          results::budget_table(sensitivity));
+    for (std::size_t o = 0; o < sensitivity.outputs.size(); ++o)
+        fmt::print("{}\n", results::printable(studies::verdict(sensitivity, o)));
+    fmt::print("\n");
+}
+
+void print_legend() {
+    fmt::print(
+        "patient: standard deviation over the mean of the samples; the columns before it are what its groups do, "
+        "with what they do together with others. mesh: error bar of the reference. Models: signed error; that of "
+        "the place of a tumour is a length. law: Ogden's over the neo-Hookean law at the whole load of "
+        "large_<load case>. measurement: noise of a measured displacement. -: unknown, or does not apply.\n");
+}
+
+int run_sensitivity(studies::SensitivityOptions options, const SensitivityFormat &format,
+                    const std::string &command_line) {
+    const auto bodies = with_images_meshed({options.body}, options.output, command_line, false);
+    options.body = bodies.front();
+    const auto done = studies::study_sensitivity(options, command_line, print_progress());
+    print_notes(done.notes);
+    if (format.json) {
+        fmt::print("{}\n", studies::to_json(done.of_load_case));
+    } else {
+        for (const auto &sensitivity : done.of_load_case)
+            print_sensitivity(sensitivity, format.markdown);
+        print_legend();
+    }
+    fmt::print(stderr, "Result files are in {}\n", done.folder);
+    return 0;
+}
+
+} // namespace
+
+Command add_sensitivity(CLI::App &parent, const std::string &command_line) {
+    auto *command = parent.add_subcommand(
+        "sensitivity", "Say what an answer is worth: how much of it is uncertain because nobody knows the patient's "
+                       "stiffness, support and the place of the tool, beside the errors of mesh, model and law");
+    auto options = std::make_shared<studies::SensitivityOptions>();
+    auto format = std::make_shared<SensitivityFormat>();
+    options->output = (support::root_folder() / "results" / "runs").string();
+    add_body(*command, options->body);
+    command->add_option("--load-case", options->load_cases, "Names or paths of small load cases at rest")
+        ->capture_default_str();
+    command->add_option("--samples", options->num_samples, "Patients that are solved; more of them begin with the same")
+        ->check(CLI::Range(4, 65536))
+        ->capture_default_str();
+    command
+        ->add_option("--model", options->model,
+                     "The model that solves them; a run with another one starts its file anew")
+        ->capture_default_str();
+    command
+        ->add_option("--compare", options->compared,
+                     "Models whose errors are in the budget; the sentence at the end is about the first")
+        ->capture_default_str();
+    command->add_option(
+        "--ranges", options->ranges,
+        "Ranges of the parameters with their sources (TOML); results/parameter_ranges.toml if it is not "
+        "given");
+    command->add_flag("--without-law", options->without_law,
+                      "Do not solve the large load case with two laws, which takes minutes");
+    add_reference_on_mesh(*command, options->reference_on_mesh);
+    command
+        ->add_option("--output", options->output,
+                     "Folder for <body>/sensitivity.<load case>.h5; samples that are there already are gone on with")
+        ->capture_default_str();
+    command->add_flag("--json", format->json, "Print JSON, in SI units");
+    command->add_flag("--markdown", format->markdown, "Print tables in Markdown");
+    return [=] { return run_sensitivity(*options, *format, command_line); };
+}
+
+} // namespace livermark::cli
