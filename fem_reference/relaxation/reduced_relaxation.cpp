@@ -69,9 +69,12 @@ void ReducedStep::advance(ReducedState &state, double factor) const {
 
 std::vector<ReducedRecord> follow(const ReducedBody &body, const core::SlowHistory &history, int steps_per_record) {
     const Eigen::VectorXd zero = Eigen::VectorXd::Zero(body.load.size());
-    ReducedState state{.record = {.coordinates = zero, .relaxed = zero},
-                       .branches = std::vector(history.relaxation.moduli.size(), zero)};
-    std::vector<ReducedRecord> records{state.record};
+    ReducedState state;
+    state.record.coordinates = zero;
+    state.record.relaxed = zero;
+    state.branches.assign(history.relaxation.moduli.size(), zero);
+    std::vector<ReducedRecord> records;
+    records.push_back(state.record);
     for (int n = 1; n < history.num_records(); ++n) {
         const ReducedStep step(body, history.relaxation, (history.times[n] - history.times[n - 1]) / steps_per_record);
         for (int part = 1; part <= steps_per_record; ++part)

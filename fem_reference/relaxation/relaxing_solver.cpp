@@ -133,10 +133,11 @@ void RelaxingSolver::Impl::fill(core::Solution &solution, const core::LoadCase &
                                 int steps_per_record) const {
     const auto num_shapes = static_cast<Eigen::Index>(shapes.size());
     const bool is_pressed = conditions.press_depth != 0.0;
-    ReducedBody reduced{.volumetric = Eigen::MatrixXd(num_shapes, num_shapes),
-                        .deviatoric = Eigen::MatrixXd(num_shapes, num_shapes),
-                        .load = Eigen::VectorXd::Zero(num_shapes),
-                        .is_moved = is_moved};
+    ReducedBody reduced;
+    reduced.volumetric.resize(num_shapes, num_shapes);
+    reduced.deviatoric.resize(num_shapes, num_shapes);
+    reduced.load = Eigen::VectorXd::Zero(num_shapes);
+    reduced.is_moved = is_moved;
     for (Eigen::Index i = 0; i < num_shapes; ++i) {
         for (Eigen::Index j = 0; j < num_shapes; ++j) {
             reduced.volumetric(i, j) = work_of(shapes[i].displacement, shapes[j].volumetric);
@@ -224,8 +225,7 @@ core::Solution RelaxingSolver::solve(const core::LoadCase &load_case, int steps_
             solution.strain_energy = nan;
             return solution;
         }
-        if (num_solutions > 1)
-            impl.at(part).forget_factor();
+        impl.at(part).forget_factor();
         Shape shape{.displacement = std::move(found->displacement), .deviatoric = {}, .volumetric = {}};
         if (!shapes.empty() && is_moved)
             add_multiple(-1.0, shapes.front().displacement, shape.displacement); // zero where it is moved
