@@ -29,6 +29,11 @@ struct SpringEnergy {
     Eigen::Matrix3d (*stress)(double shear_modulus, const Eigen::Matrix3d &strain);
     /// d2 W_s / dE2 = 4 d2 W_s / dC2 in the components of edge_stretches.hpp [Pa]
     Matrix6 (*stiffness)(double shear_modulus, const Eigen::Matrix3d &strain);
+    /// The part of W_s that resists changes of shape alone, and its derivatives as above: its stress has no pressure,
+    /// and is what fades in a material that relaxes (msm/viscoelastic/relaxing_term.hpp).
+    double (*isochoric_energy)(double shear_modulus, const Eigen::Matrix3d &strain);
+    Eigen::Matrix3d (*isochoric_stress)(double shear_modulus, const Eigen::Matrix3d &strain);
+    Matrix6 (*isochoric_stiffness)(double shear_modulus, const Eigen::Matrix3d &strain);
     MeasureVolume volume;   ///< g
     bool is_finite = false; ///< whether it has a value where a tetrahedron is inside out, too
     /// What fast kernels know it as; nothing if they do not.

@@ -40,9 +40,38 @@ Matrix6 stiffness(double shear_modulus, const Matrix3d &strain) {
     return shear_modulus * result;
 }
 
+/// J^-2/3 - 1
+double isochoric_factor_minus_one(const Matrix3d &strain) {
+    return std::expm1(-log_determinant(strain) / 3.0);
+}
+
+double isochoric_energy(double shear_modulus, const Matrix3d &strain) {
+    const double trace = strain.trace();
+    return shear_modulus * (trace + isochoric_factor_minus_one(strain) * (1.5 + trace));
+}
+
+/// mu J^-2/3 (I - tr C / 3 C^-1), and I - tr C / 3 C^-1 = 2 C^-1 dev E
+Matrix3d isochoric_stress(double shear_modulus, const Matrix3d &strain) {
+    const Matrix3d deviator = strain - strain.trace() / 3.0 * Matrix3d::Identity();
+    return 2.0 * shear_modulus * (1.0 + isochoric_factor_minus_one(strain)) * inverse_of_c(strain) * deviator;
+}
+
+Matrix6 isochoric_stiffness(double shear_modulus, const Matrix3d &strain) {
+    const Matrix3d inverse = inverse_of_c(strain);
+    const double trace = 3.0 + 2.0 * strain.trace();
+    const Vector6 of_inverse = components(inverse), of_identity = components(Matrix3d::Identity());
+    Matrix6 result = trace / 3.0 * of_inverse * of_inverse.transpose() - of_identity * of_inverse.transpose() -
+                     of_inverse * of_identity.transpose();
+    for (int c = 0; c < 6; ++c)
+        result.col(c) += trace * components(inverse * tensor(Vector6::Unit(c)) * inverse);
+    return 2.0 / 3.0 * shear_modulus * (1.0 + isochoric_factor_minus_one(strain)) * result;
+}
+
 } // namespace
 
 /// W = mu / 2 (tr C - 3 - ln det C) + lambda / 8 (ln det C)^2, of which W_s is what lambda = mu makes, and g = ln J.
+/// Shape is resisted by mu / 2 (J^-2/3 tr C - 3) (Simo and Hughes, Computational Inelasticity, 1998, section 9.2), and
+/// what W_s has beside that stays elastic.
 SpringEnergy neo_hookean() {
     return {.name = {},
             .summary = "neo-Hookean",
@@ -50,6 +79,9 @@ SpringEnergy neo_hookean() {
             .energy = energy,
             .stress = stress,
             .stiffness = stiffness,
+            .isochoric_energy = isochoric_energy,
+            .isochoric_stress = isochoric_stress,
+            .isochoric_stiffness = isochoric_stiffness,
             .volume = logarithm_of_volume,
             .in_kernels = CoupledEnergy::neo_hookean};
 }

@@ -5,6 +5,7 @@
 #include "msm/dynamics/step_parts.hpp"
 #include "msm/springs/edge_stretches.hpp"
 #include "msm/springs/tetrahedron_volume.hpp"
+#include "msm/viscoelastic/relaxing_term.hpp"
 
 namespace livermark::msm {
 
@@ -15,22 +16,36 @@ using Matrix12 = Eigen::Matrix<double, 12, 12>;
 struct CoupledTetrahedron {
     std::array<int, 4> nodes;
     double lame_lambda, shear_modulus; ///< [Pa]
+    double volume;                     ///< [m^3]
     Vector6 rest_square;               ///< l0^2 of each edge [m^2]
+    Matrix6 strain;                    ///< of stretches [1/m^2]
     Matrix6 coupling;                  ///< k_ef [N/m^3]
 };
 
-CoupledTetrahedron make_tetrahedron(const Eigen::VectorXd &rest, const std::array<int, 4> &nodes,
-                                    const core::Material &material) {
-    const Matrix6 strain = strain_of_stretches(rest, nodes);
-    return {.nodes = nodes,
-            .lame_lambda = material.lame_lambda(),
-            .shear_modulus = material.shear_modulus(),
-            .rest_square = squared_lengths(edge_spans(nodes, rest)),
-            .coupling = 4.0 * volume_gradient(rest, nodes).volume * strain.transpose() *
-                        isotropic_stiffness(material.lame_lambda(), material.shear_modulus()) * strain};
+/// k_ef = 4 V strain^T stiffness strain
+Matrix6 coupling_by(const CoupledTetrahedron &tetrahedron, const Matrix6 &stiffness) {
+    return 4.0 * tetrahedron.volume * tetrahedron.strain.transpose() * stiffness * tetrahedron.strain;
 }
 
-class BiquadraticSprings : public ElasticTerm {
+/// Of the deviatoric part of a stress.
+Matrix6 shape_stiffness(double shear_modulus) {
+    return isotropic_stiffness(-2.0 / 3.0 * shear_modulus, shear_modulus);
+}
+
+CoupledTetrahedron make_tetrahedron(const Eigen::VectorXd &rest, const std::array<int, 4> &nodes,
+                                    const core::Material &material) {
+    CoupledTetrahedron made{.nodes = nodes,
+                            .lame_lambda = material.lame_lambda(),
+                            .shear_modulus = material.shear_modulus(),
+                            .volume = volume_gradient(rest, nodes).volume,
+                            .rest_square = squared_lengths(edge_spans(nodes, rest)),
+                            .strain = strain_of_stretches(rest, nodes),
+                            .coupling = {}};
+    made.coupling = coupling_by(made, isotropic_stiffness(made.lame_lambda, made.shear_modulus));
+    return made;
+}
+
+class BiquadraticSprings : public RelaxingTerm {
   public:
     explicit BiquadraticSprings(const core::Body &body) {
         const auto rest = to_unknowns(body.mesh.points);
@@ -41,31 +56,72 @@ class BiquadraticSprings : public ElasticTerm {
 
     double energy(const Eigen::VectorXd &x) const override {
         double energy = 0.0;
-        for (const auto &tetrahedron : tetrahedra_) {
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
+            const auto &tetrahedron = tetrahedra_[t];
             const Vector6 q = stretch(tetrahedron, edge_spans(tetrahedron.nodes, x));
             energy += 0.125 * q.dot(tetrahedron.coupling * q);
+            if (added_.size() > 0)
+                energy += 0.5 * q.dot(added_tension(t));
         }
         return energy;
     }
 
     void add_force(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta,
                    Eigen::VectorXd &force) const override {
-        for (const auto &tetrahedron : tetrahedra_) {
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
+            const auto &tetrahedron = tetrahedra_[t];
             const auto spans = edge_spans(tetrahedron.nodes, x);
             Vector6 q = stretch(tetrahedron, spans);
             if (beta != 0.0)
                 q += beta * stretch_rates(spans, edge_spans(tetrahedron.nodes, v));
-            add_tensions(tetrahedron.nodes, spans, 0.5 * tetrahedron.coupling * q, force);
+            Vector6 tension = 0.5 * tetrahedron.coupling * q;
+            if (added_.size() > 0)
+                tension += added_tension(t);
+            add_tensions(tetrahedron.nodes, spans, tension, force);
         }
+    }
+
+    Eigen::VectorXd relaxing_stress(const Eigen::VectorXd &x) const override {
+        Eigen::VectorXd stress(6 * static_cast<Eigen::Index>(tetrahedra_.size()));
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
+            const auto &tetrahedron = tetrahedra_[t];
+            const Vector6 q = stretch(tetrahedron, edge_spans(tetrahedron.nodes, x));
+            stress.segment<6>(6 * static_cast<Eigen::Index>(t)) =
+                shape_stiffness(tetrahedron.shear_modulus) * (tetrahedron.strain * q);
+        }
+        return stress;
+    }
+
+    void add_force_of(const Eigen::VectorXd &x, const Eigen::VectorXd &stress, Eigen::VectorXd &force) const override {
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
+            add_tensions(tetrahedra_[t].nodes, edge_spans(tetrahedra_[t].nodes, x), tension_of(stress, t), force);
+    }
+
+    Eigen::VectorXd relaxing_compliance() const override {
+        Eigen::VectorXd compliance(6 * static_cast<Eigen::Index>(tetrahedra_.size()));
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
+            compliance.segment<6>(6 * static_cast<Eigen::Index>(t))
+                .setConstant(tetrahedra_[t].volume / (2.0 * tetrahedra_[t].shear_modulus));
+        return compliance;
+    }
+
+    std::shared_ptr<const RelaxingTerm> relaxed(double part, const Eigen::VectorXd &added) const override {
+        auto term = std::make_shared<BiquadraticSprings>(*this);
+        term->is_elastic_ = part == 1.0 && added.size() == 0;
+        term->added_ = added;
+        for (auto &tetrahedron : term->tetrahedra_) {
+            const double mu = tetrahedron.shear_modulus;
+            tetrahedron.coupling = coupling_by(tetrahedron, isotropic_stiffness(tetrahedron.lame_lambda, mu) -
+                                                                (1.0 - part) * shape_stiffness(mu));
+        }
+        return term;
     }
 
     Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd &x, Tangent tangent) const override {
         std::vector<Eigen::Triplet<double>> entries;
         entries.reserve(144 * tetrahedra_.size());
-        for (const auto &tetrahedron : tetrahedra_) {
-            const Matrix12 block = tetrahedron_hessian(tetrahedron, x, tangent);
-            add_block(entries, tetrahedron.nodes, block);
-        }
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
+            add_block(entries, tetrahedra_[t].nodes, tetrahedron_hessian(t, x, tangent));
         Eigen::SparseMatrix<double> hessian(x.size(), x.size());
         hessian.setFromTriplets(entries.begin(), entries.end());
         return hessian;
@@ -73,14 +129,16 @@ class BiquadraticSprings : public ElasticTerm {
 
     /// With K = sum of K_t over tetrahedra and K_t positive semi-definite, u^T K_t u <= 4 sum of u_a^T (K_t)_aa u_a.
     void add_block_bound(const Eigen::VectorXd &x, std::vector<Eigen::Matrix3d> &blocks) const override {
-        for (const auto &tetrahedron : tetrahedra_) {
-            const Matrix12 block = tetrahedron_hessian(tetrahedron, x, Tangent::material);
+        for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
+            const Matrix12 block = tetrahedron_hessian(t, x, Tangent::material);
             for (int a = 0; a < 4; ++a)
-                blocks[tetrahedron.nodes[a]] += 4.0 * block.block<3, 3>(3 * a, 3 * a);
+                blocks[tetrahedra_[t].nodes[a]] += 4.0 * block.block<3, 3>(3 * a, 3 * a);
         }
     }
 
     bool describe(StepParts &parts) const override {
+        if (!is_elastic_)
+            return false;
         parts.tetrahedra.clear();
         for (const auto &tetrahedron : tetrahedra_) {
             parts.tetrahedra.push_back(tetrahedron.nodes);
@@ -95,14 +153,24 @@ class BiquadraticSprings : public ElasticTerm {
         return squared_lengths(spans) - tetrahedron.rest_square;
     }
 
-    static Matrix12 tetrahedron_hessian(const CoupledTetrahedron &tetrahedron, const Eigen::VectorXd &x,
-                                        Tangent tangent) {
+    /// 2 dU/dq [N/m] of second Piola-Kirchhoff stresses
+    Vector6 tension_of(const Eigen::VectorXd &stress, std::size_t t) const {
+        return 2.0 * tetrahedra_[t].volume * tetrahedra_[t].strain.transpose() *
+               stress.segment<6>(6 * static_cast<Eigen::Index>(t));
+    }
+
+    Vector6 added_tension(std::size_t t) const { return tension_of(added_, t); }
+
+    Matrix12 tetrahedron_hessian(std::size_t t, const Eigen::VectorXd &x, Tangent tangent) const {
+        const auto &tetrahedron = tetrahedra_[t];
         const auto spans = edge_spans(tetrahedron.nodes, x);
         const auto slope = stretch_slopes(spans);
         Matrix12 hessian = 0.25 * slope * tetrahedron.coupling * slope.transpose();
         if (tangent == Tangent::material)
             return hessian;
         Vector6 tension = 0.5 * tetrahedron.coupling * stretch(tetrahedron, spans);
+        if (added_.size() > 0)
+            tension += added_tension(t);
         if (tangent == Tangent::semi_definite)
             tension = tension.cwiseMax(0.0);
         std::array<Eigen::Matrix3d, 6> of_span;
@@ -112,6 +180,8 @@ class BiquadraticSprings : public ElasticTerm {
     }
 
     std::vector<CoupledTetrahedron> tetrahedra_;
+    bool is_elastic_ = true; // see RelaxingTerm::relaxed()
+    Eigen::VectorXd added_;  // (6 M) [Pa], or empty
 };
 
 } // namespace

@@ -15,13 +15,14 @@
 #include "msm/springs/springs_with_volume.hpp"
 #include "msm/springs/strain_measures.hpp"
 #include "msm/springs/tetrahedron_volume.hpp"
+#include "msm/viscoelastic/relaxing_term.hpp"
 #include "support/known_names.hpp"
 
 namespace livermark::msm {
 
 namespace {
 
-template <class Measure> class CoupledTerm : public ElasticTerm {
+template <class Measure> class CoupledTerm : public RelaxingTerm {
     using Value = typename Measure::Value;
     using Values = std::vector<Value>;
     static constexpr int size = Measure::size;
@@ -43,15 +44,44 @@ template <class Measure> class CoupledTerm : public ElasticTerm {
         const auto mean = means(values(x));
         double energy = 0.0;
         for (int c = 0; c < parts_.num_parts(); ++c)
-            energy += parts_.volume[c] * Measure::energy(springs_.energy, parts_.modulus[c], mean[c]);
+            energy += parts_.volume[c] * Measure::energy(law(c), mean[c]);
         return energy;
     }
 
     void add_force(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta,
                    Eigen::VectorXd &force) const override {
-        const auto stress = gathered(stresses(x, v, beta));
-        for (std::size_t t = 0; t < nodes_.size(); ++t)
-            tetrahedra_[t].add_force(x, stress[t], force);
+        add_gathered_force(x, stresses(x, v, beta), force);
+    }
+
+    Eigen::VectorXd relaxing_stress(const Eigen::VectorXd &x) const override {
+        const auto mean = means(values(x));
+        Eigen::VectorXd stress(6 * static_cast<Eigen::Index>(mean.size()));
+        for (int c = 0; c < parts_.num_parts(); ++c)
+            stress.segment<6>(6 * static_cast<Eigen::Index>(c)) =
+                components(springs_.energy.isochoric_stress(parts_.modulus[c], Measure::strain(mean[c])));
+        return stress;
+    }
+
+    void add_force_of(const Eigen::VectorXd &x, const Eigen::VectorXd &stress, Eigen::VectorXd &force) const override {
+        auto pushed = means(values(x));
+        for (int c = 0; c < parts_.num_parts(); ++c)
+            pushed[c] = Measure::push(pushed[c], stress.segment<6>(6 * static_cast<Eigen::Index>(c)));
+        add_gathered_force(x, pushed, force);
+    }
+
+    Eigen::VectorXd relaxing_compliance() const override {
+        Eigen::VectorXd compliance(6 * static_cast<Eigen::Index>(parts_.num_parts()));
+        for (int c = 0; c < parts_.num_parts(); ++c)
+            compliance.segment<6>(6 * static_cast<Eigen::Index>(c))
+                .setConstant(parts_.volume[c] / (2.0 * parts_.modulus[c]));
+        return compliance;
+    }
+
+    std::shared_ptr<const RelaxingTerm> relaxed(double part, const Eigen::VectorXd &added) const override {
+        auto term = std::make_shared<CoupledTerm>(*this);
+        term->part_ = part;
+        term->added_ = added;
+        return term;
     }
 
     /// What small displacements add to the stresses, and what the stresses that are there do when edges turn.
@@ -104,7 +134,7 @@ template <class Measure> class CoupledTerm : public ElasticTerm {
     }
 
     bool describe(StepParts &parts) const override {
-        if (!are_in_kernels(springs_))
+        if (!are_in_kernels(springs_) || part_ != 1.0 || added_.size() > 0)
             return false;
         parts.coupled_energy = *springs_.energy.in_kernels;
         parts.has_gradient_means = springs_.measure == StrainMeasure::deformation_gradient;
@@ -113,6 +143,20 @@ template <class Measure> class CoupledTerm : public ElasticTerm {
     }
 
   private:
+    MeanLaw law(int part) const {
+        MeanLaw law{.spring_energy = springs_.energy, .mu = parts_.modulus[part], .part = part_};
+        if (added_.size() > 0)
+            law.added = added_.segment<6>(6 * static_cast<Eigen::Index>(part));
+        return law;
+    }
+
+    /// @param stress  of each part
+    void add_gathered_force(const Eigen::VectorXd &x, const Values &stress, Eigen::VectorXd &force) const {
+        const auto of_tetrahedron = gathered(stress);
+        for (std::size_t t = 0; t < nodes_.size(); ++t)
+            tetrahedra_[t].add_force(x, of_tetrahedron[t], force);
+    }
+
     bool describe_nodes(StepParts &parts) const {
         const auto &domains = springs_.domains;
         std::vector<std::array<int, 4>> part_at_corner(nodes_.size());
@@ -153,7 +197,7 @@ template <class Measure> class CoupledTerm : public ElasticTerm {
     }
 
     typename Measure::Stiffness stiffness(int part, const Value &mean, Tangent tangent) const {
-        return Measure::stiffness(springs_.energy, parts_.modulus[part], mean, tangent);
+        return Measure::stiffness(law(part), mean, tangent);
     }
 
     Values values(const Eigen::VectorXd &x) const {
@@ -187,7 +231,7 @@ template <class Measure> class CoupledTerm : public ElasticTerm {
         if (beta != 0.0)
             mean_rate = means(rates(x, v));
         for (int c = 0; c < parts_.num_parts(); ++c) {
-            Value stress = Measure::stress(springs_.energy, parts_.modulus[c], mean[c]);
+            Value stress = Measure::stress(law(c), mean[c]);
             if (beta != 0.0)
                 stress += beta * (stiffness(c, mean[c], Tangent::material) * mean_rate[c]);
             mean[c] = stress;
@@ -239,6 +283,8 @@ template <class Measure> class CoupledTerm : public ElasticTerm {
     std::vector<std::array<int, 4>> nodes_; // (M)
     std::vector<double> volume_;            // (M) at rest [m^3]
     std::vector<Measure> tetrahedra_;
+    double part_ = 1.0;     // see RelaxingTerm::relaxed()
+    Eigen::VectorXd added_; // (6 C), or empty
 };
 
 } // namespace

@@ -4,12 +4,13 @@
 
 #include "msm/dynamics/step_parts.hpp"
 #include "msm/mass_lumping.hpp"
+#include "msm/viscoelastic/relaxing_term.hpp"
 
 namespace livermark::msm {
 
 namespace {
 
-class Springs : public ElasticTerm {
+class Springs : public RelaxingTerm {
   public:
     Springs(const core::SpringNetwork &springs, const ForceCurve &curve) : springs_(springs), curve_(curve) {}
 
@@ -17,8 +18,10 @@ class Springs : public ElasticTerm {
         double energy = 0.0;
         for (std::size_t s = 0; s < springs_.edges.size(); ++s) {
             const double rest_length = springs_.rest_length[s];
-            energy +=
-                springs_.stiffness[s] * rest_length * rest_length * curve_.energy(span(x, s).norm() / rest_length);
+            const double length = span(x, s).norm();
+            energy += part_ * springs_.stiffness[s] * rest_length * rest_length * curve_.energy(length / rest_length);
+            if (added_.size() > 0)
+                energy += added(s) * (length - rest_length);
         }
         return energy;
     }
@@ -30,14 +33,48 @@ class Springs : public ElasticTerm {
             const core::Vector3 span = of_node(x, j) - of_node(x, i);
             const double length = span.norm();
             const double stretch = length / springs_.rest_length[s];
-            double extension = springs_.rest_length[s] * curve_.force(stretch);
+            double extension = part_ * springs_.rest_length[s] * curve_.force(stretch);
             if (beta != 0.0)
                 extension +=
                     beta * axial(stretch, Tangent::material) * span.dot(of_node(v, j) - of_node(v, i)) / length;
-            const double tension = springs_.stiffness[s] * extension / length;
+            double tension = springs_.stiffness[s] * extension / length;
+            if (added_.size() > 0)
+                tension += added(s) / length;
             of_node(force, i) += tension * span;
             of_node(force, j) -= tension * span;
         }
+    }
+
+    Eigen::VectorXd relaxing_stress(const Eigen::VectorXd &x) const override {
+        Eigen::VectorXd tension(static_cast<Eigen::Index>(springs_.edges.size()));
+        for (std::size_t s = 0; s < springs_.edges.size(); ++s)
+            tension[static_cast<Eigen::Index>(s)] = springs_.stiffness[s] * springs_.rest_length[s] *
+                                                    curve_.force(span(x, s).norm() / springs_.rest_length[s]);
+        return tension;
+    }
+
+    void add_force_of(const Eigen::VectorXd &x, const Eigen::VectorXd &stress, Eigen::VectorXd &force) const override {
+        for (std::size_t s = 0; s < springs_.edges.size(); ++s) {
+            const auto [i, j] = springs_.edges[s];
+            const core::Vector3 pull = stress[static_cast<Eigen::Index>(s)] * span(x, s).normalized();
+            of_node(force, i) += pull;
+            of_node(force, j) -= pull;
+        }
+    }
+
+    Eigen::VectorXd relaxing_compliance() const override {
+        Eigen::VectorXd compliance(static_cast<Eigen::Index>(springs_.stiffness.size()));
+        std::ranges::transform(springs_.stiffness, compliance.begin(), [](double stiffness) {
+            return stiffness != 0.0 ? 1.0 / stiffness : 0.0; // one without stiffness has no stress either
+        });
+        return compliance;
+    }
+
+    std::shared_ptr<const RelaxingTerm> relaxed(double part, const Eigen::VectorXd &added) const override {
+        auto term = std::make_shared<Springs>(*this);
+        term->part_ = part;
+        term->added_ = added;
+        return term;
     }
 
     Eigen::SparseMatrix<double> hessian(const Eigen::VectorXd &x, Tangent tangent) const override {
@@ -53,7 +90,9 @@ class Springs : public ElasticTerm {
             const core::Vector3 span = this->span(x, s);
             const core::Vector3 direction = span.normalized();
             const double stretch = span.norm() / springs_.rest_length[s];
-            double transverse = curve_.force(stretch) / stretch;
+            double transverse = part_ * curve_.force(stretch) / stretch;
+            if (added_.size() > 0 && added(s) != 0.0) // so there is a stiffness
+                transverse += added(s) / (springs_.stiffness[s] * span.norm());
             if (tangent == Tangent::semi_definite)
                 transverse = std::max(transverse, 0.0);
             else if (tangent == Tangent::material)
@@ -85,7 +124,7 @@ class Springs : public ElasticTerm {
     }
 
     bool describe(StepParts &parts) const override {
-        if (curve_.force != hooke.force)
+        if (curve_.force != hooke.force || part_ != 1.0 || added_.size() > 0)
             return false;
         parts.edges = springs_.edges;
         parts.stiffness = springs_.stiffness;
@@ -96,7 +135,7 @@ class Springs : public ElasticTerm {
   private:
     /// What is stiff along the spring: never less than nothing, but for the exact derivative.
     double axial(double stretch, Tangent tangent) const {
-        const double slope = curve_.slope(stretch);
+        const double slope = part_ * curve_.slope(stretch);
         return tangent == Tangent::exact ? slope : std::max(slope, 0.0);
     }
 
@@ -104,8 +143,12 @@ class Springs : public ElasticTerm {
         return of_node(x, springs_.edges[s][1]) - of_node(x, springs_.edges[s][0]);
     }
 
+    double added(std::size_t s) const { return added_[static_cast<Eigen::Index>(s)]; }
+
     core::SpringNetwork springs_;
     ForceCurve curve_;
+    double part_ = 1.0;     // see RelaxingTerm::relaxed()
+    Eigen::VectorXd added_; // (S) [N], or empty
 };
 
 } // namespace

@@ -8,11 +8,35 @@
 
 namespace livermark::msm {
 
-StrainOfMean::Stiffness StrainOfMean::stiffness(const SpringEnergy &energy, double mu, const Value &strain,
-                                                Tangent tangent) {
+double MeanLaw::energy(const Eigen::Matrix3d &strain) const {
+    double energy = spring_energy.energy(mu, strain) + added.dot(components(strain));
+    if (part != 1.0)
+        energy -= (1.0 - part) * spring_energy.isochoric_energy(mu, strain);
+    return energy;
+}
+
+Eigen::Matrix3d MeanLaw::stress(const Eigen::Matrix3d &strain) const {
+    Eigen::Matrix3d stress = spring_energy.stress(mu, strain) + tensor(added);
+    if (part != 1.0)
+        stress -= (1.0 - part) * spring_energy.isochoric_stress(mu, strain);
+    return stress;
+}
+
+Matrix6 MeanLaw::stiffness(const Eigen::Matrix3d &strain) const {
+    Matrix6 stiffness = spring_energy.stiffness(mu, strain);
+    if (part != 1.0)
+        stiffness -= (1.0 - part) * spring_energy.isochoric_stiffness(mu, strain);
+    return stiffness;
+}
+
+Matrix6 MeanLaw::stiffness_at_rest() const {
+    return isotropic_stiffness(mu + 2.0 / 3.0 * (1.0 - part) * mu, part * mu);
+}
+
+StrainOfMean::Stiffness StrainOfMean::stiffness(const MeanLaw &law, const Value &strain, Tangent tangent) {
     if (tangent == Tangent::material)
-        return isotropic_stiffness(mu, mu);
-    const Matrix6 exact = energy.stiffness(mu, tensor(strain));
+        return law.stiffness_at_rest();
+    const Matrix6 exact = law.stiffness(tensor(strain));
     return tangent == Tangent::exact ? exact : semi_definite_part(exact);
 }
 
@@ -159,32 +183,40 @@ void Gradients::add_force(const Eigen::VectorXd & /*x*/, const Value &stress, Ei
         of_node(force, nodes_[a]) -= p * gradient_[a];
 }
 
-double Gradients::energy(const SpringEnergy &energy, double mu, const Value &mean) {
+double Gradients::energy(const MeanLaw &law, const Value &mean) {
     const Matrix3d h = matrix(mean);
     if (!((Matrix3d::Identity() + h).determinant() > 0.0))
         return std::numeric_limits<double>::infinity();
-    return energy.energy(mu, green_strain(h));
+    return law.energy(green_strain(h));
 }
 
 /// P = F S
-Gradient Gradients::stress(const SpringEnergy &energy, double mu, const Value &mean) {
+Gradient Gradients::stress(const MeanLaw &law, const Value &mean) {
     const Matrix3d h = matrix(mean);
-    return columns((Matrix3d::Identity() + h) * energy.stress(mu, green_strain(h)));
+    return columns((Matrix3d::Identity() + h) * law.stress(green_strain(h)));
+}
+
+Matrix3d Gradients::strain(const Value &mean) {
+    return green_strain(matrix(mean));
+}
+
+Gradient Gradients::push(const Value &mean, const Vector6 &stress) {
+    return columns((Matrix3d::Identity() + matrix(mean)) * tensor(stress));
 }
 
 /// dP = F (D : sym(F^T dF)) + dF S
-Gradients::Stiffness Gradients::stiffness(const SpringEnergy &energy, double mu, const Value &mean, Tangent tangent) {
+Gradients::Stiffness Gradients::stiffness(const MeanLaw &law, const Value &mean, Tangent tangent) {
     const Matrix3d h = matrix(mean), f = Matrix3d::Identity() + h, strain = green_strain(h);
     Eigen::Matrix<double, 6, 9> strain_slope;
     for (int k = 0; k < 9; ++k) {
         const Matrix3d product = f.transpose() * matrix(Gradient::Unit(k));
         strain_slope.col(k) = components(0.5 * (product + product.transpose()));
     }
-    const Matrix6 moduli = tangent == Tangent::material ? isotropic_stiffness(mu, mu) : energy.stiffness(mu, strain);
+    const Matrix6 moduli = tangent == Tangent::material ? law.stiffness_at_rest() : law.stiffness(strain);
     Stiffness result = strain_slope.transpose() * moduli * strain_slope;
     if (tangent == Tangent::material)
         return result;
-    const Matrix3d stress = energy.stress(mu, strain);
+    const Matrix3d stress = law.stress(strain);
     for (int k = 0; k < 9; ++k)
         result.col(k) += columns(matrix(Gradient::Unit(k)) * stress);
     return tangent == Tangent::exact ? result : semi_definite_part(result);

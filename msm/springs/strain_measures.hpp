@@ -18,11 +18,27 @@
 ///   add_turning(x, u, stress, f)   f -= the derivative of slope along u, transposed, times stress
 ///   curvature(x, stress, tangent)  sum of stress_k d2m_k/dx2, shape (12, 12), without what the tangent leaves out
 /// and, of a mean m,
-///   energy(energy, mu, m), stress(...) and stiffness(..., tangent), the derivatives by m.
+///   energy(law, m), stress(...) and stiffness(..., tangent), the derivatives by m,
+///   strain(m)                      E, of which the energy is one
+///   push(m, s)                     the stress by m that a second Piola-Kirchhoff stress is
 /// Stresses are times a volume where slopes make forces of them.
 namespace livermark::msm {
 
 using Matrix12 = Eigen::Matrix<double, 12, 12>;
+
+/// What a mean resists with: W_s without what has faded of its isochoric part, and beside that a stress of its own.
+struct MeanLaw {
+    const SpringEnergy &spring_energy;
+    double mu;                       ///< [Pa]
+    double part = 1.0;               ///< of the isochoric part of W_s that is left
+    Vector6 added = Vector6::Zero(); ///< second Piola-Kirchhoff stress beside that, in components [Pa]
+
+    double energy(const Eigen::Matrix3d &strain) const;
+    Eigen::Matrix3d stress(const Eigen::Matrix3d &strain) const;
+    Matrix6 stiffness(const Eigen::Matrix3d &strain) const;
+    /// At rest, without what is added.
+    Matrix6 stiffness_at_rest() const;
+};
 
 /// Without what is negative.
 template <class Matrix> Matrix semi_definite_part(const Matrix &matrix) {
@@ -36,13 +52,11 @@ struct StrainOfMean {
     using Value = Vector6;
     using Stiffness = Matrix6;
 
-    static double energy(const SpringEnergy &energy, double mu, const Value &strain) {
-        return energy.energy(mu, tensor(strain));
-    }
-    static Value stress(const SpringEnergy &energy, double mu, const Value &strain) {
-        return components(energy.stress(mu, tensor(strain)));
-    }
-    static Stiffness stiffness(const SpringEnergy &energy, double mu, const Value &strain, Tangent tangent);
+    static double energy(const MeanLaw &law, const Value &strain) { return law.energy(tensor(strain)); }
+    static Value stress(const MeanLaw &law, const Value &strain) { return components(law.stress(tensor(strain))); }
+    static Stiffness stiffness(const MeanLaw &law, const Value &strain, Tangent tangent);
+    static Eigen::Matrix3d strain(const Value &strain) { return tensor(strain); }
+    static Value push(const Value & /*strain*/, const Vector6 &stress) { return stress; }
 };
 
 /// What both measures of lengths know of a tetrahedron.
@@ -119,9 +133,11 @@ class Gradients {
         return Matrix12::Zero();
     }
 
-    static double energy(const SpringEnergy &energy, double mu, const Value &mean);
-    static Value stress(const SpringEnergy &energy, double mu, const Value &mean);
-    static Stiffness stiffness(const SpringEnergy &energy, double mu, const Value &mean, Tangent tangent);
+    static double energy(const MeanLaw &law, const Value &mean);
+    static Value stress(const MeanLaw &law, const Value &mean);
+    static Stiffness stiffness(const MeanLaw &law, const Value &mean, Tangent tangent);
+    static Eigen::Matrix3d strain(const Value &mean);
+    static Value push(const Value &mean, const Vector6 &stress);
 
   private:
     std::array<int, 4> nodes_;
