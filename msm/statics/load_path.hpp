@@ -15,9 +15,8 @@ struct FollowedPath {
 
 /// Follows equilibrium along LoadCase::path as all that drives the body grows. A step begins where the last one ended,
 /// and goes on by the solution linearised at rest to what was added; one without an equilibrium is taken again in
-/// halves. Pressures that follow the surface have an energy, but for what the rim of their place is pushed with: that
-/// is a load of a fixed direction within an equilibrium, and is turned with the surface until it moves no more. Under a
-/// ball that touches equilibria follow one another as SurfaceContact says, and its friction is that of these steps.
+/// halves. See EquilibriumSearch on pressures that follow the surface. Under a ball that touches equilibria follow one
+/// another as SurfaceContact says, and its friction is that of these steps.
 /// @param problem     with a path
 /// @param node_mass   shape (N) [kg]
 /// @param rest        as for find_equilibrium()

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <vector>
+
+#include "core/problem.hpp"
+#include "msm/statics/equilibrium.hpp"
+
+namespace livermark::msm {
+
+/// Equilibria of one problem at parts of its loads, one after another: each learns from those before, and pressures
+/// that follow the surface are turned with it. They have an energy, but for what the rim of their place is pushed with:
+/// that is a load of a fixed direction within an equilibrium, and is turned until the surface moves no more.
+class EquilibriumSearch {
+  public:
+    /// @param problem    kept by reference
+    /// @param node_mass  shape (N) [kg], kept by reference
+    EquilibriumSearch(const core::Problem &problem, const std::vector<double> &node_mass);
+
+    /// The problem with a part of all that drives it.
+    core::Problem at(double fraction) const;
+    /// Of that. Where a place presses it does so at every part, 0 included.
+    NodalConditions conditions_at(double fraction) const;
+    /// Positions at displacements, shape (N) [m].
+    std::vector<core::Vector3> positions(const std::vector<core::Vector3> &displacement) const;
+
+    /// @param body   may be another one each time
+    /// @param rest   of that body or one that is about as stiff; as for find_equilibrium()
+    /// @param start    shape (N) [m]; what is prescribed is put to its place
+    /// @param contact  with a ball, which no pressure follows the surface beside; nullptr without one
+    Equilibrium find(const ElasticBody &body, const RestStiffness &rest, double fraction,
+                     std::vector<core::Vector3> start, const SurfaceContact *contact = nullptr);
+
+    /// What its constraints exert at an equilibrium, shape (P) [N].
+    std::vector<core::Vector3> reaction(const Equilibrium &found, double fraction) const;
+
+    LimitedMemory &memory() { return memory_; }
+    int num_equilibria() const { return num_equilibria_; }
+    int num_iterations() const { return num_iterations_; } ///< of all
+    int num_factors() const { return num_factors_; }       ///< of all
+
+  private:
+    Equilibrium find(const ElasticBody &body, const RestStiffness &rest, const NodalConditions &conditions,
+                     std::vector<core::Vector3> start, const SurfacePressure *pressure, const SurfaceContact *contact);
+
+    const core::Problem &problem_;
+    const std::vector<double> &node_mass_;
+    bool has_followers_;
+    LimitedMemory memory_{most_remembered};
+    int num_equilibria_ = 0, num_iterations_ = 0, num_factors_ = 0;
+};
+
+} // namespace livermark::msm
