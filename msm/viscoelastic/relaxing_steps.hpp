@@ -1,0 +1,46 @@
+#pragma once
+
+#include <vector>
+
+#include "core/load_case.hpp"
+#include "msm/dynamics/motion.hpp"
+#include "msm/nodal_conditions.hpp"
+#include "msm/viscoelastic/relaxing_body.hpp"
+
+namespace livermark::msm {
+
+/// Explicit steps of point masses on springs that relax, the slow and obvious ones: with the stresses that
+/// RelaxingBody has at x,
+///   v(n+1) = v(n) + h M^-1 (f + F(x(n)) - alpha M v(n) + dashpots of beta),   x(n+1) = x(n) + h v(n+1),
+/// symplectic Euler as in elastic_motion(), and then the branches go on to x(n+1) exactly.
+///
+/// A step that is stable without branches is stable with them, however short their times are. Of a mode with omega^2 on
+/// relaxing springs alone, the step has the characteristic equation
+///   (z - 1)^2 / z + (omega h)^2 H(z) = 0,   H(z) = remaining() + sum over branches of gain (z - 1) / (z - fade).
+/// H on the unit circle has an imaginary part of one sign, gain (1 - fade) sin(angle) over a square, so nothing is fed
+/// in, and at z = -1, where a step ends to be stable, a branch is worth g 2 / x tanh(x / 2) <= g with x = h / tau.
+///
+/// If velocities start half a step before positions, these are leapfrog steps, and positions of second order.
+class RelaxingSteps {
+  public:
+    /// @param body        with what its branches have borne before it starts
+    /// @param positions   shape (N) [m], where the body is at rest
+    /// @param conditions  loads, and which components are constrained; these stay where they start
+    /// @param time_step   h [s], > 0
+    RelaxingSteps(RelaxingBody body, const std::vector<core::Vector3> &positions, const NodalConditions &conditions,
+                  const core::RayleighDamping &damping, double time_step);
+
+    /// Takes that many steps.
+    /// @param state  of which the displacement is where the body went on to last
+    void take(State &state, int num_steps);
+
+    const RelaxingBody &body() const { return body_; }
+
+  private:
+    RelaxingBody body_;
+    Eigen::VectorXd rest_, load_, free_, free_per_mass_; // (3N)
+    core::RayleighDamping damping_;
+    double time_step_;
+};
+
+} // namespace livermark::msm
