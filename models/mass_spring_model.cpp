@@ -19,6 +19,7 @@
 #include "msm/statics/dynamic_relaxation.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "msm/statics/load_path.hpp"
+#include "msm/viscoelastic/slow_history.hpp"
 #include "support/input_error.hpp"
 
 namespace livermark::models {
@@ -107,17 +108,40 @@ class PreparedMassSprings : public core::PreparedModel {
         const auto &points = body_->mesh.points;
         const auto conditions = msm::nodal_conditions(problem, parts_.body.node_mass);
         core::Solution solution;
-        come_to_rest(solution, problem, conditions);
+        if (problem.load_case.slow_history)
+            follow_history(solution, problem, conditions);
+        else
+            come_to_rest(solution, problem, conditions);
         solution.degrees_of_freedom = static_cast<std::int64_t>(3 * points.size());
-        auto positions = points;
-        for (std::size_t i = 0; i < positions.size(); ++i)
-            positions[i] += solution.displacement[i];
-        solution.strain_energy = msm::elastic_energy(parts_.body, positions);
         solution.springs = parts_.springs;
         solution.explicit_steps = steps(conditions);
         if (problem.load_case.release && solution.status == core::SolutionStatus::ok)
             add_motion(solution, problem, parts_.body, highest_, options_.time_stepping);
         return solution;
+    }
+
+    /// Puts into a solution where the body is as time passes in its material.
+    void follow_history(core::Solution &solution, const core::Problem &problem,
+                        const msm::NodalConditions &conditions) const {
+        solution.setup_seconds = make_seconds_;
+        const auto start = Clock::now();
+        auto followed = msm::follow_history(parts_.body, problem, parts_.body.node_mass);
+        solution.solver = fmt::format("{} steps in time, {} of Newton's method on {} factors, CHOLMOD",
+                                      followed.num_steps, followed.end.num_iterations, followed.end.num_factors + 1);
+        solution.solve_seconds = seconds(Clock::now() - start);
+        solution.strain_energy = followed.stored_energy;
+        solution.path = std::move(followed.points);
+        put_down(solution, problem, conditions, std::move(followed.end));
+    }
+
+    static void put_down(core::Solution &solution, const core::Problem &problem, const msm::NodalConditions &conditions,
+                         msm::Equilibrium found) {
+        solution.status = found.status;
+        solution.message = found.message;
+        solution.reaction =
+            msm::constraint_forces(problem, conditions, found.constraint_force, found.press, found.touch);
+        solution.nonlinearity = nonlinearity(found);
+        solution.displacement = std::move(found.displacement);
     }
 
     /// Puts into a solution where the body comes to rest.
@@ -150,12 +174,11 @@ class PreparedMassSprings : public core::PreparedModel {
                                           relaxed.time_step, integrator.name);
         }
         solution.solve_seconds = seconds(Clock::now() - start);
-        solution.status = found.status;
-        solution.message = found.message;
-        solution.reaction =
-            msm::constraint_forces(problem, conditions, found.constraint_force, found.press, found.touch);
-        solution.nonlinearity = nonlinearity(found);
-        solution.displacement = std::move(found.displacement);
+        put_down(solution, problem, conditions, std::move(found));
+        auto positions = points;
+        for (std::size_t i = 0; i < positions.size(); ++i)
+            positions[i] += solution.displacement[i];
+        solution.strain_energy = msm::elastic_energy(body, positions);
     }
 
     const msm::RestStiffness &at_rest(const msm::NodalConditions &conditions) {
@@ -263,6 +286,7 @@ core::Model mass_spring_model(std::string name, std::string summary, std::string
         .compliance = [=](const core::Problem &problem,
                           std::span<const core::InteriorPlace> places) { return compliance(problem, make, places); },
         .check = [=](const core::Problem &problem) { check(problem, make, options); },
+        .relaxes = options.equilibrium == EquilibriumMethod::newton,
         // Time stepping knows the loads before it begins, and the force of what touches or presses to a depth is a
         // result.
         .touches = options.equilibrium == EquilibriumMethod::newton,
