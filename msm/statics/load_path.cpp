@@ -1,6 +1,7 @@
 #include "msm/statics/load_path.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "msm/statics/equilibrium_search.hpp"
@@ -17,6 +18,8 @@ constexpr int most_halvings = 4;
 /// How little forces on nodes may change, over all of them, when what touches a body is taken from an equilibrium.
 constexpr double contact_tolerance = 1e-6;
 constexpr int most_updates = 100;
+/// Where the change falls by less than this, bounds of friction follow pressures by half as much, down to a part.
+constexpr double least_fall = 0.9, smallest_part = 1.0 / 8.0;
 
 Field difference(const Field &a, const Field &b) {
     Field result(a.size());
@@ -87,12 +90,17 @@ class Follower {
         contact_.move_ball(fraction);
         auto start = predicted(fraction);
         Equilibrium found;
+        double part = 1.0, last_change = std::numeric_limits<double>::infinity();
         for (int update = 0; update < most_updates; ++update) {
             found = search_.find(body_, rest_, fraction, std::move(start), &contact_);
             if (found.status != core::SolutionStatus::ok)
                 break;
-            if (contact_.update(search_.positions(found.displacement)) < contact_tolerance)
+            const double change = contact_.update(search_.positions(found.displacement), part);
+            if (change < contact_tolerance)
                 return found;
+            if (change > least_fall * last_change)
+                part = std::max(0.5 * part, smallest_part);
+            last_change = change;
             start = found.displacement;
         }
         contact_ = before;

@@ -139,13 +139,13 @@ void SurfaceContact::add_hessian_product(const std::vector<core::Vector3> &posit
             block(node, from_centre(node, positions), Tangent::exact) * of_node(u, node.node);
 }
 
-double SurfaceContact::update(const std::vector<core::Vector3> &positions) {
+double SurfaceContact::update(const std::vector<core::Vector3> &positions, double part) {
     double change = 0.0, all = 0.0;
     for (auto &node : nodes_) {
         const auto d = from_centre(node, positions);
         const core::Vector3 before = node.area * (normal_contact(node, d).traction() + friction(node, d).traction);
         const auto contact = normal_contact(node, d);
-        const double was = node.memory.multiplier;
+        const double was = node.memory.multiplier, bound_was = node.bound;
         node.memory.multiplier = contact.pressure;
         node.normal = contact.gap.normal;
         node.bound = law_.friction * contact.pressure;
@@ -153,6 +153,7 @@ double SurfaceContact::update(const std::vector<core::Vector3> &positions) {
         const core::Vector3 after = node.area * (contact.pressure * contact.gap.normal + along);
         change += node.area * std::abs(contact.pressure - was) + (after - before).norm();
         all += after.norm();
+        node.bound = bound_was + part * (node.bound - bound_was);
     }
     return all > 0.0 ? change / all : change > 0.0 ? 1.0 : 0.0;
 }

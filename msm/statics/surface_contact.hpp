@@ -51,8 +51,9 @@ class SurfaceContact {
                              Eigen::VectorXd &product) const;
 
     /// Takes multipliers, normals and bounds of friction from an equilibrium.
-    /// @return by how much forces on nodes change by that, over all of them: sum of |change| over sum of |force|
-    double update(const std::vector<core::Vector3> &positions);
+    /// @param part  of the change of bounds that is taken, (0, 1]: less than all where equilibria go to and fro
+    /// @return by how much forces on nodes change by all of that, over all of them: sum of |change| over sum of |force|
+    double update(const std::vector<core::Vector3> &positions, double part = 1.0);
 
     /// Ends a step of the load: anchors are dragged along where nodes slip, and go with nodes that do not touch.
     void end_step(const std::vector<core::Vector3> &positions);
