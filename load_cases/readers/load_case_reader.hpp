@@ -79,7 +79,7 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 ///     duration = 1.6                          # [s], whole numbers of frames both
 ///     frame_rate = 60.0                       # [1/s], as it is if this is left out
 ///     mass_damping = 7.0                      # alpha [1/s] of D = alpha M
-///     radius = 0.012                          # [m], of the ball that touches in `livermark arena --tool touching`
+///     radius = 0.02                           # [m], of the ball that touches in `livermark arena --tool touching`
 ///
 /// Where time passes in the material, the deviatoric stress of the elastic law fades with a Prony series, and all loads
 /// and displacements grow from nothing as slowly as is said, so that masses do not matter:

@@ -12,7 +12,7 @@ namespace livermark::results {
 enum class ArenaOutcome {
     ok,
     too_slow, ///< its least work takes longer than the budget; its errors are those of that work
-    diverged  ///< left all bounds; its errors are NaN
+    diverged  ///< left all bounds, or let a ball through its surface; its errors are NaN
 };
 const char *to_string(ArenaOutcome outcome);
 
@@ -42,7 +42,9 @@ struct ArenaRun {
     double pressed_force = 0.0;       ///< size of the force when the slide begins [N]
     double slid_force = 0.0;          ///< along the press of the tool, mean over the records within the slide [N]
     double slid_ratio = 0.0;          ///< the same across it, along the slide, over that along the press
-    double deepest = 0.0;             ///< by which a node was inside a ball that touches at a record, the largest [m]
+    /// By which the surface was inside a ball that touches at a record, the largest [m]: nodes are not, but facets
+    /// between them are.
+    double deepest = 0.0;
 
     bool operator==(const ArenaRun &) const = default;
 };

@@ -8,6 +8,7 @@
 
 #include "core/mesh/bounding_box.hpp"
 #include "core/mesh/deformation.hpp"
+#include "core/mesh/triangle.hpp"
 #include "core/tool/ball_contact.hpp"
 #include "core/tool/tool_errors.hpp"
 #include "results/quantile.hpp"
@@ -22,6 +23,8 @@ using models::MovingBody;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 /// A motion beyond this many times the size of the body has diverged.
 constexpr double bound = 1.0;
+/// Of the radius of a ball: where its centre is nearer to the surface, it has slipped through between nodes.
+constexpr double gone_through = 0.5;
 /// More iterations are no answer to anything.
 constexpr int most_effort = 20000;
 constexpr int frames_to_measure = 3;
@@ -87,13 +90,15 @@ class Recorder {
     Recorder(const ArenaScene &scene, results::ArenaRun &run)
         : scene_(&scene), run_(&run), bound_(bound * core::extent(scene.mesh_of_reference->points)) {}
 
-    /// @return false if the body has left all bounds; everything from there on is NaN
+    /// @return false if the body has left all bounds, or a ball has gone through its surface; everything from there on
+    /// is NaN
     bool record(int frame, const MovingBody &body) {
         history_.force.push_back(body.tool_force());
         const auto displacement = body.displacement();
-        look_into_ball(frame, displacement);
-        const bool is_within = std::ranges::all_of(
-            displacement, [&](const core::Vector3 &u) { return u.lpNorm<Eigen::Infinity>() < bound_; });
+        const bool is_within =
+            std::ranges::all_of(displacement,
+                                [&](const core::Vector3 &u) { return u.lpNorm<Eigen::Infinity>() < bound_; }) &&
+            stays_outside(frame, displacement);
         if (!core::ToolHistory::has_field(frame) || !is_within)
             return is_within;
         for (std::size_t i = 0; i < scene_->mesh_of_reference->points.size(); ++i)
@@ -116,16 +121,25 @@ class Recorder {
     }
 
   private:
-    /// How deep nodes are inside a ball that touches.
-    void look_into_ball(int frame, const std::vector<core::Vector3> &displacement) {
+    /// Of a ball that touches: how deep the surface is inside it. Nodes are not, but facets between them are.
+    bool stays_outside(int frame, const std::vector<core::Vector3> &displacement) {
         const auto &load_case = scene_->problem.load_case;
         if (!load_case.touching || frame > core::last_record_held(*load_case.tool))
-            return;
-        const auto centre = core::ball_centre(*load_case.touching, *load_case.tool, load_case.tool->time_of(frame));
-        const auto &points = scene_->problem.body->mesh.points;
-        for (const int node : core::touchable_nodes(scene_->problem.body->mesh, load_case))
-            run_->deepest = std::max(run_->deepest,
-                                     load_case.touching->radius - (points[node] + displacement[node] - centre).norm());
+            return true;
+        const auto &ball = *load_case.touching;
+        const auto centre = core::ball_centre(ball, *load_case.tool, load_case.tool->time_of(frame));
+        const auto &mesh = scene_->problem.body->mesh;
+        double distance = std::numeric_limits<double>::infinity();
+        for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+            if (!load_case.may_touch(f))
+                continue;
+            auto corners = core::corners_of(mesh, f);
+            for (std::size_t k = 0; k < 3; ++k)
+                corners[k] += displacement[mesh.boundary_triangles[f][k]];
+            distance = std::min(distance, (core::nearest_of_triangle(corners, centre) - centre).norm());
+        }
+        run_->deepest = std::max(run_->deepest, ball.radius - distance);
+        return distance > gone_through * ball.radius;
     }
 
     const ArenaScene *scene_;

@@ -102,7 +102,7 @@ Layout arena_forces(const Arena &arena) {
                    {"pressed [N]", true},
                    {"sliding [N]", true},
                    {"across/along", true},
-                   {"deepest [um]", true},
+                   {"deepest [mm]", true},
                    {"least J", true},
                    {"frame [ms]", true},
                    {"worst [ms]", true},
@@ -116,7 +116,7 @@ Layout arena_forces(const Arena &arena) {
         layout.rows.push_back({fmt::format("{}", run->tetrahedra), in_milliseconds(run->budget), run->method,
                                run->setting, fmt::format("{}", run->steps), fmt::format("{}", run->iterations),
                                fixed(run->pressed_force, 3), fixed(run->slid_force, 3), fixed(run->slid_ratio, 3),
-                               fixed(1e6 * run->deepest, 2), fixed(run->smallest_jacobian, 2),
+                               fixed(1e3 * run->deepest, 2), fixed(run->smallest_jacobian, 2),
                                in_milliseconds(run->frame_seconds), in_milliseconds(run->worst_frame_seconds),
                                to_string(run->outcome)});
     return layout;

@@ -20,7 +20,7 @@ TEST(TouchingArena, WritesForcesAndNoErrorsWhereThereIsNoReference) {
     const auto done = tests::livermark(
         "arena --tool touching --friction 0.3 --method lloyd --mesh 1 --budget 100 --output " + folder.string());
     ASSERT_EQ(done.status, 0) << done.output;
-    EXPECT_NE(done.output.find("a ball of 12 mm that touches, with a friction of 0.3"), std::string::npos)
+    EXPECT_NE(done.output.find("a ball of 20 mm that touches, with a friction of 0.3"), std::string::npos)
         << done.output;
     EXPECT_NE(done.output.find("there are forces and no errors"), std::string::npos) << done.output;
     EXPECT_FALSE(std::filesystem::exists(folder / "liver_healthy" / "arena.h5"));
@@ -33,7 +33,8 @@ TEST(TouchingArena, WritesForcesAndNoErrorsWhereThereIsNoReference) {
     EXPECT_EQ(run.outcome, results::ArenaOutcome::ok);
     EXPECT_GT(run.pressed_force, 0.1);
     EXPECT_LT(run.pressed_force, 10.0);
-    EXPECT_LT(run.deepest, 1e-7);
+    EXPECT_GT(run.deepest, 0.0);
+    EXPECT_LT(run.deepest, 2e-3);
     EXPECT_TRUE(std::isnan(run.errors.contact));
     std::filesystem::remove_all(folder);
 }

@@ -53,7 +53,7 @@ TEST_F(ArenaFile, SaysWhatTheToolIs) {
     ASSERT_EQ(table.rows.size(), 2U);
     EXPECT_EQ(table.rows.front().size(), table.columns.size());
     EXPECT_EQ(table.rows.front()[6], "2.500");
-    EXPECT_EQ(table.rows.front()[9], "0.10");
+    EXPECT_EQ(table.rows.front()[9], "0.40");
 }
 
 TEST_F(ArenaFile, IsRefusedWhereItIsNone) {

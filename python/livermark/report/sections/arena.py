@@ -83,7 +83,7 @@ def _forces(attributes: dict, arena: dict, told: dict) -> Markup:
                      "is no reference motion with contact, so there are forces and no errors.")
     html += figure("table", table(table_of(told["overview"])),
                    "Force when the slide begins and within the slide, its part across the press over that along it, and by how "
-                   "much a node was inside the ball.", [attributes["command"]])
+                   "much the surface between nodes was inside the ball.", [attributes["command"]])
     return subsection(f"{attributes['body']}, touched", html)
 
 
