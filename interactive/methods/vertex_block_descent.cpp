@@ -117,6 +117,7 @@ class VertexBlockDescent : public Simulation {
         const Field before = x;
         const auto terms = inertia(*this, time_step);
         start(terms, time_step);
+        auto pushed = terms;
         const double rho = chebyshev_rho(iterations);
         double weight = 1.0;
         Field older, oldest;
@@ -125,11 +126,13 @@ class VertexBlockDescent : public Simulation {
             oldest = std::move(older);
             older = x;
             for (std::size_t k = 0; k < nodes_.size(); ++k)
-                descend(x, terms, k);
+                descend(x, pushed, k);
             if (i > 1)
                 x = weight * (x - oldest) + oldest;
-            for (std::size_t n = 0; ball_ && n < ball_->near().size(); ++n)
+            for (std::size_t n = 0; ball_ && n < ball_->near().size(); ++n) {
                 touch_node(x, before, terms, n);
+                pushed.predicted.col(ball_->near()[n]) = with_force(terms, n);
+            }
         }
         last_velocities_ = v;
         v = (x - before) / time_step;
@@ -204,6 +207,12 @@ class VertexBlockDescent : public Simulation {
         forces_[n] = rest.force;
     }
 
+    /// Where inertia and the force of the ball lead a node, so that descent keeps it on the ball.
+    core::Vector3 with_force(const Inertia &terms, std::size_t n) const {
+        const int node = ball_->near()[n];
+        return terms.predicted.col(node) + forces_[n] / terms.stiffness[node];
+    }
+
     /// The same with the nodes around a node as they are in rows.
     void touch_rows() {
         auto &x = mutable_positions();
@@ -219,6 +228,8 @@ class VertexBlockDescent : public Simulation {
                     x.col(other) = position_in_row(other);
             touch_node(x, before_, terms_, n);
             in_row(rows_->displacement, rows_->row_of_node[node]) = (x.col(node) - rest_.col(node)).cast<float>();
+            in_row(rows_->predicted, rows_->row_of_node[node]) =
+                (with_force(terms_, n) - rest_.col(node)).cast<float>();
         }
     }
 
