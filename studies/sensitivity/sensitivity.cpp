@@ -119,7 +119,7 @@ std::string time_left(core::Clock::time_point start, std::size_t done, std::size
                             : fmt::format(", about {:.0f} min left", seconds / minute);
 }
 
-void solve_samples(SampledCase &sampled, const core::Model &model, Steps &steps) {
+void solve_samples(SampledCase &sampled, const core::Model &model, Steps &steps, std::vector<std::string> &notes) {
     auto &found = sampled.found;
     const auto first = found.values.size(), num_samples = found.points.size();
     for (std::size_t s = 0; s < first; ++s)
@@ -131,7 +131,12 @@ void solve_samples(SampledCase &sampled, const core::Model &model, Steps &steps)
         const auto problem = problem_of(patient_of(found.parameters, found.points[s]), sampled.nominal);
         if (model.check)
             model.check(problem);
-        found.values.push_back(values_of(sampled.outputs, sampled.nominal, problem, model.solve(problem)).values);
+        const auto solution = model.solve(problem);
+        found.values.push_back(values_of(sampled.outputs, sampled.nominal, problem, solution).values);
+        if (s == first && !std::isnan(solution.nonlinearity) && problem.body->mesh.region_names.back() == "support")
+            notes.push_back(fmt::format("{}: {} is not linear, so its soft support is as stiff as it should be only as "
+                                        "long as it moves by much less than it is thick; fem_p2p1 is linear",
+                                        sampled.name(), model.name));
         if ((s + 1) % samples_between_files == 0)
             results::write_sensitivity(sampled.file, found);
     }
@@ -220,7 +225,7 @@ SensitivityResults study_sensitivity(const SensitivityOptions &options, const st
     for (auto &sampled : cases) {
         place_points(sampled, options.num_samples);
         take_kept_samples(sampled);
-        solve_samples(sampled, model, steps);
+        solve_samples(sampled, model, steps, done.notes);
         results::write_sensitivity(sampled.file, sampled.found);
         add_indices(sampled, done.notes);
         add_budget(sampled, options.body, budget, steps);

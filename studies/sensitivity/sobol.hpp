@@ -24,7 +24,7 @@ std::vector<std::vector<double>> sobol_points(std::size_t count, std::size_t dim
 /// (OpenTURNS; python/livermark/sobol.py says how).
 /// @param points  (S, P) in the unit cube, S > P
 /// @param values  (O, S) finite
-/// @param groups  (G) numbers of parameters
+/// @param groups  (G) numbers of parameters; at least one group
 /// @return (O)
 /// @throws support::InputError as sobol_points()
 std::vector<SobolIndices> sobol_indices(const std::vector<std::vector<double>> &points,

@@ -118,6 +118,7 @@ void write_sensitivity(const std::filesystem::path &path, const Sensitivity &sen
     file.texts(sensitivity_group, "groups", sensitivity.groups);
     write_parameters(file, sensitivity.parameters);
     file.group(samples_group);
+    file.integer(samples_group, "num_outputs", std::ssize(sensitivity.values.front()));
     const auto num_solved = static_cast<std::ptrdiff_t>(sensitivity.values.size());
     const std::vector solved(sensitivity.points.begin(), sensitivity.points.begin() + num_solved);
     file.blocks(in_group(samples_group, "points"), flat(solved), sensitivity.parameters.size(), "");
@@ -199,11 +200,12 @@ Sensitivity sensitivity_in(const std::filesystem::path &path) {
     const auto num_parameters = sensitivity.parameters.size();
     sensitivity.points =
         rows_of_size(file.blocks<double>(in_group(samples_group, "points"), num_parameters), num_parameters);
-    const auto num_samples = sensitivity.points.size();
-    const auto values = file.dataset<double>(in_group(samples_group, "values"));
-    if (num_samples == 0 || values.empty() || values.size() % num_samples != 0)
-        file.refuse(in_group(samples_group, "values"), "has not a row for each point");
-    sensitivity.values = rows_of_size(values, values.size() / num_samples);
+    const auto num_outputs = file.integer(samples_group, "num_outputs");
+    if (sensitivity.points.empty() || num_outputs < 1)
+        file.refuse(samples_group, "is empty");
+    const auto columns = static_cast<std::size_t>(num_outputs);
+    sensitivity.values = rows_of_size(
+        file.blocks<double>(in_group(samples_group, "values"), sensitivity.points.size(), columns), columns);
     if (file.has(outputs_group)) {
         read_outputs(file, sensitivity);
         sensitivity.budget = read_budget(file, sensitivity.outputs.size());

@@ -152,7 +152,7 @@ TEST_F(RangesFile, RefusesWhatCannotBe) {
     const auto expect_refused = [&](const std::string &text, const std::vector<std::string> &parts) {
         tests::expect_input_error([&] { read(text); }, parts);
     };
-    expect_refused("", {"no range", "young_modulus"});
+    expect_refused("[measurement]\ndisplacement = 0.001\nsource = \"a\"\n", {"no range", "young_modulus"});
     expect_refused("[poisson_ratio]\nfrom = 0.4\nto = 0.5\nsource = \"a\"\n", {"poisson_ratio", "0.5"});
     expect_refused("[held_share]\nfrom = 0.4\nto = 1.1\nsource = \"a\"\n", {"held_share", "1.1"});
     expect_refused("[density]\nfrom = 1000\nto = 900\nsource = \"a\"\n", {"density", "larger"});
