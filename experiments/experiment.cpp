@@ -33,6 +33,14 @@ void check(const Experiment &experiment, const std::string &place) {
                             place, experiment.markers[k].name, outside[k], extent));
     if (experiment.states.empty())
         throw support::InputError(fmt::format("{}: nothing was measured; add a state", place));
+    for (const auto &ring_down : experiment.ring_downs)
+        for (const auto &repeat : ring_down.repeats)
+            for (const auto &displacement : repeat.displacement)
+                if (!(displacement.norm() <= extent))
+                    throw support::InputError(
+                        fmt::format("{}: a marker is {:.3g} m from rest while {} rings down, and the body is {:.3g} m "
+                                    "across; check the unit and whether positions stand where displacements should",
+                                    place, displacement.norm(), ring_down.state, extent));
     for (const auto &state : experiment.states) {
         std::size_t num_compared = 0;
         if (state.displacement.size() != experiment.markers.size())

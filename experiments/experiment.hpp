@@ -9,6 +9,7 @@
 #include "core/load_case.hpp"
 #include "core/problem.hpp"
 #include "experiments/fitted_motion.hpp"
+#include "experiments/ring_down.hpp"
 
 namespace livermark::experiments {
 
@@ -39,6 +40,8 @@ struct Experiment {
     int fit_degree = 2;          ///< of the polynomials that driven places move by
     std::vector<Marker> markers; ///< (K)
     std::vector<MeasuredState> states;
+    std::vector<RingDown> ring_downs{}; ///< of some states; damping is fitted on that of `damping_from` alone
+    std::string damping_from{};         ///< the state of one of them; empty where there are none
 };
 
 /// An experiment whose data are public. One file each in public_data/, named as the experiment.

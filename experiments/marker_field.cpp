@@ -1,5 +1,8 @@
 #include "experiments/marker_field.hpp"
 
+#include <algorithm>
+#include <set>
+
 #include "load_cases/places/facets.hpp"
 
 namespace livermark::experiments {
@@ -51,6 +54,16 @@ MarkerField::Place MarkerField::find(const Vector3 &point) const {
         return {at, Vector3::Zero()};
     const Vector3 base = load_cases::nearest_point(load_cases::all_facets(*mesh_), *mesh_, point).point;
     return {core::locate(*mesh_, base), point - base};
+}
+
+std::vector<int> MarkerField::nodes() const {
+    std::set<int> corners, all; // gradients are of all tetrahedra at a corner
+    for (const auto &place : places_)
+        corners.insert(mesh_->tetrahedra[place.at.tetrahedron].begin(), mesh_->tetrahedra[place.at.tetrahedron].end());
+    for (const auto &nodes : mesh_->tetrahedra)
+        if (std::ranges::any_of(nodes, [&](int node) { return corners.contains(node); }))
+            all.insert(nodes.begin(), nodes.end());
+    return {all.begin(), all.end()};
 }
 
 std::vector<Vector3> MarkerField::at_points(std::span<const Vector3> displacement) const {

@@ -23,6 +23,9 @@ class MarkerField {
     /// @return shape (K) at the points [m]
     std::vector<core::Vector3> at_points(std::span<const core::Vector3> displacement) const;
 
+    /// The nodes that displacements at the points depend on, in ascending order.
+    std::vector<int> nodes() const;
+
     /// (K) how far each point is outside the body [m]; 0 inside
     const std::vector<double> &outside() const { return outside_; }
 

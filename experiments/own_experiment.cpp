@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "experiments/marker_table.hpp"
+#include "experiments/motion_table.hpp"
 #include "load_cases/readers/load_case_table.hpp"
 #include "meshes/generators/box_generator.hpp"
 #include "meshes/generators/cylinder_generator.hpp"
@@ -104,6 +105,7 @@ toml::array &states_of(toml::table &table) {
 core::LoadCase load_case_of_state(toml::table state, const std::filesystem::path &file, const core::TetraMesh &mesh) {
     const auto name = support::required_string(state, "name");
     state.erase("name");
+    state.erase("ring_down");
     if (!state.contains("title"))
         state.insert("title", name);
     if (!state.contains("regime"))
@@ -113,6 +115,79 @@ core::LoadCase load_case_of_state(toml::table state, const std::filesystem::path
     load_case.name = name;
     load_case.definition = support::read_text(file);
     return load_case;
+}
+
+/// The load case of a ring-down: that of its state, and what holds the body until it is let go.
+core::LoadCase load_case_of_ring_down(toml::table state, const std::filesystem::path &file,
+                                      const core::TetraMesh &mesh) {
+    support::required_table(support::required_table(state, "ring_down"), "held"); // says if there is none
+    auto held = std::move(*state.get("ring_down")->as_table()->get("held")->as_table());
+    if (!state.contains("condition"))
+        state.insert("condition", toml::array{});
+    if (auto *conditions = state.get("condition")->as_array())
+        conditions->push_back(std::move(held));
+    return load_case_of_state(std::move(state), file, mesh);
+}
+
+/// Whether a load case has a traction.
+bool has_traction(const core::LoadCase &load_case) {
+    return std::ranges::find(load_case.condition, core::FacetCondition::traction) != load_case.condition.end();
+}
+
+core::Body body_of_ring_down(const toml::table &table, core::Body body) {
+    if (!table.contains("added_mass"))
+        return body;
+    const auto &added = support::required_table(table, "added_mass");
+    support::refuse_unknown_keys(added, {"mass", "low", "high"});
+    const double mass = support::required_number(added, "mass");
+    if (!(mass > 0.0))
+        throw support::InputError(
+            fmt::format("{}: the added mass is {} kg; it has to be positive", support::place_of(added), mass));
+    return with_added_mass(std::move(body), mass, support::required_vector(added, "low"),
+                           support::required_vector(added, "high"));
+}
+
+void read_ring_down(const toml::table &state, std::size_t number, const std::filesystem::path &file, double unit,
+                    Experiment &experiment) {
+    const auto &table = support::required_table(state, "ring_down");
+    support::refuse_unknown_keys(table, {"motions", "held", "added_mass", "damping_from"});
+    for (const auto &marker : experiment.markers)
+        if (!marker.drives.empty())
+            throw support::InputError(fmt::format("{}: marker {} drives a place, and a body that rings down has none "
+                                                  "that is driven; leave the markers there out",
+                                                  support::place_of(table), marker.name));
+    RingDown ring_down{.state = experiment.states[number].name, .repeats = {}, .body = {}, .load_case = {}};
+    for (const auto &name : support::required_strings(table, "motions")) {
+        const auto motion = read_motion(file.parent_path() / name, experiment.markers, unit);
+        if (!ring_down.repeats.empty() && (motion.num_records() != ring_down.repeats.front().num_records() ||
+                                           std::abs(motion.interval / ring_down.repeats.front().interval - 1.0) > 1e-3))
+            throw support::InputError(fmt::format("{}: {} has other times than the first of the motions; cut them to "
+                                                  "the same records",
+                                                  support::place_of(*table.get("motions")), name));
+        ring_down.repeats.push_back(motion);
+    }
+    const auto table_of_state = [file, number](toml::table &again) -> toml::table & {
+        return *states_of(again)[number].as_table();
+    };
+    ring_down.body = [file, table_of_state, body = experiment.body](double edge_length) {
+        auto again = parse(file);
+        return body_of_ring_down(support::required_table(table_of_state(again), "ring_down"), body(edge_length));
+    };
+    ring_down.load_case = [file, table_of_state](const core::TetraMesh &mesh) {
+        auto again = parse(file);
+        return load_case_of_ring_down(std::move(table_of_state(again)), file, mesh);
+    };
+    const auto body = ring_down.body(experiment.edge_length);
+    if (has_traction(experiment.states[number].load_case(body.mesh)))
+        throw support::InputError(fmt::format("{}: all forces are let go at the start of a ring-down, and state '{}' "
+                                              "has some that stay; give what hangs at the body as added_mass",
+                                              support::place_of(table), support::shown(ring_down.state)));
+    if (!has_traction(ring_down.load_case(body.mesh)))
+        throw support::InputError(fmt::format("{}: what held the body is no force; give 'held' a place and a force",
+                                              support::place_of(table)));
+    if (experiment.damping_from.empty() || support::optional_flag(table, "damping_from"))
+        experiment.damping_from = ring_down.state;
+    experiment.ring_downs.push_back(std::move(ring_down));
 }
 
 void read_states(toml::table &table, const std::filesystem::path &file, const MarkerTable &markers,
@@ -171,6 +246,10 @@ Experiment read_experiment(const std::filesystem::path &toml_file) {
     for (std::size_t k = 0; k < markers.names.size(); ++k)
         experiment.markers.push_back({markers.names[k], markers.rest[k], markers.drives[k]});
     read_states(table, toml_file, markers, experiment);
+    auto &states = states_of(table);
+    for (std::size_t s = 0; s < states.size(); ++s)
+        if (states[s].as_table()->contains("ring_down"))
+            read_ring_down(*states[s].as_table(), s, toml_file, unit_of(table), experiment);
     check(experiment, file.string());
     return experiment;
 }

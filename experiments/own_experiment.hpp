@@ -31,6 +31,13 @@ namespace livermark::experiments {
 ///     [[state.condition]]
 ///     patch = "z_min"
 ///     displacement = [0.0, 0.0, 0.0]
+///     [state.ring_down]                          # how the body rang after it was let go; may be left out
+///     motions = ["a.csv", "b.csv"]               # one or more of the same, see read_motion()
+///     held = { patch = "z_max", force = [0.1, 0.0, 0.0] } # what held it: a condition of a load case with a force or a
+///                                                # traction about as large
+///     added_mass = { mass = 0.05, low = [-0.01, -0.01, 0.07], high = [0.01, 0.01, 0.08] } # of what hangs at it, in
+///                                                # the tetrahedra whose middle is in this box; may be left out
+///     damping_from = true                        # damping is fitted on this one; on the first if it stands nowhere
 ///
 /// The regime of a state is "large" if it says nothing.
 /// @throws support::InputError with file, line and remedy

@@ -2,7 +2,9 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <optional>
+#include <span>
 #include <string>
+#include <utility>
 
 #include "experiments/experiment.hpp"
 #include "experiments/motion_capture.hpp"
@@ -34,9 +36,14 @@ struct Weight {
     const char *name;
     const char *file; ///< between beam_ and _V2_a.c3d
     double force;     ///< [N]
+    double held;      ///< about what holds the tip at the first turning point [N]
 };
 constexpr std::array<Weight, 3> weights{
-    {{"0 N", "gravity", 0.0}, {"0.510 N", "load52", 0.51012}, {"1.001 N", "load101", 1.00062}}};
+    {{"0 N", "gravity", 0.0, 0.25}, {"0.510 N", "load52", 0.51012, 0.5}, {"1.001 N", "load101", 1.00062, 0.8}}};
+constexpr double gravity = 9.81;       ///< [m/s^2]
+constexpr int records_of_swings = 151; ///< of ring-downs: a second and a half
+/// What a weight hangs at: the tetrahedra beside the upper edge of the free end [m].
+const Vector3 weight_low(0.092, -1.0, 0.0225), weight_high(1.0, 1.0, 1.0);
 
 std::string load_case_under(double force) {
     std::string text = R"(title = "A beam that is clamped at one end and bends under its weight"
@@ -56,6 +63,28 @@ displacement = [0.0, 0.0, 0.0]
     return text;
 }
 
+/// While it rings down: a weight is a mass there, and a hand pulls the free end down until it lets go.
+std::string load_case_of_swings(double held) {
+    return load_case_under(0.0) + fmt::format("[[condition]]\npatch = \"x_max\"\nforce = [0.0, 0.0, {:.6f}]\n", -held);
+}
+
+core::LoadCase parsed(const std::string &text, const std::string &name, const core::TetraMesh &mesh) {
+    auto made = load_cases::parse_load_case(text, "dragon_skin_beam.toml", mesh);
+    made.name = name;
+    return made;
+}
+
+core::Body beam(double edge_length) {
+    return {.name = "dragon_skin_beam",
+            .mesh = meshes::generate_box(beam_size, edge_length, meshes::BoxTopology::body_centred),
+            .materials = {dragon_skin}};
+}
+
+core::Body beam_with(const Weight &weight, double edge_length) {
+    return weight.force == 0.0 ? beam(edge_length)
+                               : with_added_mass(beam(edge_length), weight.force / gravity, weight_low, weight_high);
+}
+
 /// Mean position of a marker over some frames, as the cameras see it [m].
 Vector3 mean_of(const MotionCapture &capture, int marker, int first, int count) {
     Vector3 sum = Vector3::Zero();
@@ -67,10 +96,20 @@ Vector3 mean_of(const MotionCapture &capture, int marker, int first, int count) 
 /// Where the markers were, in the frame of the cameras [m].
 struct Recording {
     std::array<Vector3, num_markers> held, at_rest;
+    MotionCapture capture;
+
+    /// Displacements from where a hand holds the beam at the start, turned, of compared markers.
+    MarkerMotion motion(const Eigen::Matrix3d &rotation) const {
+        MarkerMotion motion{1.0 / capture.frame_rate, num_compared, {}};
+        for (int frame = 0; frame < capture.num_frames(); ++frame)
+            for (int k = 0; k < num_compared; ++k)
+                motion.displacement.emplace_back(rotation * (capture.at(frame, k) - held[k]));
+        return motion;
+    }
 };
 
 Recording read_recording(const std::filesystem::path &file) {
-    const auto capture = read_motion_capture(file);
+    auto capture = read_motion_capture(file);
     if (capture.num_markers != num_markers || capture.num_frames() < held_frames + frames_at_rest)
         throw support::InputError(fmt::format("{}: there are {} markers in {} frames, and {} in at least {} were "
                                               "recorded; take the public file",
@@ -81,7 +120,21 @@ Recording read_recording(const std::filesystem::path &file) {
         recording.held[k] = mean_of(capture, k, 0, held_frames);
         recording.at_rest[k] = mean_of(capture, k, capture.num_frames() - frames_at_rest, frames_at_rest);
     }
+    recording.capture = std::move(capture);
     return recording;
+}
+
+/// How the beam rings under a weight, from the first turning point on in both recordings.
+RingDown ring_down_of(const Weight &weight, std::span<const Recording> repeats, const Eigen::Matrix3d &rotation,
+                      const std::string &place) {
+    RingDown ring_down{.state = weight.name, .repeats = {}, .body = {}, .load_case = {}};
+    for (const auto &repeat : repeats)
+        ring_down.repeats.push_back(from_turning_point(repeat.motion(rotation), records_of_swings, place));
+    ring_down.body = [weight](double edge_length) { return beam_with(weight, edge_length); };
+    ring_down.load_case = [weight](const core::TetraMesh &mesh) {
+        return parsed(load_case_of_swings(weight.held), weight.name, mesh);
+    };
+    return ring_down;
 }
 
 /// From the frame of the cameras to that of the beam, by all six markers while a hand holds the beam. The cameras see
@@ -99,6 +152,8 @@ Experiment read(const std::filesystem::path &folder) {
         "directions are those in which the six markers of the beam without a weight fit the places that the authors "
         "give best",
         "markers stand on pegs, which move with the surface under them",
+        "while the beam rings, the weight is a mass in the tetrahedra at that edge, and the swing starts at its first "
+        "turning point, in the shape that a force on the end face gives",
         "Young's modulus is the one that the authors fitted to this beam"};
     std::optional<RigidMotion> frame; // of the first recording, which has no weight
     for (const auto &weight : weights) {
@@ -120,17 +175,13 @@ Experiment read(const std::filesystem::path &folder) {
         }
         state.noise = 0.5 * std::sqrt(difference); // of the mean of two
         state.load_case = [text = load_case_under(weight.force), name = state.name](const core::TetraMesh &mesh) {
-            auto made = load_cases::parse_load_case(text, "dragon_skin_beam.toml", mesh);
-            made.name = name;
-            return made;
+            return parsed(text, name, mesh);
         };
         experiment.states.push_back(std::move(state));
+        experiment.ring_downs.push_back(ring_down_of(weight, repeats, frame->rotation, folder.string()));
     }
-    experiment.body = [](double edge_length) {
-        return core::Body{.name = "dragon_skin_beam",
-                          .mesh = meshes::generate_box(beam_size, edge_length, meshes::BoxTopology::body_centred),
-                          .materials = {dragon_skin}};
-    };
+    experiment.damping_from = weights[1].name;
+    experiment.body = beam;
     experiment.edge_length = 0.0069; // bricks of 7.5 mm
     return experiment;
 }

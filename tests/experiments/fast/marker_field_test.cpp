@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <gtest/gtest.h>
 
 #include "experiments/marker_field.hpp"
@@ -35,6 +36,20 @@ TEST(MarkerField, IsExactForAffineDisplacementsInsideAndOnPegs) {
     EXPECT_NEAR(field.outside()[1], 0.0, 1e-12);
     EXPECT_NEAR(field.outside()[2], 0.012, 1e-12);
     EXPECT_NEAR(field.outside()[3], std::hypot(0.01, 0.02), 1e-12);
+}
+
+TEST(MarkerField, DependsOnItsNodesAlone) {
+    const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {5, 5, 5});
+    const std::vector<Vector3> points{{0.031, 0.047, 0.022}, {0.05, 0.04, 0.112}};
+    const MarkerField field(mesh, points);
+    const auto nodes = field.nodes();
+    EXPECT_TRUE(std::ranges::is_sorted(nodes));
+    EXPECT_LT(nodes.size(), mesh.points.size());
+    const auto everywhere = at_nodes(mesh, bulge);
+    std::vector<Vector3> there(mesh.points.size(), Vector3::Constant(1.0));
+    for (const int node : nodes)
+        there[node] = everywhere[node];
+    EXPECT_EQ(field.at_points(there), field.at_points(everywhere));
 }
 
 /// Linear interpolation of the bulge is up to h^2 / 8 of its curvature off.
