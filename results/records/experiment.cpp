@@ -21,4 +21,11 @@ MarkerError marker_error(const ExperimentResult &result, const std::vector<core:
     return {root_mean_square, std::isfinite(root_mean_square) ? std::sqrt(largest) : root_mean_square};
 }
 
+double root_mean_square_distance(const std::vector<core::Vector3> &a, const std::vector<core::Vector3> &b) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        sum += (a[i] - b[i]).squaredNorm();
+    return std::sqrt(sum / static_cast<double>(a.size()));
+}
+
 } // namespace livermark::results

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "results/records/result.hpp"
+#include "results/records/ring_down.hpp"
 
 namespace livermark::results {
 
@@ -52,6 +53,8 @@ struct ExperimentResult {
     std::vector<ExperimentRun> runs;            ///< (R) model by model, those of the refined reference last
     std::vector<core::Vector3> points;          ///< (N) of the mesh [m]
     std::vector<std::array<int, 3>> boundary{}; ///< (T) its boundary triangles
+    std::vector<RingDownResult> ring_downs{};   ///< none where nothing was let go
+    std::string damping_from{};                 ///< the state of that on which damping is fitted
 
     bool is_compared(std::size_t marker) const { return drives[marker].empty(); }
 };

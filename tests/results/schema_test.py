@@ -48,6 +48,7 @@ def general(path, file):
     path = re.sub(r"^/timings/[^@]+?(/seconds)?(?=@|$)", r"/timings/<benchmark>\1", path)
     path = re.sub(r"^/needles/\d+(/models/[^/@]+)?",
                   lambda found: "/needles/<n>" + ("/models/<model>" if found[1] else ""), path)
+    path = re.sub(r"^/experiment/ring_downs/\d+", "/experiment/ring_downs/<n>", path)
     path = re.sub(r"^/histories/[^/@]+(/\d+)?", lambda found: "/histories/<case>" + ("/<n>" if found[1] else ""), path)
     for model in file.get("/solutions", ()):
         path = re.sub(rf"(/solutions/|/comparisons/|/modes/|displacement_|error_){model}(?=[/@]|$)", r"\1<model>", path)
@@ -105,7 +106,9 @@ def sizes_of(file):
         return {"J": file["/needles/0/models/judge/depth"].shape[0]}
     if "experiment" in file:
         group = file["/experiment"]
-        return {"A": len(group.attrs["assumptions"]), "K": group["markers/position"].shape[0],
+        ring_down = group["ring_downs/0"]
+        return {"J": ring_down["displacement"].shape[0], "Q": ring_down["runs/error"].shape[0],
+                "A": len(group.attrs["assumptions"]), "K": group["markers/position"].shape[0],
                 "S": group["states/noise"].shape[0], "R": group["runs/state"].shape[0],
                 "N": group["body/points"].shape[0], "T": group["body/boundary_triangles"].shape[0]}
     if "sensitivity" in file:

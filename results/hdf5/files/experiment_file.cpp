@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <iterator>
-#include <optional>
 
 #include "results/hdf5/file_parts.hpp"
+#include "results/hdf5/files/ring_down_groups.hpp"
 #include "results/hdf5/io/hdf5_io.hpp"
 #include "results/hdf5/io/read_apart.hpp"
 #include "support/input_error.hpp"
@@ -72,14 +72,6 @@ void share_out(const std::vector<Vector3> &all, std::vector<Row> &rows, std::vec
     }
 }
 
-std::optional<core::SolutionStatus> status_of(const std::string &word) {
-    using enum core::SolutionStatus;
-    for (const auto status : {ok, diverged, not_converged})
-        if (word == core::to_string(status))
-            return status;
-    return std::nullopt;
-}
-
 } // namespace
 
 void write_experiment(const std::filesystem::path &path, const ExperimentResult &result) {
@@ -119,6 +111,7 @@ void write_experiment(const std::filesystem::path &path, const ExperimentResult 
     file.dataset(path_in(body_group, "boundary_triangles"), result.boundary, "");
     file.blocks(path_in(body_group, "displacement"), joined(result.states, &ExperimentState::deformed),
                 result.points.size(), "m");
+    hdf5::write_ring_downs(file, result);
     support::write_whole(path, file.image());
 }
 
@@ -164,7 +157,7 @@ ExperimentResult experiment_in(const std::filesystem::path &path) {
     if (statuses.size() != models.size() || messages.size() != models.size())
         file.refuse(runs_group, "has not as many statuses and messages as models");
     for (std::size_t r = 0; r < models.size(); ++r) {
-        const auto status = status_of(statuses[r]);
+        const auto status = hdf5::status_of_word(statuses[r]);
         if (!status)
             file.refuse(runs_group, fmt::format("has a status '{}' that is not known", support::shown(statuses[r])));
         auto &run = result.runs.emplace_back();
@@ -183,6 +176,7 @@ ExperimentResult experiment_in(const std::filesystem::path &path) {
             file.refuse(path_in(runs_group, "state"), "has a state that is not there");
     share_out(file.blocks<Vector3>(path_in(runs_group, "displacement"), result.runs.size(), num_markers), result.runs,
               &ExperimentRun::displacement);
+    hdf5::read_ring_downs(file, result);
     return result;
 }
 
