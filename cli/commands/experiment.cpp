@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -6,8 +7,10 @@
 #include "cli/commands/commands.hpp"
 #include "cli/common_options.hpp"
 #include "cli/progress.hpp"
+#include "cli/usage.hpp"
 #include "experiments/experiment.hpp"
 #include "results/tables/studies/experiment_table.hpp"
+#include "results/tables/studies/ring_down_table.hpp"
 #include "studies/experiments/experiments.hpp"
 #include "support/processes/python_program.hpp"
 #include "support/root_folder.hpp"
@@ -17,7 +20,7 @@ namespace livermark::cli {
 namespace {
 
 struct ExperimentCommand {
-    bool list = false, markdown = false, figure = false, reference_on_mesh = false;
+    bool list = false, markdown = false, figure = false, reference_on_mesh = false, at_rest = false;
 };
 
 void list_experiments() {
@@ -36,6 +39,17 @@ void draw_experiments(const std::vector<std::string> &files) {
                                        "python3-h5py and python3-matplotlib"));
 }
 
+void print_ring_downs(const results::ExperimentResult &result, bool in_markdown) {
+    const auto table = results::ring_down_table(result);
+    fmt::print("{}\n\n{}", results::ring_down_note(result),
+               in_markdown ? results::to_markdown(table) : results::to_text(table));
+    for (const auto &ring_down : result.ring_downs)
+        for (const auto &run : ring_down.runs)
+            if (run.status != core::SolutionStatus::ok)
+                fmt::print("{}, {}: {}\n", run.model, results::printable(ring_down.state), run.message);
+    fmt::print("\n");
+}
+
 int run_command_of_experiments(const ExperimentCommand &command, studies::ExperimentOptions options,
                                const std::string &command_line) {
     if (command.list) {
@@ -43,6 +57,7 @@ int run_command_of_experiments(const ExperimentCommand &command, studies::Experi
         return 0;
     }
     options.refines_reference = !command.reference_on_mesh;
+    options.rings_down = !command.at_rest;
     const auto found = studies::run_experiments(options, command_line, print_progress());
     print_notes(found.notes);
     for (const auto &result : found.of_experiment) {
@@ -55,6 +70,8 @@ int run_command_of_experiments(const ExperimentCommand &command, studies::Experi
             if (run.status != core::SolutionStatus::ok)
                 fmt::print("{}, {}: {}\n", run.model, results::printable(result.states[run.state].name), run.message);
         fmt::print("\n");
+        if (!result.ring_downs.empty())
+            print_ring_downs(result, command.markdown);
     }
     if (command.figure)
         draw_experiments(found.files);
@@ -90,6 +107,16 @@ Command add_experiment(CLI::App &parent, const std::string &command_line) {
         "--reference-on-mesh", experiment->reference_on_mesh,
         "Do not solve the reference with each tetrahedron cut into eight: quicker, but its own error stays "
         "unknown");
+    command->add_flag("--at-rest", experiment->at_rest, "Do not let go of bodies whose ring-down was measured");
+    command
+        ->add_option(
+            "--damping", options->damping,
+            "Of bodies that ring down: 'rayleigh', one ratio at all measured frequencies, or forces of the mass or "
+            "of the stiffness alone")
+        ->transform(
+            one_of(std::map<std::string, studies::DampingForces>{{"rayleigh", studies::DampingForces::rayleigh},
+                                                                 {"mass", studies::DampingForces::mass},
+                                                                 {"stiffness", studies::DampingForces::stiffness}}));
     command->add_option("--output", options->output, "Folder for <experiment>.h5")->capture_default_str();
     command->add_flag("--figure", experiment->figure,
                       "Draw the markers over the deformed body, as <experiment>.png beside the result file");

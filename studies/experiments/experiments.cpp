@@ -4,8 +4,10 @@
 #include <cmath>
 #include <filesystem>
 #include <fmt/ranges.h>
+#include <functional>
 #include <iterator>
 #include <memory>
+#include <numeric>
 #include <utility>
 
 #include "core/mesh/refinement.hpp"
@@ -193,6 +195,42 @@ void add_refined_reference(results::ExperimentResult &result, const core::Model 
     }
 }
 
+/// Ring-downs of all models that move, the reference of motion among them: that also with edges twice as long, which
+/// tells how far the mesh matters.
+void add_ring_downs(results::ExperimentResult &result, const experiments::Experiment &experiment, double edge_length,
+                    const ExperimentOptions &options, const std::vector<core::Model> &chosen, core::Regime regime,
+                    const std::function<void(const std::string &)> &begin) {
+    std::vector<int> markers(result.markers.size());
+    std::iota(markers.begin(), markers.end(), 0);
+    result.damping_from = experiment.damping_from;
+    std::vector<double> frequencies;
+    for (const auto &ring_down : experiment.ring_downs) {
+        result.ring_downs.push_back(measured_ring_down(ring_down, result.positions, markers));
+        frequencies.push_back(result.ring_downs.back().frequency);
+    }
+    const auto &from = *std::ranges::find(result.ring_downs, result.damping_from, &results::RingDownResult::state);
+    const auto [lowest, highest] = std::ranges::minmax_element(frequencies);
+    const auto damping = fitted_damping(options.damping, from.damping_ratio, from.frequency, *lowest, *highest);
+    const auto moving = models::moving_reference(regime).on_mesh;
+    const auto run = [&](const core::Model &model, double edge) {
+        for (std::size_t n = 0; n < experiment.ring_downs.size(); ++n)
+            for (auto &found : ring_down_of_model(model, experiment.ring_downs[n], result.ring_downs[n], edge, damping,
+                                                  from.frequency, result.positions, markers))
+                result.ring_downs[n].runs.push_back(std::move(found));
+    };
+    for (const auto &model : chosen)
+        if (model.name != moving) {
+            begin(model.name);
+            run(model, edge_length);
+        }
+    const auto all = models::all_models();
+    const auto &reference = support::find_named(all, std::string(moving), "model");
+    begin(reference.name);
+    run(reference, edge_length);
+    if (experiment.edge_length > 0.0 && options.refines_reference)
+        run(reference, 2.0 * edge_length);
+}
+
 } // namespace
 
 results::ExperimentResult evaluate_experiment(const experiments::Experiment &experiment,
@@ -211,7 +249,8 @@ results::ExperimentResult evaluate_experiment(const experiments::Experiment &exp
     auto result = without_runs(experiment, states, positions, command_line);
     for (const auto &measured : experiment.states)
         result.states.push_back(without_models(experiment, measured, result));
-    Steps steps(static_cast<int>(chosen.size()) + (options.refines_reference ? 1 : 0), report);
+    const bool rings_down = options.rings_down && !experiment.ring_downs.empty();
+    Steps steps((rings_down ? 2 : 1) * (static_cast<int>(chosen.size()) + 1), report);
     std::vector<core::Solution> of_reference;
     for (const auto &model : chosen) {
         steps.next(fmt::format("{}: {}", experiment.name, model.name));
@@ -227,6 +266,10 @@ results::ExperimentResult evaluate_experiment(const experiments::Experiment &exp
         add_refined_reference(result, support::find_named(chosen, reference, "model"), refined(states, positions),
                               of_reference);
     }
+    if (rings_down)
+        add_ring_downs(
+            result, experiment, options.edge_length.value_or(experiment.edge_length), options, chosen, reference.regime,
+            [&](const std::string &model) { steps.next(fmt::format("{}: {} is let go", experiment.name, model)); });
     return result;
 }
 

@@ -6,6 +6,7 @@
 
 #include "experiments/experiment.hpp"
 #include "results/records/experiment.hpp"
+#include "studies/experiments/ring_downs.hpp"
 #include "studies/progress.hpp"
 
 namespace livermark::studies {
@@ -17,7 +18,9 @@ struct ExperimentOptions {
     bool with_methods = false;         ///< also interactive methods, where no model is named
     std::optional<double> edge_length; ///< in place of that of the experiment [m]
     bool refines_reference = true;     ///< solves the reference also with each tetrahedron cut into eight
-    std::string output;                ///< folder for <name>.h5
+    bool rings_down = true;            ///< also lets go where that was measured
+    DampingForces damping = DampingForces::rayleigh;
+    std::string output; ///< folder for <name>.h5
 };
 
 struct ExperimentResults {

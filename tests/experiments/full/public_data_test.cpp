@@ -6,6 +6,8 @@
 #include <string>
 
 #include "experiments/experiment.hpp"
+#include "experiments/ringing.hpp"
+#include "models/model_table.hpp"
 #include "results/hdf5/files/experiment_file.hpp"
 #include "studies/experiments/experiments.hpp"
 #include "support/known_names.hpp"
@@ -90,6 +92,7 @@ TEST_F(DragonSkinBeam, SinksLikeASlenderBeam) {
     studies::ExperimentOptions options;
     options.models = {"fem_p2p1_neo_hookean"};
     options.refines_reference = false;
+    options.rings_down = false;
     const auto result = studies::evaluate_experiment(experiment_, options, "test", {});
     const std::array<double, 3> slender{7.3e-3, 17.3e-3, 26.2e-3};
     for (int s = 0; s < 3; ++s) {
@@ -97,6 +100,45 @@ TEST_F(DragonSkinBeam, SinksLikeASlenderBeam) {
         EXPECT_EQ(run.status, core::SolutionStatus::ok) << run.message;
         EXPECT_NEAR(run.displacement[0].z(), -slender[s], 0.1 * slender[s]) << s;
     }
+}
+
+/// Read off the files with another program: 7.7, 4.3 and 3.35 Hz, a damping ratio near 0.06.
+TEST_F(DragonSkinBeam, RingsAsItsFilesSay) {
+    ASSERT_EQ(experiment_.ring_downs.size(), 3u);
+    EXPECT_EQ(experiment_.damping_from, "0.510 N");
+    const std::array<double, 3> frequency{7.71, 4.32, 3.35};
+    const std::array<int, 3> all{0, 1, 2};
+    for (std::size_t n = 0; n < 3; ++n) {
+        const auto ringing = measured_ringing(experiment_.ring_downs[n].repeats, all);
+        EXPECT_NEAR(ringing.value.frequency, frequency[n], 0.015 * frequency[n]);
+        EXPECT_NEAR(ringing.value.ratio, 0.06, 0.015);
+        EXPECT_LT(ringing.frequency_uncertainty, 0.04 * frequency[n]);
+        EXPECT_GT(ringing.frequency_uncertainty, 0.0);
+    }
+}
+
+/// A body that is let go rings at about the measured frequency only with the mass of what hangs at it.
+TEST_F(DragonSkinBeam, RingsWithTheMassOfItsWeight) {
+    studies::ExperimentOptions options;
+    const auto model = support::find_named(models::all_models(), std::string("van_gelder"), "model");
+    std::vector<core::Vector3> positions;
+    for (const auto &marker : experiment_.markers)
+        positions.push_back(marker.position);
+    const std::array<int, 3> all{0, 1, 2};
+    auto ring_down = experiment_.ring_downs[1];
+    const auto measured = studies::measured_ring_down(ring_down, positions, all);
+    const auto damping = studies::fitted_damping(studies::DampingForces::mass, 0.05, measured.frequency,
+                                                 measured.frequency, measured.frequency);
+    const auto frequency = [&] {
+        const auto runs =
+            studies::ring_down_of_model(model, ring_down, measured, 0.012, damping, measured.frequency, positions, all);
+        EXPECT_EQ(runs.size(), 1u);
+        EXPECT_EQ(runs.front().status, core::SolutionStatus::ok) << runs.front().message;
+        return runs.front().frequency;
+    };
+    EXPECT_NEAR(frequency(), measured.frequency, 0.15 * measured.frequency);
+    ring_down.body = experiment_.ring_downs[0].body;
+    EXPECT_GT(frequency(), 1.4 * measured.frequency);
 }
 
 /// The block behind its name in docs/howto/bring_your_own_experiment.md.
