@@ -1,6 +1,7 @@
 """Draws an experiment file: python3 -m livermark.experiment_figure <experiment>.h5 makes <experiment>.png beside it.
 
-`livermark experiment --figure` calls it. Each state is drawn as measured markers over the boundary of the body as the
+`livermark experiment --figure` calls it. Where bodies rang down, <experiment>.ring_down.png is made as well: the mean of the
+markers over time, as measured and of the nearest models. Each state is drawn as measured markers over the boundary of the body as the
 reference deforms it, seen along two axes, and as the errors of the models.
 """
 import sys
@@ -15,6 +16,7 @@ import numpy as np
 from matplotlib.collections import LineCollection
 
 MILLIMETRES = 1e3
+MOST_CURVES = 5  # beside the measurement
 
 
 def edges_seen_from_outside(triangles):
@@ -90,8 +92,41 @@ def draw(path):
     return target
 
 
+def draw_ring_downs(path):
+    """The mean displacement of the markers along the way in which they go at first; None where nothing rang down."""
+    with h5py.File(path, "r") as file:
+        if "ring_downs" not in file["experiment"]:
+            return None
+        parent = file["experiment/ring_downs"]
+        figure, axes = plt.subplots(len(parent), 1, figsize=(10, 3.2 * len(parent)), squeeze=False)
+        for plot, name in zip(axes[:, 0], sorted(parent, key=int)):
+            group, runs = parent[name], parent[name]["runs"]
+            measured, interval = group["displacement"][()].mean(axis=1), group.attrs["interval"]
+            opposite = min(max(round(0.5 / (group.attrs["frequency"] * interval)), 1), len(measured) - 1)
+            way = (measured[opposite] - measured[0]) / np.linalg.norm(measured[opposite] - measured[0])
+            time = interval * np.arange(len(measured))
+            plot.plot(time, MILLIMETRES * measured @ way, "ko", markersize=2.5, label="measured")
+            error = np.where(np.isfinite(runs["error"][()]), runs["error"][()], np.inf)
+            for r in np.argsort(error)[:MOST_CURVES]:
+                moved = runs["displacement"][r].reshape(len(measured), -1, 3).mean(axis=1)
+                model = runs.attrs["models"][r]
+                plot.plot(time, MILLIMETRES * moved @ way, linewidth=1.0,
+                          label=f"{model.decode() if isinstance(model, bytes) else model}, {runs['tetrahedra'][r]}")
+            state = group.attrs["state"]
+            plot.set_title(state.decode() if isinstance(state, bytes) else state, fontsize=10)
+            plot.set_ylabel("markers [mm]")
+            plot.legend(fontsize=7, loc="upper right")
+        axes[-1, 0].set_xlabel("time [s]")
+    figure.tight_layout()
+    target = Path(path).with_suffix(".ring_down.png")
+    figure.savefig(target, dpi=110)
+    return target
+
+
 def main() -> None:
-    print(f"The picture is {draw(sys.argv[1])}")
+    for target in (draw(sys.argv[1]), draw_ring_downs(sys.argv[1])):
+        if target:
+            print(f"The picture is {target}")
 
 
 if __name__ == "__main__":

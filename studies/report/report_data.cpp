@@ -11,6 +11,8 @@
 #include "results/bodies_apart.hpp"
 #include "results/hdf5/file_kind.hpp"
 #include "results/hdf5/files/arena_file.hpp"
+#include "results/hdf5/files/experiment_file.hpp"
+#include "results/hdf5/files/needle_file.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "results/hdf5/result_files.hpp"
 #include "results/one_reference.hpp"
@@ -95,10 +97,12 @@ void read_file(const std::filesystem::path &file, const std::string &name, Repor
         return keep(results::read_timings(file), data.timings, data.files.timings);
     case results::FileKind::arena:
         return keep(results::read_arena(file), data.arenas, data.files.arenas);
-    case results::FileKind::cohort: // none is left in the list
     case results::FileKind::experiment:
-    case results::FileKind::modes:
+        return keep(results::read_experiment(file), data.experiments, data.files.experiments);
     case results::FileKind::needle:
+        return keep(results::read_needles_file(file), data.needles, data.files.needles);
+    case results::FileKind::cohort: // none is left in the list
+    case results::FileKind::modes:
     case results::FileKind::sensitivity:
     case results::FileKind::calibration:
     case results::FileKind::other:
@@ -143,7 +147,8 @@ ReportData read_report_data(const std::filesystem::path &folder) {
             data.faults.emplace_back(fault.what());
         }
     if (data.results.empty() && data.large.empty() && data.cohorts.empty() && data.arenas.empty() &&
-        data.stability.empty() && data.histories.empty() && data.timings.empty())
+        data.stability.empty() && data.histories.empty() && data.timings.empty() && data.experiments.empty() &&
+        data.needles.empty())
         throw support::InputError(
             data.faults.empty() ? fmt::format("{0}: there are no result files here; make some with `livermark run "
                                               "--output {0}`",

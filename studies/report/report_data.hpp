@@ -9,13 +9,15 @@
 #include "results/hdf5/files/stability_file.hpp"
 #include "results/hdf5/files/timings_file.hpp"
 #include "results/records/arena.hpp"
+#include "results/records/experiment.hpp"
+#include "results/records/needle.hpp"
 #include "results/records/result.hpp"
 
 namespace livermark::studies {
 
 /// Names of files relative to their folder, by what is in them, in the order of what ReportData has of them.
 struct ReportFiles {
-    std::vector<std::string> results, large, cohorts, arenas, stability, histories, timings;
+    std::vector<std::string> results, large, cohorts, arenas, stability, histories, timings, experiments, needles;
     std::vector<std::string> others; ///< of other kinds, which no part of the report is about
 };
 
@@ -30,6 +32,8 @@ struct ReportData {
     std::vector<results::Stability> stability;
     std::vector<results::Histories> histories;
     std::vector<results::Timings> timings;
+    std::vector<results::ExperimentResult> experiments;
+    std::vector<results::NeedleFile> needles;
     std::vector<std::string> faults; ///< a sentence for each file that cannot be read or is damaged, and is left out
 };
 

@@ -11,7 +11,10 @@
 #include "results/tables/overview.hpp"
 #include "results/tables/studies/arena_table.hpp"
 #include "results/tables/studies/cohort_table.hpp"
+#include "results/tables/studies/experiment_table.hpp"
 #include "results/tables/studies/history_table.hpp"
+#include "results/tables/studies/needle_table.hpp"
+#include "results/tables/studies/ring_down_table.hpp"
 #include "results/tables/studies/stability_table.hpp"
 #include "results/tables/summary.hpp"
 #include "results/tables/table.hpp"
@@ -150,6 +153,27 @@ toml::array arenas_of(const ReportData &data) {
     return array;
 }
 
+toml::array experiments_of(const ReportData &data) {
+    toml::array array;
+    for (std::size_t e = 0; e < data.experiments.size(); ++e) {
+        const auto &experiment = data.experiments[e];
+        array.push_back(toml::table{{"file", data.files.experiments[e]},
+                                    {"table", json_of(results::experiment_table(experiment))},
+                                    {"ring_down_table", json_of(results::ring_down_table(experiment))},
+                                    {"ring_down_note", results::ring_down_note(experiment)}});
+    }
+    return array;
+}
+
+toml::array needles_of(const ReportData &data) {
+    toml::array array;
+    for (std::size_t n = 0; n < data.needles.size(); ++n)
+        array.push_back(toml::table{{"file", data.files.needles[n]},
+                                    {"table", json_of(results::needle_table(data.needles[n]))},
+                                    {"note", results::needle_note(data.needles[n])}});
+    return array;
+}
+
 toml::array stability_of(const ReportData &data) {
     toml::array array;
     for (std::size_t s = 0; s < data.stability.size(); ++s)
@@ -197,6 +221,8 @@ std::string report_tables(const ReportData &data, const std::string &command_lin
         {"cohorts", cohorts_of(data)},
         {"arenas", arenas_of(data)},
         {"stability", stability_of(data)},
+        {"experiments", experiments_of(data)},
+        {"needles", needles_of(data)},
         {"histories", array_of(data.files.histories)},
         {"timings", array_of(data.files.timings)},
         {"others", array_of(data.files.others)},

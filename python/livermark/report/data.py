@@ -160,6 +160,12 @@ class ReportData:
         self.smallest_felt_difference = number(told["smallest_felt_difference"])  #: of stiffness at the tool
         self.told = told  #: the rest, as livermark::studies::report_tables() says
 
+    @property
+    def is_of_measurements_alone(self) -> bool:
+        """Whether there is nothing but experiments and needles: the other parts would all be empty."""
+        kinds = ("results", "large", "cohorts", "arenas", "stability", "histories", "timings")
+        return not any(self.told[kind] for kind in kinds)
+
     def _result(self, entry: dict) -> Result:
         return read_result(self.folder / entry["file"], entry)
 

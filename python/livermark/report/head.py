@@ -52,11 +52,19 @@ def findings(data: ReportData) -> Markup:
                   + data.told["reference"])
 
 
+def lead(data: ReportData) -> str:
+    """What the report is about, in a sentence."""
+    if data.is_of_measurements_alone:
+        return "Deformable models beside measurements of real bodies, and needles in bodies."
+    return ("The errors of mass-spring models against a finite element reference, their cost, and their longest stable time "
+            "steps.")
+
+
 def facts(data: ReportData) -> list[tuple[str, str]]:
     told = data.told
     found = [("Files", f"{len(data.results) + len(data.large)} of runs, {len(told['cohorts'])} of cohorts, "
               f"{len(told['arenas'])} of arenas, {len(told['stability'])} of stability, {len(told['histories'])} of histories, "
-              f"{len(told['timings'])} of timings")]
+              f"{len(told['timings'])} of timings, {len(told['experiments'])} of experiments, {len(told['needles'])} of needles")]
     found += [("Left out", fault) for fault in data.faults]
     if data.results:
         made = max(data.results, key=lambda result: result.provenance["created"]).provenance

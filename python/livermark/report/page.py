@@ -6,13 +6,14 @@ from markupsafe import Markup
 from livermark.report import figures, head
 from livermark.report.data import ReportData
 from livermark.report.parts import TEMPLATES, environment
-from livermark.report.sections import SECTIONS
+from livermark.report.sections import SECTIONS, experiments, needles, numbers
 
 
 def make(data: ReportData) -> str:
     """The same files give the same bytes."""
-    sections = [section for part in SECTIONS if (section := part.section(data))]
+    parts = (experiments, needles, numbers) if data.is_of_measurements_alone else SECTIONS
+    sections = [section for part in parts if (section := part.section(data))]
     template = environment.get_template("page.html.j2")
     return figures.numbered(template.render(
         style=Markup((TEMPLATES / "style.css").read_text(encoding="utf-8")), findings=head.findings(data),
-        facts=head.facts(data), sections=sections))
+        facts=head.facts(data), lead=head.lead(data), sections=sections))

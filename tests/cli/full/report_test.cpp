@@ -6,10 +6,14 @@
 #include <memory>
 
 #include "results/hdf5/file_kind.hpp"
+#include "results/hdf5/files/experiment_file.hpp"
+#include "results/hdf5/files/needle_file.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "studies/report/report_data.hpp"
 #include "tests/livermark_command.hpp"
 #include "tests/result_folder.hpp"
+#include "tests/samples/sample_experiment.hpp"
+#include "tests/samples/sample_needles.hpp"
 #include "tests/samples/sample_result.hpp"
 #include "tests/samples/sample_timings.hpp"
 
@@ -144,6 +148,22 @@ TEST_F(Report, IsThereWithoutAnyRun) {
     const auto text = page();
     EXPECT_EQ(count(text, "There are no result files of small deformations here"), 2u);
     EXPECT_EQ(text.find("<img"), std::string::npos);
+}
+
+TEST_F(Report, SetsModelsBesideMeasurementsAndNeedles) {
+    results::write_experiment(directory_ / "jelly.h5", tests::sample_experiment());
+    results::write_needles(directory_ / "needle.biopsy.h5", tests::sample_needles());
+    const auto data = read_report_data(directory_);
+    EXPECT_EQ(data.files.experiments, std::vector<std::string>{"jelly.h5"});
+    EXPECT_EQ(data.files.needles, std::vector<std::string>{"needle.biopsy.h5"});
+    EXPECT_TRUE(data.files.others.empty());
+    const auto text = page();
+    expect_parts(text, {"A jelly under a spoon", "it is a jelly", "our kitchen", "Nearest to the markers is elements",
+                        "noise of the measurement", "Error of the markers", "Let go: much", "4.00 ± 0.10 Hz",
+                        "nearest over time is springs, +5.0 %", "Damping is fitted on much alone", "lost (diverged)",
+                        "depth of the needle", "1 of experiments, 1 of needles"});
+    EXPECT_EQ(text.find("There is no"), std::string::npos) << "parts that are empty";
+    EXPECT_EQ(text.find("There are no"), std::string::npos);
 }
 
 TEST_F(Report, ShowsErrorsOverPoissonRatiosAndMeshSizes) {

@@ -2,7 +2,7 @@
 
 To add one, write its file and name it in this list, in the order of the page.
 """
-from livermark.report.sections import (arena, cohort, cost, errors, large, numbers, paper, pictures, poisson, refinement, steps,
-                                       timings)
+from livermark.report.sections import (arena, cohort, cost, errors, experiments, large, needles, numbers, paper, pictures, poisson,
+                                       refinement, steps, timings)
 
-SECTIONS = (errors, large, arena, cohort, pictures, cost, poisson, refinement, steps, timings, paper, numbers)
+SECTIONS = (errors, large, experiments, needles, arena, cohort, pictures, cost, poisson, refinement, steps, timings, paper, numbers)
