@@ -22,6 +22,7 @@ TEST(ParetoFront, HasWhatNothingElseBeats) {
 Result at_rest_with_history() {
     auto result = tests::sample_result();
     result.problem.load_case.release.reset();
+    result.problem.load_case.slow_history.reset();
     return result;
 }
 
