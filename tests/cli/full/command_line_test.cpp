@@ -34,6 +34,7 @@ TEST(CommandLine, ListsWhatShips) {
     EXPECT_NE(livermark("list bodies").output.find("liver_healthy"), std::string::npos);
     EXPECT_NE(livermark("list load-cases").output.find("palpation"), std::string::npos);
     EXPECT_NE(livermark("list moving-load-cases").output.find("press_and_slide"), std::string::npos);
+    EXPECT_NE(livermark("list slow-load-cases").output.find("hold_after_press"), std::string::npos);
     EXPECT_NE(livermark("list methods").output.find("xpbd_springs"), std::string::npos);
     EXPECT_NE(livermark("list models").output.find("fem_p2"), std::string::npos);
     EXPECT_NE(livermark("list spring-laws").output.find("lloyd"), std::string::npos);
