@@ -104,6 +104,32 @@ Elements::Elements(std::shared_ptr<const core::Body> body, int degree, Formulati
     });
 }
 
+IsochoricPart Elements::isochoric_part(const Cell &cell, std::size_t point) const {
+    return {*law_, *cell.material, memory_->faded,
+            memory_->remembered[static_cast<std::size_t>(cell.number) * reference_.weight.size() + point]};
+}
+
+std::vector<Matrix3> Elements::isochoric_stresses(const State &state) const {
+    std::vector<Matrix3> stresses;
+    for_each_cell([&](const Cell &cell) {
+        for (const auto &gradient : reference_.gradient)
+            stresses.push_back(isochoric_stress(*law_, *cell.material,
+                                                cell.deformation(cell.gradients(gradient), state.displacement)));
+        return true;
+    });
+    return stresses;
+}
+
+std::vector<double> Elements::point_volumes() const {
+    std::vector<double> volumes;
+    for_each_cell([&](const Cell &cell) {
+        for (const double weight : reference_.weight)
+            volumes.push_back(weight * cell.volume);
+        return true;
+    });
+    return volumes;
+}
+
 State Elements::rest() const {
     return {std::vector<double>(num_displacements(), 0.0), std::vector<double>(num_pressures(), 0.0)};
 }
@@ -129,8 +155,13 @@ InternalForces Elements::internal_forces(const State &state, std::span<const dou
             const auto volume = law_->volume(jacobian);
             const double pressure =
                 cell.pressures ? cell.pressure(reference_.linear_shape[q], state.pressure) : modulus * volume.value;
-            const Matrix3 stress =
+            Matrix3 stress =
                 law_->stress(*cell.material, f) + pressure * volume.slope * jacobian * Matrix3(f.inverse().transpose());
+            if (memory_) {
+                const auto part = isochoric_part(cell, q);
+                stress += part.stress(f);
+                result.energy += share * weight * part.energy(f);
+            }
             for (std::size_t a = 0; a < cell.nodes.size(); ++a)
                 Vector3::Map(&result.force[3 * cell.nodes[a]]) += weight * (stress * gradients.col(a));
             result.energy += share * weight * law_->energy(*cell.material, f);
@@ -183,6 +214,8 @@ void Elements::assemble_tangent(const State &state, TangentMatrices &tangent) co
                                    modulus * (volume.slope * volume.slope + volume.value * volume.curvature), jacobian,
                                    inverse, of_point);
             }
+            if (memory_)
+                of_point += isochoric_part(cell, q).tangent(f);
             of_point *= weight;
             std::size_t at = 0;
             for (std::size_t a = 0; a < num_local; ++a) {

@@ -7,6 +7,7 @@
 #include "core/problem.hpp"
 #include "fem_reference/hyperelastic/material_law.hpp"
 #include "fem_reference/hyperelastic/reference_element.hpp"
+#include "fem_reference/hyperelastic/relaxation/isochoric_part.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 #include "fem_reference/linear/formulation.hpp"
 #include "fem_reference/linear/pressure_system.hpp"
@@ -80,9 +81,19 @@ class Elements {
     /// @param tangent  of zero_tangent(); overwritten
     void assemble_tangent(const State &state, TangentMatrices &tangent) const;
 
+    /// Of a body that relaxes: adds IsochoricPart to the energy at each point of integration.
+    /// @param memory  of as many points as point_volumes() has; kept alive by the caller; nullptr for none
+    void set_memory(const DeviatoricMemory *memory) { memory_ = memory; }
+    /// isochoric_stress() at each point of integration, cell by cell.
+    /// @param state  of positive smallest_jacobian
+    std::vector<Matrix3> isochoric_stresses(const State &state) const;
+    /// The volume that each point of integration stands for, cell by cell [m^3].
+    std::vector<double> point_volumes() const;
+
   private:
     struct Cell;
     template <class Action> void for_each_cell(const Action &action) const;
+    IsochoricPart isochoric_part(const Cell &cell, std::size_t point) const;
 
     std::shared_ptr<const core::Body> body_;
     const MaterialLaw *law_;
@@ -90,6 +101,7 @@ class Elements {
     fem_reference::PressureSystem pressure_;
     fem_reference::SymmetricMatrix compliance_;
     ReferenceTetrahedron reference_;
+    const DeviatoricMemory *memory_ = nullptr;
     std::vector<int> block_; ///< (M, nodes (nodes - 1) / 2) where the block of two nodes of a cell stands
 };
 

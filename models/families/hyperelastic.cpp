@@ -6,6 +6,7 @@
 
 #include "fem_reference/hyperelastic/distributed_hyperelasticity.hpp"
 #include "fem_reference/hyperelastic/hyperelasticity.hpp"
+#include "fem_reference/hyperelastic/relaxation/slow_path.hpp"
 #include "models/model_table.hpp"
 #include "models/refined_solution.hpp"
 #include "support/processes/mpi_session.hpp"
@@ -44,6 +45,8 @@ core::Solution solve(const core::Problem &problem, const std::string &law, const
         path.fractions = {1.0};
     const core::Problem dead{problem.body, core::without_follower_pressures(problem.load_case)};
     const auto &material = hyperelastic::material_law(law);
+    if (problem.load_case.slow_history)
+        return hyperelastic::solve_history(dead, material, discretisation, tolerance, follower_pressures(problem));
     auto found = is_collective(discretisation)
                      ? hyperelastic::solve_distributed(dead, material, path, follower_pressures(problem))
                      : hyperelastic::solve(dead, material, discretisation, path, follower_pressures(problem));
@@ -90,6 +93,7 @@ core::Model elements(const std::string &name, const std::string &summary, const 
             .in_motion = roles.in_motion,
             .judges = core::Regime::large,
             .only = core::Regime::large,
+            .relaxes = solve_one == solve, // on ever finer meshes it would take hours
             .is_collective = is_collective(discretisation)};
 }
 
