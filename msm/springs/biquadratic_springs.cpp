@@ -87,7 +87,7 @@ class BiquadraticSprings : public RelaxingTerm {
             const auto &tetrahedron = tetrahedra_[t];
             const Vector6 q = stretch(tetrahedron, edge_spans(tetrahedron.nodes, x));
             stress.segment<6>(6 * static_cast<Eigen::Index>(t)) =
-                shape_stiffness(tetrahedron.shear_modulus) * (tetrahedron.strain * q);
+                shape_stiffness(part_ * tetrahedron.shear_modulus) * (tetrahedron.strain * q);
         }
         return stress;
     }
@@ -98,21 +98,21 @@ class BiquadraticSprings : public RelaxingTerm {
     }
 
     Eigen::VectorXd relaxing_compliance() const override {
-        Eigen::VectorXd compliance(6 * static_cast<Eigen::Index>(tetrahedra_.size()));
-        for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
+        Eigen::VectorXd compliance = Eigen::VectorXd::Zero(6 * static_cast<Eigen::Index>(tetrahedra_.size()));
+        for (std::size_t t = 0; part_ > 0.0 && t < tetrahedra_.size(); ++t)
             compliance.segment<6>(6 * static_cast<Eigen::Index>(t))
-                .setConstant(tetrahedra_[t].volume / (2.0 * tetrahedra_[t].shear_modulus));
+                .setConstant(tetrahedra_[t].volume / (2.0 * part_ * tetrahedra_[t].shear_modulus));
         return compliance;
     }
 
     std::shared_ptr<const RelaxingTerm> relaxed(double part, const Eigen::VectorXd &added) const override {
         auto term = std::make_shared<BiquadraticSprings>(*this);
-        term->is_elastic_ = part == 1.0 && added.size() == 0;
+        term->part_ = part * part_;
         term->added_ = added;
         for (auto &tetrahedron : term->tetrahedra_) {
             const double mu = tetrahedron.shear_modulus;
             tetrahedron.coupling = coupling_by(tetrahedron, isotropic_stiffness(tetrahedron.lame_lambda, mu) -
-                                                                (1.0 - part) * shape_stiffness(mu));
+                                                                (1.0 - term->part_) * shape_stiffness(mu));
         }
         return term;
     }
@@ -137,7 +137,7 @@ class BiquadraticSprings : public RelaxingTerm {
     }
 
     bool describe(StepParts &parts) const override {
-        if (!is_elastic_)
+        if (part_ != 1.0 || added_.size() > 0)
             return false;
         parts.tetrahedra.clear();
         for (const auto &tetrahedron : tetrahedra_) {
@@ -180,8 +180,8 @@ class BiquadraticSprings : public RelaxingTerm {
     }
 
     std::vector<CoupledTetrahedron> tetrahedra_;
-    bool is_elastic_ = true; // see RelaxingTerm::relaxed()
-    Eigen::VectorXd added_;  // (6 M) [Pa], or empty
+    double part_ = 1.0;     // see RelaxingTerm::relaxed()
+    Eigen::VectorXd added_; // (6 M) [Pa], or empty
 };
 
 } // namespace

@@ -58,7 +58,7 @@ template <class Measure> class CoupledTerm : public RelaxingTerm {
         Eigen::VectorXd stress(6 * static_cast<Eigen::Index>(mean.size()));
         for (int c = 0; c < parts_.num_parts(); ++c)
             stress.segment<6>(6 * static_cast<Eigen::Index>(c)) =
-                components(springs_.energy.isochoric_stress(parts_.modulus[c], Measure::strain(mean[c])));
+                part_ * components(springs_.energy.isochoric_stress(parts_.modulus[c], Measure::strain(mean[c])));
         return stress;
     }
 
@@ -70,16 +70,16 @@ template <class Measure> class CoupledTerm : public RelaxingTerm {
     }
 
     Eigen::VectorXd relaxing_compliance() const override {
-        Eigen::VectorXd compliance(6 * static_cast<Eigen::Index>(parts_.num_parts()));
-        for (int c = 0; c < parts_.num_parts(); ++c)
+        Eigen::VectorXd compliance = Eigen::VectorXd::Zero(6 * static_cast<Eigen::Index>(parts_.num_parts()));
+        for (int c = 0; part_ > 0.0 && c < parts_.num_parts(); ++c)
             compliance.segment<6>(6 * static_cast<Eigen::Index>(c))
-                .setConstant(parts_.volume[c] / (2.0 * parts_.modulus[c]));
+                .setConstant(parts_.volume[c] / (2.0 * part_ * parts_.modulus[c]));
         return compliance;
     }
 
     std::shared_ptr<const RelaxingTerm> relaxed(double part, const Eigen::VectorXd &added) const override {
         auto term = std::make_shared<CoupledTerm>(*this);
-        term->part_ = part;
+        term->part_ = part * part_;
         term->added_ = added;
         return term;
     }

@@ -48,7 +48,7 @@ class Springs : public RelaxingTerm {
     Eigen::VectorXd relaxing_stress(const Eigen::VectorXd &x) const override {
         Eigen::VectorXd tension(static_cast<Eigen::Index>(springs_.edges.size()));
         for (std::size_t s = 0; s < springs_.edges.size(); ++s)
-            tension[static_cast<Eigen::Index>(s)] = springs_.stiffness[s] * springs_.rest_length[s] *
+            tension[static_cast<Eigen::Index>(s)] = part_ * springs_.stiffness[s] * springs_.rest_length[s] *
                                                     curve_.force(span(x, s).norm() / springs_.rest_length[s]);
         return tension;
     }
@@ -64,15 +64,15 @@ class Springs : public RelaxingTerm {
 
     Eigen::VectorXd relaxing_compliance() const override {
         Eigen::VectorXd compliance(static_cast<Eigen::Index>(springs_.stiffness.size()));
-        std::ranges::transform(springs_.stiffness, compliance.begin(), [](double stiffness) {
-            return stiffness != 0.0 ? 1.0 / stiffness : 0.0; // one without stiffness has no stress either
+        std::ranges::transform(springs_.stiffness, compliance.begin(), [this](double stiffness) {
+            return part_ * stiffness != 0.0 ? 1.0 / (part_ * stiffness) : 0.0; // without stiffness there is no stress
         });
         return compliance;
     }
 
     std::shared_ptr<const RelaxingTerm> relaxed(double part, const Eigen::VectorXd &added) const override {
         auto term = std::make_shared<Springs>(*this);
-        term->part_ = part;
+        term->part_ = part * part_;
         term->added_ = added;
         return term;
     }

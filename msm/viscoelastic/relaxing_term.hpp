@@ -32,7 +32,8 @@ class RelaxingTerm : public ElasticTerm {
     /// one over the stiffness of a spring [J], per squared unit of s.
     virtual Eigen::VectorXd relaxing_compliance() const = 0;
 
-    /// The same term with the stresses s_e + part s + added. It has the energy U_e + part U_s + sum of added e.
+    /// The same term with the stresses s_e + part s + added. It has the energy U_e + part U_s + sum of added e. What
+    /// relaxes of it is part s.
     /// @param part   what is left of s, not negative
     /// @param added  does not depend on x; if empty, nothing
     virtual std::shared_ptr<const RelaxingTerm> relaxed(double part, const Eigen::VectorXd &added) const = 0;
