@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <utility>
 
+#include "core/mesh/bounding_box.hpp"
 #include "msm/statics/conjugate_gradients.hpp"
 #include "msm/statics/limited_memory.hpp"
 #include "msm/statics/pressed_load.hpp"
@@ -211,11 +213,21 @@ class Descent {
         return energy;
     }
 
+    /// Springs of stiffness k with energies k e^2 / 2 change by k e dx where positions are rounded by dx, and the sum
+    /// of that is at most sqrt(2 U sum k) dx.
+    double rounding_of_energy() const {
+        if (!options_.bears_rounding)
+            return 0.0;
+        const double rounding = std::numeric_limits<double>::epsilon() * core::extent(positions_);
+        return std::sqrt(2.0 * std::abs(potential_) * std::sqrt(static_cast<double>(free_.size())) *
+                         rest_.rounding_force() * rounding);
+    }
+
     /// @return part of the direction that was gone, 0 where nothing of it leads downhill
     double search_line(const Eigen::VectorXd &direction, double slope) {
         const double start = potential_;
         // Close to the minimum the decrease is lost in rounding; a full step is then judged by the residual instead.
-        const double rounding = 1e-13 * (std::abs(start) + std::abs(slope));
+        const double rounding = 1e-13 * (std::abs(start) + std::abs(slope)) + rounding_of_energy();
         for (double scale = 1.0; scale > 1e-6; scale *= 0.5) {
             Field trial = state_.displacement;
             free_.add(trial, direction, scale);

@@ -23,6 +23,9 @@ struct EquilibriumOptions {
     int max_iterations = 300;
     /// Where the factor is approximate, what was learnt in equilibria nearby, and goes on to learn; none for nothing.
     LimitedMemory *memory = nullptr;
+    /// Whether a step counts as one downhill where its energy differs by no more than what the rounding of positions
+    /// does to it. Loads that strain a body by less than a thousandth need that.
+    bool bears_rounding = false;
     const SurfacePressure *pressure = nullptr; ///< beside the loads; its energy alone, see SurfacePressure::rim_force()
     const SurfaceContact *contact = nullptr;   ///< with a ball, as SurfaceContact::update() left it
 };

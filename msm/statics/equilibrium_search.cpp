@@ -37,8 +37,10 @@ void put_to_place(Displacements &displacement, const NodalConditions &conditions
 
 } // namespace
 
-EquilibriumSearch::EquilibriumSearch(const core::Problem &problem, const std::vector<double> &node_mass)
-    : problem_(problem), node_mass_(node_mass), has_followers_(!SurfacePressure(problem).is_empty()) {}
+EquilibriumSearch::EquilibriumSearch(const core::Problem &problem, const std::vector<double> &node_mass,
+                                     bool bears_rounding)
+    : problem_(problem), node_mass_(node_mass), has_followers_(!SurfacePressure(problem).is_empty()),
+      bears_rounding_(bears_rounding) {}
 
 core::Problem EquilibriumSearch::at(double fraction) const {
     return {problem_.body, core::scaled(problem_.load_case, fraction)};
@@ -91,6 +93,7 @@ Equilibrium EquilibriumSearch::find(const ElasticBody &body, const RestStiffness
                                     const NodalConditions &conditions, Displacements start,
                                     const SurfacePressure *pressure, const SurfaceContact *contact) {
     auto options = path_options;
+    options.bears_rounding = bears_rounding_;
     options.pressure = pressure;
     options.contact = contact;
     options.memory = &memory_;

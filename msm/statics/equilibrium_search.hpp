@@ -14,7 +14,8 @@ class EquilibriumSearch {
   public:
     /// @param problem    kept by reference
     /// @param node_mass  shape (N) [kg], kept by reference
-    EquilibriumSearch(const core::Problem &problem, const std::vector<double> &node_mass);
+    /// @param bears_rounding  see EquilibriumOptions
+    EquilibriumSearch(const core::Problem &problem, const std::vector<double> &node_mass, bool bears_rounding = false);
 
     /// The problem with a part of all that drives it.
     core::Problem at(double fraction) const;
@@ -44,7 +45,7 @@ class EquilibriumSearch {
 
     const core::Problem &problem_;
     const std::vector<double> &node_mass_;
-    bool has_followers_;
+    bool has_followers_, bears_rounding_;
     LimitedMemory memory_{most_remembered};
     int num_equilibria_ = 0, num_iterations_ = 0, num_factors_ = 0;
 };

@@ -213,8 +213,9 @@ constexpr double similar_part = 0.15;
 class LargeHistory {
   public:
     LargeHistory(const ElasticBody &body, const core::Problem &problem, const std::vector<double> &node_mass)
-        : history_(*problem.load_case.slow_history), body_(body, history_.relaxation), search_(problem, node_mass),
-          stiffness_(body, problem, search_.conditions_at(1.0), similar_part), rest_(problem.body->mesh.points) {
+        : history_(*problem.load_case.slow_history), body_(body, history_.relaxation),
+          search_(problem, node_mass, true), stiffness_(body, problem, search_.conditions_at(1.0), similar_part),
+          rest_(problem.body->mesh.points) {
         last_.displacement.assign(rest_.size(), core::Vector3::Zero());
         last_.constraint_force = last_.displacement;
     }
