@@ -10,8 +10,7 @@ namespace {
 
 using Displacements = std::vector<core::Vector3>;
 
-/// Along a path nobody looks at more digits, and large forces leave fewer.
-constexpr EquilibriumOptions path_options{.tolerance = 1e-9, .max_iterations = 300};
+constexpr EquilibriumOptions path_options{.max_iterations = 300};
 
 /// How little the surface may move, over its displacement, when pressures are turned with it once more.
 constexpr double turning_tolerance = 1e-7;
@@ -61,11 +60,11 @@ Displacements EquilibriumSearch::positions(const Displacements &displacement) co
 }
 
 Equilibrium EquilibriumSearch::find(const ElasticBody &body, const RestStiffness &rest, double fraction,
-                                    Displacements start, const SurfaceContact *contact) {
+                                    Displacements start, const Touch &touch) {
     const auto as_at_rest = conditions_at(fraction);
     put_to_place(start, as_at_rest);
-    if (!has_followers_ || contact)
-        return find(body, rest, as_at_rest, std::move(start), nullptr, contact);
+    if (!has_followers_ || touch.contact)
+        return find(body, rest, as_at_rest, std::move(start), nullptr, touch);
     const SurfacePressure pressure(at(fraction));
     const auto at_rest = pressure.force(problem_.body->mesh.points);
     Equilibrium found;
@@ -74,7 +73,7 @@ Equilibrium EquilibriumSearch::find(const ElasticBody &body, const RestStiffness
         const auto at_rim = pressure.rim_force(positions(start));
         for (std::size_t i = 0; i < at_rest.size(); ++i)
             conditions.force[i] += at_rim[i] - at_rest[i];
-        found = find(body, rest, conditions, start, &pressure, nullptr);
+        found = find(body, rest, conditions, start, &pressure, touch);
         if (found.status != core::SolutionStatus::ok ||
             relative_difference(found.displacement, start) < turning_tolerance)
             return found;
@@ -91,11 +90,12 @@ std::vector<core::Vector3> EquilibriumSearch::reaction(const Equilibrium &found,
 
 Equilibrium EquilibriumSearch::find(const ElasticBody &body, const RestStiffness &rest,
                                     const NodalConditions &conditions, Displacements start,
-                                    const SurfacePressure *pressure, const SurfaceContact *contact) {
+                                    const SurfacePressure *pressure, const Touch &touch) {
     auto options = path_options;
     options.bears_rounding = bears_rounding_;
     options.pressure = pressure;
-    options.contact = contact;
+    options.tolerance = touch.tolerance;
+    options.contact = touch.contact;
     options.memory = &memory_;
     auto found = find_equilibrium(body, problem_.body->mesh.points, conditions, rest, options, std::move(start));
     ++num_equilibria_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "core/problem.hpp"
@@ -26,10 +27,21 @@ class EquilibriumSearch {
 
     /// @param body   may be another one each time
     /// @param rest   of that body or one that is about as stiff; as for find_equilibrium()
-    /// @param start    shape (N) [m]; what is prescribed is put to its place
-    /// @param contact  with a ball, which no pressure follows the surface beside; nullptr without one
+    /// Along a path nobody looks at more digits, and large forces leave fewer.
+    static constexpr double usual_tolerance = 1e-9;
+    struct Touch {
+        const SurfaceContact *contact = nullptr; ///< with a ball, which no pressure follows the surface beside
+        double tolerance = usual_tolerance;      ///< of the residual, see EquilibriumOptions
+    };
+
+    /// @param start  shape (N) [m]; what is prescribed is put to its place
     Equilibrium find(const ElasticBody &body, const RestStiffness &rest, double fraction,
-                     std::vector<core::Vector3> start, const SurfaceContact *contact = nullptr);
+                     std::vector<core::Vector3> start, const Touch &touch);
+    /// The same where nothing touches.
+    Equilibrium find(const ElasticBody &body, const RestStiffness &rest, double fraction,
+                     std::vector<core::Vector3> start) {
+        return find(body, rest, fraction, std::move(start), Touch{});
+    }
 
     /// What its constraints exert at an equilibrium, shape (P) [N].
     std::vector<core::Vector3> reaction(const Equilibrium &found, double fraction) const;
@@ -41,7 +53,7 @@ class EquilibriumSearch {
 
   private:
     Equilibrium find(const ElasticBody &body, const RestStiffness &rest, const NodalConditions &conditions,
-                     std::vector<core::Vector3> start, const SurfacePressure *pressure, const SurfaceContact *contact);
+                     std::vector<core::Vector3> start, const SurfacePressure *pressure, const Touch &touch);
 
     const core::Problem &problem_;
     const std::vector<double> &node_mass_;

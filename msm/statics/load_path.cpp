@@ -18,6 +18,8 @@ constexpr int most_halvings = 4;
 /// How little forces on nodes may change, over all of them, when what touches a body is taken from an equilibrium.
 constexpr double contact_tolerance = 1e-6;
 constexpr int most_updates = 100;
+/// Of the equilibria that follow one another: at first, and as a part of the change before.
+constexpr double first_tolerance = 1e-5, part_of_change = 1e-2;
 /// Where the change falls by less than this, bounds of friction follow pressures by half as much, down to a part.
 constexpr double least_fall = 0.9, smallest_part = 1.0 / 8.0;
 
@@ -86,18 +88,23 @@ class Follower {
 
     /// Under the ball where it is at this part of its way. Where none is found, what touches is as it was.
     Equilibrium touched_at(double fraction) {
+        constexpr double usual = EquilibriumSearch::usual_tolerance;
         const auto before = contact_;
         contact_.move_ball(fraction);
         auto start = predicted(fraction);
         Equilibrium found;
-        double part = 1.0, last_change = std::numeric_limits<double>::infinity();
+        double part = 1.0, last_change = std::numeric_limits<double>::infinity(), tolerance = first_tolerance;
         for (int update = 0; update < most_updates; ++update) {
-            found = search_.find(body_, rest_, fraction, std::move(start), &contact_);
+            found =
+                search_.find(body_, rest_, fraction, std::move(start), {.contact = &contact_, .tolerance = tolerance});
             if (found.status != core::SolutionStatus::ok)
                 break;
             const double change = contact_.update(search_.positions(found.displacement), part);
-            if (change < contact_tolerance)
+            if (change < contact_tolerance && tolerance == usual)
                 return found;
+            // What still changes is not worth more digits than that.
+            tolerance =
+                change < 10.0 * contact_tolerance ? usual : std::clamp(part_of_change * change, usual, first_tolerance);
             if (change > least_fall * last_change)
                 part = std::max(0.5 * part, smallest_part);
             last_change = change;
