@@ -68,7 +68,7 @@ std::vector<std::vector<double>> rows_of_size(const std::vector<double> &all, st
 void write_parameters(OutputFile &file, const std::vector<UncertainParameter> &parameters) {
     file.group(parameters_group);
     file.texts(parameters_group, "names", column_of(parameters, &UncertainParameter::name));
-    file.texts(parameters_group, "units", column_of(parameters, &UncertainParameter::unit));
+    file.texts(parameters_group, "unit_names", column_of(parameters, &UncertainParameter::unit));
     file.texts(parameters_group, "groups", column_of(parameters, &UncertainParameter::group));
     file.texts(parameters_group, "sources", column_of(parameters, &UncertainParameter::source));
     file.dataset(in_group(parameters_group, "lower"), column_of(parameters, &UncertainParameter::lower), "");
@@ -83,7 +83,7 @@ void write_outputs(OutputFile &file, const Sensitivity &sensitivity) {
     const auto &outputs = sensitivity.outputs;
     file.group(outputs_group);
     file.texts(outputs_group, "names", column_of(outputs, &OutputSensitivity::name));
-    file.texts(outputs_group, "units", column_of(outputs, &OutputSensitivity::unit));
+    file.texts(outputs_group, "unit_names", column_of(outputs, &OutputSensitivity::unit));
     for_each_number_of_output([&](const char *name, auto member) {
         file.dataset(in_group(outputs_group, name), column_of(outputs, member), "");
     });
@@ -133,7 +133,7 @@ void write_sensitivity(const std::filesystem::path &path, const Sensitivity &sen
 namespace {
 
 std::vector<UncertainParameter> read_parameters(const InputFile &file) {
-    const auto names = file.texts(parameters_group, "names"), units = file.texts(parameters_group, "units"),
+    const auto names = file.texts(parameters_group, "names"), units = file.texts(parameters_group, "unit_names"),
                groups = file.texts(parameters_group, "groups"), sources = file.texts(parameters_group, "sources");
     const auto count = names.size();
     if (count == 0 || units.size() != count || groups.size() != count || sources.size() != count)
@@ -148,7 +148,7 @@ std::vector<UncertainParameter> read_parameters(const InputFile &file) {
 }
 
 void read_outputs(const InputFile &file, Sensitivity &sensitivity) {
-    const auto names = file.texts(outputs_group, "names"), units = file.texts(outputs_group, "units");
+    const auto names = file.texts(outputs_group, "names"), units = file.texts(outputs_group, "unit_names");
     const auto count = names.size(), num_parameters = sensitivity.parameters.size();
     if (count == 0 || units.size() != count || sensitivity.values.front().size() != count)
         file.refuse(outputs_group, "has not as many names and units as a sample has values");
