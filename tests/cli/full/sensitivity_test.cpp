@@ -42,7 +42,7 @@ TEST_F(SensitivityCommand, SaysWhatAnAnswerIsWorth) {
     ASSERT_EQ(outcome.status, 0) << outcome.output;
     for (const auto *part :
          {"Sobol indices", "Error budget", "support_stiffness", "density is not varied",
-          "tumour_contrast is not varied", "nodal_neo_hookean is off by", "if young_modulus were known"})
+          "tumour_contrast is not varied", "nodal_neo_hookean is off by", "if support_stiffness were known"})
         EXPECT_NE(outcome.output.find(part), std::string::npos) << part << "\n" << outcome.output;
     const auto file = results::read_sensitivity(folder_ / "runs" / "bar" / "sensitivity.press.h5");
     ASSERT_EQ(file.values.size(), 48u);
