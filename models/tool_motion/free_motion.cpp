@@ -1,10 +1,12 @@
 #include "models/tool_motion/free_motion.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "core/mesh/bounding_box.hpp"
 #include "core/stopwatch.hpp"
+#include "interactive/method.hpp"
 #include "msm/dynamics/time_step.hpp"
 #include "msm/mass_lumping.hpp"
 #include "msm/nodal_conditions.hpp"
@@ -26,9 +28,15 @@ Field field_of(const std::vector<core::Vector3> &vectors) {
 
 } // namespace
 
-core::History free_motion(const livermark::interactive::Method &method, const core::Problem &problem,
+bool has_free_motion(std::string_view name) {
+    return name != "tled_quadratic" && std::ranges::any_of(livermark::interactive::all_methods(),
+                                                           [&](const auto &method) { return method.name == name; });
+}
+
+core::History free_motion(std::string_view name, const core::Problem &problem,
                           const std::vector<core::Vector3> &displacement) {
     const auto start = core::Clock::now();
+    const auto &method = livermark::interactive::find_method(name);
     const auto &release = problem.load_case.release.value();
     const auto &points = problem.body->mesh.points;
     livermark::interactive::Scene scene{.body = problem.body,

@@ -1,6 +1,5 @@
 #include "studies/experiments/ring_downs.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
@@ -12,7 +11,6 @@
 #include "core/stopwatch.hpp"
 #include "experiments/fitted_motion.hpp"
 #include "experiments/marker_field.hpp"
-#include "interactive/method.hpp"
 #include "models/tool_motion/free_motion.hpp"
 
 namespace livermark::studies {
@@ -41,11 +39,8 @@ class RingingBody {
     RingingBody(const core::Model &model, const experiments::RingDown &ring_down, double edge_length,
                 std::span<const Vector3> positions)
         : model_(model), body_(std::make_shared<const core::Body>(ring_down.body(edge_length))),
-          load_case_(ring_down.load_case(body_->mesh)), field_(body_->mesh, positions), nodes_(field_.nodes()) {
-        const auto methods = interactive::all_methods();
-        const auto found = std::ranges::find(methods, model.name, &interactive::Method::name);
-        method_ = found == methods.end() || found->name == "tled_quadratic" ? nullptr : &*found; // has nodes of its own
-    }
+          load_case_(ring_down.load_case(body_->mesh)), field_(body_->mesh, positions), nodes_(field_.nodes()),
+          is_method_(models::has_free_motion(model.name)) {}
 
     bool takes_part() const {
         core::Problem problem{body_, load_case_};
@@ -59,7 +54,7 @@ class RingingBody {
         if (!prepared_)
             prepared_ = model_.prepare(body_, nullptr);
         auto solution = prepared_->solve(std::span(&load_case, 1)).front();
-        if (release && method_ && solution.status == core::SolutionStatus::ok)
+        if (release && is_method_ && solution.status == core::SolutionStatus::ok)
             let_go_of_method(solution, load_case);
         return solution;
     }
@@ -90,12 +85,12 @@ class RingingBody {
     int tetrahedra() const { return body_->mesh.num_tetrahedra(); }
 
     /// Whether it knows damping of the mass alone.
-    bool is_method() const { return method_ != nullptr; }
+    bool is_method() const { return is_method_; }
 
   private:
     /// The model of a method is its static solution alone.
     void let_go_of_method(core::Solution &solution, const core::LoadCase &load_case) const {
-        solution.history = models::free_motion(*method_, {body_, load_case}, solution.displacement);
+        solution.history = models::free_motion(model_.name, {body_, load_case}, solution.displacement);
         if (std::isnan(solution.history->diverged_at))
             return;
         solution.status = core::SolutionStatus::diverged;
@@ -107,8 +102,8 @@ class RingingBody {
     core::LoadCase load_case_;
     MarkerField field_;
     std::vector<int> nodes_;
+    bool is_method_;
     std::unique_ptr<core::PreparedModel> prepared_;
-    const interactive::Method *method_ = nullptr;
 };
 
 /// Where two factors and the markers there lead to, along the line between them: the factor of the nearest place to
