@@ -8,27 +8,24 @@ namespace {
 
 /// k_ij = sum over t at edge ij of (2 sqrt 2 / 25) l_ij E_t   (Lloyd, Szekely, Harders 2007, IEEE TVCG 13(5))
 /// with l_ij the length of the edge itself.
-std::vector<double> stiffness(const core::Body &body, const core::EdgeTable &table) {
+std::array<double, 6> of_tetrahedron(const core::Body &body, std::size_t t) {
     constexpr double factor = 2.0 * std::numbers::sqrt2 / 25.0;
     const auto &mesh = body.mesh;
-    std::vector<double> stiffness(table.edges.size(), 0.0);
-    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
-        const double young_modulus = body.materials[mesh.region[t]].young_modulus;
-        for (const int edge : table.tetrahedron_edge[t]) {
-            const auto [i, j] = table.edges[edge];
-            stiffness[edge] += factor * (mesh.points[j] - mesh.points[i]).norm() * young_modulus;
-        }
+    const double young_modulus = body.materials[mesh.region[t]].young_modulus;
+    std::array<double, 6> added{};
+    for (std::size_t e = 0; e < 6; ++e) {
+        const auto [i, j] = core::tetrahedron_edges[e];
+        const core::Vector3 span = mesh.points[mesh.tetrahedra[t][j]] - mesh.points[mesh.tetrahedra[t][i]];
+        added[e] = factor * span.norm() * young_modulus;
     }
-    return stiffness;
+    return added;
 }
 
 } // namespace
 
 SpringLaw lloyd_edge() {
-    return {.name = {},
-            .summary = "Lloyd's formula with the actual length of each edge",
-            .source = "Lloyd, Szekely, Harders 2007, IEEE TVCG 13(5)",
-            .stiffness = stiffness};
+    return law_of_tetrahedra("Lloyd's formula with the actual length of each edge",
+                             "Lloyd, Szekely, Harders 2007, IEEE TVCG 13(5)", of_tetrahedron);
 }
 
 } // namespace livermark::msm::spring_laws

@@ -7,27 +7,24 @@ namespace {
 /// k_ij = sum over t at edge ij of E_t V_t / l_ij^2   (Van Gelder 1998, J. Graphics Tools 3(2))
 /// Each tetrahedron has sum of k l^2 = 6 E V = 15 mu V with mu = E / 2.5: the trace C_aabb V of the isotropic solid
 /// with lambda = mu, Poisson's ratio 1/4, which is the only one that central springs can have.
-std::vector<double> stiffness(const core::Body &body, const core::EdgeTable &table) {
-    const auto &mesh = body.mesh;
-    const auto volumes = core::tetrahedron_volumes(mesh);
-    std::vector<double> stiffness(table.edges.size(), 0.0);
-    for (std::size_t t = 0; t < volumes.size(); ++t) {
-        const double young_modulus = body.materials[mesh.region[t]].young_modulus;
-        for (const int edge : table.tetrahedron_edge[t]) {
-            const auto [i, j] = table.edges[edge];
-            stiffness[edge] += young_modulus * volumes[t] / (mesh.points[j] - mesh.points[i]).squaredNorm();
-        }
+std::array<double, 6> of_tetrahedron(const core::Body &body, std::size_t t) {
+    const auto &points = body.mesh.points;
+    const auto &nodes = body.mesh.tetrahedra[t];
+    const double volume = core::signed_volume(points[nodes[0]], points[nodes[1]], points[nodes[2]], points[nodes[3]]);
+    const double young_modulus = body.materials[body.mesh.region[t]].young_modulus;
+    std::array<double, 6> added{};
+    for (std::size_t e = 0; e < 6; ++e) {
+        const auto [i, j] = core::tetrahedron_edges[e];
+        added[e] = young_modulus * volume / (points[nodes[j]] - points[nodes[i]]).squaredNorm();
     }
-    return stiffness;
+    return added;
 }
 
 } // namespace
 
 SpringLaw van_gelder() {
-    return {.name = {},
-            .summary = "Van Gelder's formula, the volume around an edge over its length squared",
-            .source = "Van Gelder 1998, J. Graphics Tools 3(2)",
-            .stiffness = stiffness};
+    return law_of_tetrahedra("Van Gelder's formula, the volume around an edge over its length squared",
+                             "Van Gelder 1998, J. Graphics Tools 3(2)", of_tetrahedron);
 }
 
 } // namespace livermark::msm::spring_laws
