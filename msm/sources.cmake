@@ -7,6 +7,6 @@ set(livermark_portable_msm_sources bounded_least_squares.cpp springs/biquadratic
   kernels/fast_steps.cpp kernels/layout/fans.cpp kernels/layout/mean_gradients.cpp kernels/layout/node_order.cpp kernels/layout/sliced_body.cpp
   kernels/layout/sliced_fans.cpp kernels/layout/sliced_nodal_springs.cpp kernels/layout/sliced_shapes.cpp
   kernels/layout/sliced_springs.cpp kernels/layout/sliced_stars.cpp kernels/layout/spring_lanes.cpp kernels/layout/stars.cpp
-  kernels/layout/volume_means.cpp
+  kernels/layout/sliced_update.cpp kernels/layout/volume_means.cpp
   kernels/simd/heavy_parts.cpp kernels/simd/take_steps.cpp
-  kernels/threads/partition.cpp)
+  kernels/threads/partition.cpp cutting/cut_parts.cpp)

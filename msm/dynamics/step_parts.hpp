@@ -47,6 +47,10 @@ struct StepParts {
     std::vector<double> least_volume;    ///< (M) [m^3] below which a tetrahedron is pushed back
     std::vector<double> guard_stiffness; ///< (M) pressure for each m^3 that it then lacks [Pa/m^3]
     std::vector<double> watched_volume;  ///< (M) see FastStepOptions [m^3]
+    /// (M) tetrahedra that a cut has taken away and that are still in their places here, empty if none are: see
+    /// cutting/cut_parts.hpp. They have no volume and no stiffness.
+    std::vector<char> is_removed;
+    bool is_there(std::size_t tetrahedron) const { return is_removed.empty() || is_removed[tetrahedron] == 0; }
 };
 
 /// Puts down where control volumes around nodes are.

@@ -23,6 +23,7 @@ class FastSteps::Implementation {
     virtual void set_load(int node, const core::Vector3 &force) = 0;
     virtual void set_time_step(double time_step) = 0;
     virtual void set_mass(int node, double mass) = 0;
+    virtual bool cut(const StepParts &parts, const std::vector<double> &node_mass, const CutChanges &changes) = 0;
     virtual bool is_pressed() const = 0;
     virtual void take(int num_steps) = 0;
     virtual std::size_t working_set() const = 0;
@@ -69,7 +70,7 @@ template <class T> class Steps : public FastSteps::Implementation {
           double time_step, const FastStepOptions &options)
         : team_(options.num_threads) {
         const auto at_rest = centred(positions);
-        at_.body = sliced_body<T>(parts, at_rest);
+        at_.body = sliced_body<T>(parts, at_rest, options.may_be_cut ? &plan_ : nullptr);
         at_.scheme = scheme;
         at_.time_step = time_step;
         at_.alpha = damping.alpha;
@@ -99,7 +100,7 @@ template <class T> class Steps : public FastSteps::Implementation {
             const auto [slice, lane] = slot(i);
             for (std::size_t c = 0; c < 3; ++c) {
                 const bool is_free = std::isnan(conditions.displacement[i][static_cast<Eigen::Index>(c)]);
-                at_.nodes[slice].free_per_mass[c][lane] = is_free ? static_cast<T>(1.0 / body.node_mass[i]) : T(0);
+                at_.nodes[slice].free_per_mass[c][lane] = is_free ? per_mass(body.node_mass[i]) : T(0);
                 rest_[slice].set(c, lane, at_rest[i][static_cast<Eigen::Index>(c)]);
             }
         }
@@ -193,8 +194,26 @@ template <class T> class Steps : public FastSteps::Implementation {
         const auto [slice, lane] = slot(static_cast<std::size_t>(node));
         for (auto &component : at_.nodes[slice].free_per_mass)
             if (component[lane] != 0.0)
-                component[lane] = static_cast<T>(1.0 / mass);
+                component[lane] = per_mass(mass);
         heavy_.set_mass(static_cast<std::size_t>(at_.body.row_of_node[node]), mass);
+    }
+
+    bool cut(const StepParts &parts, const std::vector<double> &node_mass, const CutChanges &changes) override {
+        update_sliced_body(parts, changes, plan_, at_.body);
+        std::vector<std::size_t> left_parts; // rows of these
+        for (const int node : changes.nodes) {
+            const auto rows = heavy_.leave(static_cast<std::size_t>(at_.body.row_of_node[node]));
+            left_parts.insert(left_parts.end(), rows.begin(), rows.end());
+            set_mass(node, node_mass[node]);
+            if (node_mass[node] == 0.0)
+                stop(static_cast<std::size_t>(node));
+        }
+        if (at_.body.is_around_edges())
+            make_room_for_stars();
+        return std::ranges::all_of(left_parts, [&](std::size_t row) {
+            const auto &per_mass = at_.nodes[row / slice_size].free_per_mass;
+            return per_mass[0][row % slice_size] == T(0); // gone
+        });
     }
 
     bool is_pressed() const override {
@@ -230,6 +249,23 @@ template <class T> class Steps : public FastSteps::Implementation {
     }
 
   private:
+    static T per_mass(double mass) { return mass > 0.0 ? static_cast<T>(1.0 / mass) : T(0); }
+
+    /// What has no mass stays where it is.
+    void stop(std::size_t node) {
+        const auto [slice, lane] = slot(node);
+        for (std::size_t c = 0; c < 3; ++c)
+            at_.nodes[slice].velocity.set(c, lane, 0.0);
+        if (auto &rows = at_.velocity_rows[at_.now]; !rows.empty())
+            std::fill_n(rows.begin() + 4 * static_cast<std::ptrdiff_t>(at_.body.row_of_node[node]), 3, T(0));
+    }
+
+    void make_room_for_stars() {
+        at_.star_scratch.resize(static_cast<std::size_t>(team_.size()));
+        for (auto &scratch : at_.star_scratch)
+            scratch.resize(numbers_of_star_corner * slice_size * (at_.body.longest_star + 2), T(0));
+    }
+
     /// For what volumes and strains are around nodes, and for the forces of tetrahedra.
     void make_room_for_means(bool is_damped) {
         const auto &body = at_.body;
@@ -253,8 +289,7 @@ template <class T> class Steps : public FastSteps::Implementation {
             at_.change.assign(body.volume_row.size(), T(0));
             at_.change_rate.assign(is_damped ? body.volume_row.size() : 0, T(0));
             at_.mean_push = at_.change;
-            at_.star_scratch.assign(static_cast<std::size_t>(team_.size()),
-                                    Aligned<T>(numbers_of_star_corner * slice_size * (body.longest_star + 2), T(0)));
+            make_room_for_stars();
         }
         if (is_damped && !body.inverse_volume.empty())
             at_.corner_rate = at_.corner_strain;
@@ -320,6 +355,7 @@ template <class T> class Steps : public FastSteps::Implementation {
     /// (slices) positions at rest less the origin [m], to the digits in which positions are kept, so that a state is
     /// what it was when it is set again
     std::vector<FineField<T>> rest_;
+    SlicedPlan plan_; ///< empty unless the body may be cut
     StepWorkspace<T> at_;
     HeavySteps<T> heavy_;
     std::vector<std::vector<std::size_t>> copies_; ///< of each row; empty until somebody asks
@@ -372,6 +408,9 @@ void FastSteps::set_time_step(double time_step) {
 }
 void FastSteps::set_mass(int node, double mass) {
     implementation_->set_mass(node, mass);
+}
+bool FastSteps::cut(const StepParts &parts, const std::vector<double> &node_mass, const CutChanges &changes) {
+    return implementation_->cut(parts, node_mass, changes);
 }
 bool FastSteps::is_pressed() const {
     return implementation_->is_pressed();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/load_case.hpp"
+#include "msm/cutting/cut_changes.hpp"
 #include "msm/dynamics/chebyshev_stages.hpp"
 #include "msm/dynamics/mass_scaling.hpp"
 #include "msm/dynamics/motion.hpp"
@@ -14,6 +15,8 @@
 #include "msm/nodal_conditions.hpp"
 
 namespace livermark::msm {
+
+struct StepParts;
 
 /// In what precision forces are evaluated. The state has twice the digits of single precision, or double precision.
 enum class ForcePrecision { single_precision, double_precision };
@@ -33,6 +36,7 @@ struct FastStepOptions {
     /// (M) volume of each tetrahedron that has a guard against inversion below which is_pressed() tells of it [m^3]; 0
     /// where it does not have to. Empty if nobody asks.
     std::vector<double> watched_volume{};
+    bool may_be_cut = false; ///< keeps what cut() asks for, which no step does
 };
 
 /// Explicit steps at the machine's speed: those of elastic_motion() and an integrator, with forces from vector units.
@@ -79,6 +83,14 @@ class FastSteps {
     /// Gives a node another mass from now on; what is constrained stays so.
     /// @param mass  [kg], > 0
     void set_mass(int node, double mass);
+
+    /// Goes on without the tetrahedra that have been taken away, from where the body is: to the bit as steps that are
+    /// prepared for the parts as they are now. Nodes that are gone stay where they are.
+    /// @param parts      as they are now; FastStepOptions::may_be_cut was set
+    /// @param node_mass  shape (N) [kg]; 0 of nodes that are gone
+    /// @return false if masses of a stiff part that is cut were scaled: they are scaled no more, and steps have to be
+    ///   as long as those without
+    bool cut(const StepParts &parts, const std::vector<double> &node_mass, const CutChanges &changes);
 
     /// Whether, when the last step began, a tetrahedron was below the volume that is watched, or the trace of C^-1 of
     /// neo-Hookean springs around a node or an edge above four; never if no volumes are watched.

@@ -53,6 +53,22 @@ template <class T> class HeavySteps {
         part.is_weighed = false;
     }
 
+    /// Scales the part of a node no more.
+    /// @return rows of its nodes, none if the node belongs to no part
+    std::vector<std::size_t> leave(std::size_t row) {
+        if (place_of_row_.empty() || place_of_row_[row].first == nowhere)
+            return {};
+        const auto number = place_of_row_[row].first;
+        auto rows = std::move(parts_[number].row);
+        parts_.erase(parts_.begin() + static_cast<std::ptrdiff_t>(number));
+        for (auto &place : place_of_row_)
+            if (place.first == number)
+                place = {nowhere, 0};
+            else if (place.first != nowhere && place.first > number)
+                --place.first;
+        return rows;
+    }
+
     /// Before a step.
     void remember(const StepWorkspace<T> &at) {
         for (auto &part : parts_)

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "msm/dynamics/step_parts.hpp"
+#include "msm/kernels/layout/volume_members.hpp"
 
 namespace livermark::msm {
 
@@ -19,6 +21,11 @@ struct NeighbourGradient {
     double stiffness;       ///< k_j [N/m]
 };
 using MeanGradient = std::vector<NeighbourGradient>;
+
+/// Of one control volume. Neighbours whose tetrahedra are all removed stay, with zeros.
+/// @param x        shape (3N) [m], at rest
+/// @param members  of the volume
+MeanGradient mean_gradient(const StepParts &parts, const Eigen::VectorXd &x, int volume, std::span<const int> members);
 
 /// @param positions  shape (N) [m], at rest
 /// @return shape (C), each by ascending node numbers; empty if there are no springs that take means of F around nodes

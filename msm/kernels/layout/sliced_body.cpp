@@ -1,5 +1,7 @@
 #include "msm/kernels/layout/sliced_body.hpp"
 
+#include <utility>
+
 #include "msm/kernels/layout/node_order.hpp"
 #include "msm/kernels/layout/slicing.hpp"
 
@@ -29,8 +31,10 @@ std::vector<int> rows_by_degree(const StepParts &parts, int num_nodes) {
 
 } // namespace
 
-template <class T> SlicedBody<T> sliced_body(const StepParts &parts, const std::vector<core::Vector3> &positions) {
+template <class T>
+SlicedBody<T> sliced_body(const StepParts &parts, const std::vector<core::Vector3> &positions, SlicedPlan *told) {
     SlicedBody<T> body;
+    SlicedPlan plan;
     const int num_nodes = static_cast<int>(positions.size());
     const bool has_springs = !parts.edges.empty();
     const auto lanes = has_springs ? spring_lanes(parts, num_nodes) : std::vector<SpringLane>();
@@ -38,12 +42,14 @@ template <class T> SlicedBody<T> sliced_body(const StepParts &parts, const std::
     body.first_copy = body.num_rows =
         has_springs ? padded(2 * static_cast<int>(lanes.size()), pair_size) : padded(num_nodes, pair_size);
     body.num_slices = body.first_copy / slice_size;
-    slice_tetrahedra(parts, positions, body); // finds out how many rows there are
-    slice_springs(parts, lanes, body);
+    slice_tetrahedra(parts, positions, body, plan); // finds out how many rows there are
+    slice_springs(parts, lanes, body, plan);
+    if (told)
+        *told = std::move(plan);
     return body;
 }
 
-template SlicedBody<float> sliced_body(const StepParts &, const std::vector<core::Vector3> &);
-template SlicedBody<double> sliced_body(const StepParts &, const std::vector<core::Vector3> &);
+template SlicedBody<float> sliced_body(const StepParts &, const std::vector<core::Vector3> &, SlicedPlan *);
+template SlicedBody<double> sliced_body(const StepParts &, const std::vector<core::Vector3> &, SlicedPlan *);
 
 } // namespace livermark::msm

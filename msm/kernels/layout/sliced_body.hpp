@@ -1,12 +1,17 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
 #include <boost/align/aligned_allocator.hpp>
 #include <cstdint>
 #include <vector>
 
 #include "core/mesh/tetra_mesh.hpp"
+#include "msm/cutting/cut_changes.hpp"
 #include "msm/dynamics/step_parts.hpp"
 #include "msm/kernels/layout/spring_lanes.hpp"
+#include "msm/kernels/layout/stars.hpp"
+#include "msm/kernels/layout/volume_members.hpp"
 
 namespace livermark::msm {
 
@@ -66,7 +71,7 @@ template <class T> struct SlicedBody {
     Aligned<std::int32_t> corner;
     Aligned<std::int32_t> force_slot; ///< of the same shape: where the force on each is added
     Aligned<T> rest_volume;           ///< (lines, 16) [m^3]
-    Aligned<T> volume_share;          ///< (lines, 16) 1, and 0 where there is no tetrahedron
+    Aligned<T> volume_share;          ///< (lines, 16) 1, and 0 where there is no tetrahedron, or one that is removed
     Aligned<T> tetrahedron_stiffness; ///< (lines, 16) [Pa/m^3]; empty if there is none, as are the following
     Aligned<T> least_volume;          ///< (lines, 16) [m^3]
     Aligned<T> guard_stiffness;       ///< (lines, 16) [Pa/m^3]
@@ -140,7 +145,29 @@ template <class T> struct SlicedBody {
     Aligned<T> volume_stiffness;
 };
 
+/// What has to be known of a sliced body to change it where tetrahedra are taken away.
+struct SlicedPlan {
+    Eigen::VectorXd rest, rounded_rest;              ///< (3N) [m], and in the precision of the kernels
+    std::vector<int> tetrahedron_place;              ///< (M) on the lines
+    std::vector<std::array<std::size_t, 2>> springs; ///< (S) places in SlicedBody::spring, the same twice for one
+    std::vector<int> number_of_volume;               ///< (C) which control volume of the sliced body it is
+    VolumeMembers members;                           ///< of the control volumes
+    std::vector<Star> stars;                         ///< of each lane, as before anything was removed
+    std::vector<int> rim_size;                       ///< of each lane, as it is now
+    std::vector<int> star_of_part;                   ///< (E) lane
+};
+
 /// @param positions  shape (N) [m], at rest
-template <class T> SlicedBody<T> sliced_body(const StepParts &parts, const std::vector<core::Vector3> &positions);
+/// @param plan       told what update_sliced_body() asks for, if anybody wants to know
+template <class T>
+SlicedBody<T> sliced_body(const StepParts &parts, const std::vector<core::Vector3> &positions,
+                          SlicedPlan *plan = nullptr);
+
+/// Changes a sliced body where tetrahedra are removed: to the bit what sliced_body() makes of the parts now. Lines and
+/// lanes stay; in place of a tetrahedron that is gone is one without volume. The polygons around edges, of means of F,
+/// may need more lines.
+/// @param changes  what differs between the parts as they were and as they are
+template <class T>
+void update_sliced_body(const StepParts &parts, const CutChanges &changes, SlicedPlan &plan, SlicedBody<T> &body);
 
 } // namespace livermark::msm

@@ -151,7 +151,7 @@ std::vector<int> slice_volumes(const StepParts &parts, const std::vector<int> &r
         body.volume_stiffness.assign(body.volume_row.size(), T(0));
     for (std::size_t c = 0; c < parts.volume_stiffness.size(); ++c)
         body.volume_stiffness[number[c]] = static_cast<T>(0.25 * parts.volume_stiffness[c]);
-    return number;
+    return number; // springs that are coupled put other numbers down, see put_volume()
 }
 
 /// factor a b of each tetrahedron, empty if there is no b.
@@ -184,6 +184,8 @@ std::vector<std::vector<int>> force_places(const Lines &lines, const StarLines &
         for (auto at = first_corner(body, body.chunk_fans[chunk]); at < end; ++at)
             body.force_slot[at] = place_of(lines.node[at]);
         if (body.is_around_edges()) {
+            for (int at = stars.chunk_before[chunk]; at < stars.chunk_before[chunk + 1]; ++at)
+                place_of(stars.node_before[at]);
             const std::size_t last = first_star_corner(body, body.chunk_stars[chunk + 1]);
             for (auto at = first_star_corner(body, body.chunk_stars[chunk]); at < last; ++at)
                 body.star_slot[at] = place_of(stars.node[at]);
@@ -203,15 +205,24 @@ template <class Lists> std::vector<std::size_t> sizes(const Lists &lists) {
 
 } // namespace
 
+template <class T> void take_out(std::size_t place, SlicedBody<T> &body) {
+    for (auto *values :
+         {&body.rest_volume, &body.volume_share, &body.half_lambda, &body.shear_modulus, &body.tetrahedron_stiffness,
+          &body.least_volume, &body.watched_volume, &body.guard_stiffness, &body.inner_modulus, &body.volume_modulus})
+        if (!values->empty())
+            (*values)[place] = T(0);
+}
+
 template <class T>
-void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &positions, SlicedBody<T> &body) {
+void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &positions, SlicedBody<T> &body,
+                      SlicedPlan &plan) {
     const auto row_of_volume = volume_rows(parts, body);
     const auto lines = lines_of(fan_order(cut_into_fans(parts.tetrahedra, parts.corner_volume), body), body);
 
-    const auto x = to_unknowns(positions);
+    plan.rest = to_unknowns(positions);
     std::vector<double> rest_volume;
     for (const auto &corners : parts.tetrahedra)
-        rest_volume.push_back(volume_gradient(x, corners).volume);
+        rest_volume.push_back(volume_gradient(plan.rest, corners).volume);
     body.rest_volume = on_lines<T>(rest_volume, lines);
     body.volume_share = on_lines<T>(std::vector<double>(rest_volume.size(), 1.0), lines);
     body.half_lambda = on_lines<T>(products(0.5, rest_volume, parts.lame_lambda), lines);
@@ -233,9 +244,9 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
         }
         body.corner[at] = 4 * row;
     }
-    const auto stars = star_lines(parts, lines, body);
+    auto stars = star_lines(parts, lines, body);
     auto places = force_places(lines, stars, body);
-    slice_stars(parts, positions, stars, body);
+    slice_stars(parts, positions, std::move(stars), body, plan);
     slice_shapes(parts, positions, lines, body);
     if (!parts.centre.empty()) {
         const auto gradients = mean_gradients(parts, positions);
@@ -244,12 +255,25 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
             slice_volumes(parts, row_of_volume, gradients.empty() ? sizes(means) : sizes(gradients), lines, body);
         slice_volume_means(means, number_of_volume, body);
         slice_nodal_springs(parts, positions, number_of_volume, gradients, lines, places, body);
+        plan.number_of_volume = number_of_volume;
+        plan.members = volume_members(parts);
     }
+    plan.tetrahedron_place.resize(parts.tetrahedra.size());
+    for (std::size_t at = 0; at < lines.tetrahedron.size(); ++at)
+        if (const int t = lines.tetrahedron[at]; t != padding) {
+            plan.tetrahedron_place[t] = static_cast<int>(at);
+            if (!parts.is_there(t))
+                take_out(at, body);
+        }
     body.sum_start.assign(1, 0);
     append_lists(std::move(places), 4 * body.chunk_start.back(), body.sum_start, body.sum);
 }
 
-template void slice_tetrahedra(const StepParts &, const std::vector<core::Vector3> &, SlicedBody<float> &);
-template void slice_tetrahedra(const StepParts &, const std::vector<core::Vector3> &, SlicedBody<double> &);
+template void take_out(std::size_t, SlicedBody<float> &);
+template void take_out(std::size_t, SlicedBody<double> &);
+template void slice_tetrahedra(const StepParts &, const std::vector<core::Vector3> &, SlicedBody<float> &,
+                               SlicedPlan &);
+template void slice_tetrahedra(const StepParts &, const std::vector<core::Vector3> &, SlicedBody<double> &,
+                               SlicedPlan &);
 
 } // namespace livermark::msm

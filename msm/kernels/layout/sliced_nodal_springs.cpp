@@ -26,19 +26,42 @@ void slice_mean_gradients(const StepParts &parts, const std::vector<int> &number
         const int number = number_of_volume[c], lane = number % slice_size;
         int line = body.mean_start[number / slice_size];
         places[body.row_of_node[parts.centre[c]]].push_back(4 * (first_in_middle + number));
-        for (const auto &[node, gradient, stiffness] : gradients[c]) {
-            T *at = body.mean_gradient.data() + 4 * static_cast<std::size_t>(line) * slice_size + lane;
-            for (const double number_of_line : {gradient.x(), gradient.y(), gradient.z(), stiffness}) {
-                *at = static_cast<T>(number_of_line);
-                at += slice_size;
-            }
-            places[body.row_of_node[node]].push_back(4 * (body.first_pull + line * slice_size + lane));
-            ++line;
-        }
+        for (const auto &of_neighbour : gradients[c])
+            places[body.row_of_node[of_neighbour.node]].push_back(4 * (body.first_pull + line++ * slice_size + lane));
+        put_mean_gradient(gradients[c], number, body);
     }
 }
 
 } // namespace
+
+template <class T> void put_mean_gradient(const MeanGradient &of_volume, int number, SlicedBody<T> &body) {
+    const auto line = static_cast<std::size_t>(body.mean_start[number / slice_size]);
+    T *at = body.mean_gradient.data() + 4 * line * slice_size + number % slice_size;
+    for (const auto &[node, gradient, stiffness] : of_volume)
+        for (const double number_of_line : {gradient.x(), gradient.y(), gradient.z(), stiffness}) {
+            *at = static_cast<T>(number_of_line);
+            at += slice_size;
+        }
+}
+
+template <class T> void put_volume(const StepParts &parts, int c, double rest_volume, int number, SlicedBody<T> &body) {
+    const bool has_springs = !parts.coupled_modulus.empty() || !parts.edge_modulus.empty();
+    const bool is_neo_hookean = has_springs && parts.coupled_energy == CoupledEnergy::neo_hookean;
+    if (!parts.volume_stiffness.empty()) {
+        const double quarter = 0.25 * parts.volume_stiffness[c];
+        body.volume_stiffness[number] = static_cast<T>(is_neo_hookean ? quarter * rest_volume : quarter);
+    }
+    if (!parts.coupled_modulus.empty()) {
+        double factor = 0.25;
+        if (!is_neo_hookean)
+            factor = rest_volume > 0.0 ? 1.0 / (16.0 * rest_volume) : 0.0;
+        else if (parts.has_gradient_means)
+            factor = rest_volume;
+        body.coupled_modulus[number] = static_cast<T>(parts.coupled_modulus[c] * factor);
+    }
+    if (is_neo_hookean)
+        body.inverse_volume[number] = static_cast<T>(rest_volume > 0.0 ? 0.25 / rest_volume : 0.0);
+}
 
 template <class T>
 void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3> &positions,
@@ -60,24 +83,19 @@ void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3
     else if (parts.edge_modulus.empty())
         for (auto &member : body.member)
             member *= is_neo_hookean ? 4 : 8;
-    const auto volume = rest_volumes(parts, positions);
-    const auto factor = [&](double of_volume) {
-        if (!is_neo_hookean)
-            return 1.0 / (16.0 * of_volume);
-        return gradients.empty() ? 0.25 : of_volume;
-    };
-    body.coupled_modulus.assign(parts.coupled_modulus.empty() ? 0 : body.volume_row.size(), T(0));
-    for (std::size_t c = 0; c < parts.coupled_modulus.size(); ++c)
-        body.coupled_modulus[number_of_volume[c]] = static_cast<T>(parts.coupled_modulus[c] * factor(volume[c]));
-    if (!is_neo_hookean)
-        return;
-    body.inverse_volume.assign(body.volume_row.size(), T(0));
-    for (std::size_t c = 0; c < volume.size(); ++c)
-        body.inverse_volume[number_of_volume[c]] = static_cast<T>(0.25 / volume[c]);
-    for (std::size_t c = 0; c < parts.volume_stiffness.size(); ++c)
-        body.volume_stiffness[number_of_volume[c]] = static_cast<T>(0.25 * parts.volume_stiffness[c] * volume[c]);
+    if (!parts.coupled_modulus.empty())
+        body.coupled_modulus.assign(body.volume_row.size(), T(0));
+    if (is_neo_hookean)
+        body.inverse_volume.assign(body.volume_row.size(), T(0));
+    const auto members = volume_members(parts);
+    for (int c = 0; c < static_cast<int>(parts.centre.size()); ++c)
+        put_volume(parts, c, rest_volume(parts, x, members.of(c)), number_of_volume[c], body);
 }
 
+template void put_mean_gradient(const MeanGradient &, int, SlicedBody<float> &);
+template void put_mean_gradient(const MeanGradient &, int, SlicedBody<double> &);
+template void put_volume(const StepParts &, int, double, int, SlicedBody<float> &);
+template void put_volume(const StepParts &, int, double, int, SlicedBody<double> &);
 template void slice_nodal_springs(const StepParts &, const std::vector<core::Vector3> &, const std::vector<int> &,
                                   const std::vector<MeanGradient> &, const Lines &, std::vector<std::vector<int>> &,
                                   SlicedBody<float> &);

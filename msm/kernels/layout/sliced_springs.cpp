@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <limits>
 
 #include "msm/kernels/layout/slicing.hpp"
 
@@ -6,10 +7,13 @@ namespace livermark::msm {
 
 namespace {
 
+constexpr std::size_t unknown = std::numeric_limits<std::size_t>::max();
+
 /// Where the lines of a pair of slices are filled up, at the end of which they are.
 template <class T> class PairLines {
   public:
-    PairLines(const StepParts &parts, const LineCounts &count, SlicedBody<T> &body) : parts_(parts), body_(body) {
+    PairLines(const StepParts &parts, const LineCounts &count, SlicedBody<T> &body, SlicedPlan &plan)
+        : parts_(parts), body_(body), plan_(plan) {
         lines_ = {static_cast<int>(body.neighbour.size()) / slice_size,
                   static_cast<int>(body.spring.size()) / (2 * slice_size), count};
         body.neighbour.resize(body.neighbour.size() + static_cast<std::size_t>(count.total()) * slice_size,
@@ -60,29 +64,35 @@ template <class T> class PairLines {
     void put_spring(int line, int number, int spring) {
         if (spring == padding)
             return;
-        T *at = body_.spring.data() + static_cast<std::size_t>(line) * 2 * slice_size + number;
-        at[0] = static_cast<T>(parts_.stiffness[spring]);
-        at[slice_size] = static_cast<T>(0.5 * parts_.stiffness[spring] * parts_.rest_length[spring]);
+        const std::size_t at = static_cast<std::size_t>(line) * 2 * slice_size + number;
+        msm::put_spring(parts_, spring, at, body_);
+        auto &[first, last] = plan_.springs[spring];
+        (first == unknown ? first : last) = at;
+        if (last == unknown)
+            last = at;
     }
 
     const StepParts &parts_;
     SlicedBody<T> &body_;
+    SlicedPlan &plan_;
     SpringLines lines_;
 };
 
 } // namespace
 
 template <class T>
-void slice_springs(const StepParts &parts, const std::vector<SpringLane> &lanes, SlicedBody<T> &body) {
+void slice_springs(const StepParts &parts, const std::vector<SpringLane> &lanes, SlicedBody<T> &body,
+                   SlicedPlan &plan) {
+    plan.springs.assign(parts.edges.size(), {unknown, unknown});
     for (std::size_t first = 0; first < lanes.size(); first += slice_size) {
         const std::size_t last = std::min(first + slice_size, lanes.size());
-        PairLines<T> lines(parts, fewest_lines(lanes, first, last), body);
+        PairLines<T> lines(parts, fewest_lines(lanes, first, last), body, plan);
         for (std::size_t l = first; l < last; ++l)
             lines.fill(static_cast<int>(l - first), lanes[l]);
     }
 }
 
-template void slice_springs(const StepParts &, const std::vector<SpringLane> &, SlicedBody<float> &);
-template void slice_springs(const StepParts &, const std::vector<SpringLane> &, SlicedBody<double> &);
+template void slice_springs(const StepParts &, const std::vector<SpringLane> &, SlicedBody<float> &, SlicedPlan &);
+template void slice_springs(const StepParts &, const std::vector<SpringLane> &, SlicedBody<double> &, SlicedPlan &);
 
 } // namespace livermark::msm

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <map>
+#include <span>
 #include <tuple>
 #include <utility>
 
@@ -56,10 +57,28 @@ template <class T> std::vector<Star> in_lanes(std::vector<Star> stars, const Sli
     return ordered;
 }
 
-/// Of a polygon as one that is longer, its first node again and again with no volume between.
-Star::Corner corner_of(const Star &star, std::size_t length, std::size_t k) {
-    const std::size_t more = length - star.rim.size();
-    return k < more ? Star::Corner{star.rim.front().node, -1} : star.rim[k - more];
+using Rim = std::vector<Star::Corner>;
+
+std::vector<Rim> all_rims(const std::vector<Star> &stars, std::size_t first) {
+    std::vector<Rim> rims;
+    for (std::size_t lane = 0; lane < slice_size; ++lane)
+        rims.push_back(stars[first + lane].rim);
+    return rims;
+}
+
+/// Puts the nodes of a slice of stars behind those that are there.
+/// @param length  of the longest rim
+void append_nodes(std::span<const Star> stars, std::size_t length, std::span<const Rim> rims, std::vector<int> &nodes) {
+    const std::size_t at = nodes.size();
+    nodes.resize(at + (length + 2) * slice_size, padding);
+    for (std::size_t lane = 0; lane < slice_size; ++lane) {
+        if (rims[lane].empty())
+            continue;
+        for (std::size_t end = 0; end < 2; ++end)
+            nodes[at + end * slice_size + lane] = stars[lane].axis[end];
+        for (std::size_t k = 0; k < length; ++k)
+            nodes[at + (2 + k) * slice_size + lane] = corner_of(rims[lane], length, k).node;
+    }
 }
 
 } // namespace
@@ -74,33 +93,60 @@ template <class T> StarLines star_lines(const StepParts &parts, const Lines &lin
         of_chunk[chunk_of_star(star, chunk_of_tetrahedron)].push_back(std::move(star));
     body.star_start.assign(1, 0);
     body.chunk_stars.assign(1, 0);
+    result.chunk_before.assign(1, 0);
     for (auto &stars : of_chunk) {
         auto ordered = in_lanes(std::move(stars), body);
         ordered.resize(padded(static_cast<int>(ordered.size())));
+        for (std::size_t first = 0; first < ordered.size(); first += slice_size)
+            append_nodes(std::span(ordered).subspan(first, slice_size), ordered[first].rim.size(),
+                         all_rims(ordered, first), result.node_before);
         std::ranges::move(ordered, std::back_inserter(result.stars));
         body.chunk_stars.push_back(static_cast<int>(result.stars.size()) / slice_size);
+        result.chunk_before.push_back(static_cast<int>(result.node_before.size()));
     }
+    for (const auto &star : result.stars)
+        result.rims.push_back(star.rim.empty() ? star.rim
+                                               : rim_without(star, parts.is_removed, parts.has_gradient_means));
     for (std::size_t first = 0; first < result.stars.size(); first += slice_size) {
-        const std::size_t length = result.stars[first].rim.size(), at = result.node.size();
+        const auto rims = std::span(result.rims).subspan(first, slice_size);
+        const std::size_t length = std::ranges::max_element(rims, {}, &Rim::size)->size();
         body.longest_star = std::max(body.longest_star, length);
         body.star_start.push_back(body.star_start.back() + static_cast<int>(length));
-        result.node.resize(at + (length + 2) * slice_size, padding);
-        for (std::size_t lane = 0; lane < slice_size; ++lane) {
-            const auto &star = result.stars[first + lane];
-            if (star.rim.empty())
-                continue;
-            for (std::size_t end = 0; end < 2; ++end)
-                result.node[at + end * slice_size + lane] = star.axis[end];
-            for (std::size_t k = 0; k < length; ++k)
-                result.node[at + (2 + k) * slice_size + lane] = corner_of(star, length, k).node;
-        }
+        append_nodes(std::span(result.stars).subspan(first, slice_size), length, rims, result.node);
     }
     return result;
 }
 
 template <class T>
-void slice_stars(const StepParts &parts, const std::vector<core::Vector3> &positions, const StarLines &lines,
-                 SlicedBody<T> &body) {
+void put_star(const StepParts &parts, const Eigen::VectorXd &x, const Star &star, const std::vector<Star::Corner> &rim,
+              std::size_t s, SlicedBody<T> &body) {
+    const std::size_t slice = s / slice_size, lane = s % slice_size;
+    const auto length = static_cast<std::size_t>(body.star_start[slice + 1] - body.star_start[slice]);
+    double volume = 0.0, stiffness = 0.0;
+    for (std::size_t k = 0; k < length; ++k) {
+        auto &inverse =
+            body.star_tetrahedron[(static_cast<std::size_t>(body.star_start[slice]) + k) * slice_size + lane];
+        const int t = corner_of(rim, length, k).tetrahedron;
+        if (t < 0) {
+            inverse = T(0);
+            continue;
+        }
+        const auto &nodes = parts.tetrahedra[t];
+        const auto [of_tetrahedron, gradient] = volume_gradient(x, nodes);
+        const auto corner = [&](int node) { return std::ranges::find(nodes, node) - nodes.begin(); };
+        volume += of_tetrahedron;
+        stiffness -= parts.inner_modulus[t] / of_tetrahedron *
+                     gradient[corner(star.axis[0])].dot(gradient[corner(star.axis[1])]);
+        inverse = static_cast<T>(1.0 / (6.0 * of_tetrahedron));
+    }
+    body.star_modulus[s] = static_cast<T>(parts.edge_modulus[star.part] / 36.0);
+    body.star_inverse_volume[s] = static_cast<T>(volume > 0.0 ? 1.0 / (6.0 * volume) : 0.0);
+    body.star_stiffness[s] = static_cast<T>(stiffness);
+}
+
+template <class T>
+void slice_stars(const StepParts &parts, const std::vector<core::Vector3> &positions, StarLines lines,
+                 SlicedBody<T> &body, SlicedPlan &plan) {
     if (parts.edge_modulus.empty())
         return;
     body.has_gradient_stars = parts.has_gradient_means;
@@ -112,43 +158,32 @@ void slice_stars(const StepParts &parts, const std::vector<core::Vector3> &posit
             at_rest[i][c] =
                 body.rest_rows[4 * static_cast<std::size_t>(body.row_of_node[i]) + static_cast<std::size_t>(c)] =
                     static_cast<T>(positions[i][c]);
-    const auto x = to_unknowns(at_rest);
+    plan.rounded_rest = to_unknowns(at_rest);
     for (const int node : lines.node)
         body.star_corner.push_back(node == padding ? 0 : 4 * body.row_of_node[node]);
     body.star_tetrahedron.assign(static_cast<std::size_t>(body.star_start.back()) * slice_size, T(0));
     for (auto *values : {&body.star_modulus, &body.star_inverse_volume, &body.star_stiffness})
         values->assign(lines.stars.size(), T(0));
+    plan.star_of_part.assign(parts.edge_modulus.size(), padding);
     for (std::size_t s = 0; s < lines.stars.size(); ++s) {
-        const auto &star = lines.stars[s];
-        if (star.rim.empty())
+        plan.rim_size.push_back(static_cast<int>(lines.rims[s].size()));
+        if (lines.stars[s].rim.empty())
             continue;
-        const std::size_t slice = s / slice_size, lane = s % slice_size;
-        const auto length = static_cast<std::size_t>(body.star_start[slice + 1] - body.star_start[slice]);
-        double volume = 0.0, stiffness = 0.0;
-        for (std::size_t k = 0; k < length; ++k) {
-            const int t = corner_of(star, length, k).tetrahedron;
-            if (t < 0)
-                continue;
-            const auto &nodes = parts.tetrahedra[t];
-            const auto [of_tetrahedron, gradient] = volume_gradient(x, nodes);
-            const auto corner = [&](int node) { return std::ranges::find(nodes, node) - nodes.begin(); };
-            volume += of_tetrahedron;
-            stiffness -= parts.inner_modulus[t] / of_tetrahedron *
-                         gradient[corner(star.axis[0])].dot(gradient[corner(star.axis[1])]);
-            body.star_tetrahedron[(static_cast<std::size_t>(body.star_start[slice]) + k) * slice_size + lane] =
-                static_cast<T>(1.0 / (6.0 * of_tetrahedron));
-        }
-        body.star_modulus[s] = static_cast<T>(parts.edge_modulus[star.part] / 36.0);
-        body.star_inverse_volume[s] = static_cast<T>(1.0 / (6.0 * volume));
-        body.star_stiffness[s] = static_cast<T>(stiffness);
+        plan.star_of_part[lines.stars[s].part] = static_cast<int>(s);
+        put_star(parts, plan.rounded_rest, lines.stars[s], lines.rims[s], s, body);
     }
+    plan.stars = std::move(lines.stars);
 }
 
+template void put_star(const StepParts &, const Eigen::VectorXd &, const Star &, const std::vector<Star::Corner> &,
+                       std::size_t, SlicedBody<float> &);
+template void put_star(const StepParts &, const Eigen::VectorXd &, const Star &, const std::vector<Star::Corner> &,
+                       std::size_t, SlicedBody<double> &);
 template StarLines star_lines(const StepParts &, const Lines &, SlicedBody<float> &);
 template StarLines star_lines(const StepParts &, const Lines &, SlicedBody<double> &);
-template void slice_stars(const StepParts &, const std::vector<core::Vector3> &, const StarLines &,
-                          SlicedBody<float> &);
-template void slice_stars(const StepParts &, const std::vector<core::Vector3> &, const StarLines &,
-                          SlicedBody<double> &);
+template void slice_stars(const StepParts &, const std::vector<core::Vector3> &, StarLines, SlicedBody<float> &,
+                          SlicedPlan &);
+template void slice_stars(const StepParts &, const std::vector<core::Vector3> &, StarLines, SlicedBody<double> &,
+                          SlicedPlan &);
 
 } // namespace livermark::msm

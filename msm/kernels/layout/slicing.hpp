@@ -54,13 +54,27 @@ template <class T> Aligned<T> on_lines(const std::vector<double> &values, const 
 
 /// Puts the neighbours of lanes and their springs on lines.
 /// @param body  with all of its rows
+/// @param plan  told where springs are
 template <class T>
-void slice_springs(const StepParts &parts, const std::vector<SpringLane> &lanes, SlicedBody<T> &body);
+void slice_springs(const StepParts &parts, const std::vector<SpringLane> &lanes, SlicedBody<T> &body, SlicedPlan &plan);
+
+/// A spring as it is now, at one of its places.
+/// @param at  index into SlicedBody::spring
+template <class T> void put_spring(const StepParts &parts, int spring, std::size_t at, SlicedBody<T> &body) {
+    body.spring[at] = static_cast<T>(parts.stiffness[spring]);
+    body.spring[at + slice_size] = static_cast<T>(0.5 * parts.stiffness[spring] * parts.rest_length[spring]);
+}
 
 /// The part of sliced_body() that tetrahedra have: fans, corner forces and volumes.
 /// @param body  with its nodes
+/// @param plan  told where tetrahedra, control volumes and stars are
 template <class T>
-void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &positions, SlicedBody<T> &body);
+void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &positions, SlicedBody<T> &body,
+                      SlicedPlan &plan);
+
+/// Makes of a tetrahedron on the lines one without volume.
+/// @param place  on the lines
+template <class T> void take_out(std::size_t place, SlicedBody<T> &body);
 
 /// What springs that are coupled have to know of each tetrahedron at rest.
 /// @param positions  shape (N) [m], at rest
@@ -70,9 +84,28 @@ void slice_shapes(const StepParts &parts, const std::vector<core::Vector3> &posi
 
 /// The stars of springs around edges, in slices, and those of each chunk of fans behind each other.
 struct StarLines {
-    std::vector<Star> stars; ///< 16 of each slice, the longest first; without a rim where a slice is filled up
-    std::vector<int> node;   ///< as SlicedBody::star_corner; padding where a slice is filled up
+    /// 16 of each slice, the longest first, as before anything was removed; without a rim where a slice is filled up
+    std::vector<Star> stars;
+    std::vector<std::vector<Star::Corner>> rims; ///< of these, as they are now
+    std::vector<int> node;                       ///< as SlicedBody::star_corner; padding where a slice is filled up
+    /// The nodes before anything was removed, and where those of each chunk of fans begin: the order in which nodes get
+    /// places for forces
+    std::vector<int> node_before, chunk_before;
 };
+
+/// Of a polygon as one that is longer, its first node again and again with no volume between.
+inline Star::Corner corner_of(const std::vector<Star::Corner> &rim, std::size_t length, std::size_t k) {
+    const std::size_t more = length - rim.size();
+    return k < more ? Star::Corner{rim.front().node, -1} : rim[k - more];
+}
+
+/// What the tetrahedra of a star are at rest, on lines that are there.
+/// @param x     shape (3N) [m], at rest, in the precision of the kernels
+/// @param rim   as it is now
+/// @param lane  of all stars
+template <class T>
+void put_star(const StepParts &parts, const Eigen::VectorXd &x, const Star &star, const std::vector<Star::Corner> &rim,
+              std::size_t lane, SlicedBody<T> &body);
 
 /// Gives each star to the chunk of fans that has most of its tetrahedra.
 /// @param body  with its fans; told where stars begin
@@ -80,9 +113,10 @@ template <class T> StarLines star_lines(const StepParts &parts, const Lines &lin
 
 /// What stars have to know at rest.
 /// @param positions  shape (N) [m], at rest
+/// @param plan  told where stars are
 template <class T>
-void slice_stars(const StepParts &parts, const std::vector<core::Vector3> &positions, const StarLines &lines,
-                 SlicedBody<T> &body);
+void slice_stars(const StepParts &parts, const std::vector<core::Vector3> &positions, StarLines lines,
+                 SlicedBody<T> &body, SlicedPlan &plan);
 
 /// The control volumes around the neighbours of each one, and what part of their changes of volume it has in its own
 /// mean, see mean_volumes_around_nodes().
@@ -92,6 +126,12 @@ struct VolumeNeighbour {
 };
 using VolumeMeans = std::vector<std::vector<VolumeNeighbour>>;
 
+/// Of one control volume, ascending. Neighbours whose tetrahedra are all removed stay, with zeros.
+/// @param x        shape (3N) [m], at rest
+/// @param members  of the volume
+std::vector<VolumeNeighbour> volume_mean(const StepParts &parts, const Eigen::VectorXd &x, int volume,
+                                         std::span<const int> members);
+
 /// @return shape (C), empty if changes of volumes are not averaged
 VolumeMeans volume_means(const StepParts &parts, const std::vector<core::Vector3> &positions);
 
@@ -99,8 +139,17 @@ VolumeMeans volume_means(const StepParts &parts, const std::vector<core::Vector3
 template <class T>
 void slice_volume_means(const VolumeMeans &means, const std::vector<int> &number_of_volume, SlicedBody<T> &body);
 
-/// V0_c of each control volume around a node. @return shape (C) [m^3]
-std::vector<double> rest_volumes(const StepParts &parts, const std::vector<core::Vector3> &positions);
+/// The mean of one of them, on lines that are there.
+template <class T> void put_volume_mean(const std::vector<VolumeNeighbour> &mean, int number, SlicedBody<T> &body);
+
+/// What a control volume resists with.
+/// @param rest_volume  of the volume [m^3]
+/// @param number       of the volume in the sliced body
+template <class T>
+void put_volume(const StepParts &parts, int volume, double rest_volume, int number, SlicedBody<T> &body);
+
+/// What is asked of the neighbours of a control volume, on lines that are there.
+template <class T> void put_mean_gradient(const MeanGradient &gradient, int number, SlicedBody<T> &body);
 
 /// The parts that springs coupled around nodes have, and what those around edges have besides their stars.
 /// @param positions         shape (N) [m], at rest

@@ -51,6 +51,39 @@ std::vector<Star::Corner> polygon(std::vector<Link> links, int start_of_axis) {
 
 } // namespace
 
+std::vector<Star::Corner> rim_without(const Star &star, const std::vector<char> &is_removed, bool is_polygon) {
+    const auto &rim = star.rim;
+    const auto is_there = [&](std::size_t k) {
+        const int t = rim[k % rim.size()].tetrahedron;
+        return t >= 0 && (is_removed.empty() || is_removed[t] == 0);
+    };
+    std::vector<Star::Corner> result;
+    if (is_removed.empty() || std::ranges::none_of(rim, [&](const Star::Corner &corner) {
+            return corner.tetrahedron >= 0 && is_removed[corner.tetrahedron] != 0;
+        }))
+        return rim;
+    if (!is_polygon) {
+        for (std::size_t k = 0; k < rim.size(); ++k)
+            result.push_back({rim[k].node, is_there(k) ? rim[k].tetrahedron : -1});
+        return result;
+    }
+    std::size_t first = 0; // of a chain
+    while (first < rim.size() && !(is_there(first) && !is_there(first + rim.size() - 1)))
+        ++first;
+    for (std::size_t k = first; first < rim.size() && k < first + rim.size(); ++k) {
+        if (!is_there(k))
+            continue;
+        result.push_back(rim[k % rim.size()]);
+        if (!is_there(k + 1)) {
+            result.push_back({rim[(k + 1) % rim.size()].node, -1});
+            result.push_back({star.axis[0], -1});
+        }
+    }
+    if (result.empty())
+        result.push_back({star.axis[0], -1});
+    return result;
+}
+
 std::vector<Star> stars_around_edges(const StepParts &parts) {
     if (parts.edge_modulus.empty())
         return {};

@@ -20,6 +20,11 @@ struct Star {
     std::vector<Corner> rim;
 };
 
+/// The polygon without tetrahedra that are removed. As one of those that make it, it goes over the start of the axis
+/// where some are missing. Otherwise all of its nodes stay, with no volume between.
+/// @param is_removed  shape (M), or empty for none
+std::vector<Star::Corner> rim_without(const Star &star, const std::vector<char> &is_removed, bool is_polygon);
+
 /// @param parts  with edge_part
 /// @return shape (E)
 std::vector<Star> stars_around_edges(const StepParts &parts);

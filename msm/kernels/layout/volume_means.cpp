@@ -1,4 +1,4 @@
-#include <map>
+#include <algorithm>
 
 #include "msm/elastic_body.hpp"
 #include "msm/kernels/layout/slicing.hpp"
@@ -6,33 +6,67 @@
 
 namespace livermark::msm {
 
-std::vector<double> rest_volumes(const StepParts &parts, const std::vector<core::Vector3> &positions) {
-    const auto x = to_unknowns(positions);
-    std::vector<double> volume(parts.centre.size(), 0.0);
-    for (std::size_t t = 0; t < parts.tetrahedra.size(); ++t)
+VolumeMembers volume_members(const StepParts &parts) {
+    VolumeMembers members;
+    members.start.assign(parts.centre.size() + 1, 0);
+    for (const auto &corners : parts.corner_volume)
+        for (const int c : corners)
+            ++members.start[c + 1];
+    for (std::size_t c = 1; c < members.start.size(); ++c)
+        members.start[c] += members.start[c - 1];
+    members.tetrahedra.resize(4 * parts.corner_volume.size());
+    auto next = members.start;
+    for (std::size_t t = 0; t < parts.corner_volume.size(); ++t)
         for (const int c : parts.corner_volume[t])
-            volume[c] += 0.25 * volume_gradient(x, parts.tetrahedra[t]).volume;
+            members.tetrahedra[next[c]++] = static_cast<int>(t);
+    return members;
+}
+
+double rest_volume(const StepParts &parts, const Eigen::VectorXd &x, std::span<const int> members) {
+    double volume = 0.0;
+    for (const int t : members)
+        if (parts.is_there(t))
+            volume += 0.25 * volume_gradient(x, parts.tetrahedra[t]).volume;
     return volume;
+}
+
+std::vector<VolumeNeighbour> volume_mean(const StepParts &parts, const Eigen::VectorXd &x, int volume,
+                                         std::span<const int> members) {
+    const double of_volume = rest_volume(parts, x, members);
+    std::vector<VolumeNeighbour> shared;
+    for (const int t : members) {
+        const double part =
+            parts.is_there(t) ? volume_gradient(x, parts.tetrahedra[t]).volume / (16.0 * of_volume) : 0.0;
+        for (const int other : parts.corner_volume[t]) {
+            if (other == volume)
+                continue;
+            auto found = std::ranges::find(shared, other, &VolumeNeighbour::volume);
+            if (found == shared.end())
+                found = shared.insert(shared.end(), {other, 0.0});
+            found->weight += part;
+        }
+    }
+    std::ranges::sort(shared, {}, &VolumeNeighbour::volume);
+    return shared;
 }
 
 VolumeMeans volume_means(const StepParts &parts, const std::vector<core::Vector3> &positions) {
     if (!parts.has_mean_volumes)
         return {};
     const auto x = to_unknowns(positions);
-    const auto volume = rest_volumes(parts, positions);
-    std::vector<std::map<int, double>> shared(volume.size());
-    for (std::size_t t = 0; t < parts.tetrahedra.size(); ++t) {
-        const double of_tetrahedron = volume_gradient(x, parts.tetrahedra[t]).volume;
-        for (const int c : parts.corner_volume[t])
-            for (const int other : parts.corner_volume[t])
-                if (c != other)
-                    shared[c][other] += of_tetrahedron / (16.0 * volume[c]);
-    }
-    VolumeMeans means(volume.size());
-    for (std::size_t c = 0; c < means.size(); ++c)
-        for (const auto &[other, weight] : shared[c])
-            means[c].push_back({other, weight});
+    const auto members = volume_members(parts);
+    VolumeMeans means;
+    for (int c = 0; c < static_cast<int>(parts.centre.size()); ++c)
+        means.push_back(volume_mean(parts, x, c, members.of(c)));
     return means;
+}
+
+template <class T> void put_volume_mean(const std::vector<VolumeNeighbour> &mean, int number, SlicedBody<T> &body) {
+    std::size_t at = static_cast<std::size_t>(body.mean_start[number / slice_size]) * slice_size + number % slice_size;
+    for (const auto &neighbour : mean) {
+        body.mean_weight[at] = static_cast<T>(neighbour.weight);
+        at += slice_size;
+    }
 }
 
 template <class T>
@@ -46,17 +80,12 @@ void slice_volume_means(const VolumeMeans &means, const std::vector<int> &number
     body.mean_start.assign(1, 0);
     append_lists(std::move(neighbours), 0, body.mean_start, body.mean_volume);
     body.mean_weight.assign(body.mean_volume.size(), T(0));
-    for (std::size_t c = 0; c < means.size(); ++c) {
-        const int number = number_of_volume[c];
-        std::size_t at =
-            static_cast<std::size_t>(body.mean_start[number / slice_size]) * slice_size + number % slice_size;
-        for (const auto &neighbour : means[c]) {
-            body.mean_weight[at] = static_cast<T>(neighbour.weight);
-            at += slice_size;
-        }
-    }
+    for (std::size_t c = 0; c < means.size(); ++c)
+        put_volume_mean(means[c], number_of_volume[c], body);
 }
 
+template void put_volume_mean(const std::vector<VolumeNeighbour> &, int, SlicedBody<float> &);
+template void put_volume_mean(const std::vector<VolumeNeighbour> &, int, SlicedBody<double> &);
 template void slice_volume_means(const VolumeMeans &, const std::vector<int> &, SlicedBody<float> &);
 template void slice_volume_means(const VolumeMeans &, const std::vector<int> &, SlicedBody<double> &);
 

@@ -75,13 +75,14 @@ template <bool is_damped, class T> HWY_NOINLINE void corner_strains(StepWorkspac
             const auto rest = rest_gradients(D(), body, t, lane);
             const auto f = gradient<D>({axis.direction, from.arm, to.arm}, rest);
             const auto rest_volume = hn::Load(d, body.rest_volume.data() + t);
-            const auto volume = dot(from.lever, to.arm);
+            const auto share = hn::Load(d, body.volume_share.data() + t);
+            const auto volume = hn::Mul(share, dot(from.lever, to.arm));
             put_push_inside(D(), at, volume, t, largest);
             strains.add(D(), {scaled<D>(rest_volume, twice_strain(D(), f)), hn::MulSub(volume, sixth, rest_volume)},
                         at.corner_strain, rim);
             if constexpr (is_damped) {
                 const auto before = rates;
-                const auto damped = volume_between<true>(D(), at, now, from, to, corner, rates);
+                const auto damped = hn::Mul(share, volume_between<true>(D(), at, now, from, to, corner, rates));
                 const auto rate = gradient<D>({rates.axis, before.arm, rates.arm}, rest);
                 const auto factor = hn::Mul(hn::Set(d, static_cast<T>(at.beta)), rest_volume);
                 growth.add(D(),

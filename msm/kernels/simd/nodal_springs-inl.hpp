@@ -139,7 +139,8 @@ template <bool is_damped, class T> HWY_NOINLINE void nodal_strains(StepWorkspace
             const auto span = edge_spans<D>(axis.direction, from.arm, to.arm);
             auto half = half_stretches(D(), span, rest_length);
             [[maybe_unused]] const auto before = rates;
-            const auto volume = volume_between<is_damped>(D(), at, now, from, to, corner, rates);
+            const auto volume = hn::Mul(hn::Load(d, body.volume_share.data() + t),
+                                        volume_between<is_damped>(D(), at, now, from, to, corner, rates));
             if constexpr (is_damped)
                 half = plus_rates<D>(half, hn::Set(d, static_cast<T>(at.beta)), shortenings(D(), span, rest_length),
                                      span, edge_spans<D>(rates.axis, before.arm, rates.arm));

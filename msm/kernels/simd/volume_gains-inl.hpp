@@ -37,9 +37,10 @@ HWY_NOINLINE void volume_gains(StepWorkspace<T> &at, int now, int slice) {
         for (std::size_t t = lines.first; t < lines.end; t += slice_size, rim += slice_size) {
             corner += slice_size;
             const auto to = fetch_rim(D(), axis, rows, corner);
-            auto volume = volume_between<is_damped>(D(), at, now, from, to, corner, rates);
+            const auto share = hn::Load(d, body.volume_share.data() + t);
+            auto volume = hn::Mul(share, volume_between<is_damped>(D(), at, now, from, to, corner, rates));
             if constexpr (is_damped && has_energy) {
-                const auto plain = dot(from.lever, to.arm);
+                const auto plain = hn::Mul(share, dot(from.lever, to.arm));
                 growth.add(D(), hn::Mul(hn::Sub(volume, plain), sixth), at.gain_rate.data() + rim);
                 volume = plain;
             }

@@ -1,0 +1,167 @@
+#include "msm/cutting/cut_parts.hpp"
+
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <utility>
+
+#include "msm/springs/springs_with_volume.hpp"
+#include "msm/springs/tetrahedron_volume.hpp"
+
+namespace livermark::msm {
+
+namespace {
+
+void sort_once(std::vector<int> &numbers) {
+    std::ranges::sort(numbers);
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+}
+
+} // namespace
+
+template <std::size_t n>
+CutParts::Around CutParts::around(const std::vector<std::array<int, n>> &numbers, std::size_t count) {
+    Around result;
+    result.start.assign(count + 1, 0);
+    for (const auto &of_tetrahedron : numbers)
+        for (const int number : of_tetrahedron)
+            ++result.start[number + 1];
+    for (std::size_t i = 1; i < result.start.size(); ++i)
+        result.start[i] += result.start[i - 1];
+    result.tetrahedra.resize(n * numbers.size());
+    auto next = result.start;
+    for (std::size_t t = 0; t < numbers.size(); ++t)
+        for (const int number : numbers[t])
+            result.tetrahedra[next[number]++] = static_cast<int>(t);
+    return result;
+}
+
+std::optional<CutParts> CutParts::prepare(const core::Body &body, const ElasticBody &elastic,
+                                          std::optional<SpringSource> springs) {
+    auto known = step_parts(elastic);
+    if (!known)
+        return std::nullopt;
+    const auto &mesh = body.mesh;
+    CutParts result;
+    result.parts_ = std::move(*known);
+    result.parts_.is_removed.assign(mesh.tetrahedra.size(), 0);
+    result.node_mass_ = elastic.node_mass;
+    result.source_ = std::move(springs);
+    result.tetrahedra_ = mesh.tetrahedra;
+    result.of_node_ = around(mesh.tetrahedra, mesh.points.size());
+    const auto volumes = core::tetrahedron_volumes(mesh);
+    for (std::size_t t = 0; t < volumes.size(); ++t)
+        result.mass_share_.push_back(body.materials[mesh.region[t]].density * volumes[t] / 4.0);
+    if (!result.parts_.edges.empty()) {
+        result.edges_ = core::edge_table(mesh.tetrahedra);
+        result.of_spring_ = around(result.edges_.tetrahedron_edge, result.edges_.edges.size());
+        if (result.source_ && result.source_->law.of_tetrahedron)
+            for (std::size_t t = 0; t < volumes.size(); ++t)
+                result.of_edges_.push_back(result.source_->law.of_tetrahedron(result.source_->body, t));
+    }
+    const auto &parts = result.parts_;
+    const auto x = to_unknowns(mesh.points);
+    result.volume_.resize(static_cast<Eigen::Index>(mesh.tetrahedra.size()));
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
+        result.volume_[static_cast<Eigen::Index>(t)] = volume_gradient(x, mesh.tetrahedra[t]).volume;
+    if (!parts.centre.empty()) {
+        result.of_volume_ = around(parts.corner_volume, parts.centre.size());
+        for (int c = 0; c < static_cast<int>(parts.centre.size()); ++c)
+            result.volume_modulus_.push_back(
+                modulus_beside_springs(body.materials[mesh.region[result.of_volume_.of(c).front()]]));
+    }
+    return result;
+}
+
+void CutParts::set_spring(int spring) {
+    double stiffness = 0.0;
+    for (const int t : of_spring_.of(spring))
+        if (parts_.is_there(t)) {
+            const auto &edges = edges_.tetrahedron_edge[t];
+            stiffness += of_edges_[t][std::ranges::find(edges, spring) - edges.begin()];
+        }
+    parts_.stiffness[spring] = source_->factor * stiffness;
+}
+
+/// Of the body without what is gone; nodes keep their numbers.
+void CutParts::ask_law_again() {
+    auto body = source_->body;
+    auto &mesh = body.mesh;
+    core::EdgeTable table;
+    std::vector<int> number(edges_.edges.size(), -1);
+    mesh.tetrahedra.clear();
+    mesh.region.clear();
+    for (std::size_t t = 0; t < tetrahedra_.size(); ++t)
+        if (parts_.is_there(t)) {
+            mesh.tetrahedra.push_back(tetrahedra_[t]);
+            mesh.region.push_back(source_->body.mesh.region[t]);
+            for (const int edge : table.tetrahedron_edge.emplace_back(edges_.tetrahedron_edge[t]))
+                number[edge] = 0;
+        }
+    for (std::size_t s = 0; s < number.size(); ++s)
+        if (number[s] == 0) {
+            number[s] = static_cast<int>(table.edges.size());
+            table.edges.push_back(edges_.edges[s]);
+        }
+    for (auto &edges : table.tetrahedron_edge)
+        for (int &edge : edges)
+            edge = number[edge];
+    const auto stiffness = source_->law.stiffness(body, table);
+    changes_.springs.clear();
+    for (std::size_t s = 0; s < number.size(); ++s) {
+        parts_.stiffness[s] = number[s] < 0 ? 0.0 : source_->factor * stiffness[number[s]];
+        changes_.springs.push_back(static_cast<int>(s));
+    }
+}
+
+/// As VolumePenalty does, a product with few rows.
+void CutParts::set_volumes(std::span<const int> volumes) {
+    Eigen::SparseMatrix<double, Eigen::RowMajor> share(static_cast<Eigen::Index>(volumes.size()), volume_.size());
+    std::vector<Eigen::Triplet<double>> entries;
+    for (std::size_t row = 0; row < volumes.size(); ++row)
+        for (const int t : of_volume_.of(volumes[row]))
+            if (parts_.is_there(t))
+                entries.emplace_back(static_cast<int>(row), t, 0.25);
+    share.setFromTriplets(entries.begin(), entries.end());
+    const Eigen::VectorXd rest = share * volume_;
+    for (std::size_t row = 0; row < volumes.size(); ++row) {
+        const double volume = rest[static_cast<Eigen::Index>(row)];
+        parts_.volume_stiffness[volumes[row]] = volume > 0.0 ? volume_modulus_[volumes[row]] / volume : 0.0;
+    }
+}
+
+const CutChanges &CutParts::remove(std::span<const int> tetrahedra) {
+    changes_ = {};
+    changes_.tetrahedra.assign(tetrahedra.begin(), tetrahedra.end());
+    std::ranges::sort(changes_.tetrahedra);
+    for (const int t : changes_.tetrahedra) {
+        parts_.is_removed[t] = 1;
+        changes_.nodes.insert(changes_.nodes.end(), tetrahedra_[t].begin(), tetrahedra_[t].end());
+        if (!parts_.edges.empty())
+            changes_.springs.insert(changes_.springs.end(), edges_.tetrahedron_edge[t].begin(),
+                                    edges_.tetrahedron_edge[t].end());
+        if (!parts_.centre.empty())
+            changes_.volumes.insert(changes_.volumes.end(), parts_.corner_volume[t].begin(),
+                                    parts_.corner_volume[t].end());
+        if (!parts_.edge_part.empty())
+            changes_.edge_parts.insert(changes_.edge_parts.end(), parts_.edge_part[t].begin(),
+                                       parts_.edge_part[t].end());
+    }
+    for (auto *numbers : {&changes_.nodes, &changes_.springs, &changes_.volumes, &changes_.edge_parts})
+        sort_once(*numbers);
+    for (const int node : changes_.nodes) {
+        node_mass_[node] = 0.0;
+        for (const int t : of_node_.of(node))
+            if (parts_.is_there(t))
+                node_mass_[node] += mass_share_[t];
+    }
+    if (!of_edges_.empty())
+        for (const int s : changes_.springs)
+            set_spring(s);
+    else if (source_)
+        ask_law_again();
+    if (!parts_.volume_stiffness.empty())
+        set_volumes(changes_.volumes);
+    return changes_;
+}
+
+} // namespace livermark::msm
