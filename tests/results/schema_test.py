@@ -13,6 +13,7 @@ OTHER_FILES = {
     "Cohort files": "sample_cohort.h5",
     "Arena files": "sample_arena.h5",
     "Needle files": "sample_needles.h5",
+    "Cut files": "sample_cut.h5",
     "Tool scenes": "sample_scene.h5",
     "Experiment files": "sample_experiment.h5",
     "Sensitivity files": "sample_sensitivity.h5",
@@ -49,6 +50,7 @@ def general(path, file):
     path = re.sub(r"^/needles/\d+(/models/[^/@]+)?",
                   lambda found: "/needles/<n>" + ("/models/<model>" if found[1] else ""), path)
     path = re.sub(r"^/experiment/ring_downs/\d+", "/experiment/ring_downs/<n>", path)
+    path = re.sub(r"^/cut/models/[^/@]+", "/cut/models/<model>", path)
     path = re.sub(r"^/histories/[^/@]+(/\d+)?", lambda found: "/histories/<case>" + ("/<n>" if found[1] else ""), path)
     for model in file.get("/solutions", ()):
         path = re.sub(rf"(/solutions/|/comparisons/|/modes/|displacement_|error_){model}(?=[/@]|$)", r"\1<model>", path)
@@ -104,6 +106,8 @@ def sizes_of(file):
                 "T": file["/tool/nodes"].shape[0], "K": file["/tool/time"].shape[0]}
     if "needles" in file:
         return {"J": file["/needles/0/models/judge/depth"].shape[0]}
+    if "cut" in file:
+        return {"K": file["/cut/depth"].shape[0]}
     if "experiment" in file:
         group = file["/experiment"]
         ring_down = group["ring_downs/0"]

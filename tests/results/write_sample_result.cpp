@@ -2,6 +2,7 @@
 // enough to be printed and fuzzed.
 #include <filesystem>
 
+#include "results/hdf5/cut_file.hpp"
 #include "results/hdf5/files/calibration_file.hpp"
 #include "results/hdf5/files/cohort_file.hpp"
 #include "results/hdf5/files/experiment_file.hpp"
@@ -15,6 +16,7 @@
 #include "tests/samples/sample_arena.hpp"
 #include "tests/samples/sample_calibration.hpp"
 #include "tests/samples/sample_cohort.hpp"
+#include "tests/samples/sample_cut.hpp"
 #include "tests/samples/sample_experiment.hpp"
 #include "tests/samples/sample_needles.hpp"
 #include "tests/samples/sample_result.hpp"
@@ -52,6 +54,7 @@ int main(int argc, char **argv) {
     results::write_calibration(folder / "sample_calibration.h5", tests::sample_calibration(*result.problem.body));
     results::write_cohort(folder / "sample_cohort.h5", tests::sample_cohort());
     results::write_arena(folder / "sample_arena.h5", tests::sample_arena());
+    results::write_cut(folder / "sample_cut.h5", tests::sample_cut());
     results::write_needles(folder / "sample_needles.h5", tests::sample_needles());
     results::write_experiment(folder / "sample_experiment.h5", tests::sample_experiment());
     results::write_sensitivity(folder / "sample_sensitivity.h5", tests::sample_sensitivity());

@@ -1,0 +1,67 @@
+#include "results/hdf5/cut_file.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "results/provenance.hpp"
+#include "results/tables/studies/cut_table.hpp"
+#include "support/input_error.hpp"
+#include "tests/result_folder.hpp"
+#include "tests/samples/sample_cut.hpp"
+
+namespace livermark::results {
+namespace {
+
+using CutFiles = tests::ResultFolder;
+
+TEST_F(CutFiles, HoldWhatWasWritten) {
+    auto written = tests::sample_cut();
+    written.provenance = current_provenance("livermark cut");
+    write_cut(path_, written);
+    const auto read = read_cut_file(path_);
+    EXPECT_EQ(read.provenance, written.provenance);
+    EXPECT_EQ(read.blade, written.blade);
+    EXPECT_EQ(read.toughness, 100.0);
+    EXPECT_EQ(read.depth, written.depth);
+    EXPECT_EQ(read.area, written.area);
+    EXPECT_EQ(read.cut_seconds, written.cut_seconds);
+    EXPECT_EQ(read.nodes, written.nodes);
+    ASSERT_EQ(read.runs.size(), 2U);
+    EXPECT_EQ(read.runs[1].model, "springs");
+    EXPECT_EQ(read.runs[1].stored, written.runs[1].stored);
+    EXPECT_EQ(read.runs[1].work, written.runs[1].work);
+    EXPECT_EQ(read.runs[1].opening, written.runs[1].opening);
+    EXPECT_EQ(read.runs[1].solve_seconds, written.runs[1].solve_seconds);
+}
+
+TEST_F(CutFiles, AreRefusedWhereTheyCannotBe) {
+    EXPECT_THROW(read_cut_file(directory_ / "none.h5"), support::InputError);
+    auto wrong = tests::sample_cut();
+    wrong.runs[1].work.pop_back();
+    write_cut(path_, wrong);
+    EXPECT_THROW(read_cut_file(path_), support::InputError);
+    wrong = tests::sample_cut();
+    wrong.area.pop_back();
+    write_cut(path_, wrong);
+    EXPECT_THROW(read_cut_file(path_), support::InputError);
+}
+
+TEST_F(CutFiles, SayWhatACutSetsFree) {
+    const auto file = tests::sample_cut();
+    EXPECT_NEAR(file.runs[0].released(1), 0.005, 1e-15);
+    EXPECT_NEAR(file.release_rate(file.runs[0], 1), 25.0, 1e-10);
+    EXPECT_TRUE(std::isnan(file.release_rate(file.runs[0], 2)));
+    EXPECT_NEAR(file.tearing(2), 0.02, 1e-15);
+    const auto steps = cut_table(file);
+    ASSERT_EQ(steps.rows.size(), 3U);
+    EXPECT_EQ(steps.rows[1],
+              (std::vector<std::string>{"10.0", "2.00", "2.000", "15.000", "5.000", "25.000", "15.00", "250"}));
+    EXPECT_EQ(steps.rows[2][5], "-");
+    const auto models = cut_models_table(file);
+    ASSERT_EQ(models.rows.size(), 2U);
+    EXPECT_EQ(models.rows[0][0], "judge (reference)");
+    EXPECT_EQ(models.rows[1], (std::vector<std::string>{"springs", "3.000", "50.0", "6.000", "20.0", "30.000", "200"}));
+}
+
+} // namespace
+} // namespace livermark::results

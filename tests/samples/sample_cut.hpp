@@ -1,0 +1,30 @@
+#pragma once
+
+#include "results/records/growing_cut.hpp"
+
+namespace livermark::tests {
+
+/// Two steps of a blade in two models; the second step parts nothing. The numbers are made up.
+inline results::CutFile sample_cut() {
+    results::CutFile cut{.provenance = {}, .body = "block", .load_case = "traction", .title = "Pulled"};
+    cut.blade = {core::Vector3(0.0, 0.0, 0.01), core::Vector3(0.0, 0.02, 0.01), core::Vector3(0.02, 0.02, 0.01),
+                 core::Vector3(0.02, 0.0, 0.01)};
+    cut.toughness = 100.0;
+    cut.depth = {0.0, 0.01, 0.02};
+    cut.area = {0.0, 2e-4, 2e-4};
+    cut.cut_seconds = {0.0, 0.25, 0.125};
+    cut.nodes = {100, 110, 110};
+    cut.runs = {{.model = "judge",
+                 .stored = {0.010, 0.015, 0.015},
+                 .work = {0.020, 0.030, 0.030},
+                 .opening = {0.0, 0.002, 0.002},
+                 .solve_seconds = {2.0, 3.0, 2.5}},
+                {.model = "springs",
+                 .stored = {0.012, 0.018, 0.018},
+                 .work = {0.024, 0.036, 0.036},
+                 .opening = {0.0, 0.003, 0.003},
+                 .solve_seconds = {0.2, 0.3, 0.1}}};
+    return cut;
+}
+
+} // namespace livermark::tests
