@@ -65,12 +65,12 @@ class DistributedSystem : public PathSystem {
     }
     TangentSolver::Correction solve(const State &right, double tolerance) const override {
         MixedField change;
-        const auto ending = solver_.solve(
-            {.stiffness = tangent().stiffness,
-             .divergence = tangent().divergence,
-             .compliance = elements().compliance(),
-             .add_product = [&](auto x, auto out) { follower().add_antisymmetric_product(load_stiffness(), x, out); }},
-            {right.displacement, right.pressure}, tolerance, TangentSolver::max_iterations, change);
+        const auto ending =
+            solver_.solve({.stiffness = tangent().stiffness,
+                           .divergence = tangent().divergence,
+                           .compliance = elements().compliance(),
+                           .add_product = [&](auto x, auto out) { surface_stiffness().add_product(x, out); }},
+                          {right.displacement, right.pressure}, tolerance, TangentSolver::max_iterations, change);
         return {.converged = ending.converged,
                 .iterations = ending.iterations,
                 .change = {std::move(change.u), std::move(change.p)}};

@@ -1,7 +1,6 @@
 #include "fem_reference/hyperelastic/follower_pressure.hpp"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -11,21 +10,6 @@ namespace {
 
 using core::Vector3;
 using Tangents = Eigen::Matrix<double, 3, 2>;
-
-/// The nodes of a facet in the order of ReferenceTriangle, corners as the mesh has them.
-std::vector<int> nodes_of(const fem_reference::ElasticSystem &system, const core::TetraMesh &mesh, std::size_t facet) {
-    std::vector<int> nodes;
-    for (const int corner : mesh.boundary_triangles[facet])
-        nodes.push_back(system.mesh_node[corner]);
-    const auto there =
-        std::span(system.facet_nodes).subspan(facet * system.nodes_per_facet, system.nodes_per_facet).subspan(3);
-    for (std::size_t k = 0; k < there.size(); ++k) {
-        const Vector3 middle = 0.5 * (system.points[nodes[k]] + system.points[nodes[(k + 1) % 3]]);
-        nodes.push_back(*std::ranges::min_element(
-            there, {}, [&](int node) { return (system.points[node] - middle).squaredNorm(); }));
-    }
-    return nodes;
-}
 
 /// x_r and x_s.
 Tangents tangents(const fem_reference::ElasticSystem &system, const std::vector<int> &nodes,
@@ -53,7 +37,7 @@ FollowerPressure::FollowerPressure(const fem_reference::ElasticSystem &system, c
                                     " facets of " + std::to_string(mesh.boundary_triangles.size()));
     for (std::size_t f = 0; f < pressure.size(); ++f)
         if (pressure[f] < 0.0 || pressure[f] > 0.0)
-            facets_.push_back({nodes_of(system, mesh, f), pressure[f]});
+            facets_.push_back({nodes_of_facet(system, mesh, f), pressure[f]});
 }
 
 void FollowerPressure::add_forces(double factor, const std::vector<double> &displacement,
@@ -68,12 +52,11 @@ void FollowerPressure::add_forces(double factor, const std::vector<double> &disp
         }
 }
 
-FollowerPressure::LoadStiffness FollowerPressure::load_stiffness(double factor,
-                                                                 const std::vector<double> &displacement) const {
-    LoadStiffness result;
+SurfaceStiffness FollowerPressure::load_stiffness(double factor, const std::vector<double> &displacement) const {
+    SurfaceStiffness result;
     for (const auto &facet : facets_) {
         const auto num_nodes = static_cast<Eigen::Index>(facet.nodes.size());
-        auto &matrix = result.of_facet.emplace_back(Eigen::MatrixXd::Zero(3 * num_nodes, 3 * num_nodes));
+        Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(3 * num_nodes, 3 * num_nodes);
         for (std::size_t q = 0; q < reference_.weight.size(); ++q) {
             const auto &gradients = reference_.gradient[q];
             const Tangents x = tangents(*system_, facet.nodes, gradients, displacement);
@@ -86,43 +69,9 @@ FollowerPressure::LoadStiffness FollowerPressure::load_stiffness(double factor,
                     matrix.block<3, 3>(3 * a, 3 * b) += reference_.shape[q][a] * of_area;
             }
         }
+        result.add({facet.nodes, 0.5 * (matrix + matrix.transpose()), 0.5 * (matrix - matrix.transpose())});
     }
     return result;
-}
-
-void FollowerPressure::add_symmetric_part(const LoadStiffness &loads,
-                                          fem_reference::SymmetricBlocks<double> &stiffness) const {
-    const auto &rows = stiffness.rows;
-    for (std::size_t f = 0; f < facets_.size(); ++f) {
-        const auto &nodes = facets_[f].nodes;
-        const Eigen::MatrixXd symmetric = 0.5 * (loads.of_facet[f] + loads.of_facet[f].transpose());
-        for (std::size_t a = 0; a < nodes.size(); ++a)
-            for (std::size_t b = 0; b < nodes.size(); ++b) {
-                if (nodes[b] > nodes[a])
-                    continue;
-                const auto first = rows.column.begin() + rows.row_start[nodes[a]],
-                           last = rows.column.begin() + rows.row_start[nodes[a] + 1];
-                auto &block = a == b ? stiffness.diagonal[nodes[a]]
-                                     : stiffness.below[std::lower_bound(first, last, nodes[b]) - rows.column.begin()];
-                for (int i = 0; i < 3; ++i)
-                    for (int j = 0; j < 3; ++j)
-                        block[3 * i + j] +=
-                            symmetric(static_cast<Eigen::Index>(3 * a + i), static_cast<Eigen::Index>(3 * b + j));
-            }
-    }
-}
-
-void FollowerPressure::add_antisymmetric_product(const LoadStiffness &loads, std::span<const double> x,
-                                                 std::span<double> out) const {
-    for (std::size_t f = 0; f < facets_.size(); ++f) {
-        const auto &nodes = facets_[f].nodes;
-        Eigen::VectorXd local(static_cast<Eigen::Index>(3 * nodes.size()));
-        for (std::size_t a = 0; a < nodes.size(); ++a)
-            local.segment<3>(static_cast<Eigen::Index>(3 * a)) = Vector3::Map(&x[3 * nodes[a]]);
-        const Eigen::VectorXd product = 0.5 * (loads.of_facet[f] * local - loads.of_facet[f].transpose() * local);
-        for (std::size_t a = 0; a < nodes.size(); ++a)
-            Vector3::Map(&out[3 * nodes[a]]) += product.segment<3>(static_cast<Eigen::Index>(3 * a));
-    }
 }
 
 } // namespace livermark::hyperelastic

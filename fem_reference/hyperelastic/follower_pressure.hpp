@@ -6,6 +6,7 @@
 
 #include "core/mesh/tetra_mesh.hpp"
 #include "fem_reference/hyperelastic/reference_element.hpp"
+#include "fem_reference/hyperelastic/surface/surface_stiffness.hpp"
 #include "fem_reference/linear/elastic_system.hpp"
 
 namespace livermark::hyperelastic {
@@ -31,18 +32,9 @@ class FollowerPressure {
     /// @param force         shape (3 n) [N], added to
     void add_forces(double factor, const std::vector<double> &displacement, std::vector<double> &force) const;
 
-    /// The derivatives of minus the forces, one small matrix for each facet. Unlike the stiffness they are not
-    /// symmetric: a surface whose edge is free or sees the pressure end there has no potential.
-    struct LoadStiffness {
-        std::vector<Eigen::MatrixXd> of_facet; ///< (facets) shape (3 k, 3 k) [N/m], unknown 3 a + i of its k nodes
-    };
-    LoadStiffness load_stiffness(double factor, const std::vector<double> &displacement) const;
-
-    /// Adds the symmetric part of each.
-    void add_symmetric_part(const LoadStiffness &loads, fem_reference::SymmetricBlocks<double> &stiffness) const;
-    /// out += the antisymmetric parts times x
-    /// @param x, out  shape (3 n)
-    void add_antisymmetric_product(const LoadStiffness &loads, std::span<const double> x, std::span<double> out) const;
+    /// The derivatives of minus the forces. They are not symmetric: a surface whose edge is free or sees the pressure
+    /// end there has no potential. The symmetric halves stand in the stiffness.
+    SurfaceStiffness load_stiffness(double factor, const std::vector<double> &displacement) const;
 
   private:
     struct Facet {

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <fmt/format.h>
+#include <optional>
 #include <utility>
 
 #include "fem_reference/dof_conditions.hpp"
@@ -28,6 +29,12 @@ void add_motion(core::Solution &solution, const Elements &elements, TetrahedronR
     }
 }
 
+/// For the result file.
+std::string touched(const TouchSums &touch) {
+    return fmt::format("; touches on {:.4g} mm2, of which {:.3g} % slip", 1e6 * touch.area,
+                       touch.area > 0.0 ? 100.0 * touch.slipping_area / touch.area : 0.0);
+}
+
 } // namespace
 
 PathSolution solve(const core::Problem &problem, const MaterialLaw &law, const Discretisation &discretisation,
@@ -39,11 +46,15 @@ PathSolution solve(const core::Problem &problem, const MaterialLaw &law, const D
     const auto rule = discretisation.degree == 1 ? TetrahedronRule::one_point : discretisation.rule;
     const Elements elements(problem.body, discretisation.degree, discretisation.formulation, law, rule);
     const auto conditions = fem_reference::dof_conditions(problem.load_case, elements.system());
+    std::optional<TouchingBall> ball;
+    if (problem.load_case.touching)
+        ball.emplace(elements.system(), *problem.body, problem.load_case);
     const std::chrono::duration<double> assembly = std::chrono::steady_clock::now() - start;
     const auto num_constraints = static_cast<int>(problem.load_case.constraint_names.size());
-    const auto followed = fem_reference::holds_every_part(problem.load_case, mesh)
-                              ? follow(elements, conditions, num_constraints, follower_pressure, path)
-                              : free_to_move();
+    const auto followed =
+        fem_reference::holds_every_part(problem.load_case, mesh)
+            ? follow(elements, conditions, num_constraints, follower_pressure, path, ball ? &*ball : nullptr)
+            : free_to_move();
     const auto at_mesh_nodes = [&](const std::vector<double> &displacement) {
         std::vector<Vector3> result;
         for (const int node : elements.system().mesh_node)
@@ -56,6 +67,8 @@ PathSolution solve(const core::Problem &problem, const MaterialLaw &law, const D
     solution.setup_seconds += assembly.count();
     solution.solver =
         description(followed, elements.num_pressures() > 0 ? "times two levels over CHOLMOD" : "factors by CHOLMOD");
+    if (ball && !followed.points.empty())
+        solution.solver += touched(followed.points.back().touch);
     if (solution.status == core::SolutionStatus::ok && problem.load_case.release &&
         discretisation.formulation == fem_reference::Formulation::displacement)
         add_motion(solution, elements, rule, problem.load_case, followed.points.back().state);

@@ -37,7 +37,7 @@ struct PathSolution {
 
 /// Static hyperelasticity of one body on its own tetrahedra, in its shape at rest (total Lagrangian):
 /// Div P + rho a = 0 with P = dW / dF, prescribed displacements and dead tractions per area at rest as in the load case
-/// (see fem_reference::StaticSolver), and pressures that follow the surface.
+/// (see fem_reference::StaticSolver), pressures that follow the surface, and a ball that touches it (TouchingBall).
 /// @param problem            load case at the whole load; of a time-dependent one the history too, see release(), but
 ///   not in the mixed formulation
 /// @param follower_pressure  shape (T) [Pa], positive inwards, on facets of any condition; or empty

@@ -9,11 +9,11 @@ class OneProcessSystem : public PathSystem {
   public:
     /// See PathSystem.
     OneProcessSystem(const Elements &elements, const fem_reference::DofConditions &conditions,
-                     std::span<const double> pressure);
+                     std::span<const double> pressure, TouchingBall *ball = nullptr);
 
     InternalForces internal_forces(const State &state) const override { return elements().internal_forces(state); }
     TangentSolver::Correction solve(const State &right, double tolerance) const override {
-        return solver_.solve(tangent(), load_stiffness(), right, tolerance);
+        return solver_.solve(tangent(), surface_stiffness(), right, tolerance);
     }
     double pressure_scale() const override { return solver_.pressure_scale(); }
     bool is_direct() const override { return solver_.is_direct(); }

@@ -50,8 +50,8 @@ struct TangentSolver::Impl {
         std::unique_ptr<fem_reference::Preconditioner> inverse;
     };
 
-    Impl(const Elements &of, const FollowerPressure &pressures, std::vector<bool> free)
-        : elements(of), follower(pressures), is_free(std::move(free)), scale(fem_reference::pressure_scale(of.body())) {
+    Impl(const Elements &of, std::vector<bool> free)
+        : elements(of), is_free(std::move(free)), scale(fem_reference::pressure_scale(of.body())) {
         number.assign(is_free.size(), -1);
         for (std::size_t dof = 0; dof < is_free.size(); ++dof)
             if (is_free[dof])
@@ -106,7 +106,6 @@ struct TangentSolver::Impl {
     }
 
     const Elements &elements;
-    const FollowerPressure &follower;
     std::vector<bool> is_free;
     double scale;
     std::vector<int> number; ///< (3 n) of each free displacement among these, -1 where not free
@@ -118,8 +117,8 @@ struct TangentSolver::Impl {
     mutable std::optional<Levels> levels; ///< with a pressure
 };
 
-TangentSolver::TangentSolver(const Elements &elements, const FollowerPressure &follower, std::vector<bool> is_free)
-    : impl_(std::make_unique<Impl>(elements, follower, std::move(is_free))) {}
+TangentSolver::TangentSolver(const Elements &elements, std::vector<bool> is_free)
+    : impl_(std::make_unique<Impl>(elements, std::move(is_free))) {}
 TangentSolver::~TangentSolver() = default;
 
 double TangentSolver::pressure_scale() const {
@@ -168,9 +167,8 @@ template <class Action> Operator(Action) -> Operator<Action>;
 
 } // namespace
 
-TangentSolver::Correction TangentSolver::solve(const TangentMatrices &tangent,
-                                               const FollowerPressure::LoadStiffness &loads, const State &right,
-                                               double tolerance) const {
+TangentSolver::Correction TangentSolver::solve(const TangentMatrices &tangent, const SurfaceStiffness &surface,
+                                               const State &right, double tolerance) const {
     const auto &impl = *impl_;
     const auto num_displacements = impl.is_free.size();
     const auto num_pressures = static_cast<std::size_t>(impl.elements.num_pressures());
@@ -179,7 +177,7 @@ TangentSolver::Correction TangentSolver::solve(const TangentMatrices &tangent,
         const auto u = impl.displacements(x);
         const auto force = impl.displacements(out);
         tangent.stiffness.multiply(u, force);
-        impl.follower.add_antisymmetric_product(loads, u, force);
+        surface.add_product(u, force);
         if (num_pressures > 0) {
             for (std::size_t k = 0; k < num_pressures; ++k)
                 scaled[k] = impl.scale * impl.pressures(x)[k];

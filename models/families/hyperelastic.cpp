@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <cmath>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,7 +34,7 @@ std::vector<double> follower_pressures(const core::Problem &problem) {
     return pressure;
 }
 
-/// Several MPI ranks solve together what a factor is not needed for.
+/// Several MPI ranks solve together what a factor is not needed for. What a ball touches each of them solves alone.
 bool is_collective(const Discretisation &discretisation) {
     return support::mpi_num_ranks() > 1 && discretisation.formulation == fem_reference::Formulation::mixed;
 }
@@ -47,7 +49,7 @@ core::Solution solve(const core::Problem &problem, const std::string &law, const
     const auto &material = hyperelastic::material_law(law);
     if (problem.load_case.slow_history)
         return hyperelastic::solve_history(dead, material, discretisation, tolerance, follower_pressures(problem));
-    auto found = is_collective(discretisation)
+    auto found = is_collective(discretisation) && !problem.load_case.touching
                      ? hyperelastic::solve_distributed(dead, material, path, follower_pressures(problem))
                      : hyperelastic::solve(dead, material, discretisation, path, follower_pressures(problem));
     auto solution = std::move(found.solution);
@@ -67,11 +69,22 @@ core::Solution solve(const core::Problem &problem, const std::string &law, const
 /// One percent, where four meshes give it.
 constexpr Refinement refinement{.goal = 0.01, .finest_level = 3};
 
+/// How far around the circle that a ball touches meshes are refined, over its radius.
+constexpr double around_touch = 1.5;
+
+/// At rims and below a ball that touches.
+core::BisectedProblem refine(const core::Problem &coarse) {
+    const auto &ball = coarse.load_case.touching;
+    if (!ball)
+        return core::refine_at_rims(coarse);
+    const core::InteriorPlace place{ball->first_point(), std::sqrt(ball->radius * ball->press.norm())};
+    return core::refine_near_places(coarse, std::span(&place, 1), around_touch);
+}
+
 /// At rims alone: stored references are minutes each, see docs/studies/large_deformations.md.
 core::Solution solve_finer(const core::Problem &problem, const std::string &law, const Discretisation &discretisation) {
-    return solve_locally_refined(
-        problem, refinement, [](const core::Problem &coarse) { return core::refine_at_rims(coarse); },
-        [&](const core::Problem &refined) { return solve(refined, law, discretisation); });
+    return solve_locally_refined(problem, refinement, refine,
+                                 [&](const core::Problem &refined) { return solve(refined, law, discretisation); });
 }
 
 using Solve = core::Solution (*)(const core::Problem &, const std::string &, const Discretisation &);
@@ -94,6 +107,7 @@ core::Model elements(const std::string &name, const std::string &summary, const 
             .judges = core::Regime::large,
             .only = core::Regime::large,
             .relaxes = solve_one == solve, // on ever finer meshes it would take hours
+            .touches = true,
             .is_collective = is_collective(discretisation)};
 }
 

@@ -102,6 +102,7 @@ bool EquilibriumSearch::factorise() {
 
 std::optional<TangentSolver::Correction> EquilibriumSearch::solve(const State &right, double tolerance,
                                                                   LoadStep &step) {
+    needs_factor_ = needs_factor_ || system_.ball(); // what touches changes, and is stiff
     bool has_old_factor = !needs_factor_;
     if (needs_factor_ && !factorise())
         return std::nullopt;
@@ -235,17 +236,32 @@ bool EquilibriumSearch::advance(LoadedState &at, double from, double to, LoadSte
         for (double &value : result_.linearised)
             value /= to - from;
     }
-    auto now = balance(*there);
+    if (!converge(*there, step))
+        return false;
+    at = std::move(*there);
+    return true;
+}
+
+bool EquilibriumSearch::settle(LoadedState &at, LoadStep &step) {
+    auto there = at;
+    if (!converge(there, step))
+        return false;
+    at = std::move(there);
+    return true;
+}
+
+/// Corrects until what is out of balance is little enough.
+bool EquilibriumSearch::converge(LoadedState &there, LoadStep &step) {
+    auto now = balance(there);
     if (!(now.smallest_jacobian > 0.0))
         return false;
     step.residuals.push_back(now.size);
     while (now.size > path_.tolerance) {
-        if (static_cast<int>(step.residuals.size()) > path_.max_iterations || !correct(*there, now, step))
+        if (static_cast<int>(step.residuals.size()) > path_.max_iterations || !correct(there, now, step))
             return false;
         step.residuals.push_back(now.size);
     }
     step.converged = true;
-    at = std::move(*there);
     return true;
 }
 
@@ -260,6 +276,10 @@ PathPoint EquilibriumSearch::point(const LoadedState &at, double fraction) const
     for (std::size_t dof = 0; dof < is_free_.size(); ++dof)
         if (const int owner = conditions_.constraint[dof]; owner >= 0 && system_.counted_displacements()[dof])
             point.reaction[owner][static_cast<int>(dof % 3)] += now.residual.displacement[dof];
+    if (const auto *ball = system_.ball()) {
+        point.touch = ball->sums(ball->tool().centre_at(at.factor), at.state.displacement);
+        point.reaction[ball->tool().constraint] += point.touch.force;
+    }
     for (auto &reaction : point.reaction)
         for (double &component : reaction)
             component = system_.sum(component);

@@ -26,6 +26,9 @@ class EquilibriumSearch {
     /// One load step.
     /// @param at  where loads are from; changed if it converges
     bool advance(LoadedState &at, double from, double to, LoadStep &step);
+    /// Equilibrium at the same loads, after something else has changed.
+    /// @param at  changed if it converges
+    bool settle(LoadedState &at, LoadStep &step);
     /// The next solve gets a new factor.
     void distrust_factor() { needs_factor_ = true; }
     PathPoint point(const LoadedState &at, double fraction) const;
@@ -54,6 +57,7 @@ class EquilibriumSearch {
     std::optional<LoadedState> predicted(const LoadedState &at, double to, LoadStep &step);
     std::optional<LoadedState> predicted_by_press(const LoadedState &at, double to, LoadStep &step);
     bool correct(LoadedState &at, Balance &now, LoadStep &step);
+    bool converge(LoadedState &there, LoadStep &step);
 
     PathSystem &system_;
     const fem_reference::DofConditions &conditions_;

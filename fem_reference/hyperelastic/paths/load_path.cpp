@@ -17,6 +17,25 @@ double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+/// Augments pressures until the ball sinks in no more than it may, or as often as it may.
+/// @return false where an equilibrium is not found
+bool settle(EquilibriumSearch &search, TouchingBall &ball, LoadedState &at, double fraction, FollowedPath &result) {
+    const auto &settings = ball.settings();
+    const auto centre = ball.tool().centre_at(fraction);
+    const double most = settings.sunk_in * ball.tool().press.norm();
+    for (int time = 0; time < settings.max_augmentations; ++time) {
+        if (ball.sums(centre, at.state.displacement).sunk_in <= most)
+            return true;
+        ball.augment(centre, at.state.displacement);
+        LoadStep step{.fraction = fraction, .converged = false, .residuals = {}, .linear_iterations = {}};
+        const bool done = search.settle(at, step);
+        result.steps.push_back(std::move(step));
+        if (!done)
+            return false;
+    }
+    return true;
+}
+
 } // namespace
 
 FollowedPath follow(PathSystem &system, int num_constraints, const LoadPath &path) {
@@ -64,15 +83,26 @@ FollowedPath follow(PathSystem &system, int num_constraints, const LoadPath &pat
                 return result;
             }
         }
+        if (system.ball() && !settle(search, *system.ball(), at, fraction, result)) {
+            result.status = core::SolutionStatus::not_converged;
+            result.message = fmt::format("Newton's method finds no equilibrium at {:.1f} % of the load with what the "
+                                         "ball may sink in; take a finer mesh or a longer path",
+                                         100.0 * fraction);
+            result.points.push_back(search.point(at, fraction));
+            result.solve_seconds = seconds_since(start);
+            return result;
+        }
         result.points.push_back(search.point(at, fraction));
+        if (system.ball())
+            system.ball()->end_step(system.ball()->tool().centre_at(fraction), at.state.displacement);
     }
     result.solve_seconds = seconds_since(start);
     return result;
 }
 
 FollowedPath follow(const Elements &elements, const fem_reference::DofConditions &conditions, int num_constraints,
-                    std::span<const double> follower_pressure, const LoadPath &path) {
-    OneProcessSystem system(elements, conditions, follower_pressure);
+                    std::span<const double> follower_pressure, const LoadPath &path, TouchingBall *ball) {
+    OneProcessSystem system(elements, conditions, follower_pressure, ball);
     return follow(system, num_constraints, path);
 }
 

@@ -7,6 +7,7 @@
 #include "core/solution.hpp"
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/hyperelastic/elements.hpp"
+#include "fem_reference/hyperelastic/surface/touching_ball.hpp"
 
 namespace livermark::hyperelastic {
 
@@ -31,6 +32,7 @@ struct LoadStep {
 /// Equilibrium at a fraction of the load.
 struct PathPoint {
     double fraction = 0.0;
+    TouchSums touch{};  ///< of a ball; its force is in the reactions
     double press = 0.0; ///< what the places that press exert together [N]; not in the reactions
     State state;
     std::vector<core::Vector3> reaction; ///< (P) force of each constraint on the body [N]
@@ -59,10 +61,13 @@ struct FollowedPath {
 /// @param conditions         at the whole load; of dof_conditions(), or any of the same sizes
 /// @param num_constraints    P, more than any in conditions.constraint
 /// @param follower_pressure  shape (T) [Pa], see FollowerPressure; or empty
+/// @param ball               what touches the body, or nullptr; its force is the reaction of its constraint. At each
+///   fraction its pressures are augmented until it sinks in no more than it may, and its friction is kept for the next:
+///   the path is what friction goes by, whatever steps it takes to follow it. No place presses then
 /// @return status not_converged, with the points as far as it came, if steps became too short or if the constraints
 ///   leave the body free to move
 FollowedPath follow(const Elements &elements, const fem_reference::DofConditions &conditions, int num_constraints,
-                    std::span<const double> follower_pressure, const LoadPath &path = {});
+                    std::span<const double> follower_pressure, const LoadPath &path = {}, TouchingBall *ball = nullptr);
 
 class PathSystem;
 /// The same of elements that may be spread over ranks; collective then.

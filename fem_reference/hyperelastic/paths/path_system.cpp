@@ -18,22 +18,26 @@ double volume_of(const core::TetraMesh &mesh) {
 }
 
 PathSystem::PathSystem(const Elements &elements, const fem_reference::DofConditions &conditions,
-                       std::span<const double> pressure)
+                       std::span<const double> pressure, TouchingBall *ball)
     : elements_(elements), conditions_(conditions), follower_(elements.system(), elements.body().mesh, pressure),
-      tangent_(elements.zero_tangent()) {}
+      ball_(ball), tangent_(elements.zero_tangent()) {}
 
 std::vector<double> PathSystem::loads(const State &state, double fraction) const {
     auto load = conditions_.load;
     for (double &value : load)
         value *= fraction;
     follower_.add_forces(fraction, state.displacement, load);
+    if (ball_)
+        ball_->add_forces(ball_->tool().centre_at(fraction), state.displacement, load);
     return load;
 }
 
 void PathSystem::assemble(const State &state, double fraction) {
     elements_.assemble_tangent(state, tangent_);
-    load_stiffness_ = follower_.load_stiffness(fraction, state.displacement);
-    follower_.add_symmetric_part(load_stiffness_, tangent_.stiffness);
+    surface_stiffness_ = follower_.load_stiffness(fraction, state.displacement);
+    if (ball_)
+        ball_->add_stiffness(ball_->tool().centre_at(fraction), state.displacement, surface_stiffness_);
+    surface_stiffness_.add_to(tangent_.stiffness);
 }
 
 bool PathSystem::factorise_at_rest() {
@@ -45,7 +49,7 @@ bool PathSystem::factorise_at_rest() {
 State PathSystem::product(const std::vector<double> &u) const {
     State result{std::vector<double>(u.size()), std::vector<double>(elements_.num_pressures(), 0.0)};
     tangent_.stiffness.multiply(u, result.displacement);
-    follower_.add_antisymmetric_product(load_stiffness_, u, result.displacement);
+    surface_stiffness_.add_product(u, result.displacement);
     if (!result.pressure.empty()) {
         const std::vector<double> nothing(result.pressure.size(), 0.0);
         tangent_.divergence.subtract_product(u, nothing, result.pressure, 1);

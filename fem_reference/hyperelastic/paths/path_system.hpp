@@ -6,6 +6,7 @@
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/hyperelastic/elements.hpp"
 #include "fem_reference/hyperelastic/follower_pressure.hpp"
+#include "fem_reference/hyperelastic/surface/touching_ball.hpp"
 #include "fem_reference/hyperelastic/tangent_solver.hpp"
 
 namespace livermark::hyperelastic {
@@ -23,13 +24,15 @@ class PathSystem {
     /// Elements and conditions are kept alive by the caller.
     /// @param conditions  at the whole load
     /// @param pressure    shape (T) [Pa], see FollowerPressure; or empty
+    /// @param ball        what touches the body, kept alive by the caller; or nullptr
     PathSystem(const Elements &elements, const fem_reference::DofConditions &conditions,
-               std::span<const double> pressure);
+               std::span<const double> pressure, TouchingBall *ball = nullptr);
     virtual ~PathSystem() = default;
 
     const fem_reference::DofConditions &conditions() const { return conditions_; }
+    TouchingBall *ball() const { return ball_; }
     State rest() const { return elements_.rest(); }
-    /// Dead loads and follower pressures at a fraction of the load.
+    /// Dead loads, follower pressures and contact at a fraction of the load.
     /// @return shape (3 n) [N]
     std::vector<double> loads(const State &state, double fraction) const;
 
@@ -60,9 +63,8 @@ class PathSystem {
 
   protected:
     const Elements &elements() const { return elements_; }
-    const FollowerPressure &follower() const { return follower_; }
     const TangentMatrices &tangent() const { return tangent_; }
-    const FollowerPressure::LoadStiffness &load_stiffness() const { return load_stiffness_; }
+    const SurfaceStiffness &surface_stiffness() const { return surface_stiffness_; }
 
   private:
     /// Makes the inverse of a stiffness.
@@ -72,8 +74,9 @@ class PathSystem {
     const Elements &elements_;
     const fem_reference::DofConditions &conditions_;
     FollowerPressure follower_;
+    TouchingBall *ball_;
     TangentMatrices tangent_;
-    FollowerPressure::LoadStiffness load_stiffness_;
+    SurfaceStiffness surface_stiffness_;
 };
 
 } // namespace livermark::hyperelastic

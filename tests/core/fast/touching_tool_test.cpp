@@ -10,7 +10,7 @@ namespace {
 
 using core::Vector3;
 
-constexpr double radius = 0.012;
+constexpr double ball_radius = 0.012;
 const core::ContactLaw law{.penalty = 2e7, .tangential_penalty = 1e7, .friction = 0.3};
 const core::ContactLaw smooth{.penalty = 2e7, .tangential_penalty = 1e7, .friction = 0.0};
 
@@ -33,15 +33,16 @@ std::vector<Case> touching_cases() {
 }
 
 core::Contact touch(const Case &at, const Vector3 &from_centre) {
-    return core::touch(at.law, radius, from_centre, at.memory);
+    return core::touch(at.law, ball_radius, from_centre, at.memory);
 }
 
 TEST(TouchingTool, GapAndNormalAreThoseOfABall) {
-    const auto outside = core::gap_to(radius, {0.0, 0.0, -0.015}), inside = core::gap_to(radius, {0.009, 0.0, 0.0});
+    const auto outside = core::gap_to(ball_radius, {0.0, 0.0, -0.015}),
+               inside = core::gap_to(ball_radius, {0.009, 0.0, 0.0});
     EXPECT_NEAR(outside.size, 0.003, 1e-15);
     EXPECT_EQ(outside.normal, Vector3(0.0, 0.0, -1.0));
     EXPECT_NEAR(inside.size, -0.003, 1e-15);
-    const core::TouchingTool ball{.radius = radius, .start = {0.0, 0.0, 0.05}, .press = {0.0, 0.0, -0.01}};
+    const core::TouchingTool ball{.radius = ball_radius, .start = {0.0, 0.0, 0.05}, .press = {0.0, 0.0, -0.01}};
     EXPECT_NEAR((ball.centre_at(0.5) - Vector3(0.0, 0.0, 0.045)).norm(), 0.0, 1e-15);
     auto sliding = ball;
     sliding.slide = {0.004, 0.0, 0.0};
@@ -53,13 +54,13 @@ TEST(TouchingTool, GapAndNormalAreThoseOfABall) {
 TEST(TouchingTool, DoesNothingWithoutContact) {
     const Vector3 outside(0.0, 0.001, 0.0125);
     const core::ContactMemory memory{0.0, {0.001, 0.0, 0.0125}};
-    const auto contact = core::touch(law, radius, outside, memory);
+    const auto contact = core::touch(law, ball_radius, outside, memory);
     EXPECT_FALSE(contact.touches());
     EXPECT_EQ(contact.traction(), Vector3::Zero());
     EXPECT_TRUE(core::contact_stiffness(law, outside, memory, contact).all().isZero(0.0));
     EXPECT_EQ(core::after_step(law, outside, memory, contact).anchor, outside);
     // What augmentation has added pulls nothing: pressures are never negative.
-    EXPECT_EQ(core::touch(law, radius, outside, {100.0, outside}).pressure, 0.0);
+    EXPECT_EQ(core::touch(law, ball_radius, outside, {100.0, outside}).pressure, 0.0);
 }
 
 TEST(TouchingTool, TractionIsTheGradientOfItsEnergyWithoutFriction) {
@@ -119,14 +120,14 @@ TEST(TouchingTool, AnchorIsDraggedBySlipAndStaysOtherwise) {
     const Vector3 rest(0.0, 0.0, -0.0119);
     core::ContactMemory memory{0.0, rest};
     const Vector3 moved = rest + Vector3(1e-3, 0.0, 0.0);
-    const auto slipping = core::touch(law, radius, moved, memory);
+    const auto slipping = core::touch(law, ball_radius, moved, memory);
     ASSERT_TRUE(slipping.slips);
     memory = core::after_step(law, moved, memory, slipping);
     // The same place again is on the cone, neither beyond it nor inside.
-    const auto again = core::touch(law, radius, moved, memory);
+    const auto again = core::touch(law, ball_radius, moved, memory);
     EXPECT_LT((again.friction - slipping.friction).norm(), 1e-3 * slipping.friction.norm());
     const Vector3 back = moved - Vector3(2e-5, 0.0, 0.0);
-    const auto sticking = core::touch(law, radius, back, memory);
+    const auto sticking = core::touch(law, ball_radius, back, memory);
     EXPECT_FALSE(sticking.slips);
     EXPECT_EQ(core::after_step(law, back, memory, sticking).anchor, memory.anchor);
 }
@@ -139,7 +140,7 @@ TEST(TouchingTool, IsPartOfWhatALoadCaseDoes) {
     EXPECT_FALSE(core::is_driven(load_case));
     EXPECT_FALSE(load_case.may_touch(1));
     auto pressed = load_case;
-    pressed.touching = core::TouchingTool{.radius = radius, .start = {0.0, 0.0, 1.0}, .press = {0.0, 0.0, -0.01}};
+    pressed.touching = core::TouchingTool{.radius = ball_radius, .start = {0.0, 0.0, 1.0}, .press = {0.0, 0.0, -0.01}};
     EXPECT_TRUE(core::is_driven(pressed));
     EXPECT_FALSE(pressed.may_touch(0));
     EXPECT_TRUE(pressed.may_touch(1));

@@ -211,10 +211,10 @@ TEST_P(HyperelasticElements, FollowerPressureHasItsLoadStiffness) {
     auto tangent = elements.zero_tangent(); // of linear elasticity, to be emptied
     std::ranges::fill(tangent.stiffness.below, fem_reference::Block<double>{});
     std::ranges::fill(tangent.stiffness.diagonal, fem_reference::Block<double>{});
-    follower.add_symmetric_part(loads, tangent.stiffness);
+    loads.add_to(tangent.stiffness);
     std::vector<double> found(state.displacement.size());
     tangent.stiffness.multiply(std::span<const double>(direction.displacement), std::span<double>(found));
-    follower.add_antisymmetric_product(loads, direction.displacement, found);
+    loads.add_product(direction.displacement, found);
     const auto forces = [&](double h) {
         std::vector<double> force(state.displacement.size(), 0.0);
         follower.add_forces(-0.7, moved(state, direction, h).displacement, force);
@@ -243,7 +243,7 @@ TEST_P(HyperelasticElements, FollowerPressureAllAroundHasAPotential) {
     const auto loads = follower.load_stiffness(1.0, state.displacement);
     const auto direction = direction_of(state);
     std::vector<double> product(force.size(), 0.0);
-    follower.add_antisymmetric_product(loads, direction.displacement, product);
+    loads.add_product(direction.displacement, product);
     EXPECT_LT(largest(product), 1e-13 * 300.0);
 }
 
