@@ -77,9 +77,11 @@ std::vector<std::string> row_of(const ModelResult &model, const Result &result, 
     return row;
 }
 
-/// The displacement that a constraint prescribes, mean over its facets, or to which a place presses; nothing if it does
-/// not move.
+/// The displacement that a constraint prescribes, mean over its facets, or to which a place or a ball presses; nothing
+/// if it does not move, or not in one direction.
 std::optional<core::Vector3> way_of(const core::LoadCase &load_case, const core::TetraMesh &mesh, int constraint) {
+    if (const auto &ball = load_case.touching; ball && ball->constraint == constraint)
+        return ball->slide.isZero(0.0) ? std::optional(ball->press) : std::nullopt;
     if (const core::Vector3 pressed = core::press_resultants(load_case, mesh)[constraint]; !pressed.isZero(0.0))
         return load_case.press_depth * pressed.normalized();
     core::Vector3 way = core::Vector3::Zero();

@@ -9,6 +9,7 @@
 #include "studies/exchange/formats/vtu_output.hpp"
 #include "studies/run/problems.hpp"
 #include "studies/run/solutions/output_folder.hpp"
+#include "support/input_error.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::studies {
@@ -16,6 +17,11 @@ namespace livermark::studies {
 ExportedProblem export_problem(const ExportOptions &options, const std::string &command_line) {
     auto [problems, notes, left_out] = read_scaled_problems({options.body}, options.load_case, {});
     const auto &problem = problems.front();
+    if (problem.load_case.touching)
+        throw support::InputError(
+            fmt::format("load case {} has a ball that touches, which the exported files cannot say; "
+                        "choose one without a [touch]",
+                        problem.load_case.name));
     const auto folder = make_output_folder(options.output, problem);
     ExportedProblem exported{{}, std::move(notes)};
     const auto file = [&](const char *extension) {
