@@ -33,6 +33,7 @@ LoadCase let_go(LoadCase load_case) {
             load_case.condition[f] = FacetCondition::free;
             load_case.constraint[f] = -1;
         }
+    load_case.touching.reset();
     return load_case;
 }
 

@@ -35,11 +35,14 @@ void EffectiveMass::multiply_mass(std::span<const double> x, std::span<double> o
     fem_reference::multiply_mass(mass_, x, out);
 }
 
-void EffectiveMass::factorise(double m, double k, const std::vector<double> &displacement) {
+void EffectiveMass::factorise(double m, double k, const std::vector<double> &displacement,
+                              const SurfaceStiffness &surface) {
     elements_->assemble_tangent({displacement, {}}, tangent_);
+    surface.add_to(tangent_.stiffness);
     if (factorise(m, k))
         return;
     elements_->assemble_tangent(elements_->rest(), tangent_);
+    surface.add_to(tangent_.stiffness);
     if (!factorise(m, k))
         throw std::logic_error("a body with mass has a stiffness at rest that is not positive semidefinite");
 }

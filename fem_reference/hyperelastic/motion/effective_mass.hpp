@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "fem_reference/hyperelastic/elements.hpp"
+#include "fem_reference/hyperelastic/surface/surface_stiffness.hpp"
 #include "support/factors/sparse_cholesky.hpp"
 
 namespace livermark::hyperelastic {
@@ -22,7 +23,8 @@ class EffectiveMass {
 
     /// Factors m M + k K. Where that is not positive definite, because the state is unstable, K is that at rest.
     /// @param displacement  of the state, shape (3 n) [m], without an element inside out
-    void factorise(double m, double k, const std::vector<double> &displacement);
+    /// @param surface       whose symmetric parts K gets, too
+    void factorise(double m, double k, const std::vector<double> &displacement, const SurfaceStiffness &surface = {});
 
     /// (m M + k K) x = b with the last factor, in single precision: for iterations that correct it.
     /// @param b, x  shape (3 n); what is not free does not count, and is zero

@@ -1,6 +1,8 @@
 #include "fem_reference/hyperelastic/motion/energy_momentum.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <iterator>
@@ -16,6 +18,7 @@ namespace livermark::hyperelastic {
 namespace {
 
 using Unknowns = Eigen::VectorXd;
+using core::Vector3;
 using fem_reference::Energy;
 using fem_reference::Motion;
 
@@ -75,11 +78,12 @@ struct EnergyMomentum::Impl {
           mass(elements, free) {}
 
     double begin_at(const std::vector<double> &displacement);
-    bool step(Motion &motion, std::span<const double> load, double time_step, std::span<const double> target);
+    bool step(Motion &motion, std::span<const double> load, double time_step, std::span<const double> target,
+              const BallStep &way);
     bool advance(Motion &motion, std::span<const double> load, double time_step, std::span<const double> target,
-                 int halvings);
+                 const BallStep &way, int halvings);
     Unknowns first_guess(const Motion &motion, double time_step) const;
-    void factorise(const Motion &motion, double time_step);
+    void factorise(const Motion &motion, double time_step, const Vector3 &ball_centre);
 
     std::vector<bool> is_free;
     core::RayleighDamping damping;
@@ -87,11 +91,13 @@ struct EnergyMomentum::Impl {
     MotionForces forces;
     EffectiveMass mass;
     MotionForces::AtEnd at_end;
-    std::vector<double> begun_at; ///< where the forces have begun a step last
-    double strain_energy = 0.0;   ///< there [J]
-    double factored_step = 0.0;   ///< that the factor is for [s]; zero if there is none
-    int fewest_iterations = -1;   ///< of the first step with the factor, negative before
-    int excess_iterations = 0;    ///< beyond these, of all steps with it
+    TouchingBall *ball = nullptr;
+    std::array<Vector3, 2> ball_force{Vector3::Zero(), Vector3::Zero()}; ///< half way through the last two steps [N]
+    std::vector<double> begun_at;                                        ///< where the forces have begun a step last
+    double strain_energy = 0.0;                                          ///< there [J]
+    double factored_step = 0.0; ///< that the factor is for [s]; zero if there is none
+    int fewest_iterations = -1; ///< of the first step with the factor, negative before
+    int excess_iterations = 0;  ///< beyond these, of all steps with it
     /// The last displacements, the newest behind, all a step of the same length apart.
     std::deque<Unknowns> before;
     double step_before = 0.0;
@@ -115,9 +121,12 @@ Unknowns EnergyMomentum::Impl::first_guess(const Motion &motion, double time_ste
     return 3.0 * before[2] - 3.0 * before[1] + before[0];
 }
 
-void EnergyMomentum::Impl::factorise(const Motion &motion, double time_step) {
+void EnergyMomentum::Impl::factorise(const Motion &motion, double time_step, const Vector3 &ball_centre) {
+    SurfaceStiffness surface;
+    if (ball)
+        ball->add_stiffness(ball_centre, motion.displacement, surface);
     mass.factorise(2.0 / (time_step * time_step) + damping.alpha / time_step, 0.5 + damping.beta / time_step,
-                   motion.displacement);
+                   motion.displacement, surface);
     factored_step = time_step;
     fewest_iterations = -1;
     excess_iterations = 0;
@@ -126,7 +135,9 @@ void EnergyMomentum::Impl::factorise(const Motion &motion, double time_step) {
 
 /// @return false, and the motion as it was, if it does not converge
 bool EnergyMomentum::Impl::step(Motion &motion, std::span<const double> load, double time_step,
-                                std::span<const double> target) {
+                                std::span<const double> target, const BallStep &way) {
+    const Vector3 half_way = 0.5 * (way.from + way.to);
+    std::vector<double> touched(motion.displacement.size());
     const auto size = std::ssize(motion.displacement);
     const Unknowns start = Unknowns::Map(motion.displacement.data(), size);
     const Unknowns velocity = Unknowns::Map(motion.velocity.data(), size);
@@ -145,13 +156,17 @@ bool EnergyMomentum::Impl::step(Motion &motion, std::span<const double> load, do
         mass.multiply_mass(
             span_of(Unknowns(2.0 / time_step * (mean_velocity - velocity) + damping.alpha * mean_velocity)),
             span_of(product));
+        if (ball) {
+            std::ranges::fill(touched, 0.0);
+            ball->add_forces(half_way, span_of(Unknowns(0.5 * (start + u))), touched);
+        }
         for (Eigen::Index dof = 0; dof < size; ++dof)
-            residual[dof] = is_free[dof] ? load[dof] - product[dof] - at_end.force[dof] : 0.0;
+            residual[dof] = is_free[dof] ? load[dof] + touched[dof] - product[dof] - at_end.force[dof] : 0.0;
         return residual.norm();
     };
     for (const bool has_new_factor : {false, true}) {
         if (has_new_factor || factored_step != time_step)
-            factorise(motion, time_step);
+            factorise(motion, time_step, half_way);
         Anderson anderson;
         Unknowns u = first_guess(motion, time_step);
         put_on_target(u);
@@ -178,6 +193,12 @@ bool EnergyMomentum::Impl::step(Motion &motion, std::span<const double> load, do
         excess_iterations += iterations - fewest_iterations;
         if (excess_iterations > iterations_of_a_factor)
             factored_step = 0.0;
+        if (ball) {
+            const Unknowns middle = 0.5 * (start + u);
+            ball_force = {ball_force[1], ball->sums(half_way, span_of(middle)).force};
+            ball->end_step(half_way, span_of(middle));
+            ball->augment(half_way, span_of(middle));
+        }
         const Unknowns mean_velocity = (u - start) / time_step;
         Unknowns::Map(motion.displacement.data(), size) = u;
         Unknowns::Map(motion.velocity.data(), size) = 2.0 * mean_velocity - velocity;
@@ -194,16 +215,17 @@ bool EnergyMomentum::Impl::step(Motion &motion, std::span<const double> load, do
 }
 
 bool EnergyMomentum::Impl::advance(Motion &motion, std::span<const double> load, double time_step,
-                                   std::span<const double> target, int halvings) {
-    if (step(motion, load, time_step, target))
+                                   std::span<const double> target, const BallStep &way, int halvings) {
+    if (step(motion, load, time_step, target, way))
         return true;
     if (halvings == most_halvings)
         return false;
     std::vector<double> half_way(target.begin(), target.end());
     for (std::size_t dof = 0; dof < half_way.size(); ++dof)
         half_way[dof] = 0.5 * (half_way[dof] + motion.displacement[dof]);
-    return advance(motion, load, 0.5 * time_step, half_way, halvings + 1) &&
-           advance(motion, load, 0.5 * time_step, target, halvings + 1);
+    const Vector3 middle = 0.5 * (way.from + way.to);
+    return advance(motion, load, 0.5 * time_step, half_way, {way.from, middle}, halvings + 1) &&
+           advance(motion, load, 0.5 * time_step, target, {middle, way.to}, halvings + 1);
 }
 
 EnergyMomentum::EnergyMomentum(const Elements &elements, TetrahedronRule rule, const std::vector<bool> &is_free,
@@ -213,9 +235,18 @@ EnergyMomentum::~EnergyMomentum() = default;
 EnergyMomentum::EnergyMomentum(EnergyMomentum &&) noexcept = default;
 EnergyMomentum &EnergyMomentum::operator=(EnergyMomentum &&) noexcept = default;
 
+void EnergyMomentum::touch_with(TouchingBall *ball) {
+    impl_->ball = ball;
+    impl_->factored_step = 0.0;
+}
+
+Vector3 EnergyMomentum::force_of_ball() const {
+    return 1.5 * impl_->ball_force[1] - 0.5 * impl_->ball_force[0];
+}
+
 bool EnergyMomentum::advance(Motion &motion, std::span<const double> load, double time_step,
-                             std::span<const double> target) {
-    return impl_->advance(motion, load, time_step, target, 0);
+                             std::span<const double> target, const BallStep &ball) {
+    return impl_->advance(motion, load, time_step, target, ball, 0);
 }
 
 Energy EnergyMomentum::energy(const Motion &motion) {

@@ -7,6 +7,7 @@
 #include "core/rayleigh_damping.hpp"
 #include "fem_reference/dynamics/newmark.hpp"
 #include "fem_reference/hyperelastic/elements.hpp"
+#include "fem_reference/hyperelastic/surface/touching_ball.hpp"
 
 namespace livermark::hyperelastic {
 
@@ -21,6 +22,10 @@ namespace livermark::hyperelastic {
 /// Each step is solved by Newton's method with a factor of the tangent that is kept as long as it serves, and
 /// Anderson's acceleration, which makes up for what the kept tangent lacks. (D. G. Anderson 1965, Iterative procedures
 /// for nonlinear integral equations, J. ACM 12(4); H. Walker, P. Ni 2011, SIAM J. Numer. Anal. 49(4))
+///
+/// A ball that touches the body exerts what it does half way: where the mean of the displacements before and after the
+/// step meets the mean of its places. That keeps the momentum, and is of second order. Its pressures are multipliers of
+/// the next step, so that it hardly sinks in, and its friction goes from step to step.
 ///
 /// n is the number of nodes.
 class EnergyMomentum {
@@ -37,13 +42,25 @@ class EnergyMomentum {
     EnergyMomentum(EnergyMomentum &&) noexcept;
     EnergyMomentum &operator=(EnergyMomentum &&) noexcept;
 
+    /// Where a ball that touches is before and after a step [m].
+    struct BallStep {
+        core::Vector3 from, to;
+    };
+
+    /// The ball that touches from now on, kept alive by the caller; or nullptr.
+    void touch_with(TouchingBall *ball);
+    /// What it exerts on the body at the end of the last step, on the line through what it did half way through the
+    /// last two [N].
+    core::Vector3 force_of_ball() const;
+
     /// Moves on by one step, which is taken in halves where it does not converge.
     /// @param load       l, shape (3 n) [N]
     /// @param time_step  h [s], > 0
     /// @param target     shape (3 n) [m]: where what is not free is at the end of the step; empty if it stays
+    /// @param ball       of the ball, if there is one
     /// @return false if even the shortest of these steps does not converge; the motion is then where it came to
     bool advance(fem_reference::Motion &motion, std::span<const double> load, double time_step,
-                 std::span<const double> target = {});
+                 std::span<const double> target = {}, const BallStep &ball = {});
 
     /// Kinetic and strain energy.
     fem_reference::Energy energy(const fem_reference::Motion &motion);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -61,6 +62,8 @@ std::vector<bool> free_dofs(const core::LoadCase &load_case, const ElasticSystem
 /// About what a tool presses with: Young's modulus times its size and its depth.
 double order_of_force(const core::Body &body, const core::LoadCase &load_case) {
     double area = 0.0, modulus = 0.0;
+    if (const auto &ball = load_case.touching)
+        area = std::numbers::pi * ball->radius * ball->press.norm();
     for (int f = 0; f < body.mesh.num_boundary_triangles(); ++f)
         if (load_case.constraint[f] == load_case.tool->constraint)
             area += core::area_vector(body.mesh, f).norm();
@@ -86,14 +89,26 @@ core::ToolHistory move_tool(const core::Problem &problem, const MaterialLaw &law
     std::optional<EnergyMomentum> steps(std::in_place, elements, rule, free_dofs(load_case, system), damping, force);
     const std::vector<double> load(static_cast<std::size_t>(elements.num_displacements()), 0.0);
     fem_reference::Motion motion{load, load};
-
+    std::optional<TouchingBall> ball;
+    if (load_case.touching) {
+        ball.emplace(system, *problem.body, load_case);
+        steps->touch_with(&*ball);
+    }
+    const auto centre_at = [&](double time) {
+        if (!ball)
+            return core::Vector3(core::Vector3::Zero());
+        const auto position = core::tool_position(tool, time);
+        return core::Vector3(ball->tool().start + position.pressed * ball->tool().press + position.slid * tool.slide);
+    };
+    const auto force_on_tool = [&] {
+        return ball ? core::Vector3(-steps->force_of_ball())
+                    : core::Vector3(-way.sum(elements.internal_forces({motion.displacement, {}}).force));
+    };
     core::ToolHistory history;
     const int last_held = core::last_record_held(tool);
     const auto record = [&](int frame) {
         history.time.push_back(tool.time_of(frame));
-        history.force.emplace_back(
-            frame <= last_held ? core::Vector3(-way.sum(elements.internal_forces({motion.displacement, {}}).force))
-                               : core::Vector3::Zero());
+        history.force.emplace_back(frame <= last_held ? force_on_tool() : core::Vector3(core::Vector3::Zero()));
         if (core::ToolHistory::has_field(frame))
             for (const int node : system.mesh_node)
                 history.displacement.emplace_back(core::Vector3::Map(&motion.displacement[3 * node]).cast<float>());
@@ -105,8 +120,9 @@ core::ToolHistory move_tool(const core::Problem &problem, const MaterialLaw &law
         if (frame == last_held + 1)
             steps.emplace(elements, rule, free_dofs(core::let_go(load_case), system), damping, force);
         for (int step = 1; step <= steps_per_frame; ++step) {
-            const auto target = frame > last_held ? std::vector<double>{} : way.at(start + step * time_step);
-            if (!steps->advance(motion, load, time_step, target))
+            const double end = start + step * time_step;
+            const auto target = frame > last_held ? std::vector<double>{} : way.at(end);
+            if (!steps->advance(motion, load, time_step, target, {centre_at(end - time_step), centre_at(end)}))
                 return history;
         }
         record(frame);
