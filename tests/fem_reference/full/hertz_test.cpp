@@ -1,0 +1,128 @@
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <vector>
+
+#include "core/mesh/local_refinement.hpp"
+#include "fem_reference/hyperelastic/paths/load_path.hpp"
+#include "tests/fem_reference/hyperelastic_bodies.hpp"
+
+namespace livermark {
+
+namespace {
+
+using core::Vector3;
+
+/// A rigid ball on an elastic half-space (K. L. Johnson, Contact Mechanics, 1985, chapters 3 and 4), in metres: so
+/// shallow that strains and slopes are a hundredth.
+struct HalfSpace {
+    static constexpr double ball_radius = 1.0, depth = 1e-4, modulus = 5000.0;
+    double poisson;
+
+    double shear_modulus() const { return 0.5 * modulus / (1.0 + poisson); }
+    double contact_radius() const { return std::sqrt(ball_radius * depth); }
+    /// 4/3 E* sqrt(R) d^(3/2)
+    double force() const {
+        return 4.0 / 3.0 * modulus / (1.0 - poisson * poisson) * std::sqrt(ball_radius) * std::pow(depth, 1.5);
+    }
+    /// Far from the contact: of the force, as if at the origin, on the half-space below z = 0 (Boussinesq).
+    Vector3 far_field(const Vector3 &x) const {
+        const double depth_of_point = -x.z(), rho = x.norm();
+        const double along = depth_of_point / std::pow(rho, 3) - (1.0 - 2.0 * poisson) / (rho * (rho + depth_of_point));
+        return force() / (4.0 * std::numbers::pi * shear_modulus()) *
+               Vector3(x.x() * along, x.y() * along,
+                       -(2.0 * (1.0 - poisson) / rho + depth_of_point * depth_of_point / std::pow(rho, 3)));
+    }
+};
+
+/// The quarter of the half-space that is left between two planes of symmetry, cut out near the contact.
+struct CutOut {
+    HalfSpace space;
+    double size; ///< [m] from the contact to the outer faces
+    core::Problem problem;
+
+    /// @param size_in_radii  of contact
+    /// @param refined_in     radii of contact within which the mesh is refined, again and again
+    CutOut(const HalfSpace &of, double size_in_radii, const std::vector<double> &refined_in)
+        : space(of), size(size_in_radii * space.contact_radius()) {
+        constexpr int bricks = 4;
+        auto mesh = tests::box_mesh({size, size, size}, {bricks, bricks, bricks});
+        for (auto &point : mesh.points)
+            point.z() -= size;
+        const auto body = tests::make_body(std::move(mesh), {1000.0, HalfSpace::modulus, space.poisson});
+        auto load_case = tests::empty_load_case(body->mesh);
+        for (const auto *patch : {"x_min", "x_max", "y_min", "y_max", "z_min"})
+            tests::prescribe(load_case, body->mesh, patch, Vector3::Zero());
+        load_case.constraint_names = {"touch"};
+        std::ranges::fill(load_case.constraint, -1);
+        load_case.touching = core::TouchingTool{.radius = HalfSpace::ball_radius,
+                                                .start = {0.0, 0.0, HalfSpace::ball_radius},
+                                                .press = {0.0, 0.0, -HalfSpace::depth},
+                                                .constraint = 0};
+        problem = {body, load_case};
+        for (const double radii : refined_in) {
+            const core::InteriorPlace contact{Vector3::Zero(), space.contact_radius()};
+            problem = core::refine_near_places(problem, std::span(&contact, 1), radii).problem;
+        }
+    }
+
+    /// Symmetry, and on the outer faces the far field at the whole load.
+    fem_reference::DofConditions conditions(const fem_reference::ElasticSystem &system) const {
+        fem_reference::DofConditions conditions;
+        const auto num_dofs = 3 * system.points.size();
+        conditions.prescribed.assign(num_dofs, tests::free_component);
+        conditions.constraint.assign(num_dofs, -1);
+        conditions.load.assign(num_dofs, 0.0);
+        const double rounding = 1e-9 * size;
+        for (std::size_t node = 0; node < system.points.size(); ++node) {
+            const Vector3 &x = system.points[node];
+            const bool is_outer = x.x() > size - rounding || x.y() > size - rounding || x.z() < -size + rounding;
+            if (is_outer)
+                Vector3::Map(&conditions.prescribed[3 * node]) = space.far_field(x);
+            if (x.x() < rounding)
+                conditions.prescribed[3 * node] = 0.0;
+            if (x.y() < rounding)
+                conditions.prescribed[3 * node + 1] = 0.0;
+        }
+        return conditions;
+    }
+};
+
+struct Found {
+    hyperelastic::FollowedPath path;
+    std::size_t unknowns;
+};
+
+Found solve(const CutOut &cut) {
+    const hyperelastic::Elements elements(cut.problem.body, 2, fem_reference::Formulation::displacement,
+                                          hyperelastic::material_law("neo_hookean"),
+                                          hyperelastic::TetrahedronRule::four_points);
+    hyperelastic::TouchingBall ball(elements.system(), *cut.problem.body, cut.problem.load_case);
+    const auto conditions = cut.conditions(elements.system());
+    return {hyperelastic::follow(elements, conditions, 1, {}, {.fractions = {1.0}, .tolerance = 1e-7}, &ball),
+            3 * elements.system().points.size()};
+}
+
+} // namespace
+
+/// Force and radius of contact within a hundredth.
+TEST(Hertz, ForceAndRadiusOfContactAreThoseOfTheClosedForm) {
+    const HalfSpace space{.poisson = 0.3};
+    const CutOut cut(space, 8.0, {5.0, 3.2, 2.0, 1.5});
+    const auto [path, unknowns] = solve(cut);
+    ASSERT_EQ(path.status, core::SolutionStatus::ok) << path.message;
+    const auto &touch = path.points.back().touch;
+    const double force_error = -4.0 * touch.force.z() / space.force() - 1.0;
+    const double radius_error = touch.radius / space.contact_radius() - 1.0;
+    const double by_area = std::sqrt(4.0 * touch.area / std::numbers::pi) / space.contact_radius() - 1.0;
+    fmt::print("Hertz: {} unknowns, force {:+.3f} %, radius by pressure {:+.3f} %, by area {:+.3f} %, sunk in "
+               "{:.1e} of the depth\n",
+               unknowns, 100.0 * force_error, 100.0 * radius_error, 100.0 * by_area, touch.sunk_in / HalfSpace::depth);
+    EXPECT_LT(std::abs(force_error), 0.01);
+    EXPECT_LT(std::abs(radius_error), 0.01);
+    EXPECT_LT(std::abs(by_area), 0.01);
+}
+
+} // namespace livermark
