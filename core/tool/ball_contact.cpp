@@ -12,11 +12,11 @@ namespace livermark::core {
 namespace {
 
 /// Of the radius: nodes within it beyond the ball may be touched, whatever they did before.
-constexpr double reach = 0.25;
+constexpr double reach_of_ball = 0.25;
 /// Of what nodes around the ball have moved by before.
-constexpr double ahead = 2.0;
+constexpr double ahead_of_nodes = 2.0;
 /// Of the radius: what counts as around the ball.
-constexpr double around = 3.0;
+constexpr double around_ball = 3.0;
 
 /// Away from the ball; where the point is at its centre, to where it was before.
 Vector3 outwards(const BallStep &ball, const Vector3 &start, const Vector3 &now) {
@@ -105,11 +105,11 @@ void BallContact::choose_near(std::vector<Vector3> now) {
         distance.push_back(distance_to_way(from_, to_, point));
     double moved = 0.0;
     for (std::size_t i = 0; i < before_.size(); ++i)
-        if (distance[i] < around * radius_)
+        if (distance[i] < around_ball * radius_)
             moved = std::max(moved, (now[i] - before_[i]).norm());
     near_.clear();
     for (std::size_t i = 0; i < now.size(); ++i)
-        if (distance[i] < (1.0 + reach) * radius_ + ahead * moved)
+        if (distance[i] < (1.0 + reach_of_ball) * radius_ + ahead_of_nodes * moved)
             near_.push_back(nodes_[i]);
     before_ = std::move(now);
 }

@@ -21,7 +21,7 @@ constexpr int most_updates = 100;
 /// Of the equilibria that follow one another: at first, and as a part of the change before.
 constexpr double first_tolerance = 1e-5, part_of_change = 1e-2;
 /// Where the change falls by less than this, bounds of friction follow pressures by half as much, down to a part.
-constexpr double least_fall = 0.9, smallest_part = 1.0 / 8.0;
+constexpr double least_fall = 0.9, least_part = 1.0 / 8.0;
 
 Field difference(const Field &a, const Field &b) {
     Field result(a.size());
@@ -106,7 +106,7 @@ class Follower {
             tolerance =
                 change < 10.0 * contact_tolerance ? usual : std::clamp(part_of_change * change, usual, first_tolerance);
             if (change > least_fall * last_change)
-                part = std::max(0.5 * part, smallest_part);
+                part = std::max(0.5 * part, least_part);
             last_change = change;
             start = found.displacement;
         }

@@ -96,7 +96,7 @@ void leave_out_glued(std::vector<models::Contender> &contenders, const std::vect
 }
 
 /// One of each tool, so that none takes the place of another.
-std::string file_of(const ArenaOptions &options) {
+std::string arena_file_of(const ArenaOptions &options) {
     return options.tool == ArenaTool::glued ? "arena.h5" : fmt::format("arena_touching_{:g}.h5", options.friction);
 }
 
@@ -213,7 +213,7 @@ ArenaResults run_arena(const ArenaOptions &options, const std::string &command_l
                 std::ranges::move(run_budgets(contender, scene, options.budgets), std::back_inserter(arena.runs));
             }
         }
-        results::write_arena(folder / file_of(options), arena);
+        results::write_arena(folder / arena_file_of(options), arena);
         done.of_body.push_back(std::move(arena));
     }
     return done;

@@ -148,7 +148,7 @@ class Recorder {
     core::ToolHistory history_;
 };
 
-core::ToolErrors unknown_errors(const core::ToolMotion &motion) {
+core::ToolErrors errors_without_reference(const core::ToolMotion &motion) {
     return {.contact = nan,
             .after = nan,
             .force = nan,
@@ -254,7 +254,7 @@ results::ArenaRun run_contender(const models::Contender &contender, const ArenaS
     run.worst_frame_seconds = *std::ranges::max_element(seconds);
     const auto history = recorder.finish();
     run.errors = scene.reference ? core::compare(*scene.mesh_of_reference, motion, history, *scene.reference)
-                                 : unknown_errors(motion);
+                                 : errors_without_reference(motion);
     run.force = history.force;
     find_forces(run, scene.problem);
     if (!is_within)
