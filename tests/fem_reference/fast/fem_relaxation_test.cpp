@@ -11,6 +11,7 @@
 #include "fem_reference/dof_conditions.hpp"
 #include "fem_reference/relaxation/relaxing_solver.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
+#include "tests/not_a_number.hpp"
 #include "tests/samples/relaxing_cube.hpp"
 
 namespace livermark {
@@ -22,17 +23,17 @@ using fem_reference::RelaxingSolver;
 using fem_reference::SolverChoice;
 using fem_reference::StaticSolver;
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double free_component = std::numeric_limits<double>::quiet_NaN();
+constexpr double endless = std::numeric_limits<double>::infinity();
 
-struct Elements {
+struct LinearElements {
     int degree;
     Formulation formulation;
 };
-constexpr std::array all_elements{Elements{1, Formulation::displacement}, Elements{2, Formulation::displacement},
-                                  Elements{2, Formulation::mixed}};
+constexpr std::array all_linear_elements{LinearElements{1, Formulation::displacement},
+                                         LinearElements{2, Formulation::displacement},
+                                         LinearElements{2, Formulation::mixed}};
 
-core::Solution solve_relaxing(const core::Problem &problem, const Elements &elements, int steps_per_record = 8) {
+core::Solution solve_relaxing(const core::Problem &problem, const LinearElements &elements, int steps_per_record = 8) {
     StaticSolver solver(problem.body, elements.degree, SolverChoice::automatic, elements.formulation);
     return RelaxingSolver(problem.body, solver, SolverChoice::automatic).solve(problem.load_case, steps_per_record);
 }
@@ -47,31 +48,33 @@ core::SlowHistory ramp_and_hold(core::PronySeries relaxation) {
     return history;
 }
 
-const tests::RelaxingBar bar{.material = {1060.0, 5000.0, 0.4}, .modulus = 0.6, .time = 1.5};
+const tests::RelaxingBar relaxing_bar{.material = {1060.0, 5000.0, 0.4}, .modulus = 0.6, .time = 1.5};
 
 /// A cube on rollers that is free to draw in.
 core::Problem cube_on_rollers() {
     const auto mesh = tests::box_mesh({0.1, 0.1, 0.1}, {2, 1, 1});
     auto load_case = tests::empty_load_case(mesh);
-    tests::prescribe(load_case, mesh, "x_min", {0.0, free_component, free_component});
-    tests::prescribe(load_case, mesh, "y_min", {free_component, 0.0, free_component});
-    tests::prescribe(load_case, mesh, "z_min", {free_component, free_component, 0.0});
-    load_case.slow_history = ramp_and_hold({.name = "one", .moduli = {bar.modulus}, .times = {bar.time}});
-    return {tests::make_body(mesh, bar.material), load_case};
+    tests::prescribe(load_case, mesh, "x_min", {0.0, tests::nan, tests::nan});
+    tests::prescribe(load_case, mesh, "y_min", {tests::nan, 0.0, tests::nan});
+    tests::prescribe(load_case, mesh, "z_min", {tests::nan, tests::nan, 0.0});
+    load_case.slow_history =
+        ramp_and_hold({.name = "one", .moduli = {relaxing_bar.modulus}, .times = {relaxing_bar.time}});
+    return {tests::make_body(mesh, relaxing_bar.material), load_case};
 }
 
 double largest_stress_error(const core::Solution &solution, const core::SlowHistory &history) {
     double worst = 0.0;
     for (int k = 0; k < history.num_records(); ++k) {
-        const double exact = bar.stress(history.times[k], 1.0) * 0.01 * 0.01; // strain of 0.01, area of 0.01 m^2
+        const double exact =
+            relaxing_bar.stress(history.times[k], 1.0) * 0.01 * 0.01; // strain of 0.01, area of 0.01 m^2
         worst = std::max(worst, std::abs(solution.path[k].reaction.back().x() - exact));
     }
-    return worst / (bar.stress(1.0, 1.0) * 1e-4);
+    return worst / (relaxing_bar.stress(1.0, 1.0) * 1e-4);
 }
 
 core::Problem stretched_cube() {
     auto problem = cube_on_rollers();
-    tests::prescribe(problem.load_case, problem.body->mesh, "x_max", {0.001, free_component, free_component});
+    tests::prescribe(problem.load_case, problem.body->mesh, "x_max", {0.001, tests::nan, tests::nan});
     return problem;
 }
 
@@ -128,7 +131,7 @@ void expect_same_point(const core::PathPoint &point, const core::PathPoint &expe
 
 TEST(RelaxingElements, StressOfAStretchedCubeFadesAsInClosedForm) {
     const auto problem = stretched_cube();
-    for (const auto &elements : all_elements) {
+    for (const auto &elements : all_linear_elements) {
         const auto solution = solve_relaxing(problem, elements, 64);
         ASSERT_EQ(solution.status, core::SolutionStatus::ok) << solution.message;
         ASSERT_EQ(solution.path.size(), problem.load_case.slow_history->times.size());
@@ -140,8 +143,8 @@ TEST(RelaxingElements, HalfAStepIsAQuarterOfTheError) {
     const auto problem = stretched_cube();
     double before = 0.0;
     for (const int steps : {1, 2, 4, 8}) {
-        const double error =
-            largest_stress_error(solve_relaxing(problem, all_elements[0], steps), *problem.load_case.slow_history);
+        const double error = largest_stress_error(solve_relaxing(problem, all_linear_elements[0], steps),
+                                                  *problem.load_case.slow_history);
         if (before > 0.0) {
             EXPECT_GT(before / error, 3.6);
             EXPECT_LT(before / error, 4.4);
@@ -156,11 +159,11 @@ TEST(RelaxingElements, ACubeUnderAForceCreepsAsInClosedForm) {
     tests::pull(problem.load_case, problem.body->mesh, "x_max", {40.0, 0.0, 0.0});
     const auto &mesh = problem.body->mesh;
     const auto &history = *problem.load_case.slow_history;
-    for (const auto &elements : all_elements) {
+    for (const auto &elements : all_linear_elements) {
         const auto solution = solve_relaxing(problem, elements, 64);
         for (int k = 1; k < history.num_records(); ++k)
             for (int node = 0; node < mesh.num_nodes(); ++node) {
-                const double exact = bar.strain(history.times[k], 1.0) * 40.0 * mesh.points[node].x();
+                const double exact = relaxing_bar.strain(history.times[k], 1.0) * 40.0 * mesh.points[node].x();
                 EXPECT_NEAR(solution.path[k].displacement[node].x(), exact, 1e-5 * 8e-4) << history.times[k];
             }
     }
@@ -168,8 +171,8 @@ TEST(RelaxingElements, ACubeUnderAForceCreepsAsInClosedForm) {
 
 TEST(RelaxingElements, InfiniteAndZeroTimesAreTheTwoElasticBodies) {
     for (auto problem : {heavy_rod({0.45, 0.35}), pressed_rod({0.45, 0.35}), pulled_rod({0.45, 0.35})})
-        for (const auto &elements : all_elements)
-            for (const double time : {infinity, 0.0}) {
+        for (const auto &elements : all_linear_elements)
+            for (const double time : {endless, 0.0}) {
                 auto &history = *problem.load_case.slow_history;
                 history.relaxation.times = {time, time};
                 const auto body = time > 0.0 ? problem.body : softened(*problem.body, 0.3);
@@ -216,7 +219,7 @@ TEST(RelaxingElements, AgreesWithStepsOfAllUnknowns) {
         const Eigen::Map<const Eigen::VectorXd> load(conditions.load.data(), whole.rows());
         Eigen::VectorXd u = Eigen::VectorXd::Zero(whole.rows());
         std::vector<Eigen::VectorXd> memories(2, u);
-        const auto solution = solve_relaxing(problem, all_elements[0], steps_per_record);
+        const auto solution = solve_relaxing(problem, all_linear_elements[0], steps_per_record);
         for (int n = 1; n < history.num_records(); ++n) {
             const auto branches =
                 core::branch_steps(history.relaxation, (history.times[n] - history.times[n - 1]) / steps_per_record);
@@ -250,7 +253,7 @@ TEST(RelaxingElements, AgreesWithStepsOfAllUnknowns) {
 
 TEST(RelaxingElements, WorkIsStoredOrDissipated) {
     for (const auto &problem : {heavy_rod({0.45, 0.2}), pressed_rod({0.45, 0.45}), pulled_rod({0.45, 0.45})})
-        for (const auto &elements : all_elements) {
+        for (const auto &elements : all_linear_elements) {
             std::array<double, 2> gaps{};
             for (const int i : {0, 1}) {
                 const auto solution = solve_relaxing(problem, elements, 16 << i);
@@ -273,7 +276,7 @@ TEST(RelaxingElements, ReactionsBalanceLoads) {
     const auto problem = pulled_rod({0.45, 0.35});
     const auto &history = *problem.load_case.slow_history;
     const Vector3 whole = Vector3(20.0, -10.0, 5.0) * tests::rod_size.y() * tests::rod_size.z();
-    for (const auto &elements : all_elements) {
+    for (const auto &elements : all_linear_elements) {
         const auto solution = solve_relaxing(problem, elements);
         for (int k = 0; k < history.num_records(); ++k)
             EXPECT_LT((solution.path[k].reaction.front() + history.factors[k] * whole).norm(), 1e-5 * whole.norm());
@@ -290,7 +293,7 @@ TEST(RelaxingElements, ARefinedBodyIsSolvedAsABodyOfItsOwn) {
     RelaxingSolver fine(refined.problem.body, fine_solver, SolverChoice::automatic, coarse, tolerance,
                         refined.parent_tetrahedron);
     const auto solution = fine.solve(refined.problem.load_case);
-    const auto expected = solve_relaxing(refined.problem, all_elements[2]);
+    const auto expected = solve_relaxing(refined.problem, all_linear_elements[2]);
     ASSERT_EQ(solution.status, core::SolutionStatus::ok) << solution.message;
     for (std::size_t k = 1; k < expected.path.size(); ++k)
         expect_same_point(solution.path[k], expected.path[k], 1e-5);
@@ -301,7 +304,7 @@ TEST(RelaxingElements, SayWhenTheBodyIsFree) {
     auto free = tests::empty_load_case(problem.body->mesh);
     tests::pull(free, problem.body->mesh, "x_max", {20.0, -10.0, 5.0});
     free.slow_history = problem.load_case.slow_history;
-    for (const auto &elements : all_elements)
+    for (const auto &elements : all_linear_elements)
         EXPECT_EQ(solve_relaxing({problem.body, free}, elements).status, core::SolutionStatus::not_converged);
 }
 
