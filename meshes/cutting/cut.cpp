@@ -82,8 +82,8 @@ template <class Number> std::vector<Number> counted(std::size_t size) {
 CutMesh part(CutMesh cut, const Faces &faces, const Cut &definition) {
     auto parted = part_along(cut.body.mesh, faces);
     if (parted.num_faces == 0)
-        throw CutNotOnBody(definition.place, "the blade parts no face of a tetrahedron",
-                           "let it go deeper into the body");
+        throw CutMissesBody(definition.place, "the blade parts no face of a tetrahedron",
+                            "let it go deeper into the body");
     cut.body.mesh.points = std::move(parted.points);
     cut.body.mesh.tetrahedra = std::move(parted.tetrahedra);
     cut.parent_node = std::move(parted.parent_node);
@@ -266,8 +266,8 @@ CutBody cut(const core::Body &body, const Cut &cut) {
     if (std::ranges::none_of(cut_mesh.alive, std::identity{}))
         throw CutNotOnBody(cut.place, "the cut takes all of the body away", "take a smaller part");
     if (!parting_blade(cut) && std::ranges::all_of(cut_mesh.alive, std::identity{}))
-        throw CutNotOnBody(cut.place, "the cut touches nothing of the body",
-                           "see where the body is with 'livermark mesh check'");
+        throw CutMissesBody(cut.place, "the cut touches nothing of the body",
+                            "see where the body is with 'livermark mesh check'");
     const auto patches = patches_of_faces(cut_mesh);
     Faces was_outer(patches.size());
     for (std::size_t t = 0; t < patches.size(); ++t)

@@ -76,6 +76,12 @@ class CutNotOnBody : public support::InputError {
     std::string place_, reason_, remedy_;
 };
 
+/// A cut that touches nothing of the body.
+class CutMissesBody : public CutNotOnBody {
+  public:
+    using CutNotOnBody::CutNotOnBody;
+};
+
 /// What a cut leaves.
 struct CutBody {
     core::Body body;                       ///< the largest piece
@@ -106,8 +112,9 @@ struct CutBody {
 /// off. Features smaller than an edge are lost.
 /// @throws support::InputError   for a tool that is none: a negative margin or thickness, a normal of length 0, a blade
 ///                               without an area
-/// @throws CutNotOnBody          if there is no such region, if the cut touches nothing or leaves nothing, if it leaves
-///                               several pieces and none may float
+/// @throws CutMissesBody         if the cut touches nothing
+/// @throws CutNotOnBody          if there is no such region, if the cut leaves nothing, if it leaves several pieces and
+///                               none may float
 CutBody cut(const core::Body &body, const Cut &cut);
 
 /// One cut after the other; small pieces are not kept. The notes are added to the assumptions of the body.

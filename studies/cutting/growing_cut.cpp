@@ -1,0 +1,114 @@
+#include "studies/cutting/growing_cut.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <map>
+#include <utility>
+
+#include "core/processor_time.hpp"
+#include "meshes/cutting/cut.hpp"
+#include "meshes/io/mesh_figures.hpp"
+
+namespace livermark::studies {
+
+namespace {
+
+double wound_area(const core::TetraMesh &mesh) {
+    double area = 0.0;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (mesh.patch_names[mesh.boundary_patch[f]] == meshes::wound_patch)
+            area += core::area_vector(mesh, f).norm();
+    return area;
+}
+
+/// Nodes of the wound that are in one place at rest.
+std::vector<std::array<int, 2>> parted_nodes(const core::TetraMesh &mesh) {
+    std::map<std::array<double, 3>, std::vector<int>> at_place;
+    std::vector<bool> is_seen(mesh.points.size(), false);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (mesh.patch_names[mesh.boundary_patch[f]] == meshes::wound_patch)
+            for (const int node : mesh.boundary_triangles[f])
+                if (!is_seen[node]) {
+                    is_seen[node] = true;
+                    const auto &point = mesh.points[node];
+                    at_place[{point.x(), point.y(), point.z()}].push_back(node);
+                }
+    std::vector<std::array<int, 2>> pairs;
+    for (const auto &[place, nodes] : at_place)
+        for (std::size_t k = 1; k < nodes.size(); ++k)
+            pairs.push_back({nodes[0], nodes[k]});
+    return pairs;
+}
+
+/// Edges behind the blade's edge at which a body that has moved is still cut: a face that could not be parted while the
+/// cut ended at it is parted later. Further behind the wound is open, and the blade may be where other tissue is now.
+constexpr double edges_behind = 2.0;
+
+/// The body cut where it is now, and back at rest: along facets, corners keep their order.
+core::Body cut_where_it_is(const core::Body &body, const std::vector<core::Vector3> &displacement,
+                           const meshes::Cut &cut) {
+    auto moved = body;
+    for (std::size_t i = 0; i < displacement.size(); ++i)
+        moved.mesh.points[i] += displacement[i];
+    auto result = meshes::cut(moved, cut);
+    auto &mesh = result.body.mesh;
+    const auto &parents = result.parents.front();
+    for (std::size_t t = 0; t < parents.size(); ++t)
+        for (std::size_t k = 0; k < 4; ++k)
+            mesh.points[mesh.tetrahedra[t][k]] = body.mesh.points[body.mesh.tetrahedra[parents[t]][k]];
+    return std::move(result.body);
+}
+
+} // namespace
+
+double BladeWay::depth() const {
+    return 0.5 * (corners[3] + corners[2] - corners[0] - corners[1]).norm();
+}
+
+std::array<core::Vector3, 4> BladeWay::swept(double from, double to) const {
+    const auto at = [&](int begin, int end, double part) -> core::Vector3 {
+        return (1.0 - part) * corners[begin] + part * corners[end];
+    };
+    return {at(0, 3, from), at(1, 2, from), at(1, 2, to), at(0, 3, to)};
+}
+
+std::vector<CutStage> grow_cut(std::shared_ptr<const core::Body> body, const BladeWay &way,
+                               const DisplacementOf &displacement_of) {
+    const double before = wound_area(body->mesh); // of cuts that were there
+    const double behind = edges_behind * meshes::mesh_figures(body->mesh).mean_edge / way.depth();
+    std::vector<CutStage> stages{{std::move(body), 0.0, 0.0, 0.0, {}}};
+    std::exception_ptr missed;
+    for (int step = 0; step < way.num_steps; ++step) {
+        const auto &last = stages.back();
+        const double from = displacement_of ? std::max(0.0, double(step) / way.num_steps - behind) : 0.0;
+        const meshes::Cut cut{.tool = meshes::BladeCut{way.swept(from, double(step + 1) / way.num_steps)},
+                              .place = "the blade"};
+        auto next = last;
+        next.depth = way.depth() * (step + 1) / way.num_steps;
+        const auto displacement = displacement_of ? displacement_of(last) : std::vector<core::Vector3>{};
+        const double start = core::processor_seconds();
+        try {
+            next.body = std::make_shared<const core::Body>(cut_where_it_is(*last.body, displacement, cut));
+        } catch (const meshes::CutMissesBody &) {
+            missed = std::current_exception();
+        }
+        next.seconds = core::processor_seconds() - start;
+        if (next.body != last.body) {
+            next.area = 0.5 * (wound_area(next.body->mesh) - before);
+            next.parted = parted_nodes(next.body->mesh);
+        }
+        stages.push_back(std::move(next));
+    }
+    if (missed && stages.back().area == 0.0)
+        std::rethrow_exception(missed);
+    return stages;
+}
+
+double opening(const CutStage &stage, const std::vector<core::Vector3> &displacement) {
+    double widest = 0.0;
+    for (const auto &[one, other] : stage.parted)
+        widest = std::max(widest, (displacement[one] - displacement[other]).norm());
+    return widest;
+}
+
+} // namespace livermark::studies

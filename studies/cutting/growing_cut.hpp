@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "core/problem.hpp"
+
+namespace livermark::studies {
+
+/// A blade that goes into a body in equal steps. It parts the body and takes nothing away.
+struct BladeWay {
+    /// In turn [m]. The blade's edge begins at 0-1 and ends at 3-2.
+    std::array<core::Vector3, 4> corners;
+    int num_steps = 20; ///< >= 1
+
+    double depth() const; ///< how far the middle of the edge goes [m]
+    /// What the edge sweeps from one depth to another, as parts of the way.
+    std::array<core::Vector3, 4> swept(double from, double to) const;
+};
+
+/// A body on the way.
+struct CutStage {
+    std::shared_ptr<const core::Body> body; ///< at rest
+    double depth = 0.0;                     ///< of the blade's edge along its way [m]
+    double area = 0.0;                      ///< cut so far, of one side, at rest [m^2]
+    double seconds = 0.0;                   ///< that the last cut took
+    /// Nodes that were one before they were parted, two by two.
+    std::vector<std::array<int, 2>> parted;
+};
+
+/// Where the nodes of a body are when the blade goes on, as displacements [m]; it is asked before each step.
+using DisplacementOf = std::function<std::vector<core::Vector3>(const CutStage &stage)>;
+
+/// Divides a body along facets, step by step. The blade is where it is in space, and meets the body as that is then; a
+/// step on which it parts no face changes nothing.
+/// @param displacement_of  nothing for a body that stays at rest
+/// @return num_steps + 1, the first as the body was
+/// @throws support::InputError   for a blade that is none
+/// @throws meshes::CutNotOnBody  if no step parts anything, or the body falls apart
+std::vector<CutStage> grow_cut(std::shared_ptr<const core::Body> body, const BladeWay &way,
+                               const DisplacementOf &displacement_of);
+
+/// How far the two sides of a cut are apart where they are furthest [m].
+double opening(const CutStage &stage, const std::vector<core::Vector3> &displacement);
+
+} // namespace livermark::studies
