@@ -1,0 +1,306 @@
+// Tetrahedra are taken away from a body that moves: how long it is until the next step, and until a factor serves
+// again.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "benchmarks/bodies.hpp"
+#include "core/processor_time.hpp"
+#include "msm/cutting/cut_parts.hpp"
+#include "msm/cutting/frequency_around.hpp"
+#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/kernels/fast_steps.hpp"
+#include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/spring_network.hpp"
+#include "msm/springs/springs_with_volume.hpp"
+#include "support/factors/sparse_cholesky.hpp"
+#include "support/factors/updated_cholesky.hpp"
+#include "support/input_error.hpp"
+
+namespace livermark {
+namespace {
+
+struct Options {
+    std::string body = "liver_healthy";
+    std::vector<std::string> springs; ///< all if none
+    int tetrahedra = 500, cuts = 40;
+    bool has_frequencies = false, has_factors = false;
+};
+
+/// What moves, and where the stiffness of its springs comes from.
+struct Springs {
+    std::string name;
+    std::function<msm::ElasticBody(const core::Body &)> make;
+    std::optional<msm::SpringSource> source;
+};
+
+std::vector<Springs> all_springs(const core::Body &body) {
+    std::vector<Springs> all;
+    for (const auto &law : msm::all_spring_laws()) {
+        msm::SpringSource source{law, body};
+        for (auto &material : source.body.materials)
+            material = {material.density, 2.5 * material.shear_modulus(), 0.25};
+        all.push_back({law.name,
+                       [law](const core::Body &of) {
+                           return msm::springs_with_volume(of, msm::springs_beside_volume(of, law),
+                                                           msm::find_volume_term("nodal_volume"))
+                               .body;
+                       },
+                       std::move(source)});
+    }
+    for (const auto &coupled : msm::all_coupled_springs())
+        if (msm::are_in_kernels(coupled))
+            all.push_back({coupled.name,
+                           [coupled](const core::Body &of) { return msm::coupled_springs_with_volume(of, coupled); },
+                           std::nullopt});
+    return all;
+}
+
+/// Balls of so many tetrahedra that are still there.
+class Balls {
+  public:
+    explicit Balls(const core::TetraMesh &mesh) : mesh_(mesh), is_gone_(mesh.tetrahedra.size(), false) {
+        for (const auto &nodes : mesh.tetrahedra) {
+            middle_.emplace_back(core::Vector3::Zero());
+            for (const int node : nodes)
+                middle_.back() += 0.25 * mesh.points[node];
+        }
+    }
+
+    std::vector<int> take(int count, std::mt19937 &random) {
+        const auto &centre = mesh_.points[random() % mesh_.points.size()];
+        std::vector<int> near;
+        for (int t = 0; t < mesh_.num_tetrahedra(); ++t)
+            if (!is_gone_[t])
+                near.push_back(t);
+        std::ranges::sort(near, {}, [&](int t) { return (middle_[t] - centre).squaredNorm(); });
+        near.resize(std::min<std::size_t>(near.size(), count));
+        for (const int t : near)
+            is_gone_[t] = true;
+        return near;
+    }
+
+  private:
+    const core::TetraMesh &mesh_;
+    std::vector<bool> is_gone_;
+    std::vector<core::Vector3> middle_;
+};
+
+double percentile(std::vector<double> values, double part) {
+    std::ranges::sort(values);
+    return values[static_cast<std::size_t>(part * static_cast<double>(values.size() - 1) + 0.5)];
+}
+
+msm::NodalConditions held_where(const core::Body &body, const std::vector<bool> &is_held) {
+    msm::NodalConditions conditions;
+    for (std::size_t i = 0; i < body.mesh.points.size(); ++i) {
+        conditions.displacement.emplace_back(core::Vector3::Constant(is_held[i] ? 0.0 : std::nan("")));
+        conditions.constraint.push_back({-1, -1, -1});
+        conditions.force.emplace_back(core::Vector3::Zero());
+    }
+    return conditions;
+}
+
+std::vector<bool> held_nodes(const core::Body &body) {
+    const auto load_case = benchmarks::constrained(body);
+    std::vector<bool> is_held(body.mesh.points.size(), false);
+    for (int f = 0; f < body.mesh.num_boundary_triangles(); ++f)
+        if (load_case.condition[f] == core::FacetCondition::prescribed_displacement)
+            for (const int node : body.mesh.boundary_triangles[f])
+                is_held[node] = true;
+    return is_held;
+}
+
+constexpr double milliseconds = 1e3, step = 1e-4;
+/// Cuts after which the body is made whole again: an eighth of the tetrahedra of 16,000 is gone then.
+constexpr int cuts_in_turn = 4;
+
+void time_updates(const core::Body &body, const Springs &springs, const Options &options) {
+    const auto conditions = held_where(body, held_nodes(body));
+    std::mt19937 random(1);
+    std::vector<double> whole, parts_times, steps_times, ready, around, all;
+    double largest_miss = 0.0;
+    const msm::FastStepOptions step_options{.may_be_cut = true};
+    for (int done = 0; done < options.cuts;) {
+        double start = core::processor_seconds();
+        const auto elastic = springs.make(body);
+        auto steps = msm::FastSteps::prepare(elastic, body.mesh.points, conditions, {.alpha = 7.0, .beta = 0.0},
+                                             "symplectic_euler", step, step_options);
+        whole.push_back(core::processor_seconds() - start);
+        auto parts = msm::CutParts::prepare(body, elastic, springs.source).value();
+        double highest = 0.0;
+        Balls balls(body.mesh);
+        for (int turn = 0; turn < cuts_in_turn; ++turn, ++done) {
+            const auto ball = balls.take(options.tetrahedra, random);
+            steps->take(1); // what a step reads and writes is in the caches
+            start = core::processor_seconds();
+            const auto &changes = parts.remove(ball);
+            const double between = core::processor_seconds();
+            steps->cut(parts.parts(), parts.node_mass(), changes);
+            const double end = core::processor_seconds();
+            parts_times.push_back(between - start);
+            steps_times.push_back(end - between);
+            ready.push_back(end - start);
+            if (!options.has_frequencies || turn > 0)
+                continue;
+            constexpr double tolerance = 1e-3;
+            const auto &points = body.mesh.points;
+            highest = msm::largest_angular_frequency(elastic, points, conditions, {}, tolerance);
+            start = core::processor_seconds();
+            const double local = msm::frequency_around(body, parts.parts().is_removed, changes.nodes, springs.make,
+                                                       conditions, tolerance);
+            around.push_back(core::processor_seconds() - start);
+            core::Body rest{.name = {}, .mesh = body.mesh, .materials = body.materials};
+            rest.mesh.tetrahedra.clear();
+            rest.mesh.region.clear();
+            for (int t = 0; t < body.mesh.num_tetrahedra(); ++t)
+                if (parts.parts().is_there(t)) {
+                    rest.mesh.tetrahedra.push_back(body.mesh.tetrahedra[t]);
+                    rest.mesh.region.push_back(body.mesh.region[t]);
+                }
+            auto held = held_nodes(body);
+            for (std::size_t i = 0; i < held.size(); ++i)
+                held[i] = held[i] || parts.node_mass()[i] == 0.0;
+            start = core::processor_seconds();
+            auto elastic_of_rest = springs.make(rest);
+            for (double &mass : elastic_of_rest.node_mass)
+                mass = std::max(mass, 1e-12);
+            const double expected =
+                msm::largest_angular_frequency(elastic_of_rest, points, held_where(body, held), {}, tolerance);
+            all.push_back(core::processor_seconds() - start);
+            largest_miss = std::max(largest_miss, std::abs(std::max(local, highest) / expected - 1.0));
+        }
+    }
+    fmt::print("| `{}` | {:.1f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |", springs.name,
+               milliseconds * percentile(whole, 0.5), milliseconds * percentile(parts_times, 0.5),
+               milliseconds * percentile(steps_times, 0.5), milliseconds * percentile(ready, 0.5),
+               milliseconds * percentile(ready, 0.95));
+    if (options.has_frequencies)
+        fmt::print(" {:.0f} | {:.0f} | {:.2f} |", milliseconds * percentile(around, 0.5),
+                   milliseconds * percentile(all, 0.5), 100.0 * largest_miss);
+    fmt::print("\n");
+}
+
+/// The stiffness of springs at rest as columns: of spring s, k^1/2 (n at one end, -n at the other).
+Eigen::SparseMatrix<double> columns_of(const core::Body &body, const core::SpringNetwork &springs,
+                                       const std::vector<double> &stiffness, const std::vector<int> &unknown) {
+    std::vector<Eigen::Triplet<double>> entries;
+    int count = 0;
+    for (std::size_t s = 0; s < springs.edges.size(); ++s) {
+        if (!(stiffness[s] > 0.0))
+            continue;
+        const auto [i, j] = springs.edges[s];
+        const core::Vector3 along = std::sqrt(stiffness[s]) * (body.mesh.points[j] - body.mesh.points[i]).normalized();
+        for (int c = 0; c < 3; ++c) {
+            if (unknown[i] >= 0)
+                entries.emplace_back(unknown[i] + c, count, -along[c]);
+            if (unknown[j] >= 0)
+                entries.emplace_back(unknown[j] + c, count, along[c]);
+        }
+        ++count;
+    }
+    Eigen::SparseMatrix<double> columns(3 * (std::ranges::max(unknown) / 3 + 1), count);
+    columns.setFromTriplets(entries.begin(), entries.end());
+    return columns;
+}
+
+/// Springs of Van Gelder's law alone: a factor that follows, and one that is made again.
+void time_factors(const core::Body &body) {
+    const auto &law = *std::ranges::find(msm::all_spring_laws(), "van_gelder", &msm::SpringLaw::name);
+    const auto springs = msm::spring_network(body, law);
+    const auto held = held_nodes(body);
+    std::vector<int> unknown(held.size(), -1);
+    int size = 0;
+    for (std::size_t i = 0; i < held.size(); ++i)
+        if (!held[i]) {
+            unknown[i] = size;
+            size += 3;
+        }
+    const auto all = columns_of(body, springs, springs.stiffness, unknown);
+    const Eigen::SparseMatrix<double> matrix = all * Eigen::SparseMatrix<double>(all.transpose());
+    support::SparseCholesky order;
+    order.order(matrix);
+    const Eigen::VectorXd load = Eigen::VectorXd::LinSpaced(size, -1.0, 1.0);
+    fmt::print(
+        "\n| tetrahedra | springs that change | factor that follows [ms] | made again [ms] | solutions differ by |\n"
+        "| ---: | ---: | ---: | ---: | ---: |\n");
+    for (const int count : {1, 5, 20, 100, 500}) {
+        std::mt19937 random(3);
+        const msm::ElasticBody elastic(springs);
+        auto parts = msm::CutParts::prepare(body, elastic, msm::SpringSource{law, body}).value();
+        const auto &changes = parts.remove(Balls(body.mesh).take(count, random));
+        auto less = springs.stiffness;
+        for (std::size_t s = 0; s < less.size(); ++s)
+            less[s] -= parts.parts().stiffness[s];
+        const auto lost = columns_of(body, springs, less, unknown);
+        // What is gone is held.
+        std::vector<Eigen::Triplet<double>> ground;
+        for (const int node : changes.nodes)
+            for (int c = 0; c < 3 && parts.node_mass()[node] == 0.0 && unknown[node] >= 0; ++c)
+                ground.emplace_back(unknown[node] + c, static_cast<int>(ground.size()), 10.0);
+        Eigen::SparseMatrix<double> held_now(size, static_cast<Eigen::Index>(ground.size()));
+        held_now.setFromTriplets(ground.begin(), ground.end());
+        support::UpdatedCholesky follows(matrix);
+        double start = core::processor_seconds();
+        if (held_now.cols() > 0)
+            follows.add(held_now);
+        follows.subtract(lost);
+        const double following = core::processor_seconds() - start;
+        start = core::processor_seconds();
+        const auto left = columns_of(body, springs, parts.parts().stiffness, unknown);
+        Eigen::SparseMatrix<double> anew = left * Eigen::SparseMatrix<double>(left.transpose());
+        anew += held_now * Eigen::SparseMatrix<double>(held_now.transpose());
+        support::SparseCholesky factor;
+        factor.order(anew);
+        const bool is_definite = factor.factorise(anew);
+        const double again = core::processor_seconds() - start;
+        const Eigen::VectorXd expected = factor.solve(load);
+        if (!is_definite)
+            throw support::InputError("what is left of the body is not held; take another body");
+        fmt::print("| {} | {} | {:.0f} | {:.0f} | {:.1g} |\n", count, lost.cols(), milliseconds * following,
+                   milliseconds * again, (follows.solve(load) - expected).norm() / expected.norm());
+    }
+}
+
+int run(const Options &options) {
+    const auto body = benchmarks::make_body(options.body);
+    fmt::print("{}: {} tetrahedra, of which {} go\n\n| springs | set-up [ms] | parts [ms] | layout [ms] | ready [ms] | "
+               "95 % of cuts [ms] |{}\n| --- | ---: | ---: | ---: | ---: | ---: |{}\n",
+               options.body, body->mesh.num_tetrahedra(), options.tetrahedra,
+               options.has_frequencies ? " frequency around [ms] | of all [ms] | off by [%] |" : "",
+               options.has_frequencies ? " ---: | ---: | ---: |" : "");
+    for (const auto &springs : all_springs(*body))
+        if (options.springs.empty() || std::ranges::find(options.springs, springs.name) != options.springs.end())
+            time_updates(*body, springs, options);
+    if (options.has_factors)
+        time_factors(*body);
+    return 0;
+}
+
+} // namespace
+} // namespace livermark
+
+int main(int argc, char **argv) {
+    CLI::App app("How long a cut takes until the next step");
+    livermark::Options options;
+    app.add_option("--body", options.body, "As in benchmarks/bodies.hpp")->capture_default_str();
+    app.add_option("--springs", options.springs, "Names of laws and of coupled springs; all if left out");
+    app.add_option("--tetrahedra", options.tetrahedra, "How many go in a cut")->capture_default_str();
+    app.add_option("--cuts", options.cuts, "Of each springs")->capture_default_str();
+    app.add_flag("--frequencies", options.has_frequencies, "Find the highest frequency after every fourth cut as well");
+    app.add_flag("--factors", options.has_factors, "Time factors of springs as well");
+    CLI11_PARSE(app, argc, argv);
+    try {
+        return livermark::run(options);
+    } catch (const livermark::support::InputError &error) {
+        fmt::print(stderr, "{}\n", error.what());
+        return 2;
+    }
+}
