@@ -98,8 +98,7 @@ LoadCaseKind load_case_kind(const std::filesystem::path &toml_file);
 /// A rigid ball may touch a body that is held elsewhere, in the large regime; it does not stick to it:
 ///
 ///     [touch]
-///     disc = { patch = "anterior", radius = 0.012 }  # or another place; the ball comes against its mean outward
-///     normal,
+///     disc = { patch = "anterior", radius = 0.012 } # or another place: the ball comes against its mean normal,
 ///                                             # over the point of it that is nearest to its middle
 ///     radius = 0.012                          # [m], of the ball
 ///     depth = 0.01                            # [m], on from where the ball just touches the body at rest
