@@ -109,7 +109,7 @@ std::string legend(std::span<const Result> results) {
 /// What the columns of the tool mean, and how large it is; nothing where there is none.
 std::string tool_lines(std::span<const Result> results) {
     const auto radii = tool_radii(results);
-    return radii.empty() ? "" : "\n" + tool_legend() + radii;
+    return radii.empty() ? "" : fmt::format("\n{}{}", tool_legend(), radii);
 }
 
 std::string describe(const std::string &model, const core::HistoryComparison &motion) {

@@ -267,9 +267,10 @@ results::ExperimentResult evaluate_experiment(const experiments::Experiment &exp
                               of_reference);
     }
     if (rings_down)
-        add_ring_downs(
-            result, experiment, options.edge_length.value_or(experiment.edge_length), options, chosen, reference.regime,
-            [&](const std::string &model) { steps.next(fmt::format("{}: {} is let go", experiment.name, model)); });
+        add_ring_downs(result, experiment, options.edge_length.value_or(experiment.edge_length), options, chosen,
+                       states.load_cases.front().regime, [&](const std::string &model) {
+                           steps.next(fmt::format("{}: {} is let go", experiment.name, model));
+                       });
     return result;
 }
 
