@@ -201,13 +201,13 @@ TEST_F(DamagedResultFile, NamesThePlaceOfEveryFault) {
         {"/load_case/load", "row 0 contradicts /load_case/condition",
          [](hid_t file) { poke(file, "/load_case/load", H5T_NATIVE_INT, 0, 1); }},
         {"/comparisons/springs/tool/relative_l2", "is missing", remove("/comparisons/springs/tool/relative_l2")},
-        {"/comparisons/springs/tool/path", "has shape (1,3) instead of",
+        {"/comparisons/springs/tool/path", "has shape (1,2) instead of",
          [&](hid_t file) {
-             replace(file, "/comparisons/springs/tool/path", H5T_IEEE_F64LE, {1, 3}, row_of_zeros, H5T_NATIVE_DOUBLE);
+             replace(file, "/comparisons/springs/tool/path", H5T_IEEE_F64LE, {1, 2}, row_of_zeros, H5T_NATIVE_DOUBLE);
          }},
         {"/comparisons/springs/tool/path", "has 6 points, and /load_case/path 5",
          [&](hid_t file) {
-             replace(file, "/comparisons/springs/tool/path", H5T_IEEE_F64LE, {6, 2}, row_of_zeros, H5T_NATIVE_DOUBLE);
+             replace(file, "/comparisons/springs/tool/path", H5T_IEEE_F64LE, {6, 3}, row_of_zeros, H5T_NATIVE_DOUBLE);
          }},
         {"/load_case/constraint", "row 0 holds 2",
          [](hid_t file) { poke(file, "/load_case/constraint", H5T_NATIVE_INT, 0, 2); }},

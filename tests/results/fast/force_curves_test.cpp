@@ -11,6 +11,7 @@ Result loaded() {
     Result result = tests::sample_result();
     auto &load_case = result.problem.load_case;
     load_case.slow_history.reset();
+    load_case.touching.reset();
     load_case.follows.clear();
     load_case.round_load.clear();
     load_case.round_loads.clear();

@@ -254,6 +254,7 @@ TEST_F(ResultFile, HoldsAProblemWithoutConstraintsAndModels) {
     written.models.clear();
     written.reference_uncertainty.reset();
     written.motion_uncertainty.reset();
+    written.problem.load_case.touching.reset();
     written.problem.load_case.constraint_names.clear();
     std::ranges::fill(written.problem.load_case.constraint, -1);
     std::ranges::fill(written.problem.load_case.condition, core::FacetCondition::free);

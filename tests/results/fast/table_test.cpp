@@ -101,6 +101,7 @@ TEST(Table, ShowsThePeakOfTheReferenceAndNoErrors) {
 TEST(Table, MarksWhatFingersFeelAndExplainsIt) {
     Result result = tests::sample_result();
     auto &tool = result.models[1].comparison->tool.value();
+    tool.places.resize(2);
     const auto cell = [&](double held, double pulled) {
         tool.places[0].stiffness = pulled;
         tool.places[1].stiffness = held;
@@ -124,6 +125,7 @@ TEST(Table, MarksWhatFingersFeelAndExplainsIt) {
 TEST(Table, HasNoStiffnessAtTheToolWithoutOne) {
     Result result = tests::sample_result();
     result.problem.load_case.condition.assign(result.problem.load_case.condition.size(), core::FacetCondition::free);
+    result.problem.load_case.touching.reset();
     for (auto &model : result.models)
         if (model.comparison)
             model.comparison->tool.reset();
