@@ -45,7 +45,7 @@ function(livermark_install_headers component folder)
 endfunction()
 
 # What livermark_msm_solvers has the sources of.
-set(factorising_statics "statics/(dynamic|equilibrium|load_path|rest|surface_pressure)")
+set(factorising_statics "(statics/(dynamic|equilibrium|load_path|rest|surface_)|viscoelastic/slow_history)")
 livermark_install_headers(core support ONLY "^input_error")
 livermark_install_headers(core core)
 livermark_install_headers(msm msm
