@@ -35,9 +35,7 @@ int main(int argc, char **argv) {
     const auto result = tests::sample_result(1000);
     results::write_result(folder / "sample_result.h5", result);
     results::write_result(folder / "still_result.h5", tests::without_motion(result));
-    auto along = tests::along_a_path(result);
-    along.problem.load_case.touching.reset(); // what a ball does has no force over a given way
-    results::write_result(folder / "path_result.h5", along);
+    results::write_result(folder / "path_result.h5", tests::along_a_path(result));
     results::write_result(folder / "small_result.h5", tests::sample_result());
 
     results::Stability stability;

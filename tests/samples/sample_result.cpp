@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "core/tool/tool_stiffness.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark::tests {
@@ -237,8 +238,12 @@ results::Result without_motion(results::Result result) {
 results::Result along_a_path(results::Result result) {
     result.problem.load_case.release.reset();
     result.problem.load_case.slow_history.reset();
+    result.problem.load_case.touching.reset();
     result.motion_uncertainty.reset();
+    const auto num_places = core::tool_places(result.problem.body->mesh, result.problem.load_case).size();
     for (auto &model : result.models) {
+        if (model.comparison && model.comparison->tool)
+            model.comparison->tool->places.resize(num_places);
         model.solution.history.reset();
         for (auto &point : model.solution.path)
             point.work = point.dissipated_energy = nan;

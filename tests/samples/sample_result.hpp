@@ -13,7 +13,7 @@ results::Result sample_result(int num_bricks = 2);
 /// A model named "stiffer" that differs from one with springs in their stiffness alone.
 results::ModelResult stiffer(results::ModelResult model);
 
-/// A result under a load case that does not depend on time, but has a path of loads.
+/// A result under a load case that does not depend on time, but has a path of loads, and no ball.
 results::Result along_a_path(results::Result result);
 
 /// A result under a load case that has neither.

@@ -70,7 +70,7 @@ std::vector<BadInput> bad_meshes() {
              replaced(replaced(replaced(good_msh, "5\n1 0 0 0\n", "6\n6 2 2 2\n1 0 0 0\n"), "$Elements\n3\n",
                                "$Elements\n4\n"),
                       "2 3 4 5\n", "2 3 4 5\n4 4 2 1 1 2 3 4 6\n"),
-             "the face of nodes 2 4 3", "remesh without overlaps"),
+             "the face of nodes 2 3 4", "remesh without overlaps"),
         mesh("PartsThatHangOnAnEdge", "two parts that hang on an edge",
              replaced(replaced(replaced(good_msh, "5\n1 0 0 0\n", "6\n6 0 -1 0\n1 0 0 0\n"), "5 1 1 1\n", "5 0 0 -1\n"),
                       "2 3 4 5\n", "1 6 5 2\n"),
