@@ -164,7 +164,7 @@ class ReportData:
     def is_of_measurements_alone(self) -> bool:
         """Whether there is nothing but experiments and needles: the other parts would all be empty."""
         kinds = ("results", "large", "cohorts", "arenas", "stability", "histories", "timings")
-        return not any(self.told[kind] for kind in kinds)
+        return bool(self.told["experiments"] or self.told["needles"]) and not any(self.told[kind] for kind in kinds)
 
     def _result(self, entry: dict) -> Result:
         return read_result(self.folder / entry["file"], entry)
