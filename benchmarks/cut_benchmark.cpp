@@ -95,7 +95,7 @@ class Balls {
 
 double percentile(std::vector<double> values, double part) {
     std::ranges::sort(values);
-    return values[static_cast<std::size_t>(part * static_cast<double>(values.size() - 1) + 0.5)];
+    return values[static_cast<std::size_t>(std::lround(part * static_cast<double>(values.size() - 1)))];
 }
 
 msm::NodalConditions held_where(const core::Body &body, const std::vector<bool> &is_held) {

@@ -154,7 +154,8 @@ template <class T> class Steps : public FastSteps::Implementation {
     }
 
     void push(int node, const core::Vector3 &displacement, const core::Vector3 &velocity) override {
-        const auto [slice, lane] = slot(static_cast<std::size_t>(node));
+        const auto place = slot(static_cast<std::size_t>(node));
+        const std::size_t slice = place.slice, lane = place.lane;
         auto &of_slice = at_.nodes[slice];
         for (std::size_t c = 0; c < 3; ++c) {
             if (of_slice.free_per_mass[c][lane] == 0.0)
