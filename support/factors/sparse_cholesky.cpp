@@ -11,6 +11,7 @@
 #include <string>
 
 #include "support/factors/blas_memory.hpp"
+#include "support/factors/cholmod_view.hpp"
 #include "support/factors/orderings.hpp"
 #include "support/factors/supernodes.hpp"
 #include "support/openmp.hpp"
@@ -23,23 +24,6 @@ using Dense = Eigen::MatrixXd;
 
 /// Unit vectors that are solved for at once.
 constexpr Eigen::Index columns_at_once = 64;
-
-cholmod_sparse view(const SparseCholesky::Matrix &matrix) {
-    cholmod_sparse upper{};
-    upper.nrow = upper.ncol = static_cast<std::size_t>(matrix.rows());
-    upper.nzmax = static_cast<std::size_t>(matrix.nonZeros());
-    // CHOLMOD's matrices are what it reads and what it writes.
-    upper.p = const_cast<int *>(matrix.outerIndexPtr());
-    upper.i = const_cast<int *>(matrix.innerIndexPtr());
-    upper.x = const_cast<double *>(matrix.valuePtr());
-    upper.stype = 1;
-    upper.itype = CHOLMOD_INT;
-    upper.xtype = CHOLMOD_REAL;
-    upper.dtype = CHOLMOD_DOUBLE;
-    upper.sorted = 1;
-    upper.packed = 1;
-    return upper;
-}
 
 } // namespace
 
@@ -117,7 +101,7 @@ SparseCholesky &SparseCholesky::operator=(SparseCholesky &&) noexcept = default;
 
 void SparseCholesky::order(const Matrix &matrix) {
     reserve_blas_memory();
-    auto upper = view(matrix);
+    auto upper = cholmod_view(matrix, true);
     cholmod_free_factor(&impl_->factor, &impl_->common);
     {
         const auto lock = only_ordering();
@@ -129,7 +113,7 @@ void SparseCholesky::order(const Matrix &matrix) {
 bool SparseCholesky::factorise(const Matrix &matrix) {
     constrain({});
     impl_->single = {};
-    auto upper = view(matrix);
+    auto upper = cholmod_view(matrix, true);
     cholmod_factorize(&upper, impl_->factor, &impl_->common);
     impl_->check("factor", upper.nrow);
     return impl_->common.status == CHOLMOD_OK;

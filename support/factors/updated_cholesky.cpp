@@ -7,33 +7,11 @@
 #include <stdexcept>
 #include <string>
 
+#include "support/factors/cholmod_view.hpp"
 #include "support/factors/orderings.hpp"
 #include "support/openmp.hpp"
 
 namespace livermark::support {
-
-namespace {
-
-/// @param is_symmetric  of which the upper triangle is there
-cholmod_sparse view_of(const UpdatedCholesky::Matrix &matrix, bool is_symmetric) {
-    cholmod_sparse view{};
-    view.nrow = static_cast<std::size_t>(matrix.rows());
-    view.ncol = static_cast<std::size_t>(matrix.cols());
-    view.nzmax = static_cast<std::size_t>(matrix.nonZeros());
-    // CHOLMOD's matrices are what it reads and what it writes.
-    view.p = const_cast<int *>(matrix.outerIndexPtr());
-    view.i = const_cast<int *>(matrix.innerIndexPtr());
-    view.x = const_cast<double *>(matrix.valuePtr());
-    view.stype = is_symmetric ? 1 : 0;
-    view.itype = CHOLMOD_INT;
-    view.xtype = CHOLMOD_REAL;
-    view.dtype = CHOLMOD_DOUBLE;
-    view.sorted = 1;
-    view.packed = 1;
-    return view;
-}
-
-} // namespace
 
 struct UpdatedCholesky::Impl {
     Impl() {
@@ -64,7 +42,7 @@ struct UpdatedCholesky::Impl {
 };
 
 UpdatedCholesky::UpdatedCholesky(const Matrix &matrix) : impl_(std::make_unique<Impl>()) {
-    auto upper = view_of(matrix, true);
+    auto upper = cholmod_view(matrix, true);
     {
         const auto lock = only_ordering();
         impl_->factor = cholmod_analyze(&upper, &impl_->common);
@@ -86,7 +64,7 @@ void UpdatedCholesky::subtract(const Matrix &columns) {
 }
 
 void UpdatedCholesky::change(bool adds, const Matrix &columns) {
-    auto view = view_of(columns, false);
+    auto view = cholmod_view(columns, false);
     // The factor is of the permuted matrix.
     auto *permuted =
         cholmod_submatrix(&view, static_cast<int *>(impl_->factor->Perm),
