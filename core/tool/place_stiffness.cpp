@@ -7,14 +7,6 @@ namespace livermark::core {
 
 namespace {
 
-double work_at_nodes(const TetraMesh &mesh, const LoadCase &load_case, const ToolPlace &place,
-                     const Solution &solution) {
-    double sum = 0.0;
-    for (const auto &[node, force] : nodal_forces(mesh, load_case, place))
-        sum += force.dot(solution.displacement[node]);
-    return sum;
-}
-
 Vector3 mean_prescribed(const TetraMesh &mesh, const LoadCase &load_case, const ToolPlace &place) {
     Vector3 sum = Vector3::Zero();
     double area = 0.0;
@@ -36,7 +28,7 @@ double work_correction(const TetraMesh &mesh, const LoadCase &load_case, std::sp
     double at_nodes = 0.0;
     for (const auto &place : places)
         if (place.drive == ToolDrive::traction)
-            at_nodes += work_at_nodes(mesh, load_case, place, solution);
+            at_nodes += work_of(nodal_forces(mesh, load_case, place), solution.displacement);
     return std::isnan(solution.load_work) || at_nodes == 0.0 ? 1.0 : solution.load_work / at_nodes;
 }
 
@@ -53,12 +45,12 @@ double stiffness_at(const TetraMesh &mesh, const LoadCase &load_case, std::span<
     }
     Vector3 resultant = Vector3::Zero();
     double possible = 0.0;
-    for (const auto &[node, force] : nodal_forces(mesh, load_case, tool)) {
+    const auto forces = nodal_forces(mesh, load_case, tool);
+    for (const auto &[node, force] : forces) {
         resultant += force;
         possible += force.norm();
     }
-    const double work =
-        work_correction(mesh, load_case, places, solution) * work_at_nodes(mesh, load_case, tool, solution);
+    const double work = work_correction(mesh, load_case, places, solution) * work_of(forces, solution.displacement);
     constexpr double least_resultant = 1e-6; // below this part of what it could be it is rounding, as under torsion
     return resultant.norm() > least_resultant * possible && work != 0.0 ? resultant.squaredNorm() / work : no_number;
 }

@@ -1,10 +1,22 @@
 #pragma once
 
 #include <span>
+#include <utility>
 
 #include "core/tool/tool_stiffness.hpp"
 
 namespace livermark::core {
+
+/// What nodal forces do on displacements [J].
+/// @param forces         as from nodal_forces()
+/// @param displacements  shape (N), of either precision [m]
+template <class Displacements>
+double work_of(std::span<const std::pair<int, Vector3>> forces, const Displacements &displacements) {
+    double sum = 0.0;
+    for (const auto &[node, force] : forces)
+        sum += force.dot(displacements[node].template cast<double>());
+    return sum;
+}
 
 /// What sums of nodal forces times displacements have to be multiplied by so that they are the work of the tractions
 /// with the model's own shape functions: Solution::load_work over the sum at the nodes, over all places with a given

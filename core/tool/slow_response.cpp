@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/tool/tool_stiffness.hpp"
+#include "core/tool/place_stiffness.hpp"
 
 namespace livermark::core {
 
@@ -35,12 +35,8 @@ std::vector<double> mean_displacements(const TetraMesh &mesh, const LoadCase &lo
     for (const auto &[node, force] : forces)
         sum += force.norm();
     std::vector<double> values;
-    for (const auto &point : solution.path) {
-        double work = 0.0;
-        for (const auto &[node, force] : forces)
-            work += force.dot(point.displacement[node].cast<double>());
-        values.push_back(work / sum);
-    }
+    for (const auto &point : solution.path)
+        values.push_back(work_of(forces, point.displacement) / sum);
     return values;
 }
 

@@ -72,15 +72,6 @@ ToolPlace touched_place(const TetraMesh &mesh, const LoadCase &load_case) {
     return place;
 }
 
-/// What the forces do on displacements (N), of either precision [J].
-template <class Displacements>
-double work(const std::vector<std::pair<int, Vector3>> &forces, const Displacements &displacement) {
-    double sum = 0.0;
-    for (const auto &[node, force] : forces)
-        sum += force.dot(displacement[node].template cast<double>());
-    return sum;
-}
-
 /// Of a place with a given traction.
 /// @param ratio  of the corrections of the reference and of the solution
 void compare_works(const TetraMesh &mesh, const LoadCase &load_case, const ToolPlace &place, const Solution &solution,
@@ -89,14 +80,15 @@ void compare_works(const TetraMesh &mesh, const LoadCase &load_case, const ToolP
     double possible = 0.0;
     for (const auto &[node, force] : forces)
         possible += force.norm() * reference.displacement[node].norm();
-    const double of_reference = work(forces, reference.displacement);
+    const double of_reference = work_of(forces, reference.displacement);
     const bool has_work = std::abs(of_reference) > smallest_work * possible;
-    errors.stiffness = has_work ? ratio * of_reference / work(forces, solution.displacement) - 1.0 : no_number;
+    errors.stiffness = has_work ? ratio * of_reference / work_of(forces, solution.displacement) - 1.0 : no_number;
     const auto num_points = load_case.slow_history ? 0 : std::min(solution.path.size(), reference.path.size());
     for (std::size_t k = 0; k < num_points; ++k)
         errors.path.push_back(
-            has_work ? work(forces, reference.path[k].displacement) / work(forces, solution.path[k].displacement) - 1.0
-                     : no_number);
+            has_work
+                ? work_of(forces, reference.path[k].displacement) / work_of(forces, solution.path[k].displacement) - 1.0
+                : no_number);
 }
 
 /// Of a place whose force is a result.

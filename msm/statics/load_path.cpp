@@ -45,12 +45,13 @@ class Follower {
                 contact_.is_empty() ? search_.find(body_, rest_, fraction, predicted(fraction)) : touched_at(fraction);
             found.status == core::SolutionStatus::ok || halvings == most_halvings) {
             const bool is_there = found.status == core::SolutionStatus::ok;
-            if (is_there) {
+            if (is_there && !contact_.is_empty()) {
                 last_step_ = difference(found.displacement, last_.displacement);
                 last_part_ = fraction - fraction_;
-                fraction_ = fraction;
                 contact_.end_step(search_.positions(found.displacement));
             }
+            if (is_there)
+                fraction_ = fraction;
             last_ = std::move(found);
             return is_there;
         }
@@ -80,7 +81,7 @@ class Follower {
     /// As the linear solution goes on; where a ball touches, which that knows nothing of, as the last step went.
     Field predicted(double fraction) const {
         auto start = last_.displacement;
-        const bool goes_on = !contact_.is_empty() && !last_step_.empty();
+        const bool goes_on = !last_step_.empty();
         for (std::size_t i = 0; i < start.size(); ++i)
             start[i] += (fraction - fraction_) * (goes_on ? last_step_[i] / last_part_ : linear_[i]);
         return start;
@@ -125,7 +126,7 @@ class Follower {
     Field linear_; ///< solution linearised at rest to the whole load
     Equilibrium last_;
     double fraction_ = 0.0;  ///< where it has come to
-    Field last_step_;        ///< by which it came there; empty before the first
+    Field last_step_;        ///< by which it came there under a ball; empty before the first, and without one
     double last_part_ = 1.0; ///< of the load, in that step
 };
 
