@@ -4,6 +4,7 @@
 #include <sstream>
 #include <toml++/toml.h>
 
+#include "core/tool/slow_response.hpp"
 #include "results/one_reference.hpp"
 #include "results/records/cohort.hpp"
 #include "results/tables/accuracy.hpp"
@@ -15,6 +16,8 @@
 #include "results/tables/studies/history_table.hpp"
 #include "results/tables/studies/needle_table.hpp"
 #include "results/tables/studies/ring_down_table.hpp"
+#include "results/tables/studies/sensitivity_table.hpp"
+#include "results/tables/studies/slow_table.hpp"
 #include "results/tables/studies/stability_table.hpp"
 #include "results/tables/summary.hpp"
 #include "results/tables/table.hpp"
@@ -93,6 +96,31 @@ toml::array large_bodies(const std::vector<results::Result> &all) {
             bodies.push_back(large_body(label, all));
         }
     return bodies;
+}
+
+/// What each tool of a load case in which time passes in the material meets over time.
+toml::array slow_curves(const results::Result &result) {
+    const auto &problem = result.problem;
+    toml::array curves;
+    for (const auto &model : result.models)
+        for (const auto &response : core::slow_responses(problem.body->mesh, problem.load_case, model.solution))
+            curves.push_back(toml::table{{"model", model.name},
+                                         {"place", response.place},
+                                         {"is_force", response.is_force},
+                                         {"values", array_of(response.values)}});
+    return curves;
+}
+
+toml::array slow_of(const std::vector<results::Result> &all, const std::vector<std::string> &files) {
+    toml::array array;
+    for (std::size_t r = 0; r < all.size(); ++r)
+        if (const auto &history = all[r].problem.load_case.slow_history)
+            array.push_back(toml::table{{"file", files[r]},
+                                        {"label", results::body_label(all[r], all)},
+                                        {"time", array_of(history->times)},
+                                        {"curves", slow_curves(all[r])},
+                                        {"table", json_of(results::slow_table({&all[r], 1}))}});
+    return array;
 }
 
 toml::table json_of(const std::vector<results::CohortStatistics> &group) {
@@ -174,6 +202,18 @@ toml::array needles_of(const ReportData &data) {
     return array;
 }
 
+toml::array sensitivities_of(const ReportData &data) {
+    toml::array array;
+    for (std::size_t s = 0; s < data.sensitivities.size(); ++s) {
+        const auto &sensitivity = data.sensitivities[s];
+        array.push_back(toml::table{{"file", data.files.sensitivities[s]},
+                                    {"outputs", json_of(results::output_table(sensitivity))},
+                                    {"indices", json_of(results::index_table(sensitivity))},
+                                    {"budget", json_of(results::budget_table(sensitivity))}});
+    }
+    return array;
+}
+
 toml::array stability_of(const ReportData &data) {
     toml::array array;
     for (std::size_t s = 0; s < data.stability.size(); ++s)
@@ -218,11 +258,15 @@ std::string report_tables(const ReportData &data, const std::string &command_lin
         {"command", command_line},
         {"results", files_with_labels(data.files.results, data.results)},
         {"large", files_with_labels(data.files.large, data.large)},
+        {"slow", slow_of(data.results, data.files.results)},
+        {"large_slow", slow_of(data.large, data.files.large)},
+        {"slow_legend", results::slow_legend()},
         {"cohorts", cohorts_of(data)},
         {"arenas", arenas_of(data)},
         {"stability", stability_of(data)},
         {"experiments", experiments_of(data)},
         {"needles", needles_of(data)},
+        {"sensitivities", sensitivities_of(data)},
         {"histories", array_of(data.files.histories)},
         {"timings", array_of(data.files.timings)},
         {"others", array_of(data.files.others)},

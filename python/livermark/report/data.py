@@ -161,10 +161,10 @@ class ReportData:
         self.told = told  #: the rest, as livermark::studies::report_tables() says
 
     @property
-    def is_of_measurements_alone(self) -> bool:
-        """Whether there is nothing but experiments and needles: the other parts would all be empty."""
+    def has_no_results(self) -> bool:
+        """Whether there is nothing but experiments, needles and sensitivities: the other parts would all be empty."""
         kinds = ("results", "large", "cohorts", "arenas", "stability", "histories", "timings")
-        return bool(self.told["experiments"] or self.told["needles"]) and not any(self.told[kind] for kind in kinds)
+        return not any(self.told[kind] for kind in kinds)
 
     def _result(self, entry: dict) -> Result:
         return read_result(self.folder / entry["file"], entry)

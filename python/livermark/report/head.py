@@ -54,8 +54,8 @@ def findings(data: ReportData) -> Markup:
 
 def lead(data: ReportData) -> str:
     """What the report is about, in a sentence."""
-    if data.is_of_measurements_alone:
-        return "Deformable models beside measurements of real bodies, and needles in bodies."
+    if data.has_no_results:
+        return "Deformable models beside measurements of real bodies, needles in bodies, and what is not known of a patient."
     return ("The errors of mass-spring models against a finite element reference, their cost, and their longest stable time "
             "steps.")
 
@@ -64,7 +64,8 @@ def facts(data: ReportData) -> list[tuple[str, str]]:
     told = data.told
     found = [("Files", f"{len(data.results) + len(data.large)} of runs, {len(told['cohorts'])} of cohorts, "
               f"{len(told['arenas'])} of arenas, {len(told['stability'])} of stability, {len(told['histories'])} of histories, "
-              f"{len(told['timings'])} of timings, {len(told['experiments'])} of experiments, {len(told['needles'])} of needles")]
+              f"{len(told['timings'])} of timings, {len(told['experiments'])} of experiments, {len(told['needles'])} of needles, "
+              f"{len(told['sensitivities'])} of sensitivities")]
     found += [("Left out", fault) for fault in data.faults]
     if data.results:
         made = max(data.results, key=lambda result: result.provenance["created"]).provenance

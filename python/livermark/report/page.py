@@ -6,12 +6,12 @@ from markupsafe import Markup
 from livermark.report import figures, head
 from livermark.report.data import ReportData
 from livermark.report.parts import TEMPLATES, environment
-from livermark.report.sections import SECTIONS, experiments, needles, numbers
+from livermark.report.sections import SECTIONS, experiments, needles, numbers, sensitivity
 
 
 def make(data: ReportData) -> str:
     """The same files give the same bytes."""
-    parts = (experiments, needles, numbers) if data.is_of_measurements_alone else SECTIONS
+    parts = (experiments, needles, sensitivity, numbers) if data.has_no_results else SECTIONS
     sections = [section for part in parts if (section := part.section(data))]
     template = environment.get_template("page.html.j2")
     return figures.numbered(template.render(

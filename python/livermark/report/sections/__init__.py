@@ -3,6 +3,6 @@
 To add one, write its file and name it in this list, in the order of the page.
 """
 from livermark.report.sections import (arena, cohort, cost, errors, experiments, large, needles, numbers, paper, pictures, poisson,
-                                       refinement, steps, timings)
+                                       refinement, relaxation, sensitivity, steps, timings)
 
-SECTIONS = (errors, large, experiments, needles, arena, cohort, pictures, cost, poisson, refinement, steps, timings, paper, numbers)
+SECTIONS = (errors, large, relaxation, experiments, needles, sensitivity, arena, cohort, pictures, cost, poisson, refinement, steps, timings, paper, numbers)
