@@ -24,6 +24,7 @@ export function createLivePage(browser, address) {
       await at.open(options);
       await page.check('#mode [value=live]', { force: true });
       await at.moving();
+      await page.check('[name=live-skin][value=flat]'); // colours are measured
       await at.set('law', law);
       firstNode = await page.locator('#live-node').inputValue();
     },

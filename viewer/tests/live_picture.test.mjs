@@ -29,10 +29,30 @@ const isNear = (a, b, by = 6) => a.every((x, i) => Math.abs(x - b[i]) <= by);
 /** That of the arrow; the axis that points to the left is of another red. */
 const red = (colour) => isNear(colour, [0xd6, 0x28, 0x1f], 16);
 
-test('colours are exact at first: a body at rest has the first colour of the legend and no other', async () => {
-  await live.goLive();
+test('Live opens with light on the body and a probe beside it, and what one reads and sets is in sight', async () => {
+  for (const viewport of [{ width: 1440, height: 900 }, { width: 400, height: 800 }]) {
+    await live.open({ viewport });
+    await live.page.check('#mode [value=live]', { force: true });
+    await live.moving();
+    await live.asleep();
+    assert.equal(await live.page.locator('[name=live-skin]:checked').getAttribute('value'), 'solid');
+    const body = (await picture()).filter((colour) => !isNear(colour, background, 14));
+    const purple = ([r, g, b]) => b > g + 12 && r > g;
+    const shades = new Set(body.filter(purple).map(([r]) => r >> 2));
+    assert.ok(shades.size > 5, `${shades.size} shades`);
+    const steel = body.filter(([r, g, b]) => Math.max(r, g, b) - Math.min(r, g, b) < 45 && g > 70);
+    assert.ok(steel.length > 200, `${steel.length} pixels of the probe`);
+    const bottom = async (id) => ((box) => box.y + box.height)(await live.page.locator(id).boundingBox());
+    const inSight = viewport.width > 1000 ? ['#live-force', '#live-cut', '#live-colours [name=live-shown]:checked', '#live-legend', '#live-skin'] : ['#live-force'];
+    for (const id of inSight) assert.ok((await bottom(id)) <= viewport.height, `${id} at ${viewport.width}`);
+    assert.ok((await bottom('#live-stage')) <= viewport.height, `the stage at ${viewport.width}`);
+    assert.ok((await live.page.evaluate(() => document.documentElement.scrollWidth)) <= viewport.width);
+  }
+});
+
+test('exact colours: a body at rest has the first colour of the legend and no other', async () => {
+  await live.goLive({});
   await live.asleep();
-  assert.equal(await live.page.locator('[name=live-skin][value=flat]').isChecked(), true);
   const body = (await picture()).filter((colour) => !isNear(colour, background, 14));
   const first = body.filter((colour) => isNear(colour, [0x44, 0x01, 0x54]));
   assert.ok(first.length > 5000);

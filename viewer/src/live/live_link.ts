@@ -1,7 +1,7 @@
 // What of the live page is in a link, as text: the springs, what the colours show, the cut, the camera. Lengths in mm, stress in kPa.
 import { cameraText, placeOf } from '../page/link.ts';
 import type { CameraPlace } from '../picture/camera.ts';
-import type { Skin } from '../picture/materials.ts';
+import { liveSkin, type Skin } from '../picture/materials.ts';
 import { shownFields, type Shown } from './shown_field.ts';
 import type { LiveSettings } from './types.ts';
 
@@ -60,7 +60,7 @@ export function linkedLook(link: URLSearchParams): LiveLook {
     end: end > 0 && end < Infinity ? end : null,
     cutAxis: isCut ? String(cutAxis) : '',
     cutPlace: isCut ? cutPlace : 50,
-    skin: skins.find(([, name]) => name === link.get('live_surface'))?.[0] ?? 'flat',
+    skin: skins.find(([, name]) => name === link.get('live_surface'))?.[0] ?? liveSkin,
     hasElements: link.get('fem') === 'on',
     camera: placeOf(link.get('live_camera')),
   };

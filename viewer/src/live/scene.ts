@@ -5,8 +5,8 @@ import { byId } from '../page/elements.ts';
 import type { PictureFrame } from '../page/save.ts';
 import { partsOf } from '../page/state.ts';
 import type { Skin } from '../picture/body.ts';
-import { defaultSkin } from '../picture/materials.ts';
 import type { Marks } from '../picture/marks.ts';
+import { liveSkin } from '../picture/materials.ts';
 import type { Conditions } from '../picture/facet_conditions.ts';
 import { createStage, type Hooks, type Side, type Stage } from '../picture/stage.ts';
 import { cutControls, cutOf, listenToLiveCut, setCutControls } from './cut_panel.ts';
@@ -21,6 +21,8 @@ export interface Scene {
   stage: Stage;
   setBody(result: Result, body: LiveBody): void;
   showSprings(frame: LiveFrame, tool: Tool): void;
+  /** Where a probe would touch, while it does not; null where there is none. */
+  setWaiting(probe: Marks['probe']): void;
   /** @param truth  'at rest' while nothing is touched; null hides the second picture */
   showElements(truth: Truth | 'at rest' | null): void;
   setSkin(skin: Skin): void;
@@ -74,15 +76,17 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
   }
   function setSkin(chosen: Skin): void {
     skin = chosen;
-    legend.note(skin === 'flat' ? '' : 'Light and glass shift colours; “Exact colours” shows them as here.');
+    noteShift();
     showNames(opened !== null && cutOf(opened) !== null);
     redraw();
   }
+  const noteShift = () => legend.note(skin === 'flat' ? '' : 'Light and glass shift colours; “Exact colours” shows them as here.');
   /** Lesions are seen in glass, and where the body is cut through them. */
   const showNames = (isCut: boolean) => stage.showNames(skin === 'translucent' ? 'all' : isCut ? 'cut' : 'none');
   let arrow = createForceArrow(1);
   let toolAt: Vector | null = null;
-  let skin: Skin = defaultSkin;
+  let skin: Skin = liveSkin;
+  let waiting: Marks['probe'] = null;
   let node: number | null = null;
   let body: LiveBody | null = null;
   let mesh: StrainMesh | null = null; // made when it is needed
@@ -106,7 +110,7 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
   }
 
   function marksOf(frame: LiveFrame, tool: Tool): Marks {
-    if (tool.kind === 'none') return { probe: null, grip: null, arrow: null };
+    if (tool.kind === 'none') return { probe: waiting, grip: null, arrow: null };
     return {
       probe: tool.kind === 'probe' ? { centre: frame.tool, radius: tool.radius } : null,
       grip: tool.kind === 'pull' ? frame.tool : null,
@@ -125,10 +129,11 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
       mesh = null;
       node = null;
       arrow = createForceArrow(sizeOf(next));
-      [shown[1], difference, toolAt] = [null, null, null];
+      [shown[1], difference, toolAt, waiting] = [null, null, null, null];
       shown[0] = new Float32Array(result.points.length);
       setViews(1);
       legend.allowDifference(false);
+      noteShift();
       redraw();
     },
     showSprings(frame, tool) {
@@ -136,6 +141,10 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
       shown[0] = frame.displacement;
       stage.mark(0, marksOf(frame, tool));
       redraw([0]);
+    },
+    setWaiting(probe) {
+      waiting = probe;
+      if (toolAt === null) stage.mark(0, { probe, grip: null, arrow: null });
     },
     showElements(truth) {
       const had = shown[1] !== null;

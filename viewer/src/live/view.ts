@@ -6,7 +6,7 @@ import type { Skin } from '../picture/body.ts';
 import { watchPageColours } from '../picture/page_colours.ts';
 import { showDisc } from './disc.ts';
 import { startFollowing, type Following } from './following.ts';
-import { atRest, goOn, letGo, take, toolOf, type ToolState } from './tool_state.ts';
+import { atRest, goOn, letGo, plus, take, toolOf, type ToolState } from './tool_state.ts';
 import { linkedLook, linkedSettings, writeLiveLink } from './live_link.ts';
 import { liveFrame } from './live_picture.ts';
 import { createNodeReading } from './node_reading.ts';
@@ -60,7 +60,14 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     if (isPaused && next.grasp && !toolState.grasp) note('It pauses; “Go on”, or Space on the picture.');
     toolState = next;
     showToolState(toolState);
+    showWaiting();
     session?.wake();
+  }
+  /** The probe stands beside the node that it would touch, so that one sees what there is to touch with. */
+  function showWaiting(): void {
+    const { kind, grasp, radius } = toolState;
+    const place = body && kind === 'probe' && !grasp ? surfaceAt(body, frame?.displacement ?? new Float32Array(body.points.length), nodeField().valueAsNumber) : null;
+    scene.setWaiting(place && { centre: plus(place.point, place.inwards, -radius.probe), radius: radius.probe });
   }
   function takeAt(place: Parameters<Handling['take']>[0]): void {
     undoing.keep(toolState);
@@ -84,6 +91,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
   function read(node: number | null): void {
     if (!body) return;
     if (node !== null) nodeField().value = String(node);
+    showWaiting();
     reading.read(body, node);
     scene.setNode(node);
     tellNode();
@@ -198,6 +206,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
   byId('live-engine').addEventListener('change', () => body && void start(body));
   byId('live-pause').addEventListener('click', pause);
   byId('live-step-once').addEventListener('click', step);
+  nodeField().addEventListener('input', showWaiting);
   byId('live-reset').addEventListener('click', () => session?.reset());
   byId('live-undo').addEventListener('click', undo);
   byId('live-view').addEventListener('click', () => scene.stage.resetView());
@@ -218,6 +227,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       read(null);
       nodeField().max = String(next.points.length / 3 - 1);
       nodeField().value = String(furthest(next, [0, -1, 0]));
+      showWaiting();
       const isServed = next.file !== '';
       const native = byId<HTMLSelectElement>('live-engine');
       native.options[1]!.disabled = !isServed;

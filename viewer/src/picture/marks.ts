@@ -21,7 +21,7 @@ const up = new three.Vector3(0, 1, 0);
 /** @param size  of the body [m] */
 export function createMarks(size: number): MarksInScene {
   // The dent is seen through the probe that makes it.
-  const metal = new three.MeshStandardMaterial({ color: 0x6f7a86, roughness: 0.35, transparent: true, opacity: 0.6, depthWrite: false });
+  const metal = new three.MeshStandardMaterial({ color: 0xb4bfca, roughness: 0.35, transparent: true, opacity: 0.7, depthWrite: false });
   // And a force through the body that it acts on.
   const ink = new three.MeshBasicMaterial({ color: 0xd6281f, depthTest: false, transparent: true, toneMapped: false });
 

@@ -6,6 +6,8 @@ import { patchColour } from './patch_colours.ts';
 export type Skin = 'translucent' | 'solid' | 'flat';
 /** Every colour is the one of the legend. */
 export const defaultSkin: Skin = 'flat';
+/** What one touches has to be seen as a body, so Live begins with light on it. */
+export const liveSkin: Skin = 'solid';
 
 export const mapWidth = 256;
 
