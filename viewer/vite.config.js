@@ -1,4 +1,5 @@
 import { createHash } from 'node:crypto';
+import { existsSync } from 'node:fs';
 import { defineConfig } from 'vite';
 
 /** Puts scripts and styles into the page, which then is one file that opens from a disk as well as from a server. */
@@ -29,7 +30,20 @@ function onePage() {
   };
 }
 
+/** The springs in WebAssembly, where scripts/live-kernel has made them; a page without them moves springs on the server. */
+const kernel = new URL('../build/wasm/livermark.wasm', import.meta.url);
+
+function kernelIfThere() {
+  return {
+    name: 'kernel-if-there',
+    enforce: 'pre',
+    resolveId: (source) => (source.includes('livermark.wasm') && !existsSync(kernel) ? '\0no-kernel' : null),
+    load: (id) => (id === '\0no-kernel' ? "export default 'data:,'" : null),
+  };
+}
+
 export default defineConfig({
+  define: { HAS_KERNEL: JSON.stringify(existsSync(kernel)) },
   base: './',
   build: {
     target: 'es2022',
@@ -38,6 +52,6 @@ export default defineConfig({
     chunkSizeWarningLimit: 10000, // [kB], most of it HDF5
     reportCompressedSize: false,
   },
-  worker: { format: 'iife' }, // workers that are modules do not start from file://
-  plugins: [onePage()],
+  worker: { format: 'iife', plugins: () => [kernelIfThere()] }, // workers that are modules do not start from file://
+  plugins: [kernelIfThere(), onePage()],
 });

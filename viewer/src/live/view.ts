@@ -24,6 +24,9 @@ import { createUndo } from './undo.ts';
 import type { LiveBody, LiveFrame, LiveSettings } from './types.ts';
 import { wasmEngine } from './wasm_engine.ts';
 
+/** Whether the page has springs in WebAssembly: see vite.config.js. */
+declare const HAS_KERNEL: boolean;
+
 const engineKind = () => byId<HTMLSelectElement>('live-engine').value as EngineKind;
 const fitting = 'The springs are being fitted to the body…';
 
@@ -229,9 +232,11 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       nodeField().value = String(furthest(next, [0, -1, 0]));
       showWaiting();
       const isServed = next.file !== '';
-      const native = byId<HTMLSelectElement>('live-engine');
-      native.options[1]!.disabled = !isServed;
-      if (!isServed) native.value = 'wasm';
+      const engines = byId<HTMLSelectElement>('live-engine');
+      engines.options[0]!.disabled = !HAS_KERNEL;
+      engines.options[1]!.disabled = !isServed;
+      if (!isServed || !HAS_KERNEL) engines.value = isServed ? 'native' : 'wasm';
+      if (!isServed && !HAS_KERNEL) return say(`This page has no springs of its own; open the file with \`livermark view\`, or run scripts/live-kernel and make the page again.`);
       settings = isLinked ? linkedSettings(view, settingsOf(next)) : null;
       await start(next);
       if (!isLinked || next !== body) return;
