@@ -1,5 +1,5 @@
 # What also runs where there are no threads and no CHOLMOD: see cmake/portable.cmake.
-set(livermark_portable_msm_sources bounded_least_squares.cpp springs/biquadratic_springs.cpp springs/coupled_springs.cpp springs/edge_stretches.cpp
+set(livermark_portable_msm_sources bounded_least_squares.cpp springs/linear_elements.cpp springs/coupled_springs.cpp springs/edge_stretches.cpp
   elastic_body.cpp integrator.cpp springs/inversion_guard.cpp springs/law_of_tetrahedra.cpp
   mass_lumping.cpp springs/mean_parts.cpp springs/nodal_parts.cpp springs/spring_network.cpp springs/springs_with_volume.cpp springs/strain_measures.cpp springs/tetrahedron_volume.cpp springs/volume_penalty.cpp
   dynamics/chebyshev_stages.cpp dynamics/highest_frequency.cpp dynamics/mass_scaling.cpp dynamics/step_parts.cpp dynamics/time_step.cpp

@@ -14,7 +14,6 @@
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
 #include "msm/mass_lumping.hpp"
-#include "msm/springs/biquadratic_springs.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/springs_with_volume.hpp"
 
@@ -57,11 +56,6 @@ msm::ElasticBody springs_with_nodal_volume(const Scene &scene) {
         .body;
 }
 
-msm::ElasticBody springs_inside_tetrahedra(const Scene &scene) {
-    const auto &body = *scene.problem.body;
-    return {msm::lumped_masses(body), {msm::biquadratic_springs(body)}};
-}
-
 double frequency_of(const msm::ElasticBody &body, const Scene &scene) {
     return msm::largest_angular_frequency(body, scene.problem.body->mesh.points, scene.conditions);
 }
@@ -97,14 +91,7 @@ std::vector<Matter> all_matter() {
         coupled_springs("nodal_neo_hookean_f", "the same with means of the deformation gradient"),
         coupled_springs("edge_neo_hookean",
                         "springs coupled around edges with a neo-Hookean energy, and means of volumes around nodes"),
-        coupled_springs("edge_neo_hookean_f", "the same with means of the deformation gradient"),
-        {.suffix = "_biquadratic_springs",
-         .summary = "springs coupled inside each tetrahedron",
-         .max_refinements = max_refinements_with_volume,
-         .make = springs_inside_tetrahedra,
-         .largest_angular_frequency = [](const Scene &scene) {
-             return frequency_of(springs_inside_tetrahedra(scene), scene);
-         }}};
+        coupled_springs("edge_neo_hookean_f", "the same with means of the deformation gradient")};
 }
 
 msm::State start_of(const Scene &scene) {

@@ -9,7 +9,7 @@
 #include "fem_reference/linear/elastic_system.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 #include "msm/dynamics/time_step.hpp"
-#include "msm/springs/biquadratic_springs.hpp"
+#include "msm/springs/linear_elements.hpp"
 
 namespace livermark::benchmarks::peers {
 
@@ -112,12 +112,10 @@ Run make(const Scene &scene, double time_step) {
     return {.step = [body] { body->step(); }, .positions = [body] { return to_field(body->positions()); }};
 }
 
-/// Biquadratic springs are linear finite elements as far as small motions go.
 double critical_step(const Scene &scene) {
     const auto &body = *scene.problem.body;
-    const double highest =
-        msm::largest_angular_frequency(msm::ElasticBody(scene.springs.node_mass, {msm::biquadratic_springs(body)}),
-                                       body.mesh.points, scene.conditions);
+    const double highest = msm::largest_angular_frequency(
+        msm::ElasticBody(scene.springs.node_mass, {msm::linear_elements(body)}), body.mesh.points, scene.conditions);
     return msm::critical_time_step(msm::find_integrator("symplectic_euler"), {}, highest, highest);
 }
 

@@ -26,7 +26,7 @@ bool are_of_one_kind(const StepParts &parts) {
 }
 
 bool are_coupled_twice(const StepParts &parts) {
-    return !parts.coupled_modulus.empty() + !parts.edge_modulus.empty() + !parts.shear_modulus.empty() > 1;
+    return !parts.coupled_modulus.empty() && !parts.edge_modulus.empty();
 }
 
 } // namespace

@@ -12,7 +12,7 @@ namespace livermark::msm {
 /// neo-Hookean energy of squared lengths (coupled_springs.hpp).
 enum class CoupledEnergy { elongations, neo_hookean };
 
-/// What fast kernels know how to move: springs, springs coupled around nodes, around edges or inside tetrahedra, the
+/// What fast kernels know how to move: springs, springs coupled around nodes or around edges, the
 /// volume around nodes or of tetrahedra, and the guard against inversion, as plain arrays. Empty arrays stand for a
 /// part that is not there.
 struct StepParts {
@@ -42,11 +42,9 @@ struct StepParts {
     std::vector<double> edge_modulus;
     std::vector<std::array<int, 6>> edge_part; ///< (M) which of them, in the order of core::tetrahedron_edges
     std::vector<double> inner_modulus;         ///< (M) of those that stay inside each tetrahedron [Pa]
-    /// (M) of biquadratic springs, which no fast kernel has together with those around nodes: lambda and mu [Pa]
-    std::vector<double> lame_lambda, shear_modulus;
-    std::vector<double> least_volume;    ///< (M) [m^3] below which a tetrahedron is pushed back
-    std::vector<double> guard_stiffness; ///< (M) pressure for each m^3 that it then lacks [Pa/m^3]
-    std::vector<double> watched_volume;  ///< (M) see FastStepOptions [m^3]
+    std::vector<double> least_volume;          ///< (M) [m^3] below which a tetrahedron is pushed back
+    std::vector<double> guard_stiffness;       ///< (M) pressure for each m^3 that it then lacks [Pa/m^3]
+    std::vector<double> watched_volume;        ///< (M) see FastStepOptions [m^3]
     /// (M) tetrahedra that a cut has taken away and that are still in their places here, empty if none are: see
     /// cutting/cut_parts.hpp. They have no volume and no stiffness.
     std::vector<char> is_removed;

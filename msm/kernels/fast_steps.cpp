@@ -239,11 +239,10 @@ template <class T> class Steps : public FastSteps::Implementation {
                bytes(body.member) + bytes(body.volume_stiffness) + bytes(at_.nodes) + bytes(at_.loads) +
                bytes(at_.stages) + bytes(at_.chebyshev_stages) + 2 * bytes(at_.rows[0]) +
                2 * bytes(at_.velocity_rows[0]) + bytes(at_.gain) + bytes(at_.corner_force) + bytes(body.rest_gradient) +
-               bytes(body.rest_length) + bytes(body.half_lambda) + bytes(body.shear_modulus) +
-               bytes(body.inner_modulus) + bytes(body.coupled_modulus) + bytes(at_.strain) + 2 * bytes(at_.stress[0]) +
-               bytes(body.inverse_volume) + 2 * bytes(at_.corner_strain[0]) + 2 * bytes(at_.corner_rate[0]) +
-               bytes(at_.gain_rate) + bytes(at_.push) + bytes(body.volume_modulus) + bytes(body.mean_node) +
-               bytes(body.mean_gradient) + bytes(body.star_corner) + bytes(body.star_slot) +
+               bytes(body.rest_length) + bytes(body.inner_modulus) + bytes(body.coupled_modulus) + bytes(at_.strain) +
+               2 * bytes(at_.stress[0]) + bytes(body.inverse_volume) + 2 * bytes(at_.corner_strain[0]) +
+               2 * bytes(at_.corner_rate[0]) + bytes(at_.gain_rate) + bytes(at_.push) + bytes(body.volume_modulus) +
+               bytes(body.mean_node) + bytes(body.mean_gradient) + bytes(body.star_corner) + bytes(body.star_slot) +
                (body.has_gradient_stars ? 0 : bytes(body.star_tetrahedron)) + 3 * bytes(body.star_modulus) +
                bytes(body.rest_rows) + bytes(body.mean_volume) + bytes(body.mean_weight) + bytes(at_.change) +
                bytes(at_.change_rate) + bytes(at_.mean_push);

@@ -40,9 +40,9 @@ struct FastStepOptions {
 };
 
 /// Explicit steps at the machine's speed: those of elastic_motion() and an integrator, with forces from vector units.
-/// Springs, springs coupled around nodes or edges (with an energy that are_in_kernels() knows, coupled_springs.hpp) or
-/// inside tetrahedra (biquadratic_springs.hpp), their dashpots, volume terms and the inversion guard are known; springs
-/// of both kinds together are not, nor volumes around nodes other than those that springs are coupled in.
+/// Springs, springs coupled around nodes or edges (with an energy that are_in_kernels() knows, coupled_springs.hpp),
+/// their dashpots, volume terms and the inversion guard are known; springs coupled both ways are not, nor volumes
+/// around nodes other than those that springs are coupled in.
 ///
 /// Single precision is that of positions within the body: 2^-24 of its size, and so about 1e-6 of the strain of a
 /// spring for each 1 % of it.

@@ -8,8 +8,8 @@
 
 #include "msm/dynamics/step_parts.hpp"
 #include "msm/mass_lumping.hpp"
-#include "msm/springs/biquadratic_springs.hpp"
 #include "msm/springs/inversion_guard.hpp"
+#include "msm/springs/linear_elements.hpp"
 #include "msm/springs/mean_parts.hpp"
 #include "msm/springs/nodal_parts.hpp"
 #include "msm/springs/springs_with_volume.hpp"
@@ -365,7 +365,7 @@ ElasticBody coupled_springs_with_volume(const core::Body &body, const CoupledSpr
     if (springs.energy.is_finite)
         terms.push_back(inversion_guard(body));
     ElasticBody elastic(lumped_masses(body), std::move(terms));
-    elastic.preconditioner = linear_elements(body);
+    elastic.preconditioner = elements_of_softer_volume(body);
     return elastic;
 }
 

@@ -1,8 +1,7 @@
-#include "msm/springs/biquadratic_springs.hpp"
+#include "msm/springs/linear_elements.hpp"
 
 #include <algorithm>
 
-#include "msm/dynamics/step_parts.hpp"
 #include "msm/springs/edge_stretches.hpp"
 #include "msm/springs/tetrahedron_volume.hpp"
 #include "msm/viscoelastic/relaxing_term.hpp"
@@ -45,9 +44,9 @@ CoupledTetrahedron make_tetrahedron(const Eigen::VectorXd &rest, const std::arra
     return made;
 }
 
-class BiquadraticSprings : public RelaxingTerm {
+class LinearElements : public RelaxingTerm {
   public:
-    explicit BiquadraticSprings(const core::Body &body) {
+    explicit LinearElements(const core::Body &body) {
         const auto rest = to_unknowns(body.mesh.points);
         tetrahedra_.reserve(body.mesh.tetrahedra.size());
         for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t)
@@ -106,7 +105,7 @@ class BiquadraticSprings : public RelaxingTerm {
     }
 
     std::shared_ptr<const RelaxingTerm> relaxed(double part, const Eigen::VectorXd &added) const override {
-        auto term = std::make_shared<BiquadraticSprings>(*this);
+        auto term = std::make_shared<LinearElements>(*this);
         term->part_ = part * part_;
         term->added_ = added;
         for (auto &tetrahedron : term->tetrahedra_) {
@@ -136,17 +135,7 @@ class BiquadraticSprings : public RelaxingTerm {
         }
     }
 
-    bool describe(StepParts &parts) const override {
-        if (part_ != 1.0 || added_.size() > 0)
-            return false;
-        parts.tetrahedra.clear();
-        for (const auto &tetrahedron : tetrahedra_) {
-            parts.tetrahedra.push_back(tetrahedron.nodes);
-            parts.lame_lambda.push_back(tetrahedron.lame_lambda);
-            parts.shear_modulus.push_back(tetrahedron.shear_modulus);
-        }
-        return true;
-    }
+    bool describe(StepParts & /*parts*/) const override { return false; }
 
   private:
     static Vector6 stretch(const CoupledTetrahedron &tetrahedron, const EdgeVectors &spans) {
@@ -186,11 +175,11 @@ class BiquadraticSprings : public RelaxingTerm {
 
 } // namespace
 
-std::shared_ptr<const ElasticTerm> biquadratic_springs(const core::Body &body) {
-    return std::make_shared<BiquadraticSprings>(body);
+std::shared_ptr<const ElasticTerm> linear_elements(const core::Body &body) {
+    return std::make_shared<LinearElements>(body);
 }
 
-std::shared_ptr<const ElasticTerm> linear_elements(const core::Body &body) {
+std::shared_ptr<const ElasticTerm> elements_of_softer_volume(const core::Body &body) {
     // At Poisson's ratio 0.45, lambda = 9 mu, nodal_springs take 49 and 53 steps with 2.5 mu, 62 and 67 with 12 mu; at
     // 0.49, 49 mu, they do not come to an end within 120 with 2.5 mu, and take 100 and 104 with 12 mu.
     constexpr double usual = 2.5, nearly_incompressible = 12.0, limit = 10.0;
@@ -202,7 +191,7 @@ std::shared_ptr<const ElasticTerm> linear_elements(const core::Body &body) {
         material.poisson_ratio = 0.5 * lambda / (lambda + mu);
         material.young_modulus = 2.0 * mu * (1.0 + material.poisson_ratio);
     }
-    return biquadratic_springs(softer);
+    return linear_elements(softer);
 }
 
 } // namespace livermark::msm

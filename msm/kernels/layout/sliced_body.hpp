@@ -84,9 +84,6 @@ template <class T> struct SlicedBody {
     /// (lines, 9, 16) of each tetrahedron at rest, the gradients of the barycentric coordinates of three corners, which
     /// are the end of the axis and both nodes of the rim [1/m]. Empty if no springs are coupled.
     Aligned<T> rest_gradient;
-    /// (lines, 16) of springs coupled inside tetrahedra alone, times the volume at rest: half of lambda, and mu [J];
-    /// empty if there are none
-    Aligned<T> half_lambda, shear_modulus;
     /// (lines, 6, 16) lengths of the edges of each tetrahedron: from the start of the axis to these three corners, and
     /// from the first of them to the second and so on around [m]. Empty if no springs are coupled around nodes, as are
     /// the following.

@@ -154,14 +154,6 @@ std::vector<int> slice_volumes(const StepParts &parts, const std::vector<int> &r
     return number; // springs that are coupled put other numbers down, see put_volume()
 }
 
-/// factor a b of each tetrahedron, empty if there is no b.
-std::vector<double> products(double factor, const std::vector<double> &a, const std::vector<double> &b) {
-    std::vector<double> result;
-    for (std::size_t i = 0; i < b.size(); ++i)
-        result.push_back(factor * a[i] * b[i]);
-    return result;
-}
-
 /// Gives each node that a chunk touches a place to add forces to. @return the places of each row, four times each
 template <class T>
 std::vector<std::vector<int>> force_places(const Lines &lines, const StarLines &stars, SlicedBody<T> &body) {
@@ -206,9 +198,8 @@ template <class Lists> std::vector<std::size_t> sizes(const Lists &lists) {
 } // namespace
 
 template <class T> void take_out(std::size_t place, SlicedBody<T> &body) {
-    for (auto *values :
-         {&body.rest_volume, &body.volume_share, &body.half_lambda, &body.shear_modulus, &body.tetrahedron_stiffness,
-          &body.least_volume, &body.watched_volume, &body.guard_stiffness, &body.inner_modulus, &body.volume_modulus})
+    for (auto *values : {&body.rest_volume, &body.volume_share, &body.tetrahedron_stiffness, &body.least_volume,
+                         &body.watched_volume, &body.guard_stiffness, &body.inner_modulus, &body.volume_modulus})
         if (!values->empty())
             (*values)[place] = T(0);
 }
@@ -225,8 +216,6 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
         rest_volume.push_back(volume_gradient(plan.rest, corners).volume);
     body.rest_volume = on_lines<T>(rest_volume, lines);
     body.volume_share = on_lines<T>(std::vector<double>(rest_volume.size(), 1.0), lines);
-    body.half_lambda = on_lines<T>(products(0.5, rest_volume, parts.lame_lambda), lines);
-    body.shear_modulus = on_lines<T>(products(1.0, rest_volume, parts.shear_modulus), lines);
     body.tetrahedron_stiffness = on_lines<T>(parts.tetrahedron_stiffness, lines);
     body.least_volume = on_lines<T>(parts.least_volume, lines);
     body.watched_volume = on_lines<T>(parts.watched_volume, lines);

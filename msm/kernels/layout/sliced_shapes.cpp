@@ -55,7 +55,7 @@ template <class T>
 void slice_shapes(const StepParts &parts, const std::vector<core::Vector3> &positions, const Lines &lines,
                   SlicedBody<T> &body) {
     const bool are_around_nodes = !parts.coupled_modulus.empty();
-    if (!are_around_nodes && parts.edge_modulus.empty() && parts.shear_modulus.empty())
+    if (!are_around_nodes && parts.edge_modulus.empty())
         return;
     const auto x = to_unknowns(positions);
     body.rest_gradient =

@@ -1,10 +1,10 @@
-// Forces of springs that are coupled inside each tetrahedron, for slices of fans of tetrahedra. Written once for each
-// vector unit: see take_steps.cpp.
-#if defined(LIVERMARK_BIQUADRATIC_SPRINGS_INL_HPP) == defined(HWY_TARGET_TOGGLE)
-#ifdef LIVERMARK_BIQUADRATIC_SPRINGS_INL_HPP
-#undef LIVERMARK_BIQUADRATIC_SPRINGS_INL_HPP
+// Gradient, strain and stress of tetrahedra in which displacements are linear. Written once for each vector unit: see
+// take_steps.cpp.
+#if defined(LIVERMARK_GREEN_STRAIN_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIVERMARK_GREEN_STRAIN_INL_HPP
+#undef LIVERMARK_GREEN_STRAIN_INL_HPP
 #else
-#define LIVERMARK_BIQUADRATIC_SPRINGS_INL_HPP
+#define LIVERMARK_GREEN_STRAIN_INL_HPP
 #endif
 
 #include "msm/kernels/simd/stressed_fans-inl.hpp"
@@ -23,7 +23,7 @@ template <class D> HWY_INLINE Columns<D> gradient(const OfCorners<D> &field, con
             combined<D>(rest.a.z, field.a, rest.b.z, field.b, rest.c.z, field.c)};
 }
 
-/// F^T F - 1, twice Green's strain. All six stretches of edges are in it (biquadratic_springs.hpp), and with the
+/// F^T F - 1, twice Green's strain. All six stretches of edges are in it (linear_elements.hpp), and with the
 /// gradient F it takes neither lengths nor as many digits from tetrahedra that are thin.
 template <class D> HWY_INLINE Symmetric<D> twice_strain(D d, const Columns<D> &f) {
     const auto one = hn::Set(d, hn::TFromD<D>(1));
@@ -68,52 +68,7 @@ template <class D> HWY_INLINE OfCorners<D> pulls(const Columns<D> &p, const OfCo
     return {along(rest.a), along(rest.b), along(rest.c)};
 }
 
-/// The forces of these springs, pressures and the guard on the nodes of the fans of a slice; see fan_forces(). Where a
-/// fan is filled up, gradients and moduli are zero, and so are the forces.
-template <bool is_damped, class T>
-HWY_NOINLINE void biquadratic_spring_forces(StepWorkspace<T> &at, int now, int slice) {
-    using D = Lanes<T>;
-    constexpr D d;
-    const auto &body = at.body;
-    const T *rows = at.rows[now].data();
-    LargestLack<D> largest{D()};
-    for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
-        const FanLines lines(body, slice, lane);
-        const auto *corner = body.corner.data() + lines.corner;
-        const auto *slot = body.force_slot.data() + lines.corner;
-        const auto *rim_slot = slot + 2 * slice_size;
-        const auto axis = fetch_axis(D(), rows, corner);
-        FanRates<is_damped, D> rates;
-        rates.begin(d, at, now, corner);
-        corner += 2 * slice_size;
-        auto from = fetch_rim(D(), axis, rows, corner);
-        FanPulls<D> sums{D()};
-        for (std::size_t t = lines.first; t < lines.end; t += slice_size, rim_slot += slice_size) {
-            corner += slice_size;
-            const auto to = fetch_rim(D(), axis, rows, corner);
-            const auto rest = rest_gradients(D(), body, t, lane);
-            const auto f = gradient<D>({axis.direction, from.arm, to.arm}, rest);
-            auto strain = twice_strain(D(), f);
-            [[maybe_unused]] const auto before = rates;
-            const auto volume = volume_between<is_damped>(D(), at, now, from, to, corner, rates);
-            const auto plain = is_damped ? dot(from.lever, to.arm) : volume;
-            if constexpr (is_damped)
-                strain =
-                    plus_scaled<D>(strain, hn::Set(d, static_cast<T>(at.beta)),
-                                   twice_strain_rate<D>(f, gradient<D>({rates.axis, before.arm, rates.arm}, rest)));
-            const auto inside =
-                stress<D>(hn::Load(d, body.half_lambda.data() + t), hn::Load(d, body.shear_modulus.data() + t), strain);
-            const auto pressure = hn::Add(axis.pressure, hn::Add(from.pressure, to.pressure));
-            const auto push = push_on(D(), body, pressure, volume, plain, t, largest);
-            sums.add(D(), pulls<D>(product<D>(f, inside), rest), push, from, to, at.corner_force, rim_slot);
-            from = to;
-        }
-        sums.finish(D(), at.corner_force, slot, rim_slot);
-    }
-    largest.keep(D(), at, slice);
-}
-
 } // namespace livermark::msm::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
-#endif // LIVERMARK_BIQUADRATIC_SPRINGS_INL_HPP
+#endif // LIVERMARK_GREEN_STRAIN_INL_HPP

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <array>
 
-#include "msm/kernels/simd/biquadratic_springs-inl.hpp"
+#include "msm/kernels/simd/green_strain-inl.hpp"
 #include "msm/kernels/simd/nodal_springs-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();

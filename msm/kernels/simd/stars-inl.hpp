@@ -9,7 +9,7 @@
 
 #include <array>
 
-#include "msm/kernels/simd/biquadratic_springs-inl.hpp"
+#include "msm/kernels/simd/green_strain-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace livermark::msm::HWY_NAMESPACE {

@@ -7,10 +7,10 @@
 #include <stdexcept>
 #include <type_traits>
 
-#include "msm/kernels/simd/biquadratic_springs-inl.hpp"
 #include "msm/kernels/simd/chebyshev_scheme-inl.hpp"
 #include "msm/kernels/simd/edge_springs-inl.hpp"
 #include "msm/kernels/simd/fan_forces-inl.hpp"
+#include "msm/kernels/simd/green_strain-inl.hpp"
 #include "msm/kernels/simd/mean_volumes-inl.hpp"
 #include "msm/kernels/simd/neo_hookean_springs-inl.hpp"
 #include "msm/kernels/simd/nodal_springs-inl.hpp"
@@ -45,9 +45,6 @@ HWY_NOINLINE void chunk_forces(StepWorkspace<T> &at, int now, int thread, int ch
     else if (!body.coupled_modulus.empty())
         for (int slice = body.chunk_fans[chunk]; slice < end; ++slice)
             nodal_spring_forces(at, now, slice);
-    else if (!body.shear_modulus.empty())
-        for (int slice = body.chunk_fans[chunk]; slice < end; ++slice)
-            biquadratic_spring_forces<is_damped>(at, now, slice);
     else
         for (int slice = body.chunk_fans[chunk]; slice < end; ++slice)
             fan_forces<is_damped>(at, now, slice);

@@ -3,8 +3,8 @@
 #include <random>
 
 #include "fem_reference/linear/linear_elasticity.hpp"
-#include "msm/springs/biquadratic_springs.hpp"
 #include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/linear_elements.hpp"
 #include "msm/springs/springs_with_volume.hpp"
 #include "msm/springs/volume_penalty.hpp"
 #include "msm/statics/equilibrium.hpp"
@@ -36,12 +36,12 @@ Eigen::VectorXd shaken(const core::Body &body) {
     return msm::to_unknowns(moved);
 }
 
-/// Nothing is left to the nodes, so for small strains they are the springs inside tetrahedra.
-TEST(NodalSprings, AreBiquadraticSpringsWhereAllStiffnessIsInsideTetrahedra) {
+/// Nothing is left to the nodes, so for small strains they are linear elements.
+TEST(NodalSprings, AreLinearElementsWhereAllStiffnessIsInsideTetrahedra) {
     const auto body = box_of(0.25);
     const auto rest = msm::to_unknowns(body->mesh.points);
     const Eigen::SparseMatrix<double> found = springs_of(*body, 1.0)->hessian(rest, msm::Tangent::exact);
-    const Eigen::SparseMatrix<double> expected = msm::biquadratic_springs(*body)->hessian(rest, msm::Tangent::exact);
+    const Eigen::SparseMatrix<double> expected = msm::linear_elements(*body)->hessian(rest, msm::Tangent::exact);
     EXPECT_LT((found - expected).norm(), 1e-13 * expected.norm());
 }
 

@@ -6,7 +6,6 @@
 
 #include "fem_reference/hyperelastic/material_law.hpp"
 #include "fem_reference/linear/linear_elasticity.hpp"
-#include "msm/springs/biquadratic_springs.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "msm/statics/load_path.hpp"

@@ -5,7 +5,7 @@
 
 #include "fem_reference/linear/linear_elasticity.hpp"
 #include "msm/mass_lumping.hpp"
-#include "msm/springs/biquadratic_springs.hpp"
+#include "msm/springs/linear_elements.hpp"
 #include "msm/statics/equilibrium.hpp"
 #include "tests/fem_reference/fem_test_bodies.hpp"
 #include "tests/samples/test_meshes.hpp"
@@ -30,10 +30,10 @@ Eigen::Matrix3d deformation_gradient(const std::array<int, 4> &nodes, const std:
     return after * before.inverse();
 }
 
-class BiquadraticSprings : public testing::TestWithParam<double> {};
+class LinearElements : public testing::TestWithParam<double> {};
 
 /// V (lambda / 2 (tr E)^2 + mu E : E) with E = (F^T F - I) / 2, at deformations as large as the elements.
-TEST_P(BiquadraticSprings, HaveTheEnergyOfSaintVenantAndKirchhoff) {
+TEST_P(LinearElements, HaveTheEnergyOfSaintVenantAndKirchhoff) {
     const auto body = box(GetParam());
     const auto &material = body->materials.front();
     std::mt19937 random(3);
@@ -49,11 +49,11 @@ TEST_P(BiquadraticSprings, HaveTheEnergyOfSaintVenantAndKirchhoff) {
         expected += volumes[t] * (0.5 * material.lame_lambda() * strain.trace() * strain.trace() +
                                   material.shear_modulus() * strain.squaredNorm());
     }
-    EXPECT_NEAR(msm::biquadratic_springs(*body)->energy(msm::to_unknowns(moved)), expected, 1e-12 * expected);
+    EXPECT_NEAR(msm::linear_elements(*body)->energy(msm::to_unknowns(moved)), expected, 1e-12 * expected);
 }
 
 /// Linearised, they are linear finite elements, which were put together by another library from other formulas.
-TEST_P(BiquadraticSprings, AreLinearFiniteElementsUnderSmallLoads) {
+TEST_P(LinearElements, AreLinearFiniteElementsUnderSmallLoads) {
     const core::Problem problem = [&] {
         const auto body = box(GetParam());
         auto load_case = tests::empty_load_case(body->mesh);
@@ -62,7 +62,7 @@ TEST_P(BiquadraticSprings, AreLinearFiniteElementsUnderSmallLoads) {
         load_case.acceleration = {0.1, 0.0, -0.3};
         return core::Problem{body, load_case};
     }();
-    const msm::ElasticBody springs(msm::lumped_masses(*problem.body), {msm::biquadratic_springs(*problem.body)});
+    const msm::ElasticBody springs(msm::lumped_masses(*problem.body), {msm::linear_elements(*problem.body)});
     const auto found =
         msm::find_equilibrium(springs, problem.body->mesh.points, msm::nodal_conditions(problem, springs.node_mass));
     fem_reference::StaticSolver fem(problem.body, 1);
@@ -71,7 +71,7 @@ TEST_P(BiquadraticSprings, AreLinearFiniteElementsUnderSmallLoads) {
     EXPECT_GT(tests::relative_difference(found.displacement, expected), 1e-4); // they are not linear
 }
 
-INSTANTIATE_TEST_SUITE_P(PoissonRatio, BiquadraticSprings, testing::Values(0.0, 0.25, 0.45, 0.49),
+INSTANTIATE_TEST_SUITE_P(PoissonRatio, LinearElements, testing::Values(0.0, 0.25, 0.45, 0.49),
                          [](const auto &info) { return "nu_" + std::to_string(std::lround(100.0 * info.param)); });
 
 } // namespace

@@ -6,9 +6,9 @@
 #include <random>
 #include <string>
 
-#include "msm/springs/biquadratic_springs.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/inversion_guard.hpp"
+#include "msm/springs/linear_elements.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "msm/volume_term.hpp"
 #include "tests/samples/test_meshes.hpp"
@@ -36,7 +36,7 @@ std::vector<NamedTerm> all_terms() {
          [](const core::Body &body) {
              return msm::spring_term(msm::spring_network(body, msm::all_spring_laws().front()));
          }},
-        {"biquadratic_springs", msm::biquadratic_springs},
+        {"linear_elements", msm::linear_elements},
         {"inversion_guard", msm::inversion_guard},
     };
     for (const auto &volume : msm::all_volume_terms())

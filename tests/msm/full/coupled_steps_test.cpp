@@ -6,9 +6,9 @@
 #include "msm/dynamics/elastic_motion.hpp"
 #include "msm/integrator.hpp"
 #include "msm/kernels/fast_steps.hpp"
-#include "msm/springs/biquadratic_springs.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/inversion_guard.hpp"
+#include "msm/springs/linear_elements.hpp"
 #include "msm/springs/springs_with_volume.hpp"
 #include "tests/samples/moving_samples.hpp"
 
@@ -72,21 +72,6 @@ double error_from(const msm::State &start, const Sample &sample, const core::Ray
            (expected.velocity - start.velocity).lpNorm<Eigen::Infinity>();
 }
 
-/// Tetrahedra with springs that are coupled inside each.
-Sample inside_tetrahedra(int num_tetrahedra) {
-    const auto body = tests::two_materials(num_tetrahedra, 0.25, 0.45);
-    auto sample = tests::loose(body);
-    sample.body.terms = {msm::biquadratic_springs(body)};
-    return sample;
-}
-
-/// The same beside springs, a volume term if one is named, and the guard.
-Sample beside_others(int num_tetrahedra, const std::string &volume_term) {
-    auto sample = tests::tetrahedra(num_tetrahedra, volume_term);
-    sample.body.terms.push_back(inside_tetrahedra(num_tetrahedra).body.terms.front());
-    return sample;
-}
-
 /// Pressed, at about its size, and pulled.
 void expect_with_energy_what_the_oracle_does(const Sample &sample) {
     for (const double stretch : {0.6, 1.0, 1.5})
@@ -129,25 +114,8 @@ TEST_P(CoupledSprings, WithAnEnergyMoveAsTheOracleDoesBesideTheGuard) {
     }
 }
 
-TEST_P(CoupledSprings, InsideTetrahedraMoveAsTheOracleDoes) {
-    for (const int count : all_counts) {
-        SCOPED_TRACE(count);
-        tests::expect_what_the_oracle_does(inside_tetrahedra(count));
-    }
-}
-
-TEST_P(CoupledSprings, InsideTetrahedraMoveAsTheOracleDoesBesideOtherTerms) {
-    for (const int count : all_counts)
-        for (const auto *term : {"", "nodal_volume", "tetrahedral_volume"}) {
-            SCOPED_TRACE(testing::Message() << count << " " << term);
-            tests::expect_what_the_oracle_does(beside_others(count, term));
-        }
-}
-
 TEST_P(CoupledSprings, GiveTheSameForAnyNumberOfThreads) {
-    for (const auto &sample :
-         {around_nodes(108, 0.4, 0.45), inside_tetrahedra(108), beside_others(108, "nodal_volume")})
-        tests::expect_the_same_for_any_number_of_threads(sample);
+    tests::expect_the_same_for_any_number_of_threads(around_nodes(108, 0.4, 0.45));
     for (const auto *springs : all_with_energy)
         tests::expect_the_same_for_any_number_of_threads(with_energy(springs, 108, 0.25, 0.45));
 }
@@ -158,9 +126,11 @@ INSTANTIATE_TEST_SUITE_P(FastSteps, CoupledSprings, testing::ValuesIn(hwy::Suppo
 TEST(FastSteps, AreNotThereForSpringsOfBothKinds) {
     const auto body = tests::two_materials(108, 0.25, 0.25);
     auto sample = tests::loose(body);
-    const auto inside = msm::biquadratic_springs(body),
-               around = msm::coupled_springs(body, msm::find_coupled_springs("nodal_springs"));
-    for (const auto &terms : {std::vector{inside, around}, std::vector{around, inside}}) {
+    const auto around_edges = msm::coupled_springs(body, msm::find_coupled_springs("edge_neo_hookean")),
+               around_nodes = msm::coupled_springs(body, msm::find_coupled_springs("nodal_neo_hookean")),
+               elements = msm::linear_elements(body);
+    for (const auto &terms : {std::vector{around_edges, around_nodes}, std::vector{around_nodes, around_edges},
+                              std::vector{around_nodes, elements}, std::vector{elements}}) {
         sample.body.terms = terms;
         EXPECT_FALSE(msm::FastSteps::prepare(sample.body, sample.positions, sample.conditions, {}, "symplectic_euler",
                                              tests::sample_step)

@@ -7,9 +7,9 @@
 #include <string>
 
 #include "msm/dynamics/step_parts.hpp"
-#include "msm/springs/biquadratic_springs.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/inversion_guard.hpp"
+#include "msm/springs/linear_elements.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "msm/viscoelastic/relaxing_term.hpp"
 #include "msm/volume_term.hpp"
@@ -37,7 +37,7 @@ std::vector<NamedRelaxingTerm> all_relaxing_terms() {
              return msm::spring_term(msm::spring_network(body, msm::all_spring_laws().front()));
          },
          true},
-        {"biquadratic_springs", msm::biquadratic_springs},
+        {"linear_elements", msm::linear_elements},
     };
     for (const auto &curve : msm::all_spring_curves())
         terms.push_back({"springs_with_the_curve_" + curve.name,
