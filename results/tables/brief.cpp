@@ -9,7 +9,6 @@
 
 #include "core/units.hpp"
 #include "results/one_reference.hpp"
-#include "results/tables/median_errors.hpp"
 #include "results/tables/overview.hpp"
 #include "results/tables/tool_cells.hpp"
 
@@ -56,6 +55,18 @@ std::string best_three(std::vector<std::pair<double, std::string>> models) {
 
 } // namespace
 
+std::vector<BriefNumbers> brief_numbers(std::span<const Result> results) {
+    std::vector<BriefNumbers> all;
+    const auto bodies = brief_bodies(results);
+    if (bodies.empty())
+        return all;
+    const auto models = brief_models(results);
+    for (const auto &body : bodies)
+        for (const auto &model : models)
+            all.push_back({body.label, model, two_numbers(results, body.name, body.poisson_ratio, model)});
+    return all;
+}
+
 Layout brief(std::span<const Result> results) {
     const auto bodies = brief_bodies(results);
     Layout layout{{{"model"}}, {}};
@@ -79,12 +90,11 @@ Layout brief(std::span<const Result> results) {
 std::string brief_legend(std::span<const Result> results) {
     std::string text =
         "L2: error of the displacement over the whole body; both numbers are medians over load cases\n" + tool_legend();
-    const auto models = brief_models(results);
+    const auto all = brief_numbers(results);
     for (const auto &body : brief_bodies(results)) {
         std::vector<std::pair<double, std::string>> by_error, by_stiffness;
-        for (const auto &model : models)
-            if (const auto numbers = two_numbers(results, body.name, body.poisson_ratio, model);
-                numbers.is_spring_model) {
+        for (const auto &[label, model, numbers] : all)
+            if (label == body.label && numbers.is_spring_model) {
                 by_error.emplace_back(numbers.median_error, model);
                 by_stiffness.emplace_back(numbers.median_stiffness, model);
             }

@@ -8,6 +8,7 @@
 #include "results/one_reference.hpp"
 #include "results/records/cohort.hpp"
 #include "results/tables/accuracy.hpp"
+#include "results/tables/brief.hpp"
 #include "results/tables/large_table.hpp"
 #include "results/tables/overview.hpp"
 #include "results/tables/studies/arena_table.hpp"
@@ -55,6 +56,19 @@ toml::array json_of(const std::vector<results::Standing> &standings) {
                                     {"error", standing.at.error},
                                     {"is_ranked", standing.is_ranked()},
                                     {"is_on_front", standing.is_on_front}});
+    return array;
+}
+
+/// What the first page of the report is made of.
+toml::array json_of(const std::vector<results::BriefNumbers> &all) {
+    toml::array array;
+    for (const auto &[body, model, numbers] : all)
+        array.push_back(toml::table{{"body", body},
+                                    {"model", model},
+                                    {"error", numbers.median_error},
+                                    {"stiffness", numbers.median_stiffness},
+                                    {"cells", toml::array{numbers.error, numbers.stiffness}},
+                                    {"is_spring_model", numbers.is_spring_model}});
     return array;
 }
 
@@ -271,6 +285,8 @@ std::string report_tables(const ReportData &data, const std::string &command_lin
         {"timings", array_of(data.files.timings)},
         {"others", array_of(data.files.others)},
         {"faults", std::move(faults)},
+        {"brief", json_of(results::brief_numbers(data.results))},
+        {"large_brief", json_of(results::brief_numbers(data.large))},
         {"large_bodies", large_bodies(data.large)},
         {"large_legend", results::large_legend()},
         {"tool_legend", results::tool_legend()},

@@ -1,71 +1,181 @@
-"""What stands above the sections: the result in short, and where it comes from."""
+"""The first page of a report: what each body is, which models to trust there, in words and two figures, and what it was made
+from."""
 from __future__ import annotations
 
 import math
+import statistics
+from typing import NamedTuple, Optional
 
+import matplotlib
+import numpy
 from markupsafe import Markup
 
-from livermark.report.data import Column, ReportData, Result, Table, not_told_from_best
-from livermark.report.parts import figure, table
-from livermark.report.units import PERCENT, fixed, mean, percent
+from livermark.report import colours, figures
+from livermark.report.data import ReportData, Result, commands_of, number
+from livermark.report.parts import bullets, figure, paragraph, plots, subsection
+from livermark.report.sections import pictures
+from livermark.report.units import PERCENT, fixed
+
+MOST_NAMED = 3  # models of a kind that a sentence names
+MOST_PANELS = 4  # bodies whose numbers are drawn
+NAME_WIDTH = 6.6  # of a letter [px]
+BASELINES = ("fem_p1", "fem_p1_neo_hookean")  # linear tetrahedra: what most programs take
 
 
-def _mean_of_all(values: list[float], num_cases: int) -> str:
-    """A mean that is one over all load cases, or "-"."""
-    return percent(mean(values)) if values and len(values) >= num_cases else "-"
+class Numbers(NamedTuple):
+    """The two numbers of a model on a body, medians over load cases; NaN where there is none."""
+    model: str
+    error: float
+    stiffness: float  #: at the tool, its size
+    is_spring_model: bool
+    cells: list[str]  #: both as `livermark table --kind brief` prints them
 
 
-def _row(label: str, cases: list[Result]) -> list[str]:
-    springs: dict[str, list[float]] = {}
-    stiffness: dict[str, list[float]] = {}
-    baseline = []
-    cases = [result for result in cases if result.counts]
+def _numbers(rows: list[dict]) -> dict[str, list[Numbers]]:
+    """By body."""
+    bodies: dict[str, list[Numbers]] = {}
+    for row in rows:
+        bodies.setdefault(row["body"], []).append(
+            Numbers(row["model"], number(row["error"]), number(row["stiffness"]), row["is_spring_model"], row["cells"]))
+    return bodies
+
+
+def _nearest(rows: list[Numbers], value) -> str:
+    """ "a 3.1 %, b 3.2 %" of the springs."""
+    found = sorted((value(row), row.model) for row in rows if row.is_spring_model and math.isfinite(value(row)))
+    return ", ".join(f"{model} {fixed(PERCENT * off, 1)} %" for off, model in found[:MOST_NAMED])
+
+
+def _always_felt_right(cases: list[Result], felt: float) -> Optional[tuple[list[str], int]]:
+    """The springs whose stiffness a hand cannot tell from the reference's under any load case, and of how many; None where no
+    load case has a tool."""
+    sizes: dict[str, list[float]] = {}
     for result in cases:
         for model in result.models.values():
-            if math.isfinite(model.error):
-                if model.is_spring_model:
-                    springs.setdefault(model.name, []).append(model.error)
-                    if math.isfinite(model.stiffness):
-                        stiffness.setdefault(model.name, []).append(abs(model.stiffness))
-                elif model.name == "fem_p1":
-                    baseline.append(model.error)
-    uncertainties = [result.reference_error for result in cases if result.uncertainty]
-    of_all = {name: mean(errors) for name, errors in sorted(springs.items()) if len(errors) == len(cases)}
-    best = not_told_from_best(of_all, mean([result.reference_error for result in cases])) if of_all else []
-    best.sort(key=of_all.__getitem__)
-    return [label, str(len(cases)), ", ".join(best) or "none solved every load case",
-            ", ".join(percent(of_all[name]) for name in best) or "-",
-            ", ".join(fixed(PERCENT * mean(stiffness[name]), 1) if name in stiffness else "-" for name in best) or "-",
-            _mean_of_all(baseline, len(cases)), _mean_of_all(uncertainties, len(cases))]
+            if result.counts and model.is_spring_model:
+                sizes.setdefault(model.name, []).append(abs(model.stiffness) if model.status == "ok" else math.inf)
+    sizes = {name: [size for size in of_model if not math.isnan(size)] for name, of_model in sizes.items()}
+    sizes = {name: of_model for name, of_model in sizes.items() if of_model}
+    good = sorted((max(of_model), name) for name, of_model in sizes.items() if max(of_model) <= felt)
+    return ([name for _, name in good], len(sizes)) if sizes else None
 
 
-def findings(data: ReportData) -> Markup:
-    """A row for each body: the springs that are best in the mean, of those that came through every load case that
-    counts; several where they differ by less than the uncertainty of the reference."""
-    if not data.results:
-        return Markup("")
-    columns = [Column("body"), Column("load cases", True), Column("nearest springs"), Column("mean error [%]", True),
-               Column("at the tool [%]", True),
-               Column("of linear finite elements [%]", True), Column("uncertainty of the reference [%]", True)]
-    rows = [_row(label, cases) for label, cases in data.by_label()]
-    return figure("table", table(Table(columns, rows)), "In short: means over the static load cases of each body. "
-                  + data.told["reference"])
+def _sentences(rows: list[Numbers], cases: list[Result], felt: float) -> list[str]:
+    sentences = []
+    if nearest := _nearest(rows, lambda row: row.stiffness):
+        sentences.append(f"Under the tool the nearest springs are {nearest}. A hand tells {PERCENT * felt:.0f} %.")
+    if found := _always_felt_right(cases, felt):
+        good, count = found
+        sentences.append(f"Under every load case a hand could not tell {', '.join(good)} from the reference." if good else
+                         f"A hand could tell each of the {count} spring models from the reference under some load case.")
+    if nearest := _nearest(rows, lambda row: row.error):
+        sentences.append(f"In position the nearest springs are {nearest}.")
+    for row in rows:
+        if row.model in BASELINES and math.isfinite(row.error):
+            at_tool = f", and {fixed(PERCENT * row.stiffness, 1)} % under the tool" if math.isfinite(row.stiffness) else ""
+            sentences.append(f"Linear tetrahedra ({row.model}) are {fixed(PERCENT * row.error, 1)} % off in position{at_tool}.")
+    known = [result.reference_error for result in cases if result.uncertainty]
+    if known:
+        sentences.append(f"The reference is uncertain by {fixed(PERCENT * statistics.median(known), 2)} % in position.")
+    failed = sorted({model.name for result in cases for model in result.models.values() if model.status != "ok"})
+    if failed:
+        sentences.append(f"Without a solution under some load case: {', '.join(failed)}.")
+    return sentences
+
+
+def _regions(result: Result) -> str:
+    """What a body is, in a sentence."""
+    with result.open() as file:
+        points, corners, region = file.points, file.tetrahedra, file.region
+        young, ratio = file.materials["young_modulus"], file.materials["poisson_ratio"]
+        names = file.region_names
+    a, b, c, d = (points[corners[:, k]] for k in range(4))
+    volume = numpy.bincount(region, numpy.einsum("ij,ij->i", numpy.cross(b - a, c - a), d - a) / 6.0, len(names))
+    largest = int(volume.argmax())
+    text = (f"{fixed(1e3 * volume.sum(), 2)} L in {len(corners):,} tetrahedra, mostly {names[largest]} with a Young's modulus of "
+            f"{fixed(1e-3 * young[largest], 1)} kPa and a Poisson's ratio of {ratio[largest]:g}")
+    others = [r for r in range(len(names)) if r != largest]
+    if others:
+        moduli = sorted({fixed(1e-3 * young[r], 1) for r in others}, key=float)
+        text += (f"; {len(others)} other region{'s' if len(others) > 1 else ''} of {fixed(1e6 * volume[others].sum(), 1)} mL with "
+                 + " to ".join(dict.fromkeys((moduli[0], moduli[-1]))) + " kPa")
+    return text + "."
+
+
+def _panel(title: str, rows: list[Numbers], felt: float) -> Markup:
+    """Both numbers of each model, the nearest in position first."""
+    rows = [row for row in rows if math.isfinite(row.error)]
+    rows.sort(key=lambda row: row.error, reverse=True)
+    left = 20 + NAME_WIDTH * max(len(row.model) for row in rows)
+    width, height = 470, figures.TOP + figures.BOTTOM + 19 * len(rows)
+    axes = figures.new_plot(title, "off by, median over load cases [%]", "", width, height)
+    values = [PERCENT * value for row in rows for value in row[1:3]]
+    figures.set_logarithmic(axes, "x", {"x": [*values, PERCENT * felt]})
+    with matplotlib.rc_context(figures.SETTINGS):
+        axes.figure.subplots_adjust(left=left / width)
+        for y, row in enumerate(rows):
+            axes.plot([PERCENT * row.error, PERCENT * row.stiffness], [y, y], color=colours.FAINT, linewidth=1, zorder=1)
+        axes.plot([PERCENT * row.error for row in rows], range(len(rows)), linestyle="", marker="o", color=colours.BLUE,
+                  label="in position")
+        axes.plot([PERCENT * row.stiffness for row in rows], range(len(rows)), linestyle="", marker="D",
+                  color=colours.VERMILION, label="under the tool")
+        axes.axvline(PERCENT * felt, color=colours.VERMILION, linewidth=1, linestyle=":", zorder=0)
+        axes.set_yticks(range(len(rows)), [row.model for row in rows])
+        axes.set_ylim(-0.6, len(rows) - 0.4)
+    return figures.finish(axes)
+
+
+def _of_label(results: list[Result]) -> dict[str, list[Result]]:
+    return {label: [result for result in results if result.label == label]
+            for label in dict.fromkeys(result.label for result in results)}
+
+
+def verdicts(data: ReportData) -> Markup:
+    """In words what each body is and which springs are near there, then both numbers of all models, and one picture."""
+    felt = data.smallest_felt_difference
+    small, large = _of_label(data.results), _of_label(data.large)
+    brief, large_brief = _numbers(data.told["brief"]), _numbers(data.told["large_brief"])
+    html = Markup("")
+    for label in dict.fromkeys([*small, *large]):
+        cases = [*small.get(label, ()), *large.get(label, ())]
+        text = paragraph(_regions(cases[0]))
+        if label in brief:
+            counted = [result for result in small[label] if result.counts]
+            text += paragraph(f"Small loads, {len(counted)} load case{'s' if len(counted) > 1 else ''}:")
+            text += bullets(_sentences(brief[label], counted, felt))
+        if label in large_brief:
+            counted = [result for result in large[label] if result.counts]
+            text += paragraph(f"Loads of surgical size, {len(counted)} load case{'s' if len(counted) > 1 else ''}:")
+            text += bullets(_sentences(large_brief[label], counted, felt))
+        html += subsection(label, text)
+    panels = [_panel(f"{label}, {size} loads" if brief and large_brief else label, rows, felt)
+              for size, bodies in (("small", brief), ("large", large_brief)) for label, rows in bodies.items()
+              if any(math.isfinite(row.error) for row in rows)]
+    if panels:
+        html += figure("figure", plots(panels[:MOST_PANELS]),
+                       f"Both numbers of each model. Dotted: the {PERCENT * felt:.0f} % that a hand tells. {data.told['reference']}",
+                       commands_of([*data.results, *data.large])[:1])
+    return html + pictures.most_telling(data)
+
+
+def title(data: ReportData) -> str:
+    bodies = list(dict.fromkeys(result.body for result in [*data.results, *data.large]))
+    return f"Livermark report: {bodies[0]}" if len(bodies) == 1 else "Livermark report"
 
 
 def lead(data: ReportData) -> str:
     """What the report is about, in a sentence."""
     if data.has_no_results:
         return "Deformable models beside measurements of real bodies, needles in bodies, and what is not known of a patient."
-    return ("The errors of mass-spring models against a finite element reference, their cost, and their longest stable time "
-            "steps.")
+    return "How far models of soft tissue are from finite elements whose own error is known."
 
 
 def facts(data: ReportData) -> list[tuple[str, str]]:
     told = data.told
-    found = [("Files", f"{len(data.results) + len(data.large)} of runs, {len(told['cohorts'])} of cohorts, "
-              f"{len(told['arenas'])} of arenas, {len(told['stability'])} of stability, {len(told['histories'])} of histories, "
-              f"{len(told['timings'])} of timings, {len(told['experiments'])} of experiments, {len(told['needles'])} of needles, "
-              f"{len(told['sensitivities'])} of sensitivities")]
+    counts = {"runs": len(data.results) + len(data.large)}
+    counts |= {kind: len(told[kind]) for kind in ("cohorts", "arenas", "stability", "histories", "timings", "experiments",
+                                                  "needles", "sensitivities")}
+    found = [("Files", ", ".join(f"{count} of {kind}" for kind, count in counts.items() if count))]
     found += [("Left out", fault) for fault in data.faults]
     if data.results:
         made = max(data.results, key=lambda result: result.provenance["created"]).provenance

@@ -6,14 +6,15 @@ from markupsafe import Markup
 from livermark.report import figures, head
 from livermark.report.data import ReportData
 from livermark.report.parts import TEMPLATES, environment
-from livermark.report.sections import SECTIONS, experiments, needles, numbers, sensitivity
+from livermark.report.sections import SECTIONS
 
 
 def make(data: ReportData) -> str:
     """The same files give the same bytes."""
-    parts = (experiments, needles, sensitivity, numbers) if data.has_no_results else SECTIONS
-    sections = [section for part in parts if (section := part.section(data))]
+    made = [(part, part.section(data)) for part in SECTIONS]
+    absent = [(part.TITLE, part.COMMAND) for part, section in made if section is None]
     template = environment.get_template("page.html.j2")
     return figures.numbered(template.render(
-        style=Markup((TEMPLATES / "style.css").read_text(encoding="utf-8")), findings=head.findings(data),
-        facts=head.facts(data), lead=head.lead(data), sections=sections))
+        style=Markup((TEMPLATES / "style.css").read_text(encoding="utf-8")), title=head.title(data), lead=head.lead(data),
+        verdicts=head.verdicts(data), facts=head.facts(data), sections=[section for _, section in made if section],
+        absent=absent))

@@ -30,6 +30,7 @@ environment.filters["each_once"] = lambda commands: list(dict.fromkeys(filter(No
 _macros = environment.get_template("parts.html.j2").module
 
 bullets = _macros.bullets
+choice = _macros.choice
 code = _macros.code
 figure = _macros.figure
 missing = _macros.missing

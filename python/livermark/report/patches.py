@@ -1,17 +1,22 @@
 """Draws the patches of a body from four sides: python3 -m livermark.report.patches BODY.msh PICTURE.png
 
-Prints a line for each patch: its colour and its name.
+The picture has their names below, each beside its colour. Prints these too, a line for each patch.
 """
 import pathlib
 import sys
 
+import matplotlib
 import matplotlib.colors
 import meshio
 import numpy
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
-from livermark.report import colours, surfaces
+from livermark.report import colours, figures, surfaces
 
 WIDTH = 400  # of each of the four [pixel]
+NAMES_IN_A_ROW, ROW = 6, 30  # of the key; height [pixel]
 X, Y, Z = numpy.eye(3)
 #: Right and toward: from the front, from behind, from above and from below, as a patient in LPS lies.
 SIDES = ((X, -Y), (-X, Y), (X, Z), (X, -Z))
@@ -44,7 +49,23 @@ def draw(points: numpy.ndarray, triangles: numpy.ndarray, patch: numpy.ndarray, 
         low = 0.5 * (across.min(axis=0) + across.max(axis=0) - side)
         view = surfaces.replace(view, low=(low[0], low[1]))
         pictures.append(surfaces.draw_surface(triangles, points, corners, view))
-    return numpy.concatenate(pictures, axis=1)
+    rgba = numpy.concatenate(pictures, axis=1).astype(float)
+    opacity = rgba[..., 3:] / 255.0
+    return (opacity * rgba[..., :3] + (1.0 - opacity) * 255.0).astype(numpy.uint8)
+
+
+def save_with_key(drawn: numpy.ndarray, names: list[str], of_patches: numpy.ndarray, path: pathlib.Path) -> None:
+    """The pictures as they are, and the names of the patches below them."""
+    height, width = drawn.shape[:2]
+    key = ROW * (-(-len(names) // NAMES_IN_A_ROW)) + 10
+    with matplotlib.rc_context(figures.SETTINGS):
+        page = Figure(figsize=(width / figures.PIXELS_PER_INCH, (height + key) / figures.PIXELS_PER_INCH),
+                      dpi=figures.PIXELS_PER_INCH, facecolor="white")
+        FigureCanvasAgg(page)
+        page.figimage(drawn, 0, key)
+        page.legend(handles=[Patch(color=tuple(colour), label=name) for colour, name in zip(of_patches, names)], loc="lower center",
+                    ncol=min(NAMES_IN_A_ROW, len(names)), fontsize=15, handlelength=1.2, columnspacing=1.4, borderaxespad=0.2)
+        page.savefig(path, dpi=figures.PIXELS_PER_INCH, metadata={"Software": None})
 
 
 def main(mesh_file: str, picture: str) -> None:
@@ -52,7 +73,7 @@ def main(mesh_file: str, picture: str) -> None:
     triangles, patch, names = patches_of(mesh)
     of_patches = colours.patch_colours(len(names))
     drawn = draw(mesh.points, triangles, patch, of_patches)
-    pathlib.Path(picture).write_bytes(surfaces.png_of(drawn))
+    save_with_key(drawn, names, of_patches, pathlib.Path(picture))
     for colour, name in zip(of_patches, names):
         print(f"{matplotlib.colors.to_hex(colour)}  {name}")
 

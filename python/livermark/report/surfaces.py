@@ -18,7 +18,7 @@ from PIL import Image
 SAMPLES = 2  # along each side of a pixel
 SMOOTH_COSINE = 0.75  # triangles that meet at a sharper angle have an edge between them
 LEAST_LIGHT = 0.5  # brightness of a surface seen from its side
-OUTLINE_GREY = 60
+OUTLINE_GREY = 128  # seen on white and on black
 MARGIN = 4  # [pixel] on each side
 TALLEST = 1.5  # of the width
 
@@ -116,17 +116,17 @@ def outline_of(triangles: numpy.ndarray, points: numpy.ndarray, view: View) -> n
 
 def draw_surface(triangles: numpy.ndarray, points: numpy.ndarray, colours: numpy.ndarray, view: View,
                  outline=None) -> numpy.ndarray:
-    """(height, width, 3) a surface lit from where one looks, so that a part that faces the eye has its own colours.
-    White behind it. colours: (T, 3, 3) of the corners, from 0 to 1. outline: drawn over it; of the same view."""
+    """(height, width, 4) a surface lit from where one looks, so that a part that faces the eye has its own colours.
+    Nothing behind it, whatever the colour of the page. colours: (T, 3, 3) of the corners, from 0 to 1. outline: drawn over it; of the same view."""
     facing = numpy.abs(_corner_normals(triangles, points) @ view.toward)
     light = LEAST_LIGHT + (1.0 - LEAST_LIGHT) * facing
     shaded = numpy.concatenate([colours * light[..., None], numpy.ones((len(triangles), 3, 1))], axis=2)
     samples = _filled(view, view.project(points)[triangles], shaded).astype(numpy.float32)
-    opacity = samples[..., 3:] / numpy.float32(255.0)
-    rgb = 255.0 + opacity * (samples[..., :3] - 255.0)
     if outline is not None:
-        rgb[outline] = OUTLINE_GREY
-    mean = sum(rgb[y::SAMPLES, x::SAMPLES] for y in range(SAMPLES) for x in range(SAMPLES)) / SAMPLES ** 2
+        samples[outline] = (OUTLINE_GREY, OUTLINE_GREY, OUTLINE_GREY, 255.0)
+    samples[..., :3] *= samples[..., 3:] / numpy.float32(255.0)  # so that nothing has no colour
+    mean = sum(samples[y::SAMPLES, x::SAMPLES] for y in range(SAMPLES) for x in range(SAMPLES)) / SAMPLES ** 2
+    mean[..., :3] /= numpy.maximum(mean[..., 3:] / 255.0, 1.0 / 255.0)
     # In 64 steps, which nobody sees, and which halve the size of a file.
     return numpy.minimum(numpy.round(mean / 4.0) * 4.0, 255.0).astype(numpy.uint8)
 

@@ -124,10 +124,10 @@ TEST_F(Report, HasTheNumbersOfTheFiles) {
                         "livermark report ",
                         "0123abc-dirty"});
     EXPECT_NE(text.find("<td class=\"number\">50</td>"), std::string::npos) << "part of the machine's limit [%]";
-    EXPECT_EQ(text.find("There are no"), std::string::npos);
+    EXPECT_EQ(text.find("<section id=\"arena\">"), std::string::npos);
 }
 
-TEST_F(Report, SaysWhatIsMissingInItsPlace) {
+TEST_F(Report, SaysWhatIsMissingInItsPlaceAndNamesEmptyPartsAtTheEnd) {
     auto result = tests::without_motion(tests::sample_result());
     result.reference_uncertainty.reset();
     for (auto &model : result.models) {
@@ -135,20 +135,21 @@ TEST_F(Report, SaysWhatIsMissingInItsPlace) {
         model.solution.explicit_steps.reset();
     }
     write("result.h5", result);
-    expect_parts(
-        page(),
-        {"The uncertainty of the reference is unknown under pull_and_hang", "blown_up: diverged: a node left the room",
-         "unfinished: not_converged: 100 iterations were not enough", "No file here contains the time of a step.",
-         "No model was moved", "There is no body with several Poisson&#39;s ratios here.",
-         "There is no body with meshes of several sizes here", "The reference was solved on one mesh only",
-         "There are no stability files here", "There are no timing files here", "There are no history files here",
-         "No result file here has the springs of lloyd"});
+    const auto text = page();
+    expect_parts(text, {"The uncertainty of the reference is unknown under pull_and_hang",
+                        "blown_up: diverged: a node left the room",
+                        "unfinished: not_converged: 100 iterations were not enough", "What else a report can show",
+                        "Livers of other people: <code>livermark cohort",
+                        "Time steps, predicted and observed: <code>livermark stability"});
+    for (const auto *part : {"cost", "poisson", "refinement", "steps", "timings", "paper", "arena", "large"})
+        EXPECT_EQ(text.find(fmt::format("<section id=\"{}\">", part)), std::string::npos) << part;
 }
 
 TEST_F(Report, IsThereWithoutAnyRun) {
     results::write_timings(directory_ / "timings.h5", tests::sample_timings());
     const auto text = page();
-    EXPECT_EQ(count(text, "There are no result files of small deformations here"), 2u);
+    EXPECT_NE(text.find("What a step takes"), std::string::npos);
+    EXPECT_EQ(text.find("<section id=\"errors\">"), std::string::npos);
     EXPECT_EQ(text.find("<img"), std::string::npos);
 }
 
@@ -163,9 +164,7 @@ TEST_F(Report, SetsModelsBesideMeasurementsAndNeedles) {
     expect_parts(text, {"A jelly under a spoon", "it is a jelly", "our kitchen", "Nearest to the markers is elements",
                         "noise of the measurement", "Error of the markers", "Let go: much", "4.00 ± 0.10 Hz",
                         "nearest over time is springs, +5.0 %", "Damping is fitted on much alone", "lost (diverged)",
-                        "depth of the needle", "1 of experiments, 1 of needles, 0 of sensitivities"});
-    EXPECT_EQ(text.find("There is no"), std::string::npos) << "parts that are empty";
-    EXPECT_EQ(text.find("There are no"), std::string::npos);
+                        "depth of the needle", "1 of experiments, 1 of needles"});
 }
 
 TEST_F(Report, SetsModelsBesideWhatNobodyKnowsOfThePatient) {
@@ -180,7 +179,6 @@ TEST_F(Report, SetsModelsBesideWhatNobodyKnowsOfThePatient) {
                         "5 patients, solved by "
                         "elements",
                         "patient: support", "0.750 [0.700, 0.800]", "1 of sensitivities"});
-    EXPECT_EQ(text.find("There is no"), std::string::npos) << "parts that are empty";
 }
 
 TEST_F(Report, LeavesOutASensitivityThatIsNotAtItsEnd) {
@@ -205,7 +203,6 @@ TEST_F(Report, ShowsErrorsOverPoissonRatiosAndMeshSizes) {
     write("fine.h5", with_body(tests::sample_result(4), [](core::Body &body) { body.name = "box_2"; }));
     write("coarse.h5", with_body(tests::sample_result(2), [](core::Body &body) { body.name = "box_1"; }));
     const auto text = page();
-    EXPECT_EQ(text.find("There is no body with"), std::string::npos);
     expect_parts(text, {"box_, pull_and_hang, nu 0.45", ">Poisson's ratio", "size of an element [mm]", "box, nu 0.25"});
 }
 
@@ -323,6 +320,7 @@ TEST_F(Report, SetsTable1BesideTheSpringsOfALiver) {
     result.reference_uncertainty->refined = "lloyd";
     result.motion_uncertainty->refined = "lloyd";
     results::write_result(path_, result);
+    results::write_histories(directory_ / "histories.h5", sample_histories());
     expect_parts(page(),
                  {"mass 1.9825 kg", "stiffness 5.4225 kPa", "damping 7.4525 N/m^2", "Table 1 of the paper beside box"});
 }

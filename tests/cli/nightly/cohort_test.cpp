@@ -134,12 +134,12 @@ TEST_F(CohortCommand, IsASectionOfTheReportThatStandsForItsBodies) {
     ASSERT_EQ(outcome.status, 0) << outcome.output;
     const auto page = tests::run_command("cat " + in("report.html").string()).output;
     EXPECT_NE(page.find("<section id=\"cohort\">"), std::string::npos);
-    EXPECT_NE(page.find("0 of runs, 1 of cohorts"), std::string::npos);
+    EXPECT_NE(page.find("<dd>1 of cohorts"), std::string::npos);
     EXPECT_NE(page.find("Error of each body at Poisson&#39;s ratio 0.45"), std::string::npos);
     // One body alone is shown in full.
     ASSERT_EQ(tests::livermark("report " + in("liver_variant_1").string()).status, 0);
     const auto one = tests::run_command("cat " + in("liver_variant_1/report.html").string()).output;
-    EXPECT_NE(one.find("1 of runs, 0 of cohorts"), std::string::npos);
+    EXPECT_NE(one.find("1 of runs"), std::string::npos);
 }
 
 } // namespace

@@ -8,10 +8,11 @@ from markupsafe import Markup
 
 from livermark.report import colours, figures
 from livermark.report.data import ReportData, attributes_of, cleaned, table_of
-from livermark.report.parts import Section, figure, missing, paragraph, plots, subsection, table
+from livermark.report.parts import Section, figure, paragraph, plots, subsection, table
 from livermark.report.units import PERCENT
 
 TITLE = "Methods within a budget"
+COMMAND = "livermark arena --output FOLDER"  # makes the files
 MILLISECONDS = 1e3
 MOST_FORCES = 4  # lines of force beside the reference: more cannot be told apart
 
@@ -110,9 +111,9 @@ def _arena(data: ReportData, told: dict) -> Markup:
     return subsection(attributes["body"], html)
 
 
-def section(data: ReportData) -> Section:
+def section(data: ReportData) -> Section | None:
     if not data.told["arenas"]:
-        return Section("arena", TITLE, missing("There is no arena file here.", "livermark arena --output FOLDER"))
+        return None
     html = paragraph(
         "Springs and interactive methods move under a tool that presses, slides and lets go, with as many steps or iterations "
         "as fit into a frame. Errors are those of displacements as long as the tool has hold, against finite elements.")

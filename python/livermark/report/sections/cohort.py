@@ -14,6 +14,7 @@ from livermark.report.parts import Section, figure, missing, paragraph, table
 from livermark.report.units import PERCENT
 
 TITLE = "Livers of other people"
+COMMAND = "livermark cohort --bodies 1-8 --output FOLDER"  # makes the files
 HALVES = {"training": colours.Style(colours.BLUE, "o"), "unseen": colours.Style(colours.VERMILION, "D")}
 ROW, STRIP = 50, 15  # [pixel]
 
@@ -93,10 +94,9 @@ def _cohort(data: ReportData, told: dict) -> Markup:
     return html
 
 
-def section(data: ReportData) -> Section:
+def section(data: ReportData) -> Section | None:
     if not data.told["cohorts"]:
-        return Section("cohort", TITLE, missing("There is no cohort file here.",
-                                                "livermark cohort --bodies 1-8 --output FOLDER"))
+        return None
     html = paragraph(
         "Errors over the bodies of a cohort. Constants of models may be chosen on the training half; accuracy is quoted on "
         "the unseen half. The other sections leave these bodies out: a report of the folder of one body shows it in full.")

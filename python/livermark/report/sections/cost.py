@@ -7,10 +7,11 @@ from markupsafe import Markup
 from livermark.report import colours, figures
 from livermark.report.data import ReportData, commands_of, number
 from livermark.report.labels import name_points
-from livermark.report.parts import Section, figure, missing, paragraph, plots, table
+from livermark.report.parts import Section, figure, paragraph, plots, table
 from livermark.report.units import PERCENT
 
 TITLE = "Error against cost"
+COMMAND = "livermark run"  # makes the files
 
 
 def _group_of(standing: dict) -> str:
@@ -49,9 +50,11 @@ def _plots(standings: list[dict], models: list[str], error_label: str) -> Markup
     return plots([_plot(title, group, models, error_label) for title, group in groups.items()])
 
 
-def section(data: ReportData) -> Section:
+def section(data: ReportData) -> Section | None:
     commands = commands_of(data.results)
     standings = data.told["standings"]
+    if not standings["rest"] and not standings["motion"]:
+        return None
     html = paragraph("Below and to the left is better. The dashed line joins the Pareto front: no other point has a smaller "
                      "error at the same cost. A mean over some of the load cases is not drawn. Costs are of one machine, in one "
                      f"run. {data.told['reference']}")
@@ -60,12 +63,8 @@ def section(data: ReportData) -> Section:
                    "steps of 0.8 of the critical one; for finite elements in the steps of their motion.")
         html += figure("figure", _plots(standings["rest"], data.models, "mean error at rest [%]"), caption, commands)
         html += figure("table", table(data.tables["rest"]), "The same in numbers.")
-    else:
-        html += missing("No file here contains the time of a step.", "livermark run")
     if standings["motion"]:
         html += figure("figure", _plots(standings["motion"], data.models, "error in motion [%]"),
                        "Error of the motion of the probes, against the cost of a simulated second.", commands)
         html += figure("table", table(data.tables["motion"]), "The same in numbers.")
-    else:
-        html += missing("No model was moved, so there is no error in motion.", "livermark run --load-case release")
     return Section("cost", TITLE, html)

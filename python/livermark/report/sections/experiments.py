@@ -13,6 +13,7 @@ from livermark.report.parts import Section, bullets, figure, paragraph, plots, s
 from livermark.report.units import MILLIMETRES, fixed
 
 TITLE = "Beside measurements"
+COMMAND = "livermark experiment NAME --output FOLDER"  # makes the files
 MOST_CURVES = 4  # beside the measurement: more cannot be told apart
 NAME_WIDTH = 6.6  # of a letter [px]
 

@@ -11,6 +11,7 @@ from livermark.report.parts import Section, figure, paragraph, plots, subsection
 from livermark.report.units import MILLIMETRES, fixed
 
 TITLE = "Needles"
+COMMAND = "livermark needle BODY --output FOLDER"  # makes the files
 MOST_CURVES = 4  # beside the reference
 
 

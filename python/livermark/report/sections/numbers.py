@@ -6,6 +6,9 @@ from markupsafe import Markup
 from livermark.report.data import Column, ReportData, Table
 from livermark.report.parts import Section, bullets, code, figure, paragraph, subsection, table
 
+TITLE = "Every number, and where it comes from"
+COMMAND = "livermark run"  # makes the files
+
 
 def _files(data: ReportData) -> Table:
     columns = [Column(title) for title in ("file", "body", "load case", "commit", "created", "build")]
@@ -29,4 +32,4 @@ def section(data: ReportData) -> Section:
         remark = paragraph("Modes, calibrations and exported problems are not part of this report.")
         html += subsection("Files that are not shown", remark + bullets(data.others))
     html += subsection("To make this report again", code(data.command))
-    return Section("numbers", "Every number, and where it comes from", html)
+    return Section("numbers", TITLE, html)

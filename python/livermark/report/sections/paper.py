@@ -11,9 +11,10 @@ from matplotlib.ticker import FixedLocator
 
 from livermark.report import colours, figures
 from livermark.report.data import Column, ReportData, Table, attributes_of, cleaned, table_of
-from livermark.report.parts import Section, bullets, figure, missing, plots, subsection, table
+from livermark.report.parts import Section, bullets, figure, plots, subsection, table
 
 TITLE = "The seed paper beside this"
+COMMAND = "livermark histories"  # makes the files
 #: What leaves this on either side ends there with a cross, as on the paper's axes.
 LARGEST = 1.6
 #: Of the lengths of the step, from the longest.
@@ -48,8 +49,6 @@ def _motions(file, subject: str) -> list[Motion]:
 
 
 def _table_1(papers: list[dict]) -> Markup:
-    if not papers:
-        return missing("No result file here has the springs of lloyd on a body that may be a liver.", "livermark run")
     html = Markup("")
     for paper in papers:
         caption = f"Table 1 of the paper beside {paper['body']}: each printed number in every unit that it could have."
@@ -123,12 +122,14 @@ def _figures_5_and_6(data: ReportData) -> Markup:
         "table", table(data.tables["histories"]), "The same in words.")
 
 
-def section(data: ReportData) -> Section:
+def section(data: ReportData) -> Section | None:
+    if not data.told["histories"]:  # nobody asks how the report of a patient compares with a paper
+        return None
     html = Markup(
         "<p><cite>Integrating biomechanical parameters in modeling of liver with and without tumor in virtual "
         'environment</cite>, Jurnal Teknologi 75, <a href="https://doi.org/10.11113/jt.v75.5068">10.11113/jt.v75.5068</a>, '
         "puts a mass-spring model on two livers, which are not those that are here.</p>\n")
-    html += subsection("Table 1", _table_1(data.told["paper"]))
-    html += subsection("Figures 5 and 6", _figures_5_and_6(data) if data.told["histories"] else
-                       missing("There are no history files here.", "livermark histories"))
+    if data.told["paper"]:
+        html += subsection("Table 1", _table_1(data.told["paper"]))
+    html += subsection("Figures 5 and 6", _figures_5_and_6(data))
     return Section("paper", TITLE, html)

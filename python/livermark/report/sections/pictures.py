@@ -11,10 +11,11 @@ from markupsafe import Markup
 
 from livermark.report import colours, figures, surfaces
 from livermark.report.data import Model, ReportData, Result
-from livermark.report.parts import Section, figure, missing, name, paragraph, subsection
+from livermark.report.parts import Section, choice, figure, missing, name, paragraph
 from livermark.report.units import MILLIMETRES, PERCENT, rounded_up
 
 TITLE = "What it looks like"
+COMMAND = "livermark run"  # makes the files
 WIDTH = 460  # [pixel]
 DRAWN_PART = 0.08  # of the size of the body that its largest displacement is drawn as
 LEAST_DRAWN = 1e-9  # of the size of the body that has to move for a picture of it
@@ -117,20 +118,27 @@ def _pictures(result: Result, body: Body, reference: Field, fields: list[Field])
                   f"at rest.{beyond}", [result.command])
 
 
-def _part(result: Result) -> Markup:
-    title = f"{result.body}, {result.load_case}"
-    nothing = "No model was compared with a reference here, so there is nothing to show."
+def _drawn(result: Result) -> Markup:
+    """The pictures of a load case, or why there are none."""
+    nothing = missing("No model was compared with a reference here, so there is nothing to show.")
     if result.reference not in result.models:
-        return subsection(title, missing(nothing))
+        return nothing
     with result.open() as file:
         body = Body(file.points, file.boundary_triangles)
         fields = _fields_to_show(file, result, body)
         reference = Field(result.models[result.reference], file[result.reference].displacement, None)
     if not fields:
-        return subsection(title, missing(nothing))
+        return nothing
     if not body.can_draw(reference.displacement) or _largest(reference.displacement) < LEAST_DRAWN * body.size:
-        return subsection(title, missing("The reference does not move, or has diverged."))
-    return Markup('<div class="case">\n{}</div>\n').format(subsection(title, _pictures(result, body, reference, fields)))
+        return missing("The reference does not move, or has diverged.")
+    return _pictures(result, body, reference, fields)
+
+
+def most_telling(data: ReportData) -> Markup:
+    """The pictures of the load case under which the nearest springs are farthest off."""
+    best = [(springs.error, r) for r, result in enumerate(data.results)
+            if result.counts and (springs := result.best_springs) and result.reference in result.models]
+    return _drawn(data.results[max(best)[1]]) if best else Markup("")
 
 
 def _shown_ratios(data: ReportData) -> dict[str, float]:
@@ -141,9 +149,9 @@ def _shown_ratios(data: ReportData) -> dict[str, float]:
     return {body: max(ratios, key=lambda ratio, of=ratios: (of[ratio], ratio)) for body, ratios in sorted(counts.items())}
 
 
-def section(data: ReportData) -> Section:
+def section(data: ReportData) -> Section | None:
     if not data.results:
-        return Section("pictures", TITLE, missing("There are no result files of small deformations here.", "livermark run"))
+        return None
     ratios = _shown_ratios(data)
     html = paragraph(
         "Each load case: the reference, the nearest of the springs, and Lloyd's springs, which are the simplest; below them "
@@ -152,5 +160,5 @@ def section(data: ReportData) -> Section:
     html += paragraph("Shown: " + ", ".join(f"{body} at Poisson's ratio {ratio:g}" for body, ratio in ratios.items()) + ".")
     for result in data.results:
         if result.poisson_ratio == ratios[result.body]:
-            html += _part(result)
+            html += choice("pictures", f"{result.body}, {result.load_case}", _drawn(result))
     return Section("pictures", TITLE, html)

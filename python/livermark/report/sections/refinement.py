@@ -3,16 +3,18 @@ from __future__ import annotations
 
 import math
 import re
+from typing import Optional
 
 import numpy
 from markupsafe import Markup
 
 from livermark.report import colours, figures
 from livermark.report.data import Column, ReportData, Result, Table, commands_of
-from livermark.report.parts import Section, figure, missing, plots, table
+from livermark.report.parts import Section, figure, plots, table
 from livermark.report.units import MILLIMETRES, PERCENT, percent
 
 TITLE = "Error against refinement"
+COMMAND = "livermark run, without --reference-on-mesh"  # makes the files
 
 
 def element_size(result: Result) -> float:
@@ -49,28 +51,25 @@ def _plot(title: str, family: list[Result], models: list[str]) -> Markup:
     return figures.finish(axes)
 
 
-def _reference(data: ReportData) -> Markup:
+def _reference(data: ReportData) -> Optional[Markup]:
     """What refinement changed in the reference, for each result that knows it."""
     rows = [[result.label, result.load_case, result.uncertainty["model"],
              percent(result.uncertainty["refinement_difference"]), percent(result.uncertainty["reference_uncertainty"])]
             for result in data.results if result.uncertainty]
     if not rows:
-        return missing("The reference was solved on one mesh only, so its change by refinement is unknown.",
-                       "livermark run, without --reference-on-mesh")
+        return None
     columns = [Column("body"), Column("load case"), Column("reference"), Column("change by refinement [%]", True),
                Column("uncertainty [%]", True)]
     return figure("table", table(Table(columns, rows)), "The change of the reference when each tetrahedron is cut into "
                   "eight, and the estimate of the error that remains.", commands_of(data.results))
 
 
-def section(data: ReportData) -> Section:
+def section(data: ReportData) -> Section | None:
     drawn = [plot for title, family in _families(data).items() if (plot := _plot(title, family, data.models))]
+    html = Markup("")
     if drawn:
-        html = figure("figure", plots(drawn), "Error against the edge of a cube of the mean volume of a tetrahedron, of "
+        html += figure("figure", plots(drawn), "Error against the edge of a cube of the mean volume of a tetrahedron, of "
                       "bodies whose names differ in digits only.", commands_of(data.results))
-    else:
-        html = missing("There is no body with meshes of several sizes here, that is, bodies whose names differ in digits "
-                       "only, such as beam_kuhn_16mm and beam_kuhn_8mm.", "scripts/mesh_study")
-    if data.results:
-        html += _reference(data)
-    return Section("refinement", TITLE, html)
+    if of_reference := _reference(data):
+        html += of_reference
+    return Section("refinement", TITLE, html) if html else None

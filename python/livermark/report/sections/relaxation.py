@@ -12,6 +12,7 @@ from livermark.report.parts import Section, figure, paragraph, plots, subsection
 from livermark.report.units import MILLIMETRES
 
 TITLE = "Tissue that relaxes"
+COMMAND = "livermark run --load-case hold_after_press palpation_at_1_hz"  # makes the files
 MOST_CURVES = 6  # with the reference
 
 

@@ -13,6 +13,7 @@ from livermark.report.parts import Section, bullets, figure, paragraph, plots, s
 from livermark.report.units import PERCENT, fixed
 
 TITLE = "What an answer is worth"
+COMMAND = "livermark sensitivity BODY --output FOLDER"  # makes the files
 NAME_WIDTH = 6.6  # of a letter [px]
 
 

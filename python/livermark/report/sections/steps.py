@@ -14,6 +14,7 @@ from livermark.report.parts import Section, figure, missing, paragraph, subsecti
 from livermark.report.units import MILLISECONDS
 
 TITLE = "Time steps, predicted and observed"
+COMMAND = "livermark stability"  # makes the files
 
 
 class Limit(NamedTuple):
@@ -60,9 +61,9 @@ def _caption(made: dict) -> str:
             f"{MILLISECONDS * made['element_time_step']:.3f} ms.")
 
 
-def section(data: ReportData) -> Section:
+def section(data: ReportData) -> Section | None:
     if not data.told["stability"]:
-        return Section("steps", TITLE, missing("There are no stability files here.", "livermark stability"))
+        return None
     html = paragraph(
         "The longest stable step of an integrator is predicted from the largest frequency of the springs, and observed in "
         "runs of the nonlinear springs. None: without damping, oscillations grow at every step. Any: stable at every step. "

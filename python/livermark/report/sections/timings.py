@@ -10,6 +10,7 @@ from livermark.report.parts import Section, figure, missing, paragraph, share, t
 from livermark.report.units import PERCENT
 
 TITLE = "What a step takes"
+COMMAND = "build/release/benchmarks/step_benchmark --hdf5=FILE"  # makes the files
 COLUMNS = [Column("benchmark"), Column("median [us]", True), Column("shortest [us]", True), Column("repetitions", True),
            Column("clock"), Column("springs", True), Column("per spring [ns]", True), Column("of the limit [%]", True),
            Column("simulated s/s", True)]
@@ -57,10 +58,9 @@ def _table(file):
     return table(rows, (), ("of the limit", bars))
 
 
-def section(data: ReportData) -> Section:
+def section(data: ReportData) -> Section | None:
     if not data.told["timings"]:
-        return Section("timings", TITLE, missing("There are no timing files here.",
-                                                 "build/release/benchmarks/step_benchmark --hdf5=FILE"))
+        return None
     html = paragraph(
         "The limit is the least time that one evaluation of all spring forces can take on one core of this machine in "
         "single precision: gathering both ends of each spring, reading the data of a step, and its operations, each measured "
