@@ -47,6 +47,10 @@ class Links(unittest.TestCase):
             self.assertIn(why, lines[0])
             self.assertIn("page.md", lines[0])
 
+    def test_with_code_as_their_text_are_looked_at(self):
+        page = "[`a`](nowhere.md) and `more code`; `code` and [`b` c](nowhere.md)\n"
+        self.assertEqual(len(dead_links_of({"page.md": page})), 2)
+
     def test_in_notebooks_are_looked_at(self):
         notebook = '{"cells": [{"cell_type": "markdown", "source": ["[a](", "nowhere.md)"]}]}'
         self.assertEqual(len(dead_links_of({"page.ipynb": notebook})), 1)
