@@ -5,6 +5,7 @@ Without arguments this is the fast tier: no program is started but git, which kn
 import importlib.machinery
 import importlib.util
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -76,6 +77,16 @@ class GeneratedParts(unittest.TestCase):
         self.assertIn("| `symplectic_euler` | symplectic (semi-implicit) Euler", new)
         self.assertNotIn("old", new)
         self.assertEqual(docs.with_generated(new, PROGRAM), new)
+
+
+class Site(unittest.TestCase):
+    @unittest.skipIf(PROGRAM is None, "takes seconds, which the fast tier has not")
+    @unittest.skipIf(shutil.which("mkdocs") is None, "there is no mkdocs (Debian package mkdocs)")
+    def test_is_made_without_a_warning(self):
+        done = subprocess.run([sys.executable, ROOT / "scripts/docs"], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertTrue(pathlib.Path(done.stdout.strip()).is_file(), done.stdout)
+        self.assertTrue((ROOT / "build/docs/html/docs/index.html").is_file())
 
 
 if __name__ == "__main__":
