@@ -48,7 +48,8 @@ std::string cohort_with_legend(std::span<const results::CohortStatistics> statis
     return as_text(layout) +
            fmt::format(
                "\nover bodies, of the mean relative L2 error{} over load cases; in brackets the interval of 95 % "
-               "by bootstrap, of {} bodies or more; training: odd numbers, unseen: even ones\n",
+               "by bootstrap, of {} bodies or more; tuning: odd numbers, on which constants may be chosen, test: even "
+               "ones\n",
                reference.empty() ? "" : " against " + reference, results::fewest_bodies_of_interval) +
            results::tool_legend();
 }

@@ -63,7 +63,7 @@ Command add_cohort(CLI::App &parent, const std::string &command_line) {
     command
         ->add_option("--bodies", options->bodies,
                      "Numbers of the livers, as behind `livermark mesh liver --variant`: a list of numbers and ranges, "
-                     "such as 1-8,12. Odd ones are the training half, even ones the unseen half")
+                     "such as 1-8,12. Odd ones are the tuning half, even ones the test half")
         ->required();
     command
         ->add_option("--tetrahedra", options->tetrahedra,

@@ -80,8 +80,7 @@ std::string cell_of(const MedianCases &cases) {
         const bool is_known = cases.uncertainties.size() == cases.errors.size();
         const bool is_of_all = cases.errors.size() == cases.num_in_table;
         const bool is_within = is_known && is_of_all && error < median(cases.uncertainties);
-        return fmt::format("{}{}", is_within ? "within " : "",
-                           over_some(fixed(percent * error, 2), cases.errors.size(), cases.num_in_table));
+        return over_some(fixed(percent * error, 2), cases.errors.size(), cases.num_in_table) + (is_within ? " *" : "");
     }
     return cases.own_uncertainties.empty() ? "-"
                                            : "+- " + over_some(fixed(percent * median(cases.own_uncertainties), 2),
@@ -190,7 +189,7 @@ std::string median_legend(std::span<const Result> results) {
            "tool, worst tool: of the stiffness at the tool the median of absolute values, and the one farthest from "
            "zero with its load case\n" +
            tool_legend() +
-           "+-: the reference's own uncertainty; within: closer to the reference than that, so not to be ranked "
+           "+-: the reference's own uncertainty; *: closer to the reference than that, so not to be ranked "
            "above another such model\n";
 }
 

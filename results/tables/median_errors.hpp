@@ -23,11 +23,11 @@ bool is_pressure_on_whole_surface(const core::LoadCase &load_case, const core::T
 /// out.
 ///
 /// The reference has "+-" and the median of its own uncertainty over the same load cases. A model whose median is below
-/// that of the uncertainty is marked "within". What did not come to an end has its status. What has no value is "-".
+/// that of the uncertainty has a star. What did not come to an end has its status. What has no value is "-".
 ///
 /// Load cases that depend on time are left out, because their rows are only the static start; so are multiples of a
 /// load case (`palpation@0.1`), and what else counts_in_means() leaves out. The median of a model that has not solved
-/// all load cases has their number behind it, "5.32 (3 of 11)", and no "within". Of several results for one body,
+/// all load cases has their number behind it, "5.32 (3 of 11)", and no star. Of several results for one body,
 /// Poisson's ratio and load case the last one counts.
 Layout median_errors(std::span<const Result> results);
 

@@ -34,8 +34,8 @@ void enter(Cases &cases, const ModelResult &model, const Result &result) {
     } else if (model.comparison) {
         cases.errors.push_back(model.comparison->relative_l2);
         cases.stiffness.enter(stiffness_at_tool(model), result.problem.load_case.name);
-        if (!std::isnan(model.comparison->reaction_error))
-            cases.reaction_errors.push_back(model.comparison->reaction_error);
+        if (const auto error = told_reaction_error(*model.comparison, result))
+            cases.reaction_errors.push_back(*error);
     } else if (result.reference_uncertainty && result.reference_uncertainty->reference == model.name) {
         cases.uncertainties.push_back(result.reference_uncertainty->relative_l2);
     }
@@ -111,6 +111,18 @@ std::vector<std::pair<std::string, std::string>> bodies_and_models(std::span<con
 bool has_several_poisson_ratios(std::span<const Result> results) {
     return std::ranges::any_of(
         results, [&](const Result &result) { return body_label(result, results) != result.problem.body->name; });
+}
+
+std::optional<double> told_reaction_error(const core::Comparison &comparison, const Result &result) {
+    const auto &load_case = result.problem.load_case;
+    bool is_given = load_case.constraint_names.size() == 1;
+    for (std::size_t facet = 0; facet < load_case.constraint.size(); ++facet)
+        if (load_case.constraint[facet] >= 0) {
+            const auto &value = load_case.value[facet];
+            is_given = is_given && !load_case.presses(static_cast<int>(facet)) &&
+                       std::ranges::none_of(value, [](double component) { return std::abs(component) > 0.0; });
+        }
+    return is_given || std::isnan(comparison.reaction_error) ? std::nullopt : std::optional(comparison.reaction_error);
 }
 
 Layout overview(std::span<const Result> results) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -21,6 +22,10 @@ std::vector<std::pair<std::string, std::string>> bodies_and_models(std::span<con
 
 /// Whether a body is there with several Poisson's ratios.
 bool has_several_poisson_ratios(std::span<const Result> results);
+
+/// The error of the reactions; nothing where there is no resultant, and where one place holds the body against loads
+/// that are given, so that every model has the same resultant.
+std::optional<double> told_reaction_error(const core::Comparison &comparison, const Result &result);
 
 /// One row per body and model, in the order in which they appear, and for each Poisson's ratio over all load cases that
 /// count (see counts_in_means()), with their number behind the mean of a model that has not solved all of them: the

@@ -66,8 +66,7 @@ std::vector<std::string> row_of(std::span<const Result> results, const std::stri
                     continue;
                 error = model->comparison->relative_l2;
                 at_tool = stiffness_at_tool(*model);
-                if (!std::isnan(model->comparison->reaction_error))
-                    reaction = model->comparison->reaction_error;
+                reaction = told_reaction_error(*model->comparison, result);
             }
         }
         num_in_table += any_counts ? 1 : 0;

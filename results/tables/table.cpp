@@ -43,12 +43,12 @@ bool is_reference(const ModelResult &model, const Result &result) {
     });
 }
 
-/// For the reference its own uncertainty, for the others whether they are within it.
+/// For the reference its own uncertainty, for the others a star if they are within it.
 std::string uncertainty(const ModelResult &model, const Result &result) {
     const auto &known = result.reference_uncertainty;
     if (known && model.name == known->reference)
         return fixed(percent * known->relative_l2, 2);
-    return is_within_uncertainty(model, result) ? "within" : "-";
+    return is_within_uncertainty(model, result) ? "*" : "-";
 }
 
 std::string verdict(const ModelResult &model) {
@@ -56,7 +56,7 @@ std::string verdict(const ModelResult &model) {
     if (!met)
         return "no band";
     return *met
-               ? "in band"
+               ? "ok"
                : fmt::format("missed {:.2f} +- {:.2f} %", percent * model.band->expected, percent * model.band->margin);
 }
 
@@ -88,8 +88,8 @@ Row row_of(const ModelResult &model, const Result &result, const std::string &bo
     if (const auto &comparison = model.comparison) {
         row[4] = fixed(percent * comparison->relative_l2, 2);
         row[7] = fixed(millimetres * comparison->max_error, 3);
-        if (!std::isnan(comparison->reaction_error)) // without a resultant there is none
-            row[8] = fixed(percent * comparison->reaction_error, 2);
+        if (const auto error = told_reaction_error(*comparison, result))
+            row[8] = fixed(percent * *error, 2);
         if (!std::isnan(comparison->energy_error)) // who gives displacements alone says nothing of it
             row[9] = fmt::format("{}{}", comparison->energy_error > 0.0 ? "+" : "",
                                  fixed(percent * comparison->energy_error, 2));
@@ -101,7 +101,7 @@ std::string legend(std::span<const Result> results) {
     for (const Result &result : results)
         for (const ModelResult &model : result.models)
             if (is_within_uncertainty(model, result))
-                return "\nwithin: closer to the reference than the reference's own uncertainty; not to be ranked above "
+                return "\n*: closer to the reference than the reference's own uncertainty; not to be ranked above "
                        "another such model\n";
     return "";
 }

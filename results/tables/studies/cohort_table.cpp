@@ -28,6 +28,11 @@ std::string tool_with_interval(const CohortStatistics &group) {
                            : fmt::format("{} ({} to {})", median, fixed(percent * low, 1), fixed(percent * high, 1));
 }
 
+/// In words that do not suggest that models learn; files keep theirs.
+std::string half_in_words(const std::string &half) {
+    return half == "training" ? "tuning" : half == "unseen" ? "test" : half;
+}
+
 } // namespace
 
 Layout cohort_table(std::span<const CohortStatistics> statistics) {
@@ -36,9 +41,9 @@ Layout cohort_table(std::span<const CohortStatistics> statistics) {
          {"bodies", "left out", "median [%]", "95th percentile [%]", "worst [%]", "tool [%]", "worst tool [%]"})
         layout.columns.push_back({title, true});
     for (const auto &group : statistics) {
-        auto &row = layout.rows.emplace_back(std::vector{group.half, fmt::format("{:g}", group.poisson_ratio),
-                                                         group.model, fmt::format("{}", group.means.size()),
-                                                         fmt::format("{}", group.left_out)});
+        auto &row = layout.rows.emplace_back(
+            std::vector{half_in_words(group.half), fmt::format("{:g}", group.poisson_ratio), group.model,
+                        fmt::format("{}", group.means.size()), fmt::format("{}", group.left_out)});
         if (group.means.empty()) {
             row.insert(row.end(), 5, "-");
             continue;

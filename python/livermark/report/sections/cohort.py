@@ -15,6 +15,7 @@ from livermark.report.units import PERCENT
 
 TITLE = "Livers of other people"
 COMMAND = "livermark cohort --bodies 1-8 --output FOLDER"  # makes the files
+IN_WORDS = {"training": "tuning", "unseen": "test"}
 HALVES = {"training": colours.Style(colours.BLUE, "o"), "unseen": colours.Style(colours.VERMILION, "D")}
 ROW, STRIP = 50, 15  # [pixel]
 
@@ -61,7 +62,7 @@ def _plot(group: dict) -> Optional[Markup]:
         axes.yaxis.set_visible(False)
         axes.spines["left"].set_visible(False)
         for half, style in HALVES.items():
-            axes.add_line(Line2D([], [], linestyle="", marker=style.marker, markersize=6, color=style.colour, label=half))
+            axes.add_line(Line2D([], [], linestyle="", marker=style.marker, markersize=6, color=style.colour, label=IN_WORDS[half]))
     return figures.finish(axes)
 
 
@@ -98,8 +99,8 @@ def section(data: ReportData) -> Section | None:
     if not data.told["cohorts"]:
         return None
     html = paragraph(
-        "Errors over the bodies of a cohort. Constants of models may be chosen on the training half; accuracy is quoted on "
-        "the unseen half. The other sections leave these bodies out: a report of the folder of one body shows it in full.")
+        "Errors over the bodies of a cohort. Constants of models may be chosen on the tuning half; accuracy is quoted on "
+        "the test half. The other sections leave these bodies out: a report of the folder of one body shows it in full.")
     for told in data.told["cohorts"]:
         html += _cohort(data, told)
     return Section("cohort", TITLE, html)
