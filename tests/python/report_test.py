@@ -223,7 +223,7 @@ def test_statistics_of_a_cohort_are_those_of_the_file(sample):
         words = {name: [word.decode() for word in statistics[name].attrs["names"]] for name in ("half", "model")}
         for h, median in enumerate(statistics["median"][:]):
             half, model = (words[name][statistics[name][h]] for name in ("half", "model"))
-            row = next(row for row in rows if (row[0], row[2]) == (half, model))
+            row = next(row for row in rows if (row[0], row[2]) == ({"training": "tuning", "unseen": "test"}[half], model))
             assert row[3] == str(statistics["bodies"][h]) and row[4] == str(statistics["left_out"][h])
             assert math.isnan(statistics["median_low"][h]), "an interval of one or two bodies"
             assert row[5] == ("-" if math.isnan(median) else f"{100 * median:.2f}")
