@@ -11,7 +11,7 @@ import numpy
 from markupsafe import Markup
 
 from livermark.report import colours, figures
-from livermark.report.data import ReportData, Result, commands_of, number
+from livermark.report.data import ReportData, Result, cleaned, commands_of, number
 from livermark.report.parts import bullets, figure, paragraph, plots, subsection
 from livermark.report.sections import pictures
 from livermark.report.units import PERCENT, fixed
@@ -88,7 +88,7 @@ def _regions(result: Result) -> str:
     with result.open() as file:
         points, corners, region = file.points, file.tetrahedra, file.region
         young, ratio = file.materials["young_modulus"], file.materials["poisson_ratio"]
-        names = file.region_names
+        names = cleaned(file.region_names)
     a, b, c, d = (points[corners[:, k]] for k in range(4))
     volume = numpy.bincount(region, numpy.einsum("ij,ij->i", numpy.cross(b - a, c - a), d - a) / 6.0, len(names))
     largest = int(volume.argmax())
@@ -96,9 +96,9 @@ def _regions(result: Result) -> str:
             f"{fixed(1e-3 * young[largest], 1)} kPa and a Poisson's ratio of {ratio[largest]:g}")
     others = [r for r in range(len(names)) if r != largest]
     if others:
-        moduli = sorted({fixed(1e-3 * young[r], 1) for r in others}, key=float)
+        ends = (fixed(1e-3 * end, 1) for end in (young[others].min(), young[others].max()))
         text += (f"; {len(others)} other region{'s' if len(others) > 1 else ''} of {fixed(1e6 * volume[others].sum(), 1)} mL with "
-                 + " to ".join(dict.fromkeys((moduli[0], moduli[-1]))) + " kPa")
+                 + " to ".join(dict.fromkeys(ends)) + " kPa")
     return text + "."
 
 
