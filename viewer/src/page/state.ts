@@ -46,14 +46,24 @@ export function referenceOf(result: Result, isMoving: boolean): string {
   return isMoving && result.motionReference ? result.motionReference : result.reference;
 }
 
-/** Keeps what was chosen where it can be shown; else the reference, and beside it the last model, which is no baseline. */
+/** Of those, the springs that are nearest to the reference: what a reader has come to see. */
+function nearestSprings(result: Result, names: string[]): string | undefined {
+  const errorOf = (name: string) => {
+    const model = result.models.find((m) => m.name === name);
+    const error = model?.status === 'ok' ? model.comparison?.relativeL2 : undefined;
+    return error !== undefined && Number.isFinite(error) ? error : Infinity;
+  };
+  return names.filter((name) => !name.startsWith('fem_')).sort((a, b) => errorOf(a) - errorOf(b) || 0)[0];
+}
+
+/** Keeps what was chosen where it can be shown; else the reference, and beside it the nearest springs. */
 export function validModels(result: Result, course: Course, wanted: [string, string]): [string, string] {
   const known = shownModels(result, course);
   const reference = referenceOf(result, course === 'motion');
   const wasReference = wanted[0] === result.reference || wanted[0] === result.motionReference;
   const left = known.includes(wanted[0]) && !wasReference ? wanted[0] : known.includes(reference) ? reference : known[0]!;
   const others = known.filter((name) => name !== left);
-  const right = known.includes(wanted[1]) ? wanted[1] : (others.find((name) => !name.startsWith('fem_')) ?? others[0] ?? left);
+  const right = known.includes(wanted[1]) ? wanted[1] : (nearestSprings(result, others) ?? others[0] ?? left);
   return [left, right];
 }
 
