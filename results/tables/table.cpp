@@ -56,7 +56,7 @@ std::string verdict(const ModelResult &model) {
     if (!met)
         return "no band";
     return *met
-               ? "ok"
+               ? "met"
                : fmt::format("missed {:.2f} +- {:.2f} %", percent * model.band->expected, percent * model.band->margin);
 }
 
