@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy
 
+from livermark import abaqus, tetgen
 from livermark.errors import InputError
 from livermark.groups import TETRAHEDRA, groups_of, refuse_other_cells
 from livermark.limits import limits_of, put_limits
@@ -32,10 +33,13 @@ class Tetrahedra(NamedTuple):
 def read(source: Any) -> Any:
     """A meshio.Mesh. Raises InputError with a sentence of ours, without the words that meshio has for its own readers."""
     import meshio
+    own = {".inp": abaqus.read, ".ele": tetgen.read, ".node": tetgen.read}.get(pathlib.Path(source).suffix.lower())
     try:
-        return meshio.read(source)
+        return own(source) if own else meshio.read(source)
     except MemoryError:
         raise InputError("it takes more memory than there is for a file") from None
+    except InputError:
+        raise
     except (Exception, SystemExit):
         kind = pathlib.Path(source).suffix.lstrip(".").upper() or "mesh"
         raise InputError(f"no mesh can be read from it as {kind}, so it is damaged or of another format") from None
@@ -68,7 +72,7 @@ def tetrahedra_of(mesh: Any) -> Tetrahedra:
     """The tetrahedra of a meshio.Mesh: without middles of edges and nodes that none uses, and none inverted. Raises
     InputError with a sentence in which the mesh is not named."""
     try:
-        remarks = refuse_other_cells(mesh)
+        remarks = refuse_other_cells(mesh) + getattr(mesh, "remarks", [])
         blocks = [numpy.asarray(block.data)[:, :4] for block in mesh.cells if block.type in TETRAHEDRA]
         if sum(map(len, blocks)) == 0:
             raise InputError("there are no tetrahedra; mesh the volume, not only the surface")
