@@ -82,8 +82,8 @@ std::optional<double> stiffness_error(const std::optional<ToolComparison> &first
 ObservedError observed_error(const TetraMesh &mesh, const LoadCase &load_case, std::span<const Solution> levels) {
     require_three(levels.size());
     const auto last = levels.last(3);
-    const auto first_step = compare(mesh, load_case, last[0], last[1], "the middle mesh");
-    const auto second_step = compare(mesh, load_case, last[1], last[2], "the finest mesh");
+    const auto first_step = compare(mesh, load_case, last[0], last[1], "on the middle mesh");
+    const auto second_step = compare(mesh, load_case, last[1], last[2], "on the finest mesh");
     const double factor = second_step.relative_l2 / first_step.relative_l2;
     const double share = believed_share(factor);
     const double energy_share = share_of_force(std::abs(last[1].strain_energy - last[0].strain_energy),
@@ -176,8 +176,8 @@ Solution extrapolated(const TetraMesh &mesh, const LoadCase &load_case, std::spa
 ObservedMotionError observed_motion_error(std::span<const History> levels) {
     require_three(levels.size());
     const auto last = levels.last(3);
-    const double first_step = compare(last[0], last[1], "the middle mesh").relative_l2;
-    const double second_step = compare(last[1], last[2], "the finest mesh").relative_l2;
+    const double first_step = compare(last[0], last[1], "on the middle mesh").relative_l2;
+    const double second_step = compare(last[1], last[2], "on the finest mesh").relative_l2;
     const double factor = second_step / first_step;
     return {.order = -std::log2(factor), .difference = second_step, .relative_l2 = share_at_rims(factor) * second_step};
 }
