@@ -1,12 +1,16 @@
 #include "segmentation/surfaces/surface_file.hpp"
 
+#include <CGAL/IO/OBJ.h>
 #include <CGAL/IO/OFF.h>
+#include <CGAL/IO/PLY.h>
+#include <CGAL/IO/STL.h>
 #include <CGAL/IO/polygon_soup_io.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <fstream>
+#include <iterator>
 #include <optional>
 #include <sstream>
 #include <string_view>
@@ -14,6 +18,7 @@
 
 #include "meshes/io/mesh_reader.hpp"
 #include "meshes/io/surface_formats.hpp"
+#include "segmentation/surfaces/plain_surface_text.hpp"
 #include "segmentation/surfaces/surface_repair.hpp"
 #include "support/file_ending.hpp"
 #include "support/input_error.hpp"
@@ -62,9 +67,33 @@ void cut_polygons(TriangleSoup &soup, const std::string &file, std::vector<std::
     soup.triangles = std::move(triangles);
 }
 
+/// All of it, with a byte order mark if it has one.
+std::string bytes_of(const fs::path &file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+bool read_soup_of_text(const std::string &ending, const std::string &text, TriangleSoup &soup) {
+    std::istringstream stream(text);
+    if (ending == ".stl")
+        return CGAL::IO::read_STL(stream, soup.points, soup.triangles);
+    if (ending == ".obj")
+        return CGAL::IO::read_OBJ(stream, soup.points, soup.triangles);
+    if (ending == ".ply")
+        return CGAL::IO::read_PLY(stream, soup.points, soup.triangles);
+    return CGAL::IO::read_OFF(stream, soup.points, soup.triangles);
+}
+
 TriangleSoup read_plain(const fs::path &file, std::vector<std::string> &remarks) {
     TriangleSoup soup;
-    if (!CGAL::IO::read_polygon_soup(file.string(), soup.points, soup.triangles) || soup.triangles.empty())
+    const auto ending = support::file_ending(file);
+    const auto plain = plain_surface_text(bytes_of(file), ending);
+    if (plain.num_left_out > 0)
+        remarks.push_back(
+            fmt::format("{}: {} lines and points beside its faces are not used", file.string(), plain.num_left_out));
+    const bool is_read = plain.text ? read_soup_of_text(ending, *plain.text, soup)
+                                    : CGAL::IO::read_polygon_soup(file.string(), soup.points, soup.triangles);
+    if (!is_read || soup.triangles.empty())
         throw InputError(
             fmt::format("{}: no triangles can be read from it; export the surface as {}", file.string(), formats));
     cut_polygons(soup, file.string(), remarks);

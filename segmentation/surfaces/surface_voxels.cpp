@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <map>
+#include <numeric>
 #include <optional>
 
 #include "core/mesh/bounding_box.hpp"
@@ -54,9 +56,12 @@ std::optional<std::vector<double>> crossings(const Tree &tree, const Kernel::Seg
     return places;
 }
 
+/// How many voxels a lesion took from each region before it.
+using Taken = std::map<std::uint8_t, std::size_t>;
+
 /// Gives a region to the voxels inside a surface of one part, of lesions within the liver.
 /// @return how many
-std::size_t fill(const CgalSurface &surface, std::uint8_t region, Segmentation &into) {
+std::size_t fill(const CgalSurface &surface, std::uint8_t region, Segmentation &into, Taken &taken) {
     const Tree tree(faces(surface).first, faces(surface).second, surface);
     const CGAL::Side_of_triangle_mesh<CgalSurface, Kernel> side(tree);
     const auto &grid = into.grid;
@@ -64,22 +69,42 @@ std::size_t fill(const CgalSurface &surface, std::uint8_t region, Segmentation &
         const auto p = to_world(grid, Vector3(i, j, k).cwiseProduct(grid.spacing));
         return Point(p.x(), p.y(), p.z());
     };
+    // A lesion may reach beyond the box around the liver, and a row has to start outside of it all the same.
+    const double margin = grid.spacing.x();
+    const double first = std::min(place(0, 0, 0).x(), tree.bbox().xmin() - margin);
+    const double last = std::max(place(grid.size[0] - 1, 0, 0).x(), tree.bbox().xmax() + margin);
     std::size_t voxel = 0, num_filled = 0;
     for (int k = 0; k < grid.size[2]; ++k)
         for (int j = 0; j < grid.size[1]; ++j) {
-            const auto changes = crossings(tree, {place(0, j, k), place(grid.size[0] - 1, j, k)});
+            const auto row = place(0, j, k);
+            const auto changes = crossings(tree, {Point(first, row.y(), row.z()), Point(last, row.y(), row.z())});
             for (int i = 0; i < grid.size[0]; ++i, ++voxel) {
                 const auto centre = place(i, j, k);
                 const bool is_inside =
                     changes ? (std::ranges::lower_bound(*changes, centre.x()) - changes->begin()) % 2 != 0
                             : side(centre) == CGAL::ON_BOUNDED_SIDE;
-                if (is_inside && (region == 1 || into.region[voxel] != 0)) {
-                    into.region[voxel] = region;
+                auto &known = into.region[voxel];
+                if (is_inside && (region == 1 || known != 0)) {
+                    if (known > 1 && known != region)
+                        ++taken[known];
+                    known = region;
                     ++num_filled;
                 }
             }
         }
     return num_filled;
+}
+
+/// The liver, then lesions from the largest to the smallest.
+std::vector<std::size_t> order_of(const std::vector<meshes::SurfaceMesh> &surfaces) {
+    std::vector<double> volume;
+    for (const auto &surface : surfaces)
+        volume.push_back(meshes::enclosed_volume(surface));
+    std::vector<std::size_t> order(surfaces.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin() + 1, order.end(),
+                     [&](std::size_t a, std::size_t b) { return volume[a] > volume[b]; });
+    return order;
 }
 
 /// What of a lesion is outside the liver is left out.
@@ -113,25 +138,37 @@ Segmentation voxels_within(const std::vector<meshes::SurfaceMesh> &surfaces, dou
         result.grid.size[static_cast<std::size_t>(d)] =
             static_cast<int>(std::ceil((high[d] - low[d]) / spacing + 2.0 * margin)) + 1;
     result.region.assign(num_voxels(result.grid), 0);
-    for (std::size_t s = 0; s < surfaces.size(); ++s) {
-        if (s > 0)
-            result.region_names.push_back(fmt::format("tumour_{}", s));
+    for (std::size_t s = 1; s < surfaces.size(); ++s)
+        result.region_names.push_back(fmt::format("tumour_{}", s));
+    for (const std::size_t s : order_of(surfaces)) {
         std::vector<CgalSurface> parts;
         CGAL::Polygon_mesh_processing::split_connected_components(to_cgal(surfaces[s]), parts);
         std::size_t num_filled = 0;
+        Taken taken;
         for (const auto &part : parts)
-            num_filled += fill(part, static_cast<std::uint8_t>(s + 1), result);
+            num_filled += fill(part, static_cast<std::uint8_t>(s + 1), result, taken);
+        for (const auto &[region, count] : taken)
+            result.remarks.push_back(fmt::format("tumour_{0} and tumour_{1} share {2:.3g} mL, which count as "
+                                                 "tumour_{1}, the smaller one",
+                                                 region - 1, s,
+                                                 1e6 * static_cast<double>(count) * voxel_volume(result.grid)));
         if (s > 0)
             tell_of_outside(s, meshes::enclosed_volume(surfaces[s]),
                             static_cast<double>(num_filled) * voxel_volume(result.grid), result.remarks);
+        if (num_filled == 0)
+            throw InputError(
+                fmt::format("surface {} of {} contains no part of the liver, which is the first; are both in the "
+                            "same coordinates, and is it larger than {:.2g} mm?",
+                            s + 1, surfaces.size(), 1e3 * spacing));
     }
     const auto volumes = region_volumes(result);
     for (std::size_t r = 0; r < volumes.size(); ++r)
         if (volumes[r] == 0.0)
-            throw InputError(
-                fmt::format("surface {} of {} contains no part of the liver, which is the first; are both in the "
-                            "same coordinates, and is it larger than {:.2g} mm?",
-                            r + 1, volumes.size(), 1e3 * spacing));
+            throw InputError(r == 0 ? "the lesions fill all of the liver, which is the first surface; give the liver's "
+                                      "first, then those of lesions"
+                                    : fmt::format("all of surface {} of {} is in lesions that are smaller, or it is "
+                                                  "there twice; leave it out",
+                                                  r + 1, volumes.size()));
     return result;
 }
 

@@ -348,23 +348,5 @@ TEST_F(SurfaceFile, ThatIsNoneIsRefused) {
         EXPECT_NE(refusal(name).find(name), std::string::npos) << refusal(name);
 }
 
-TEST(VoxelsWithin, HaveTheVolumesOfTheSurfaces) {
-    const auto liver = ball_surface(0.05);
-    const auto lesion = ball_surface(0.012, {0.04, 0.0, 0.0}); // reaches out of it
-    const auto voxels = voxels_within({liver, lesion}, 0.8e-3);
-    const auto volumes = region_volumes(voxels);
-    ASSERT_EQ(voxels.region_names, (std::vector<std::string>{"parenchyma", "tumour_1"}));
-    EXPECT_NEAR((volumes[0] + volumes[1]) / meshes::enclosed_volume(liver), 1.0, 2e-3);
-    EXPECT_LT(volumes[1], meshes::enclosed_volume(lesion));
-    EXPECT_GT(volumes[1], 0.6 * meshes::enclosed_volume(lesion));
-    ASSERT_EQ(voxels.remarks.size(), 1U);
-    EXPECT_NE(voxels.remarks[0].find("are outside the liver and are left out"), std::string::npos) << voxels.remarks[0];
-    EXPECT_TRUE(voxels_within({liver, ball_surface(0.012)}, 0.8e-3).remarks.empty()) << "all of it is inside";
-}
-
-TEST(VoxelsWithin, RefuseALesionElsewhere) {
-    EXPECT_THROW(voxels_within({ball_surface(0.05), ball_surface(0.01, {0.2, 0.0, 0.0})}, 2e-3), support::InputError);
-}
-
 } // namespace
 } // namespace livermark::segmentation
