@@ -75,6 +75,19 @@ void check_finite(const fs::path &file, const NiftiHeader &header, double offset
     });
 }
 
+void check_nifti_pair(const fs::path &file, double num_voxels) {
+    const auto said = read_nifti_header(file);
+    const auto voxels = voxels_of_pair(file);
+    if (!said || !voxels || !(said->bits_per_voxel > 0))
+        return; // of which ITK takes care
+    const double wanted = num_voxels * said->bits_per_voxel / 8.0;
+    const double offset = said->data_offset > 0.0 ? said->data_offset : 0.0;
+    if (const double size = inflated_size(*voxels); size < offset + wanted)
+        refuse(*voxels, fmt::format("it holds {:.0f} bytes where its header speaks of {:.0f}", size, offset + wanted));
+    if (said->has_floats && (said->bits_per_voxel == 32 || said->bits_per_voxel == 64))
+        check_finite(*voxels, *said, offset, num_voxels);
+}
+
 void check_nifti(const fs::path &file, double num_voxels, double data_bytes) {
     constexpr double shortest_header = 348;
     const double size = inflated_size(file);
@@ -161,7 +174,26 @@ void check_meta_dimensions(const fs::path &file, const std::string &line) {
                            support::shown(text)));
 }
 
+/// "data file: liver.raw"; what is a list or a pattern of names is ITK's to follow.
+void check_nrrd_data_file(const fs::path &file, const std::string &line) {
+    const auto separator = line.find(':');
+    const auto key = support::lower_case(trimmed(line.substr(0, separator)));
+    if (separator == std::string::npos || (key != "data file" && key != "datafile"))
+        return;
+    const auto data_file = trimmed(line.substr(separator + 1));
+    std::error_code error;
+    if (!data_file.starts_with("LIST") && data_file.find('%') == std::string::npos &&
+        !fs::exists(file.parent_path() / data_file, error))
+        refuse(file, fmt::format("there is no file '{}' with its voxels", support::shown(data_file)));
+}
+
 } // namespace
+
+void check_voxels_beside(const fs::path &file) {
+    if (support::file_ending(file) == ".hdr" && !voxels_of_pair(file))
+        refuse(file,
+               fmt::format("there is no file '{}' with its voxels", support::shown(file.stem().string()) + ".img"));
+}
 
 void check_text_of_header(const fs::path &file) {
     constexpr int most_lines = 100000;
@@ -174,6 +206,8 @@ void check_text_of_header(const fs::path &file) {
             return; // the end of a header of NRRD
         if (is_meta_image)
             check_meta_dimensions(file, line);
+        else
+            check_nrrd_data_file(file, line);
         std::ranges::replace_if(
             line, [](char c) { return c == '=' || c == ':' || c == '\r'; }, ' ');
         std::istringstream words(line);
@@ -191,6 +225,8 @@ void check_all_there(const fs::path &file, double num_voxels, double data_bytes)
     const auto name = support::lower_case(file.filename().string());
     if (name.ends_with(".nii") || name.ends_with(".nii.gz"))
         check_nifti(file, num_voxels, data_bytes);
+    else if (name.ends_with(".hdr"))
+        check_nifti_pair(file, num_voxels);
     else if (name.ends_with(".mha") || name.ends_with(".mhd"))
         check_meta_image(file, data_bytes);
 }

@@ -11,9 +11,13 @@ namespace livermark::segmentation {
 /// @throws support::InputError
 void check_all_there(const std::filesystem::path &file, double num_voxels, double data_bytes);
 
+/// Are the voxels of a NIfTI header in two files (.hdr, .img) there?
+/// @throws support::InputError
+void check_voxels_beside(const std::filesystem::path &file);
+
 /// Headers of NRRD and MetaImage may name files of voxels: devices and pipes among them never end. Nor, nearly, does
 /// MetaIO with absurdly many dimensions.
-/// @throws support::InputError for what is no plain file, and for a number of dimensions that cannot be
+/// @throws support::InputError for what is no plain file or not there, and for a number of dimensions that cannot be
 void check_text_of_header(const std::filesystem::path &file);
 
 /// The same for the pixels of a DICOM file, of which GDCM makes up what is not there.

@@ -86,6 +86,11 @@ LabelImage labels_of(const Values &values, const std::string &name) {
     image.label.resize(num_voxels(image.grid));
     std::set<std::uint16_t> labels;
     for (std::size_t v = 0; v < image.label.size(); ++v) {
+        if (!std::isfinite(value[v]))
+            throw InputError(
+                fmt::format("{}: voxel {} is not a finite number; give it a label, or 0 for background, and "
+                            "export the image again",
+                            name, v));
         const float label = std::round(value[v]);
         if (!(label >= 0.0F && label <= 65535.0F && std::abs(value[v] - label) <= most_off))
             throw InputError(fmt::format("{}: voxel {} has the value {}, which is no label; this is a scan or a map of "
@@ -205,8 +210,9 @@ LabelImage unpacked(const std::string &bytes) {
 
 } // namespace
 
-LabelImage read_label_image(const fs::path &file) {
+LabelImage read_label_image(const fs::path &given) {
     std::error_code error;
+    const auto file = header_of_pair(given);
     const auto status = fs::status(file, error);
     if (!fs::exists(status))
         throw InputError(fmt::format("{}: there is no such file or folder; check the path", file.string()));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <fmt/format.h>
+#include <fstream>
 #include <iterator>
 #include <itkImageFileReader.h>
 #include <itkMetaDataObject.h>
@@ -26,12 +27,26 @@ using support::InputError;
 constexpr double largest_image = 1 << 28; // voxels; the largest abdominal scans have about this many
 constexpr double best_compression = 1100; // zlib cannot do better
 
+std::string first_bytes_of(const fs::path &file) {
+    std::string bytes(3, '\0');
+    std::ifstream(file, std::ios::binary).read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    return bytes;
+}
+
 itk::ImageIOBase::Pointer reader_of(const fs::path &file) {
     for (const itk::ImageIOBase::Pointer &io :
          {itk::ImageIOBase::Pointer(itk::NiftiImageIO::New()), itk::ImageIOBase::Pointer(itk::NrrdImageIO::New()),
           itk::ImageIOBase::Pointer(itk::MetaImageIO::New())})
         if (io->CanReadFile(file.c_str()))
             return io;
+    if (const auto first = first_bytes_of(file); first.starts_with("\xef\xbb\xbf"))
+        throw InputError(
+            fmt::format("{}: it begins with a byte order mark, which no reader of such images passes over; "
+                        "save its header without one, as plain ASCII",
+                        file.string()));
+    else if (first.starts_with("\x1f\x8b"))
+        throw InputError(fmt::format("{}: it is compressed by gzip, which its name does not say; call it {}.gz",
+                                     file.string(), file.filename().string()));
     throw InputError(fmt::format("{}: this is no image that can be read here, or it is damaged from the start; give {}",
                                  file.string(), image_formats));
 }
@@ -90,6 +105,22 @@ fs::path with_lower_ending(const fs::path &file, const fs::path &scratch) {
     return scratch / lower;
 }
 
+/// Of two files ITK finds the second by an ending in the case of the first.
+bool is_pair_in_capitals(const fs::path &header) {
+    const auto voxels = support::file_ending(header) == ".hdr" ? voxels_of_pair(header) : std::nullopt;
+    return voxels && (header.extension() != ".hdr" || name_with_lower_ending(*voxels) != voxels->filename().string());
+}
+
+/// Where a NIfTI header may be put, with its voxels beside it if they are in a file of their own.
+fs::path place_in(const fs::path &scratch, const fs::path &header) {
+    if (support::file_ending(header) != ".hdr")
+        return scratch / "image.nii";
+    if (const auto voxels = voxels_of_pair(header))
+        fs::create_symlink(fs::absolute(*voxels),
+                           scratch / (support::file_ending(*voxels) == ".gz" ? "image.img.gz" : "image.img"));
+    return scratch / "image.hdr";
+}
+
 /// Reads a file that stands for another, which messages name.
 ReadValues read_in_place_of(const fs::path &file, const fs::path &readable) {
     try {
@@ -107,6 +138,7 @@ ReadValues read_in_place_of(const fs::path &file, const fs::path &readable) {
 void check_header(itk::ImageIOBase &io, const fs::path &file) {
     if (!fs::is_directory(file) && !read_nifti_header(file) && !is_dicom_file(file))
         check_text_of_header(file);
+    check_voxels_beside(file);
     io.SetFileName(file.string());
     io.ReadImageInformation();
     const auto dimensions = io.GetNumberOfDimensions();
@@ -140,7 +172,7 @@ void check_header(itk::ImageIOBase &io, const fs::path &file) {
 
 bool needs_a_copy(const fs::path &file) {
     if (const auto header = read_nifti_header(file))
-        return has_rounded_axes(*header);
+        return has_rounded_axes(*header) || is_pair_in_capitals(file);
     return name_with_lower_ending(file) != file.filename().string();
 }
 
@@ -151,9 +183,14 @@ ReadValues read_image_values(const fs::path &file, const fs::path &scratch) {
     const auto off = off_right_angles(header->sform);
     ReadValues read;
     if (has_rounded_axes(*header)) {
-        write_with_right_angles(file, *header, scratch / "image.nii");
-        read = read_in_place_of(file, scratch / "image.nii");
+        const auto copy = place_in(scratch, file);
+        write_with_right_angles(file, *header, copy);
+        read = read_in_place_of(file, copy);
         read.remarks.push_back(off.text + ", and are turned to the nearest axes at right angles");
+    } else if (is_pair_in_capitals(file)) {
+        const auto link = place_in(scratch, file);
+        fs::create_symlink(fs::absolute(file), link);
+        read = read_in_place_of(file, link);
     } else if (header->sform_code > 0 && header->qform_code <= 0 && off.degrees > most_degrees_off) {
         throw InputError(fmt::format("{}: the axes of the image are not at right angles ({}); resample it, as with 3D "
                                      "Slicer's module Resample Scalar/Vector/DWI Volume",
@@ -161,6 +198,8 @@ ReadValues read_image_values(const fs::path &file, const fs::path &scratch) {
     } else {
         read = read_values(file);
     }
+    for (const auto &[label, name] : nifti_label_names(file, *header))
+        read.names.emplace(label, name);
     std::ranges::move(doubts_about_forms(*header), std::back_inserter(read.remarks));
     return read;
 }

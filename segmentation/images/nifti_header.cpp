@@ -5,12 +5,18 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <fmt/format.h>
 #include <fstream>
 #include <memory>
 #include <numbers>
+#include <string_view>
+#include <system_error>
 #include <zlib.h>
+
+#include "support/file_ending.hpp"
+#include "support/input_error.hpp"
 
 namespace livermark::segmentation {
 
@@ -43,7 +49,64 @@ void put_float(Bytes &bytes, std::size_t place, float number, bool is_swapped) {
 
 using Stream = std::unique_ptr<gzFile_s, int (*)(gzFile)>;
 
+/// A file beside another, of the same name and another ending, in whatever case.
+std::optional<std::filesystem::path> beside(const std::filesystem::path &file, const std::string &ending) {
+    std::error_code error;
+    const auto stem = file.stem().string();
+    const auto folder = std::filesystem::absolute(file).parent_path();
+    for (auto entry = std::filesystem::directory_iterator(folder, error);
+         !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
+        const auto name = entry->path().filename().string();
+        if (name.size() == stem.size() + ending.size() && name.starts_with(stem) &&
+            support::lower_case(name.substr(stem.size())) == ending)
+            return file.parent_path() / name;
+    }
+    return std::nullopt;
+}
+
+/// What stands in an extension of the header, whatever it is; at most a megabyte.
+std::string extensions_of(const std::filesystem::path &file, double data_offset) {
+    constexpr double most_bytes = 1 << 20, begin = header_bytes + 4;
+    const bool is_pair = support::file_ending(file) == ".hdr";
+    const double end = is_pair ? begin + most_bytes : data_offset;
+    if (!(end > begin))
+        return {};
+    const Stream stream(gzopen(file.c_str(), "rb"), gzclose);
+    std::string bytes(static_cast<std::size_t>(std::min(end, begin + most_bytes)), '\0');
+    const int count = stream ? gzread(stream.get(), bytes.data(), static_cast<unsigned>(bytes.size())) : 0;
+    if (count <= static_cast<int>(begin) || bytes[header_bytes] == '\0') // which says that there is none
+        return {};
+    return bytes.substr(static_cast<std::size_t>(begin), static_cast<std::size_t>(count - static_cast<int>(begin)));
+}
+
 } // namespace
+
+std::filesystem::path header_of_pair(const std::filesystem::path &file) {
+    return support::file_ending(file) == ".img" ? beside(file, ".hdr").value_or(file) : file;
+}
+
+std::optional<std::filesystem::path> voxels_of_pair(const std::filesystem::path &header) {
+    auto plain = beside(header, ".img");
+    return plain ? plain : beside(header, ".img.gz");
+}
+
+std::map<int, std::string> nifti_label_names(const std::filesystem::path &file, const NiftiHeader &header) {
+    constexpr std::string_view element = "<Label ", key = "Key=\"", begin_of_name = "<![CDATA[", end_of_name = "]]>";
+    std::map<int, std::string> names;
+    const auto text = extensions_of(file, header.data_offset);
+    for (auto at = text.find(element); at != std::string::npos; at = text.find(element, at + 1)) {
+        const auto end = text.find("</Label>", at);
+        const auto number = text.find(key, at), name = text.find(begin_of_name, at);
+        const auto end_of = text.find(end_of_name, name);
+        if (end == std::string::npos || number > end || name > end || end_of > end)
+            continue;
+        const int label = std::atoi(text.c_str() + number + key.size());
+        const auto first = name + begin_of_name.size();
+        if (label > 0 && end_of > first)
+            names.emplace(label, support::shown(text.substr(first, end_of - first)));
+    }
+    return names;
+}
 
 bool is_finite(std::span<const char> bytes, bool is_swapped) {
     // The exponent is in the first two bytes of a number that is written from its largest byte on; all ones are no

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -27,6 +28,16 @@ bool is_finite(std::span<const char> bytes, bool is_swapped);
 
 /// @return nothing if the file has no such header
 std::optional<NiftiHeader> read_nifti_header(const std::filesystem::path &file);
+
+/// Voxels may be in a file of their own: NAME.hdr and NAME.img, or NAME.img.gz, in any case.
+/// @return the header where the voxels are given, the file itself otherwise
+std::filesystem::path header_of_pair(const std::filesystem::path &file);
+/// @return the voxels that a .hdr belongs to; nothing if they are not beside it
+std::optional<std::filesystem::path> voxels_of_pair(const std::filesystem::path &header);
+
+/// Names of labels in an extension of the header, which Connectome Workbench and TotalSegmentator write: an element
+/// Label of XML for each, with its number as Key and its name as CDATA.
+std::map<int, std::string> nifti_label_names(const std::filesystem::path &file, const NiftiHeader &header);
 
 /// A sentence if both forms are there and give the voxels different sizes.
 std::vector<std::string> doubts_about_forms(const NiftiHeader &header);

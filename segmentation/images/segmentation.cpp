@@ -85,6 +85,11 @@ bool choose_by_name(LabelChoice &choice, const LabelImage &image, const std::set
     remarks.push_back(fmt::format("by the names of the segments label {} is the liver{}{}",
                                   fmt::join(named.liver, ", "), named.tumours.empty() ? "" : " and lesions are ",
                                   fmt::join(named.tumours, ", ")));
+    constexpr std::size_t most_named = 10;
+    if (const auto num_others = others.size(); num_others > most_named) {
+        others.resize(most_named);
+        others.push_back(fmt::format("{} more", num_others - most_named));
+    }
     if (!others.empty())
         remarks.push_back(fmt::format("labels whose names are neither of a liver nor of a lesion are left out: {}; "
                                       "--liver and --tumours may name them",

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <gtest/gtest.h>
 #include <limits>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -116,6 +117,91 @@ TEST_F(SloppyFile, OfVoxelsHasTheLabelsThatWereMeant) {
     }
 }
 
+/// The same in two files, whose voxels are of four bytes.
+std::pair<std::string, std::string> pair_of(float one_voxel) {
+    auto header = image_of({.offset = 0.0F}).substr(0, 348);
+    put<std::int16_t>(header, 70, 16); // floating point
+    put<std::int16_t>(header, 72, 32);
+    std::memcpy(header.data() + 344, "ni1", 4);
+    const auto voxels = cube_of_voxels();
+    std::string numbers(4 * voxels.size(), '\0');
+    for (std::size_t v = 0; v < voxels.size(); ++v)
+        put(numbers, 4 * v, v == 555 ? one_voxel : static_cast<float>(voxels[v]));
+    return {header, numbers};
+}
+
+TEST_F(SloppyFile, OfTwoPartsIsReadByEitherNameInAnyCase) {
+    const auto [header, voxels] = pair_of(1.0F);
+    for (const auto &[first, second] : {std::pair{"a.hdr", "a.img"}, {"B.HDR", "B.IMG"}, {"c.HDR", "c.img"}}) {
+        for (const auto &name : {written(first, header), written(second, voxels)})
+            EXPECT_EQ(name.extension().string().size(), 4U);
+        for (const char *name : {first, second}) {
+            SCOPED_TRACE(name);
+            const auto image = read_label_image(directory_ / name);
+            EXPECT_EQ(std::ranges::count(image.label, 1), 216);
+        }
+    }
+}
+
+TEST_F(SloppyFile, OfTwoPartsMayHaveRoundedAxes) {
+    auto [header, voxels] = pair_of(1.0F);
+    put(header, 284, 0.01F); // of srow_x, which was 0
+    written("a.hdr", header);
+    written("a.img", voxels);
+    const auto image = read_label_image(directory_ / "a.hdr");
+    EXPECT_EQ(std::ranges::count(image.label, 1), 216);
+    ASSERT_FALSE(image.remarks.empty());
+    EXPECT_NE(image.remarks[0].find("turned to the nearest axes"), std::string::npos) << image.remarks[0];
+}
+
+TEST_F(SloppyFile, OfTwoPartsWithAVoxelThatIsNotFiniteIsRefused) {
+    for (const float number : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+        const auto [header, voxels] = pair_of(number);
+        written("a.hdr", header);
+        written("a.img", voxels);
+        for (const char *name : {"a.hdr", "a.img"})
+            try {
+                read_label_image(directory_ / name);
+                ADD_FAILURE() << name << " was read";
+            } catch (const support::InputError &error) {
+                EXPECT_NE(std::string(error.what()).find("voxel 555 is not a finite number"), std::string::npos)
+                    << error.what();
+            }
+    }
+}
+
+TEST_F(SloppyFile, OfTwoPartsThatWasCutOffIsRefused) {
+    const auto [header, voxels] = pair_of(1.0F);
+    written("a.hdr", header);
+    written("a.img", voxels.substr(0, 3000));
+    EXPECT_THROW(read_label_image(directory_ / "a.hdr"), support::InputError);
+    std::filesystem::remove(directory_ / "a.img");
+    EXPECT_THROW(read_label_image(directory_ / "a.hdr"), support::InputError);
+}
+
+/// As TotalSegmentator writes it.
+TEST_F(SloppyFile, MayNameItsLabelsInAnExtension) {
+    const std::string xml = "<CaretExtension><VolumeInformation Index=\"0\"><LabelTable>"
+                            "<Label Key=\"1\" Red=\"1\"><![CDATA[liver]]></Label>\n"
+                            "<Label Key=\"2\" Red=\"0\"><![CDATA[liver tumour]]></Label>"
+                            "<Label Red=\"0\"><![CDATA[none]]></Label><Label Key=\"3\"></Label>"
+                            "</LabelTable></VolumeInformation></CaretExtension>";
+    auto image = image_of({.offset = static_cast<float>(360 + xml.size())});
+    std::string extension(8, '\0');
+    put<std::int32_t>(extension, 0, static_cast<std::int32_t>(8 + xml.size()));
+    put<std::int32_t>(extension, 4, 30);
+    image[348] = 1;
+    image.insert(352, extension + xml);
+    for (const auto &[name, bytes] :
+         {std::pair<std::string, std::string>{"a.nii", image}, {"b.nii.gz", compressed(image)}}) {
+        const auto read = read_label_image(written(name, bytes));
+        EXPECT_EQ(read.label_names, (std::map<int, std::string>{{1, "liver"}, {2, "liver tumour"}})) << name;
+        EXPECT_EQ(std::ranges::count(read.label, 1), 216) << name;
+    }
+    image[348] = 0; // it says that there is none
+    EXPECT_TRUE(read_label_image(written("c.nii", image)).label_names.empty());
+}
+
 constexpr double edge = 0.15; // [m]
 constexpr std::array<std::array<int, 3>, 12> cube_faces{{{0, 2, 1},
                                                          {1, 2, 3},
@@ -172,6 +258,19 @@ std::string big_endian_ply() {
     return bytes;
 }
 
+std::string stl_in_capitals() {
+    std::string text = "SOLID CUBE\n";
+    for (const auto &face : cube_faces) {
+        text += "FACET NORMAL 0 0 0\nOUTER LOOP\n";
+        for (const int i : face) {
+            const auto [x, y, z] = corner(i);
+            text += fmt::format("VERTEX {:.6E} {:.6E} {:.6E}\n", x, y, z);
+        }
+        text += "ENDLOOP\nENDFACET\n";
+    }
+    return text + "ENDSOLID CUBE\n";
+}
+
 TEST_F(SloppyFile, OfASurfaceHasTheTrianglesThatWereMeant) {
     std::string obj = "# x\r\n", off = "OFF # made by hand\r\n# comment\r\n8 12 0\r\n\r\n";
     for (int i = 0; i < 8; ++i) {
@@ -186,7 +285,12 @@ TEST_F(SloppyFile, OfASurfaceHasTheTrianglesThatWereMeant) {
     for (const auto &[name, bytes] : {std::pair<std::string, std::string>{"solid.stl", binary_stl(12)},
                                       {"counted_back.obj", obj},
                                       {"comments.off", off},
-                                      {"big_endian.ply", big_endian_ply()}}) {
+                                      {"big_endian.ply", big_endian_ply()},
+                                      {"capitals.stl", stl_in_capitals()},
+                                      {"MARK.STL", "\xef\xbb\xbf" + stl_in_capitals()},
+                                      {"mark.obj", "\xef\xbb\xbf" + obj},
+                                      {"mark.off", "\xef\xbb\xbf" + off},
+                                      {"lines.obj", obj + "l 1 2\r\np 3\r\n"}}) {
         std::vector<std::string> remarks;
         const auto surface = read_surface(written(name, bytes), remarks);
         EXPECT_EQ(surface.triangles.size(), 12U) << name;
