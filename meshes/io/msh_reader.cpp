@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <limits>
 #include <map>
+#include <set>
 #include <unordered_map>
 
 #include "meshes/io/msh_tokens.hpp"
@@ -116,6 +118,8 @@ class MshParser {
             else if (section == "$ELM" && is_version_1_)
                 read_elements_1();
             else if (section.size() > 1 && section.front() == '$') {
+                if (section.ends_with("Data"))
+                    unused_.insert(section.substr(1));
                 tokens_.skip_to(end_of(section));
                 continue;
             } else
@@ -126,6 +130,11 @@ class MshParser {
                       &mesh_.tetrahedron_tag, mesh_.remarks);
         choose_groups(mesh_.triangles, groups_of_triangles_, mesh_.patch_names, "patch", mesh_.patch_tag, nullptr,
                       mesh_.remarks);
+        if (!unused_.empty())
+            mesh_.remarks.push_back(fmt::format("values in the file are not used: {}", fmt::join(unused_, ", ")));
+        if (!other_groups_.empty())
+            mesh_.remarks.push_back(
+                fmt::format("groups of lines and points are not used: {}", fmt::join(other_groups_, ", ")));
         leave_out_stray_triangles(mesh_);
         return std::move(mesh_);
     }
@@ -172,6 +181,8 @@ class MshParser {
                 mesh_.region_names[tag] = std::move(name);
             else if (dimension == 2)
                 mesh_.patch_names[tag] = std::move(name);
+            else
+                other_groups_.push_back(std::move(name));
         }
     }
 
@@ -309,6 +320,8 @@ class MshParser {
     std::vector<Groups> groups_of_tetrahedra_, groups_of_triangles_;
     std::map<std::pair<int, std::int64_t>, Groups> groups_of_entity_; // by dimension and entity
     std::unordered_map<std::int64_t, int> node_of_;                   // tag -> index
+    std::set<std::string> unused_;                                    // sections with values of nodes and elements
+    std::vector<std::string> other_groups_;                           // names of groups of lines and points
 };
 
 } // namespace

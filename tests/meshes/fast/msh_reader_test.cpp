@@ -238,6 +238,18 @@ TEST(MshReader, LeavesOutATriangleThatIsNoFaceAndSaysSo) {
               "1 triangles that are no face of a tetrahedron, such as that of nodes 10 50 20, are left out");
 }
 
+TEST(MshReader, NamesValuesAndGroupsThatItDoesNotUse) {
+    auto text =
+        with_replaced(good_22, "$Nodes", "$PhysicalNames\n2\n1 8 \"ridge\"\n0 9 \"tip\"\n$EndPhysicalNames\n$Nodes") +
+        "$NodeData\n1\n\"u\"\n0\n0\n$EndNodeData\n$ElementData\n1\n\"label\"\n0\n0\n$EndElementData\n"
+        "$ElementData\n0\n0\n0\n$EndElementData\n$Periodic\n0\n$EndPeriodic\n";
+    std::vector<std::string> remarks;
+    const auto mesh = meshes::parse_msh(text, "good.msh", &remarks);
+    EXPECT_EQ(mesh.tetrahedra, meshes::parse_msh(good_22, "good.msh").tetrahedra);
+    EXPECT_EQ(remarks, (std::vector<std::string>{"values in the file are not used: ElementData, NodeData",
+                                                 "groups of lines and points are not used: ridge, tip"}));
+}
+
 /// Two tetrahedra side by side, of which the second is also in another group.
 TEST(MshReader, OfGroupsThatOverlapTheSmallerOneCountsAndItIsSaid) {
     const std::string start = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n3 1 \"liver\"\n3 2 \"lesion\"\n"
