@@ -26,15 +26,42 @@ void add_content(support::FnvHash &hash, const fs::path &file) {
     hash.add(""); // the end of the file
 }
 
-/// Files beside a header that are named in it.
+std::vector<fs::path> files_in(const fs::path &folder) {
+    std::vector<fs::path> files;
+    std::error_code error;
+    for (auto entry = fs::directory_iterator(folder, error); !error && entry != fs::directory_iterator();
+         entry.increment(error))
+        if (std::error_code ignored; entry->is_regular_file(ignored))
+            files.push_back(entry->path());
+    std::ranges::sort(files);
+    return files;
+}
+
+/// What a line of a header may name: each of its words, all of it, and all behind its key, because names have spaces.
+std::vector<std::string> names_in(const std::string &line) {
+    std::vector<std::string> names;
+    std::istringstream words(line);
+    for (std::string word; words >> word;)
+        names.push_back(word);
+    for (const auto begin : {std::size_t{0}, line.find_first_of(":=") + 1}) {
+        const auto first = line.find_first_not_of(" \t\r=", begin);
+        if (names.size() > 1 && first != std::string::npos)
+            names.push_back(line.substr(first, line.find_last_not_of(" \t\r") + 1 - first));
+    }
+    return names;
+}
+
+/// Files beside a header that are named in it; all of them if it names a pattern, such as slice_%03d.raw.
 std::vector<fs::path> data_files(const fs::path &header) {
     std::vector<fs::path> files;
+    const auto folder = fs::absolute(header).parent_path();
     std::ifstream stream(header);
     for (std::string line; std::getline(stream, line) && files.size() < 10000;) {
-        std::istringstream words(line);
-        for (std::string word; words >> word;)
-            if (std::error_code error; fs::is_regular_file(header.parent_path() / word, error))
-                files.push_back(header.parent_path() / word);
+        if (line.find('%') != std::string::npos)
+            return files_in(folder);
+        for (const auto &name : names_in(line))
+            if (std::error_code error; fs::is_regular_file(folder / name, error))
+                files.push_back(folder / name);
     }
     return files;
 }
@@ -44,19 +71,13 @@ std::vector<fs::path> all_files(const fs::path &source) {
     std::vector<fs::path> files;
     std::error_code error;
     const auto ending = support::file_ending(source);
-    if (fs::is_directory(source, error)) {
-        for (auto entry = fs::directory_iterator(source, error); !error && entry != fs::directory_iterator();
-             entry.increment(error))
-            if (std::error_code ignored; entry->is_regular_file(ignored))
-                files.push_back(entry->path());
-        std::ranges::sort(files);
-        return files;
-    }
+    if (fs::is_directory(source, error))
+        return files_in(source);
     files.push_back(source);
     if (ending == ".mhd" || ending == ".nhdr")
         std::ranges::copy(data_files(source), std::back_inserter(files));
     if (ending == ".hdr" || ending == ".img")
-        for (const auto *other : {".hdr", ".img", ".HDR", ".IMG"})
+        for (const auto *other : {".hdr", ".img", ".img.gz", ".HDR", ".IMG", ".IMG.GZ"})
             if (auto pair = fs::path(source).replace_extension(other);
                 pair != source && fs::is_regular_file(pair, error))
                 files.push_back(std::move(pair));
