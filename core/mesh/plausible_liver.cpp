@@ -83,10 +83,21 @@ std::vector<std::string> doubts_about_lesions(const TetraMesh &mesh) {
 }
 
 std::vector<std::string> doubts_about_unit(const std::vector<Vector3> &points) {
-    const double longest = bounding_box(points).sizes().maxCoeff();
-    if (longest <= largest_organ)
-        return {};
-    return {fmt::format("the longest side is {:.4g} m, which is no organ; see whether the lengths are in mm", longest)};
+    constexpr double smallest_sample = 1e-3; // [m]
+    constexpr double most_litres = 1000.0;   // of the box around it
+    const Vector3 sides = bounding_box(points).sizes();
+    const double longest = sides.maxCoeff(), litres = 1e3 * sides.prod();
+    if (longest > largest_organ)
+        return {
+            fmt::format("the longest side is {:.4g} m, which is no organ; see whether the lengths are in mm", longest)};
+    if (longest < smallest_sample)
+        return {fmt::format("the longest side is {:.4g} m, which is no organ; see whether the lengths are in m "
+                            "already",
+                            longest)};
+    if (litres > most_litres)
+        return {fmt::format("the box around it holds {:.4g} L, which is no organ; see in which unit the lengths are",
+                            litres)};
+    return {};
 }
 
 std::optional<std::pair<std::size_t, std::size_t>> apart_by_faces(std::span<const std::array<int, 4>> tetrahedra) {

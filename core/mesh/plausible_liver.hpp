@@ -35,7 +35,8 @@ std::vector<std::string> doubts_about_liver(const TetraMesh &mesh);
 /// Of its lesions alone.
 std::vector<std::string> doubts_about_lesions(const TetraMesh &mesh);
 
-/// A sentence if a body in metres is larger than any organ, as one in millimetres is.
+/// A sentence if a body in metres is larger than any organ, as one in millimetres is, or smaller than any sample of
+/// one.
 std::vector<std::string> doubts_about_unit(const std::vector<Vector3> &points);
 
 /// Two tetrahedra that no way over faces joins; nothing if all are joined. A part that hangs on an edge or a node

@@ -55,6 +55,11 @@ bool is_of_integers(const py::array &array) {
     return array.dtype().kind() == 'i' || array.dtype().kind() == 'u';
 }
 
+/// Whether it is a column, as files of meshes have values of cells and nodes: one number in each row.
+bool is_column(const py::array &array) {
+    return array.ndim() == 2 && array.shape(1) == 1;
+}
+
 Integers checked_nodes(const py::array &array, const std::string &name, std::size_t num_nodes) {
     if (!is_of_integers(array))
         throw support::InputError(fmt::format("{}: node numbers have to be integers", name));
@@ -102,7 +107,7 @@ std::vector<double> to_numbers(const py::handle &values, const std::string &name
     const auto wanted = fmt::format("a number, or an array of shape ({},)", count);
     const auto array = as_array(values, name, wanted.c_str());
     const bool is_one = array.ndim() == 0;
-    if (!is_one && (array.ndim() != 1 || static_cast<std::size_t>(array.shape(0)) != count))
+    if (!is_one && ((array.ndim() != 1 && !is_column(array)) || static_cast<std::size_t>(array.shape(0)) != count))
         refuse_shape(name, array, wanted);
     const auto numbers = Numbers::ensure(array);
     for (py::ssize_t i = 0; i < numbers.size(); ++i)
@@ -131,7 +136,7 @@ std::vector<std::array<bool, 3>> to_mask(const py::handle &fixed, const std::str
     if (array.size() == 0 && array.ndim() == 1) // an empty list has no type
         return mask;
     if (array.dtype().kind() != 'b') {
-        if (array.ndim() != 1)
+        if (array.ndim() != 1 && !is_column(array))
             refuse_shape(name, array, wanted);
         const auto numbers = checked_nodes(array, name, num_nodes);
         refuse_mask_of_integers(numbers, name, num_nodes);
@@ -140,7 +145,8 @@ std::vector<std::array<bool, 3>> to_mask(const py::handle &fixed, const std::str
         return mask;
     }
     const bool is_of_components = array.ndim() == 2 && array.shape(1) == 3;
-    if ((array.ndim() != 1 && !is_of_components) || static_cast<std::size_t>(array.shape(0)) != num_nodes)
+    if ((array.ndim() != 1 && !is_column(array) && !is_of_components) ||
+        static_cast<std::size_t>(array.shape(0)) != num_nodes)
         refuse_shape(name, array, wanted);
     const auto flags = py::array_t<bool, py::array::c_style | py::array::forcecast>::ensure(array);
     for (std::size_t i = 0; i < num_nodes; ++i)

@@ -7,6 +7,7 @@
 #include <span>
 #include <utility>
 
+#include "core/mesh/plausible_liver.hpp"
 #include "msm/spring_law.hpp"
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
@@ -177,6 +178,8 @@ void add_springs(py::module_ &module) {
                "Springs that are coupled to each other, the most accurate ones here. model: one of "
                "coupled_spring_models().\nOther arguments as of springs(). Returns Springs without edges of their own. "
                "Raises InputError.");
+    module.def("_doubts_about_unit",
+               [](const py::object &points) { return core::doubts_about_unit(to_vectors(points, "points")); });
     module.def(
         "spring_laws", [] { return support::names_of(msm::all_spring_laws()); },
         "Names of the spring laws, for springs().");

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from livermark._livermark import Springs
 
-LARGEST_ORGAN = 2.0  #: longest side of a body in metres, as livermark::core::largest_organ has it
-
 
 class _Arrays(NamedTuple):
     points: NDArray[numpy.float64]  #: (N, 3) [m]
@@ -53,6 +51,15 @@ def _tetrahedra(mesh: Any) -> Tetrahedra:
         raise InputError(f"mesh: {error}") from error.__cause__
 
 
+def _doubts(points: NDArray[numpy.float64]) -> list[str]:
+    """What speaks against lengths in metres; nothing where the package is not compiled, which then makes no springs either."""
+    try:
+        from livermark._livermark import _doubts_about_unit  # type: ignore[attr-defined]
+    except ModuleNotFoundError:
+        return []
+    return [f"{doubt.partition(';')[0]}; give metres_per_unit, 0.001 for a mesh in mm" for doubt in _doubts_about_unit(points)]
+
+
 def from_meshio(mesh: Any, metres_per_unit: float = 1.0) -> Mesh:
     """The tetrahedra of a meshio.Mesh, or of a file that meshio reads.
 
@@ -65,11 +72,7 @@ def from_meshio(mesh: Any, metres_per_unit: float = 1.0) -> Mesh:
         raise InputError(f"metres_per_unit: {metres_per_unit!r}; it has to be a positive number, 0.001 for a mesh in mm")
     found = _tetrahedra(mesh)
     points = float(metres_per_unit) * found.points
-    remarks = list(found.remarks)
-    longest = float(numpy.ptp(points, axis=0).max())
-    if longest > LARGEST_ORGAN:
-        remarks.insert(0, f"its longest side is {longest:.4g} m, which is no organ; give metres_per_unit=0.001 for a mesh in mm")
-    for remark in remarks:
+    for remark in _doubts(points) + found.remarks:
         warnings.warn(f"mesh: {remark}", stacklevel=2)
     return Mesh(points, found.corners, found.region, found.names)
 

@@ -209,6 +209,15 @@ def test_a_mesh_in_millimetres_is_doubted(bar):
         livermark.springs(20000.0 * points, tetrahedra, 5000.0, 0.45)
 
 
+@pytest.mark.parametrize("factor, doubt", [(0.01, "the longest side is 0.0001 m"), (150.0, "the box around it holds 3375 L")])
+def test_a_size_that_no_body_has_is_doubted(bar, factor, doubt):
+    points, tetrahedra = bar  # of 10 mm
+    with pytest.warns(UserWarning, match=f"^points: {doubt}, which is no organ"):
+        livermark.springs(factor * points, tetrahedra, 5000.0, 0.45)
+    with pytest.warns(UserWarning, match=f"^mesh: {doubt}, which is no organ; give metres_per_unit"):
+        livermark.from_meshio(meshio.Mesh(factor * points, [("tetra", tetrahedra)]))
+
+
 def test_parts_that_hang_on_an_edge_or_a_node_are_refused():
     points = [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1], [0, -0.1, 0], [0, 0, -0.1]]
     with pytest.raises(livermark.InputError, match="numbers 0 and 1 are in parts that are not joined by faces"):

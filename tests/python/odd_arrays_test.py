@@ -23,6 +23,18 @@ def test_layout_and_type_do_not_matter(bar, springs, points, tetrahedra):
     assert numpy.array_equal(other.stiffness, springs.stiffness)
 
 
+def test_a_column_is_read_as_its_numbers(bar, springs):
+    """As files of meshes have values of cells and nodes."""
+    other = livermark.springs(*bar, numpy.full((6, 1), 5000.0), numpy.full((6, 1), 0.45))
+    assert numpy.array_equal(other.stiffness, springs.stiffness)
+    moved = []
+    for fixed in (numpy.arange(3), numpy.arange(3)[:, None], numpy.arange(8) < 3, (numpy.arange(8) < 3)[:, None]):
+        run = simulation(springs, fixed=fixed, forces=numpy.full((8, 3), 1e-3))
+        run.step(5)
+        moved.append(run.displacement.copy())
+    assert all(numpy.array_equal(one, moved[0]) for one in moved) and moved[0].any()
+
+
 @pytest.mark.parametrize("tetrahedra", [
     lambda t: t.astype("u8") + 2**63, lambda t: t + 0.5, lambda t: t.astype(bool), lambda t: t.astype(object), lambda t: t.astype(str),
     lambda t: t - 1, lambda t: t[:0], lambda t: numpy.hstack([t, t[:, :1]]), lambda t: numpy.vstack([t, t[:1]])])
@@ -56,7 +68,7 @@ def test_what_cannot_be_done_to_a_simulation_is_refused(springs, call):
 
 
 @pytest.mark.parametrize("fixed", [
-    numpy.zeros(7, bool), numpy.zeros(8, int), numpy.zeros((8, 1), bool), [-1], [100], "all", numpy.zeros(8), numpy.ma.masked_equal([0, 1, 2], 1)])
+    numpy.zeros(7, bool), numpy.zeros(8, int), numpy.zeros((8, 2), bool), [-1], [100], "all", numpy.zeros(8), numpy.ma.masked_equal([0, 1, 2], 1)])
 def test_what_names_no_nodes_is_refused(springs, fixed):
     with pytest.raises(livermark.InputError, match="^fixed: [^\n]*$"):
         simulation(springs, fixed=fixed)
