@@ -5,7 +5,7 @@ The reader of meshio loses sets that are named twice or by other sets, gives som
 from __future__ import annotations
 
 import re
-from typing import Any, Iterator, NamedTuple, Optional
+from typing import Any, Iterator, NamedTuple, Optional, Union
 
 import numpy
 
@@ -18,6 +18,9 @@ SILENT = {"HEADING", "PREPRINT", "PART", "END PART", "ASSEMBLY", "END ASSEMBLY",
 #: Keywords that make or move nodes and elements.
 MAKING = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "SUBMODEL", "IMPORT"}
 MOST_NAMED = 10  #: keywords in a remark
+
+
+Member = Union[str, range]  #: of a set: the number of an element, the name of another set, or many numbers
 
 
 class Keyword(NamedTuple):
@@ -34,7 +37,7 @@ class Part:
         self.index: dict[int, int] = {}  # of a node, by its number
         self.blocks: list[tuple[str, list[list[int]]]] = []  # type of cells, node numbers
         self.place: dict[int, tuple[int, int]] = {}  # block and row of an element, by its number
-        self.sets: dict[str, list[str]] = {}  # numbers and names of sets, by name in capitals
+        self.sets: dict[str, list[Member]] = {}  # what they have, by name in capitals
         self.title: dict[str, str] = {}  # as it was first written
 
 
@@ -104,7 +107,7 @@ def _add_nodes(part: Part, keyword: Keyword) -> None:
         part.points.append(place)
 
 
-def _add_to_set(part: Part, name: str, members: list[str]) -> None:
+def _add_to_set(part: Part, name: str, members: list[Member]) -> None:
     key = name.upper()
     part.title.setdefault(key, name)
     part.sets.setdefault(key, []).extend(members)
@@ -130,29 +133,39 @@ def _add_elements(part: Part, keyword: Keyword, unknown: dict[str, int]) -> None
         _add_to_set(part, keyword.parameters["ELSET"], [str(row[0]) for row in rows])
 
 
-def _members(keyword: Keyword) -> list[str]:
+def _members(keyword: Keyword) -> list[Member]:
     if "GENERATE" not in keyword.parameters:
         return [word for row in keyword.rows for word in row if word]
-    members: list[str] = []
+    members: list[Member] = []
     for row in keyword.rows:
-        first, last, step = ([_number(word, int, "ELSET") for word in row if word] + [1])[:3]
-        if step < 1 or (last - first) // step > 1_000_000_000:
+        given = [_number(word, int, "ELSET") for word in row if word]
+        if len(given) not in (2, 3):
+            raise InputError("*ELSET, GENERATE has not two or three numbers in a row; correct it")
+        first, last, step = (given + [1])[:3]
+        if step < 1 or last < first:
             raise InputError("*ELSET, GENERATE goes in no step from its first element to its last; correct it")
-        members.extend(map(str, range(first, last + 1, step)))
+        members.append(range(first, last + 1, step))
     return members
 
 
-def _numbers_of(part: Part, key: str, above: tuple[str, ...] = ()) -> set[int]:
-    """Elements of a set, and of the sets that it names."""
+def _elements_of(part: Part, key: str, above: tuple[str, ...] = ()) -> tuple[set[int], int]:
+    """Elements of a set, and of the sets that it names; how many that are not there it names itself."""
     found: set[int] = set()
-    for word in part.sets[key]:
-        if word.lstrip("+").isdigit():
-            found.add(int(word))
-        elif word.upper() in part.sets and word.upper() not in above + (key,):
-            found |= _numbers_of(part, word.upper(), above + (key,))
+    num_missing = 0
+    for member in part.sets[key]:
+        if isinstance(member, range):
+            these = {number for number in part.place if number in member} if len(member) > len(part.place) else \
+                    {number for number in member if number in part.place}
+            num_missing += len(member) - len(these)
+        elif member.lstrip("+").isdecimal():
+            these = {_number(member, int, "ELSET")} & part.place.keys()
+            num_missing += 1 - len(these)
+        elif member.upper() in part.sets and member.upper() not in above + (key,):
+            these, _ = _elements_of(part, member.upper(), above + (key,))
         else:
-            raise InputError(f"the set '{part.title[key]}' names '{word[:40]}', which is no set before it; correct it")
-    return found
+            raise InputError(f"the set '{part.title[key]}' names '{member[:40]}', which is no set before it; correct it")
+        found |= these
+    return found, num_missing
 
 
 def _only_part(parts: dict[str, Part], instances: list[tuple[str, Keyword]]) -> tuple[Part, list[float]]:
@@ -227,12 +240,12 @@ def read(path: str) -> Any:
         cells.append((kind, numpy.array([[part.index[number] for number in row] for row in rows], dtype=int)))
     for key in part.sets:
         members: list[list[int]] = [[] for _ in cells]
-        for number in sorted(_numbers_of(part, key)):
-            if number in part.place:
-                block, row = part.place[number]
-                members[block].append(row)
-            else:
-                strays[part.title[key]] = strays.get(part.title[key], 0) + 1
+        elements, num_missing = _elements_of(part, key)
+        for number in sorted(elements):
+            block, row = part.place[number]
+            members[block].append(row)
+        if num_missing:
+            strays[part.title[key]] = num_missing
         sets[part.title[key]] = [numpy.array(rows, dtype=int) for rows in members]
     mesh = meshio.Mesh(numpy.array(part.points, dtype=float).reshape(-1, 3) + shift, cells, cell_sets=sets)
     mesh.remarks = _remarks(unused, unknown, strays)

@@ -32,6 +32,8 @@ def _rows(path: pathlib.Path, header: int) -> tuple[list[int], numpy.ndarray]:
         raise InputError(f"a row of {path.name} has no numbers, or not as many as the one before; it is damaged") from None
     if len(first) < header or len(numbers) != first[0] or numbers.ndim != 2:
         raise InputError(f"{path.name} has {len(numbers)} rows and not those that its first one tells; it is damaged")
+    if not numpy.isfinite(numbers).all():
+        raise InputError(f"a number of {path.name} is not finite; correct it")
     return first, numbers
 
 

@@ -64,6 +64,7 @@ def test_an_instance_lies_where_it_is_placed(read):
     ("*NSET, NSET=HELD\n1, 2\n", r"keywords that are not used: \*NSET"),
     ("*ELEMENT, TYPE=MASS\n99, 1\n", "1 elements of type MASS are not used"),
     ("*ELSET, ELSET=X\n10, 999\n", "the set 'X' names 1 elements that are not there"),
+    ("*ELSET, ELSET=X, GENERATE\n1, 4000000000001, 1\n", "the set 'X' names 3999999999999 elements that are not there"),
 ])
 def test_what_is_not_used_is_named(read, more, remark):
     with pytest.warns(UserWarning, match=remark):
@@ -87,7 +88,8 @@ PART = "*PART, NAME={0}\n" + POINTS + ELEMENTS + "*END PART\n"
     (POINTS + "*NODE\n1, 2., 2., 2.\n" + ELEMENTS, "node 1 is there twice"),
     (POINTS + ELEMENTS + ELEMENTS, "element 10 is there twice"),
     (POINTS + ELEMENTS + "*ELSET, ELSET=A\nB\n*ELSET, ELSET=B\nA\n", "which is no set before it"),
-    (POINTS + ELEMENTS + "*ELSET, ELSET=A, GENERATE\n1, 4000000000000, 1\n", "GENERATE goes in no step"),
+    (POINTS + ELEMENTS + "*ELSET, ELSET=A, GENERATE\n20, 10, 1\n", "GENERATE goes in no step"),
+    (POINTS + ELEMENTS + "*ELSET, ELSET=A, GENERATE\n20\n", "has not two or three numbers in a row"),
     ("*NODE\n1, 0., x, 0.\n", r"'x' in \*NODE is no number"),
     ("*NODE, SYSTEM=C\n1, 0., 0., 0.\n", "in cylindrical or spherical coordinates"),
     ((POINTS + ELEMENTS).encode("utf-16"), "it is UTF-16; save it as UTF-8"),
