@@ -7,6 +7,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string_view>
+#include <unistd.h>
 
 #include "cli/body_sources.hpp"
 #include "cli/progress.hpp"
@@ -41,7 +42,7 @@ support::Printed segment(std::vector<std::string> words) {
         throw support::InputError(
             "bodies of images and surfaces need the program livermark-segment, which is not built here; "
             "build it with scripts/bootstrap --program --segmentation");
-    words.insert(words.begin(), program.string());
+    words.insert(words.begin(), {program.string(), "--parent", std::to_string(getpid())});
     auto printed = support::run_printing(words);
     constexpr int refused = 2;
     if (printed.status == refused)

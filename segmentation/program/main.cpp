@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 #include <functional>
 #include <string>
+#include <sys/prctl.h>
+#include <unistd.h>
 
 #include "segmentation/program/body_command.hpp"
 #include "support/input_error.hpp"
@@ -21,6 +23,13 @@ void add_body_options(CLI::App &command, BodyCommand &body) {
     command.add_option("--mesh", body.mesh)->required();
     command.add_option("--made-of", body.made_of)->required();
     command.add_option("--command-line", body.command_line)->required();
+}
+
+/// Nobody would print what this process has to say once the one that started it is gone.
+void end_with(int parent) {
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (getppid() != parent) // it went before
+        std::raise(SIGTERM);
 }
 
 int run(int argc, char **argv) {
@@ -66,6 +75,7 @@ int run(int argc, char **argv) {
     shipped->add_option("--output", phantom.output)->required();
     shipped->callback([&] { action = [&] { return segmentation::make_phantom(phantom); }; });
 
+    app.add_option_function<int>("--parent", end_with, "Process that this one ends with");
     CLI11_PARSE(app, argc, argv);
     return action();
 }

@@ -179,9 +179,10 @@ void keep_when_ended(const std::string &path) {
 
 ScratchFolder::ScratchFolder() {
     std::error_code error;
-    auto parent = std::filesystem::temp_directory_path(error);
+    const char *named = std::getenv("TMPDIR"); // NOLINT(concurrency-mt-unsafe): nobody changes the environment
+    const bool is_empty = named && *named == '\0';
+    auto parent = is_empty ? std::filesystem::path("/tmp") : std::filesystem::temp_directory_path(error);
     if (error) {
-        const char *named = std::getenv("TMPDIR"); // NOLINT(concurrency-mt-unsafe): nobody changes the environment
         throw InputError(fmt::format("TMPDIR: '{}' is no folder ({}); set it to one that is writable, or unset it",
                                      named ? named : "", error.message()));
     }

@@ -11,6 +11,7 @@
 #include <new>
 #include <stdexcept>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <system_error>
@@ -76,6 +77,7 @@ void limit(int resource, std::uint64_t value) {
 }
 
 void put_limits(const ReaderLimits &limits) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL); // nobody would take what it reads
     limit(RLIMIT_CORE, 0);
     limit(RLIMIT_CPU, static_cast<std::uint64_t>(limits.seconds));
     alarm(30U + 3U * static_cast<unsigned>(limits.seconds));
