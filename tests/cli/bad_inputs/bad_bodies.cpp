@@ -93,6 +93,10 @@ std::vector<BadInput> bad_bodies() {
         alone("SizeOfNoOrgan", "a mesh alone, nine kilometres long", "large.msh", thousandfold(good_msh),
               "its longest side is 9000", "say which unit it is"),
         alone("DamagedVtu", "random bytes as VTU", "noise.vtu", random_bytes(), "", "save it as ASCII MSH"),
+        alone("IncludedFile", "an Abaqus file that goes on in another", "mesh.inp", "*INCLUDE, INPUT=/dev/zero\n",
+              "goes on in another file", "put that into it"),
+        alone("TetgenWithoutNodes", "tetrahedra of TetGen without their nodes", "mesh.ele", "1 4 0\n1 1 2 3 4\n",
+              "there is no file 'mesh.node'", "is in both"),
         alone("HexahedraBesideTetrahedra", "hexahedra beside tetrahedra", "mixed.vtk",
               "# vtk DataFile Version 2.0\nmixed\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 9 double\n0 0 0 1 0 0 1 1 0 "
               "0 1 "

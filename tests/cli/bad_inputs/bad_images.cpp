@@ -152,6 +152,19 @@ std::vector<BadInput> bad_images() {
     lesion_apart.file = "";
     lesion_apart.arguments = "mesh --surfaces liver.stl lesion.stl --unit m --tetrahedra 2000 -o out.msh";
     lesion_apart.files["lesion.stl"] = stl(tetrahedron({"5 0 0", "6 0 0", "5 1 0", "5 0 1"}));
+    auto lesion_twice = lesion_apart;
+    lesion_twice.name = "LesionTwice";
+    lesion_twice.what = "a lesion that is there twice";
+    lesion_twice.arguments = "mesh --surfaces liver.stl lesion.stl lesion.stl --unit m --tetrahedra 2000 -o out.msh";
+    lesion_twice.files["lesion.stl"] = stl(tetrahedron({"0.1 0.1 0.1", "0.4 0.1 0.1", "0.1 0.4 0.1", "0.1 0.1 0.4"}));
+    lesion_twice.place = "all of surface 2 of 3";
+    lesion_twice.remedy = "leave it out";
+    auto lesion_alone = lesion_apart;
+    lesion_alone.name = "LesionInsteadOfTheLiver";
+    lesion_alone.what = "the liver in the place of a lesion";
+    lesion_alone.arguments = "mesh --surfaces liver.stl liver.stl --unit m --tetrahedra 2000 -o out.msh";
+    lesion_alone.place = "fill all of the liver";
+    lesion_alone.remedy = "give the liver's first";
     return {
         missing,
         image("EmptyImage", "an empty image", "", "damaged from the start", "give NIfTI"),
@@ -234,8 +247,22 @@ std::vector<BadInput> bad_images() {
         surface_in("CompressedByAnother", "VTP in a compression that cannot be read", "liver.vtp",
                    "<VTKFile type=\"PolyData\" compressor=\"vtkLZ4DataCompressor\"><PolyData/></VTKFile>\n",
                    "compressed by vtkLZ4DataCompressor", "save it without compression"),
+        image("VoxelThatIsNotFinite", "an image with NaN in a voxel", with_value("float", "nan"), "voxel 0",
+              "give it a label"),
+        image("ImageWithByteOrderMark", "a byte order mark before an image", "\xef\xbb\xbf" + good_image,
+              "begins with a byte order mark", "save its header without one"),
+        image_in("CompressedUnderAPlainName", "a compressed image whose name does not say so", "seg.nii",
+                 std::string("\x1f\x8b\x08\x00", 4) + random_bytes(), "compressed by gzip", "call it seg.nii.gz"),
+        image_in("HeaderWithoutVoxels", "the header of a NIfTI pair without its voxels", "seg.hdr",
+                 std::string("\x5c\x01\x00\x00", 4) + std::string(344, '\0'), "there is no file 'seg.img'",
+                 "export or copy it again"),
+        image_in("NrrdWithoutVoxels", "the header of an NRRD image without its voxels", "seg.nhdr",
+                 replaced(good_image.substr(0, good_image.find("\n\n") + 1), "ascii", "raw") + "data file: seg.raw\n",
+                 "there is no file 'seg.raw'", "export or copy it again"),
         open_body,
         lesion_apart,
+        lesion_twice,
+        lesion_alone,
     };
 }
 
