@@ -10,11 +10,7 @@
 
 namespace livermark::results {
 
-/// Sixteen digits that stand for all that a solution depends on: model, mesh, materials, conditions, path, release.
-/// Numbers count with nine digits, so that machines that round differently agree.
-std::string fingerprint(const core::Problem &problem, const std::string &model);
-
-/// Where the solution of a model to a problem is stored: <folder>/<body>/<load case>.<model>.<fingerprint>.h5.
+/// Where the solution of a model to a problem is stored: <folder>/<body>/<load case>.<model>.<fingerprint()>.h5.
 std::filesystem::path reference_path(const std::filesystem::path &folder, const core::Problem &problem,
                                      const std::string &model);
 

@@ -3,7 +3,7 @@
 #include <array>
 
 #include "results/hdf5/file_parts.hpp"
-#include "results/hdf5/files/reference_file.hpp"
+#include "results/problem_key.hpp"
 #include "support/whole_file.hpp"
 
 namespace livermark::results {

@@ -11,6 +11,7 @@
 #include <limits>
 #include <sys/resource.h>
 
+#include "results/problem_key.hpp"
 #include "support/input_error.hpp"
 #include "tests/result_folder.hpp"
 #include "tests/same_bits.hpp"
@@ -177,6 +178,7 @@ void expect_equal(const Result &a, const Result &b) {
     EXPECT_EQ(a.problem.body->assumptions, b.problem.body->assumptions);
     EXPECT_EQ(a.problem.body->patch_confidence, b.problem.body->patch_confidence);
     expect_equal(a.problem.load_case, b.problem.load_case);
+    EXPECT_EQ(problem_key(a.problem), problem_key(b.problem));
     EXPECT_EQ(a.reference_uncertainty, b.reference_uncertainty);
     EXPECT_EQ(a.motion_uncertainty, b.motion_uncertainty);
     ASSERT_EQ(a.models.size(), b.models.size());

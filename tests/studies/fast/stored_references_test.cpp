@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "results/hdf5/files/reference_file.hpp"
+#include "results/problem_key.hpp"
 #include "studies/run/solutions/stored_references.hpp"
 #include "support/input_error.hpp"
 #include "tests/samples/test_meshes.hpp"

@@ -1,0 +1,114 @@
+#include "results/problem_key.hpp"
+
+#include <array>
+#include <fmt/format.h>
+#include <functional>
+#include <span>
+#include <string_view>
+#include <type_traits>
+
+#include "support/fnv_hash.hpp"
+
+namespace livermark::results {
+
+namespace {
+
+/// Of numbers that count with nine digits.
+class RoundedHash : public support::FnvHash {
+  public:
+    template <class Value> void add_all(const Value &value) {
+        if constexpr (std::is_floating_point_v<Value>)
+            add(fmt::format("{:.8e}", value == 0.0 ? 0.0 : value));
+        else if constexpr (std::is_integral_v<Value> || std::is_enum_v<Value>)
+            add(fmt::format("{}", static_cast<int>(value)));
+        else
+            for (const auto &part : value)
+                add_all(part);
+    }
+};
+
+/// Of every bit. The library's hash takes eight bytes at a time, and meshes are large.
+class ExactHash : public support::FnvHash {
+  public:
+    template <class Values> void add_all(const Values &values) {
+        const auto bytes = std::as_bytes(std::span(values));
+        const std::string_view letters(reinterpret_cast<const char *>(bytes.data()), bytes.size());
+        add(fmt::format("{:x}", std::hash<std::string_view>()(letters)));
+    }
+};
+
+/// The one list of what a solution depends on beside the model. Its order is in the names of stored references.
+template <class Hash> void add_problem(Hash &hash, const core::Problem &problem) {
+    const auto &mesh = problem.body->mesh;
+    const auto &load_case = problem.load_case;
+    hash.add_all(mesh.points);
+    hash.add_all(mesh.tetrahedra);
+    hash.add_all(mesh.boundary_triangles);
+    hash.add_all(mesh.region);
+    for (const auto &material : problem.body->materials)
+        hash.add_all(std::array{material.density, material.young_modulus, material.poisson_ratio});
+    hash.add(core::to_string(load_case.regime));
+    hash.add_all(load_case.condition);
+    hash.add_all(load_case.constraint);
+    hash.add_all(load_case.follows);
+    hash.add_all(load_case.value);
+    hash.add_all(load_case.node_factor);
+    hash.add_all(load_case.node_shift);
+    hash.add_all(load_case.round_load);
+    for (const auto &load : load_case.round_loads) {
+        hash.add_all(std::array{load.middle});
+        hash.add_all(std::array{load.radius});
+    }
+    if (load_case.press_depth != 0.0) // others keep the name that they had before there was one
+        hash.add_all(std::array{load_case.press_depth});
+    if (const auto &ball = load_case.touching) {
+        hash.add_all(std::array{ball->constraint});
+        hash.add_all(std::array{ball->start, ball->press, ball->slide});
+        hash.add_all(std::array{ball->radius, ball->friction});
+    }
+    hash.add_all(std::array{load_case.acceleration});
+    hash.add_all(load_case.path);
+    for (const auto &name : load_case.constraint_names)
+        hash.add(name);
+    if (const auto &release = load_case.release) {
+        hash.add_all(std::array{release->num_steps});
+        hash.add_all(std::array{release->output_interval, release->damping.alpha, release->damping.beta});
+        for (const auto &probe : release->probes)
+            hash.add_all(std::array{probe.node});
+    }
+    if (const auto &tool = load_case.tool) {
+        hash.add_all(std::array{tool->constraint, tool->num_frames});
+        hash.add_all(std::array{tool->press_until, tool->slide_from, tool->slide_until, tool->release_at,
+                                tool->frame_interval, tool->mass_damping});
+        hash.add_all(std::array{tool->slide});
+    }
+    if (const auto &history = load_case.slow_history)
+        for (const auto *numbers :
+             {&history->relaxation.moduli, &history->relaxation.times, &history->times, &history->factors})
+            hash.add_all(*numbers);
+}
+
+std::string digits_of(const support::FnvHash &hash) {
+    return fmt::format("{:016x}", hash.value());
+}
+
+} // namespace
+
+std::string problem_key(const core::Problem &problem) {
+    ExactHash hash;
+    hash.add(problem.body->name);
+    hash.add(problem.load_case.name);
+    hash.add(problem.load_case.definition);
+    add_problem(hash, problem);
+    hash.add_all(std::array{problem.load_case.load_scale});
+    return digits_of(hash);
+}
+
+std::string fingerprint(const core::Problem &problem, const std::string &model) {
+    RoundedHash hash;
+    hash.add(model);
+    add_problem(hash, problem);
+    return digits_of(hash);
+}
+
+} // namespace livermark::results
