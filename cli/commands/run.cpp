@@ -4,8 +4,8 @@
 #include <iterator>
 #include <map>
 #include <memory>
+#include <regex>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "cli/commands/commands.hpp"
@@ -90,17 +90,9 @@ int run(const studies::RunOptions &options, Printing printing, const std::string
     return failures.empty() && std::ranges::all_of(done, all_is_well) ? 0 : 1;
 }
 
-/// What the result files say: a run that was resumed comes to the same as one that was not broken off.
-std::string without_resume(std::string command_line) {
-    constexpr std::string_view word = " --resume";
-    for (auto at = command_line.find(word); at != std::string::npos; at = command_line.find(word, at)) {
-        const auto end = at + word.size();
-        if (end == command_line.size() || command_line[end] == ' ')
-            command_line.erase(at, word.size());
-        else
-            at = end;
-    }
-    return command_line;
+/// What the result files say: numbers depend neither on how many workers there are nor on whether a run was resumed.
+std::string without_jobs_and_resume(const std::string &command_line) {
+    return std::regex_replace(command_line, std::regex(" (--resume|--jobs[ =][0-9]+)(?= |$)"), "");
 }
 
 } // namespace
@@ -175,7 +167,7 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
     return [options, printing, force, command_line] {
         options->amplitudes = sorted_once(std::move(options->amplitudes));
         options->poisson_ratios = sorted_once(std::move(options->poisson_ratios));
-        const auto kept_command_line = without_resume(command_line);
+        const auto kept_command_line = without_jobs_and_resume(command_line);
         options->bodies = with_images_meshed(options->bodies, options->output, kept_command_line, *force);
         return run(*options, *printing, kept_command_line);
     };
