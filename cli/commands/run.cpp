@@ -123,9 +123,8 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
                       "Solve the references of large deformations, also where their solutions are stored in "
                       "results/references");
     command->add_flag("--static", options->only_static, "Leave out load cases that depend on time: quicker");
-    command->add_flag(
-        "--resume", options->resume,
-        "Keep the result files that the same command has left in the output folder, and go on from there");
+    command->add_flag("--resume", options->resume,
+                      "Keep what the same command has solved and left in the output folder, and go on from there");
     using enum fem_reference::SolverChoice;
     command
         ->add_option("--fem-solver", options->model_options.fem_solver,

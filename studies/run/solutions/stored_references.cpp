@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <limits>
-#include <memory>
-#include <optional>
-#include <utility>
 
 #include "core/error_norms.hpp"
 #include "models/model_table.hpp"
 #include "results/hdf5/files/reference_file.hpp"
 #include "results/provenance.hpp"
-#include "support/input_error.hpp"
+#include "studies/run/solutions/solution_cache.hpp"
 #include "support/root_folder.hpp"
 
 namespace livermark::studies {
@@ -43,38 +40,6 @@ bool is_there(const std::filesystem::path &folder, const core::Problem &problem,
     return std::filesystem::exists(results::reference_path(folder, problem, model), nobody_cares);
 }
 
-/// Reads what is stored and prepares the model for the rest when there is one.
-class PreparedReference : public core::PreparedModel {
-  public:
-    PreparedReference(core::Model model, std::shared_ptr<const core::Body> body, std::filesystem::path folder)
-        : model_(std::move(model)), body_(std::move(body)), folder_(std::move(folder)) {}
-
-    std::vector<core::Solution> solve(std::span<const core::LoadCase> load_cases) override {
-        std::vector<core::Solution> solutions;
-        for (const auto &load_case : load_cases) {
-            const core::Problem problem{body_, load_case};
-            if (auto stored = is_stored(model_, problem) ? read(problem) : std::nullopt) {
-                solutions.push_back(std::move(*stored));
-                continue;
-            }
-            if (!prepared_)
-                prepared_ = model_.prepare(body_, nullptr);
-            solutions.push_back(std::move(prepared_->solve({&load_case, 1}).front()));
-        }
-        return solutions;
-    }
-
-  private:
-    std::optional<core::Solution> read(const core::Problem &problem) const {
-        return results::read_reference(results::reference_path(folder_, problem, model_.name), problem, model_.name);
-    }
-
-    core::Model model_;
-    std::shared_ptr<const core::Body> body_;
-    std::filesystem::path folder_;
-    std::unique_ptr<core::PreparedModel> prepared_;
-};
-
 } // namespace
 
 bool is_stored(const core::Model &model, const core::Problem &problem) {
@@ -90,26 +55,19 @@ std::filesystem::path stored_references_folder() {
     return support::root_folder() / "results" / "references";
 }
 
-void use_stored_references(std::vector<core::Model> &models, const std::filesystem::path &folder) {
+void leave_out_unsolved_motions(std::vector<core::Model> &models, const std::filesystem::path &folder) {
     for (auto &model : models)
-        if (can_be_kept(model)) {
-            auto stored = model;
-            stored.prepare = [model, folder](const std::shared_ptr<const core::Body> &body, const core::LoadCase *) {
-                return std::make_unique<PreparedReference>(model, body, folder);
+        if (refines_motion(model))
+            model.is_wanted = [name = model.name, folder](const core::Problem &problem) {
+                return is_there(folder, problem, name);
             };
-            if (refines_motion(model))
-                stored.is_wanted = [name = model.name, folder](const core::Problem &problem) {
-                    return is_there(folder, problem, name);
-                };
-            model = std::move(stored);
-        }
 }
 
-int count_kept(const std::vector<core::Problem> &problems, const std::string &model,
-               const std::filesystem::path &folder) {
-    return static_cast<int>(std::ranges::count_if(problems, [&](const core::Problem &problem) {
-        return problem.load_case.regime == core::Regime::large && is_there(folder, problem, model);
-    }));
+void use_stored_references(std::vector<core::Model> &models, const std::filesystem::path &folder) {
+    leave_out_unsolved_motions(models, folder);
+    for (auto &model : models)
+        if (can_be_kept(model))
+            model = cached(model, SolutionCache(folder));
 }
 
 StoredSolution solve_and_store(const core::Model &model, const core::Problem &problem,

@@ -16,15 +16,13 @@ std::filesystem::path stored_references_folder();
 /// load cases with a release the one that judges large motions, and those that tell how good the motion is that judges.
 bool is_stored(const core::Model &model, const core::Problem &problem);
 
-/// Models that are solved once and stored: minutes each. Their solutions are read where a file fits model, mesh,
-/// materials, conditions and path; all others are solved as ever, but for those that tell how
-/// good the motion is that judges, which then take no part.
+/// Lets those that tell how good the motion is that judges take part only where their solution is stored.
 /// @param folder  of reference files, see results::reference_path()
-void use_stored_references(std::vector<core::Model> &models, const std::filesystem::path &folder);
+void leave_out_unsolved_motions(std::vector<core::Model> &models, const std::filesystem::path &folder);
 
-/// For how many of some problems a model has a stored solution, for a note to the user.
-int count_kept(const std::vector<core::Problem> &problems, const std::string &model,
-               const std::filesystem::path &folder);
+/// The same, and reads the solutions that are stored where a file fits model, mesh, materials, conditions and path; all
+/// others are solved as ever.
+void use_stored_references(std::vector<core::Model> &models, const std::filesystem::path &folder);
 
 /// What `livermark reference` does with each model and problem.
 struct StoredSolution {

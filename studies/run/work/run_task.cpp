@@ -112,6 +112,7 @@ RunTask read_task(const RunOptions &options) {
                  read_bands(options),
                  {},
                  {},
+                 {},
                  baseline_of(models::all_models(options.model_options))};
     auto read = read_all_problems(options);
     task.problems = std::move(read.problems);
@@ -132,8 +133,10 @@ RunTask read_task(const RunOptions &options) {
             fmt::format("{}; give another body, or another load case", sentences(task.left_out).front()));
     std::ranges::move(yielded_places(task.problems), std::back_inserter(task.notes));
     std::ranges::move(without_part_in_slow_histories(task), std::back_inserter(task.notes));
-    if (!options.solve_reference)
-        use_stored_references(task.models, stored_references_folder());
+    if (!options.solve_reference) {
+        task.solutions = SolutionCache(stored_references_folder());
+        leave_out_unsolved_motions(task.models, stored_references_folder());
+    }
     if (support::mpi_rank() == 0)
         for (const auto &problem : task.problems)
             for (const auto &model : task.models)

@@ -8,6 +8,7 @@
 #include "results/error_bands.hpp"
 #include "studies/run/problems.hpp"
 #include "studies/run/run_options.hpp"
+#include "studies/run/solutions/solution_cache.hpp"
 
 namespace livermark::studies {
 
@@ -18,7 +19,8 @@ struct RunTask {
     results::ErrorBands bands;
     std::vector<std::string> notes; ///< what a user should know of the input, a sentence each
     std::vector<LeftOut> left_out;
-    core::Model baseline; ///< what scales loads, whether it was asked for or not
+    SolutionCache solutions; ///< references that are stored, if they may be used
+    core::Model baseline;    ///< what scales loads, whether it was asked for or not
 };
 
 /// Reads and checks all that a user may have got wrong, on this MPI rank alone, and writes nothing.

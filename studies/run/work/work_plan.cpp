@@ -1,6 +1,7 @@
 #include "studies/run/work/work_plan.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "studies/run/work/case_groups.hpp"
@@ -9,17 +10,23 @@ namespace livermark::studies {
 
 namespace {
 
-/// Case groups of one body, without what is not wanted.
-std::vector<CaseGroup> wanted_groups(const CaseGroups &all, int body,
-                                     const std::function<bool(std::size_t)> &is_wanted) {
+std::vector<CaseGroup> groups_of_body(const CaseGroups &all, int body) {
+    std::vector<CaseGroup> groups;
+    for (std::size_t b = 0; b < all.problems.size(); ++b)
+        if (all.body[b] == body)
+            groups.push_back(all.problems[b]);
+    return groups;
+}
+
+using IsWanted = std::function<bool(std::size_t)>;
+
+std::vector<CaseGroup> wanted_of(std::span<const CaseGroup> case_groups, const IsWanted &is_wanted) {
     std::vector<CaseGroup> wanted;
-    for (std::size_t b = 0; b < all.problems.size(); ++b) {
-        if (all.body[b] != body)
-            continue;
-        CaseGroup case_group;
-        std::ranges::copy_if(all.problems[b], std::back_inserter(case_group), is_wanted);
-        if (!case_group.empty())
-            wanted.push_back(std::move(case_group));
+    for (const auto &case_group : case_groups) {
+        CaseGroup some;
+        std::ranges::copy_if(case_group, std::back_inserter(some), is_wanted);
+        if (!some.empty())
+            wanted.push_back(std::move(some));
     }
     return wanted;
 }
@@ -34,13 +41,14 @@ void add_item(WorkPlan &plan, int group, WorkItem item) {
     plan.waits_for.emplace_back();
 }
 
-/// As many case groups at once as models take less time for together.
-void add_solves(WorkPlan &plan, const std::vector<std::size_t> &models, const std::vector<CaseGroup> &case_groups,
-                std::size_t most_at_once) {
+/// As many case groups at once as models take less time for together: the same ones whatever of them is left to do.
+void add_solves(WorkPlan &plan, const std::vector<std::size_t> &models, std::span<const CaseGroup> case_groups,
+                std::size_t most_at_once, const IsWanted &is_wanted) {
     const int group = new_group(plan);
     for (std::size_t first = 0; first < case_groups.size(); first += most_at_once) {
-        const auto last = std::min(case_groups.size(), first + most_at_once);
-        add_item(plan, group, {models, {case_groups.begin() + first, case_groups.begin() + last}});
+        const auto some = case_groups.subspan(first, std::min(most_at_once, case_groups.size() - first));
+        if (auto wanted = wanted_of(some, is_wanted); !wanted.empty())
+            add_item(plan, group, {models, std::move(wanted)});
     }
 }
 
@@ -63,7 +71,7 @@ void add_evaluations(WorkPlan &plan, const std::vector<CaseGroup> &case_groups) 
 
 } // namespace
 
-WorkPlan plan_work(std::span<const core::Problem> problems, std::span<const core::Model> models, bool model_by_model,
+WorkPlan plan_work(std::span<const core::Problem> problems, std::span<const core::Model> models,
                    const std::function<bool(std::size_t)> &is_wanted) {
     std::vector<std::size_t> together, others;
     std::size_t most_together = 1;
@@ -78,13 +86,12 @@ WorkPlan plan_work(std::span<const core::Problem> problems, std::span<const core
     WorkPlan plan;
     const int num_bodies = case_groups.body.empty() ? 0 : std::ranges::max(case_groups.body) + 1;
     for (int body = 0; body < num_bodies; ++body) {
-        const auto wanted = wanted_groups(case_groups, body, is_wanted);
+        const auto groups = groups_of_body(case_groups, body);
         if (!together.empty())
-            add_solves(plan, together, wanted, most_together);
-        if (model_by_model)
-            for (const auto model : others)
-                add_solves(plan, {model}, wanted, 1);
-        add_evaluations(plan, wanted_groups(case_groups, body, [](std::size_t /*problem*/) { return true; }));
+            add_solves(plan, together, groups, most_together, is_wanted);
+        for (const auto model : others)
+            add_solves(plan, {model}, groups, 1, is_wanted);
+        add_evaluations(plan, wanted_of(groups, is_wanted));
     }
     return plan;
 }

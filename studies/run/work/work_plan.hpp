@@ -24,13 +24,13 @@ struct WorkPlan {
     std::vector<std::vector<int>> waits_for; ///< of each item the items before it that it needs
 };
 
-/// Of each body first the solutions, then the benchmark cases, which find theirs there. A group is what shares
-/// something that models keep: models that solve problems together share one, and each of the others has its own if
-/// they solve problems one by one.
-/// @param is_wanted    whether a problem needs solutions
-/// @param model_by_model  whether those that solve one problem at a time do so before the benchmark cases: then no
-///   worker makes factors that another one has, or keeps those of all models
-WorkPlan plan_work(std::span<const core::Problem> problems, std::span<const core::Model> models, bool model_by_model,
+/// Of each body first the solutions, model by model, then the benchmark cases, which find theirs there. A group is what
+/// shares something that models keep: models that solve problems together share one, and each of the others has its
+/// own, so that no worker makes factors that another one has, or keeps those of all models.
+/// @param models     those that solve before the benchmark cases
+/// @param is_wanted  whether a problem has no result yet; what is solved together does not depend on it, but for what
+///   has a result
+WorkPlan plan_work(std::span<const core::Problem> problems, std::span<const core::Model> models,
                    const std::function<bool(std::size_t)> &is_wanted);
 
 } // namespace livermark::studies

@@ -60,6 +60,25 @@ std::vector<fs::path> files_with(const fs::path &folder, const std::string &exte
     return files;
 }
 
+/// Those that wait for their benchmark case.
+/// @param of_model  "name.", or "" for all
+std::size_t num_solutions(const fs::path &place, const std::string &of_model = "") {
+    std::size_t number = 0;
+    std::error_code error;
+    for (auto entry = fs::recursive_directory_iterator(place / "runs" / ".solutions", error);
+         !error && entry != fs::recursive_directory_iterator(); entry.increment(error))
+        number += entry->path().extension() == ".solution" &&
+                  entry->path().filename().string().find(of_model) != std::string::npos;
+    return number;
+}
+
+std::size_t count(const std::string &text, const std::string &part) {
+    std::size_t number = 0;
+    for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
+        ++number;
+    return number;
+}
+
 /// All but when it was made and how long it took.
 void expect_same(const results::Result &a, const results::Result &b) {
     EXPECT_EQ(a.provenance.command, b.provenance.command);
@@ -72,6 +91,7 @@ void expect_same(const results::Result &a, const results::Result &b) {
         SCOPED_TRACE(x.name);
         EXPECT_EQ(x.name, y.name);
         EXPECT_EQ(x.solution.status, y.solution.status);
+        EXPECT_EQ(x.solution.solver, y.solution.solver);
         EXPECT_TRUE(same_bits(x.solution.displacement, y.solution.displacement));
         EXPECT_TRUE(same_bits(x.solution.reaction, y.solution.reaction));
         EXPECT_TRUE(same_bits(x.solution.strain_energy, y.solution.strain_energy));
@@ -132,6 +152,67 @@ TEST_F(KilledRun, LeavesWholeFilesAndIsResumedToTheSameResults) {
     EXPECT_EQ(table.errors, "");
     RecordProperty("killed", num_killed);
     RecordProperty("kept", static_cast<int>(num_kept));
+}
+
+/// What a model has solved is not solved again, also where no load case has a result yet, and what several load cases
+/// are solved together for is the same to the last bit.
+TEST_F(KilledRun, LosesNoSolution) {
+    std::ofstream(folder_ / "bar.toml")
+        << "title = \"bar\"\nmesh = \"bar.msh\"\n[regions.solid]\ndensity = 1000.0\nyoung_modulus = 5000.0\n"
+           "poisson_ratio = 0.45\nsource = \"made up\"\n"; // nearly incompressible, so that they are solved together
+    constexpr std::size_t num_cases = 2 * num_load_cases;
+    const auto run_on = [&](const fs::path &place, std::vector<std::string> more,
+                            const std::function<bool()> &killed_when = {}) {
+        more.insert(more.end(), {"--amplitude", "0.5,1"});
+        return run(place, more, killed_when);
+    };
+    const auto undisturbed = folder_ / "undisturbed";
+    ASSERT_EQ(run_on(undisturbed, {}).status, 0);
+    int num_killed = 0;
+    bool was_killed_before_a_result = false, was_killed_with_results = false;
+    // The baseline scales six load cases, then two models solve twelve.
+    for (std::size_t enough = 1; enough < num_load_cases + 2 * num_cases; enough += 7)
+        for (const std::string jobs : {"1", "2"}) {
+            SCOPED_TRACE(fmt::format("{} solutions, {} jobs", enough, jobs));
+            const auto place = folder_ / fmt::format("killed_with_{}_{}", enough, jobs);
+            std::size_t most = 0; // those of load cases with a result go
+            const auto killed = run_on(place, {"--jobs", jobs}, [&] {
+                most = std::max(most, num_solutions(place) + 3 * files_with(results_of(place), ".h5").size());
+                return most >= enough;
+            });
+            num_killed += killed.signal == SIGKILL ? 1 : 0;
+            const auto left = num_solutions(place, "lloyd."), done = files_with(results_of(place), ".h5").size();
+            was_killed_before_a_result |= killed.signal == SIGKILL && done == 0;
+            was_killed_with_results |= killed.signal == SIGKILL && done > 0;
+            const auto resumed = run_on(place, {"--resume", "--jobs", jobs == "1" ? "2" : "1"});
+            EXPECT_EQ(resumed.status, 0) << resumed.errors;
+            // Between the result and the end of its solutions a load case has both, with each of two workers.
+            const auto kept = count(resumed.errors, " / lloyd, kept");
+            EXPECT_GE(kept, std::max(left, done)) << resumed.errors;
+            EXPECT_GE(kept + 2, std::min(left + done, num_cases)) << resumed.errors;
+            EXPECT_EQ(count(resumed.errors, " / lloyd"), num_cases) << resumed.errors;
+            EXPECT_FALSE(fs::exists(place / "runs" / ".solutions"));
+            const auto completed = files_with(results_of(place), ".h5");
+            ASSERT_EQ(completed.size(), num_cases);
+            for (const auto &file : completed)
+                expect_same(results::read_result(file),
+                            results::read_result(results_of(undisturbed) / file.filename()));
+        }
+    EXPECT_GE(num_killed, 5) << "most runs ended before they could be killed";
+    EXPECT_TRUE(was_killed_before_a_result);
+    EXPECT_TRUE(was_killed_with_results);
+    RecordProperty("killed", num_killed);
+}
+
+TEST_F(KilledRun, LeavesNothingToAnotherCommand) {
+    const auto kill_with_two = [&](const char *name) {
+        auto place = folder_ / name;
+        EXPECT_EQ(run(place, {"--jobs", "1"}, [&] { return num_solutions(place, "lloyd.") >= 2; }).signal, SIGKILL);
+        return place;
+    };
+    EXPECT_EQ(count(run(kill_with_two("begun_anew"), {"--jobs", "1"}).errors, ", kept"), 0U);
+    EXPECT_EQ(count(run(kill_with_two("stiffer"), {"--jobs", "1", "--young", "6000", "--resume"}).errors, ", kept"),
+              0U);
 }
 
 } // namespace

@@ -52,6 +52,14 @@ class PulledBar {
         const auto results = folder_ / "runs" / "bar";
         return static_cast<std::size_t>(std::distance(fs::directory_iterator(results, error), {}));
     }
+
+    /// Of one model, which wait for the benchmark cases.
+    bool has_solutions() const {
+        std::error_code error;
+        auto entry = fs::recursive_directory_iterator(folder_ / "runs" / ".solutions", error);
+        return std::any_of(fs::begin(entry), fs::end(entry),
+                           [](const auto &file) { return file.path().extension() == ".solution"; });
+    }
     const fs::path &folder() const { return folder_; }
 
   private:
@@ -137,15 +145,8 @@ TEST(TemporaryFolders, OfARunGoWhenASignalEndsIt) {
     const std::string kept = before ? before : "";
     for (const int signal : {SIGINT, SIGTERM}) {
         setenv("TMPDIR", temporary.c_str(), 1);
-        // Solutions of one model wait there for the benchmark cases.
-        const auto end =
-            bar.run({"--jobs", "2"}, {.killed_when =
-                                          [&] {
-                                              return std::ranges::any_of(
-                                                  fs::recursive_directory_iterator(temporary),
-                                                  [](const auto &entry) { return entry.path().extension() == ".h5"; });
-                                          },
-                                      .kill_signal = signal});
+        const auto end = bar.run({"--jobs", "2"}, {.killed_when = [&] { return bar.has_solutions(); }, //
+                                                   .kill_signal = signal});
         if (before)
             setenv("TMPDIR", kept.c_str(), 1);
         else

@@ -9,6 +9,7 @@
 
 #include "results/hdf5/files/reference_file.hpp"
 #include "results/problem_key.hpp"
+#include "studies/run/solutions/solution_cache.hpp"
 #include "studies/run/solutions/stored_references.hpp"
 #include "support/input_error.hpp"
 #include "tests/samples/test_meshes.hpp"
@@ -72,7 +73,7 @@ TEST_F(StoredReferences, AreReadWhereTheyFitAndSaySo) {
     EXPECT_EQ(solved.solver.find("stored since"), std::string::npos);
     const auto stored = studies::solve_and_store(model_to_store(name), problem, folder, false, "test");
     EXPECT_EQ(stored.status, core::SolutionStatus::ok);
-    EXPECT_EQ(studies::count_kept({problem}, name, folder), 1);
+    EXPECT_EQ(studies::SolutionCache(folder).where(model_to_store(name), problem), "stored");
     const auto read = solve_with_kept(problem);
     EXPECT_TRUE(read.solver.starts_with("stored since 20")) << read.solver;
     EXPECT_EQ(read.displacement, solved.displacement);
@@ -129,7 +130,7 @@ TEST_F(StoredReferences, AreNotTakenForAnotherProblem) {
 TEST_F(StoredReferences, AreComparedWhenTheyAreChecked) {
     const auto model = model_to_store(name);
     EXPECT_TRUE(std::isnan(studies::solve_and_store(model, problem, folder, true, "test").difference));
-    EXPECT_EQ(studies::count_kept({problem}, name, folder), 0);
+    EXPECT_EQ(studies::SolutionCache(folder).where(model, problem), "");
     auto wrong = model.solve(problem);
     wrong.displacement.back() *= 1.5;
     const auto file = results::reference_path(folder, problem, name);
