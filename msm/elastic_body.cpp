@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "msm/springs/fixable_term.hpp"
 #include "msm/springs/spring_network.hpp"
 
 namespace livermark::msm {
@@ -48,7 +49,12 @@ Eigen::SparseMatrix<double> elastic_hessian(const ElasticBody &body, const std::
 }
 
 StiffnessProduct::StiffnessProduct(const ElasticBody &body, const std::vector<core::Vector3> &positions)
-    : terms_(body.terms), rest_(to_unknowns(positions)), at_rest_(forces(Eigen::VectorXd::Zero(rest_.size()))) {}
+    : terms_(body.terms), rest_(to_unknowns(positions)) {
+    for (auto &term : terms_)
+        if (const auto *fixable = dynamic_cast<const FixableTerm *>(term.get()))
+            term = fixable->fixed_at(rest_);
+    at_rest_ = forces(Eigen::VectorXd::Zero(rest_.size()));
+}
 
 Eigen::VectorXd StiffnessProduct::times(const Eigen::VectorXd &displacement) const {
     return at_rest_ - forces(displacement);

@@ -8,6 +8,7 @@
 
 #include "msm/dynamics/step_parts.hpp"
 #include "msm/mass_lumping.hpp"
+#include "msm/springs/fixable_term.hpp"
 #include "msm/springs/inversion_guard.hpp"
 #include "msm/springs/linear_elements.hpp"
 #include "msm/springs/mean_parts.hpp"
@@ -22,7 +23,7 @@ namespace livermark::msm {
 
 namespace {
 
-template <class Measure> class CoupledTerm : public RelaxingTerm {
+template <class Measure> class CoupledTerm : public RelaxingTerm, public FixableTerm {
     using Value = typename Measure::Value;
     using Values = std::vector<Value>;
     static constexpr int size = Measure::size;
@@ -81,6 +82,18 @@ template <class Measure> class CoupledTerm : public RelaxingTerm {
         auto term = std::make_shared<CoupledTerm>(*this);
         term->part_ = part * part_;
         term->added_ = added;
+        return term;
+    }
+
+    std::shared_ptr<const ElasticTerm> fixed_at(const Eigen::VectorXd &x) const override {
+        auto term = std::make_shared<CoupledTerm>(*this);
+        auto mean = means(values(x));
+        term->fixed_stiffness_.reserve(mean.size());
+        for (int c = 0; c < parts_.num_parts(); ++c) {
+            term->fixed_stiffness_.push_back(stiffness(c, mean[c], Tangent::material));
+            mean[c] = Measure::stress(law(c), mean[c]);
+        }
+        term->fixed_stress_ = std::move(mean);
         return term;
     }
 
@@ -226,17 +239,21 @@ template <class Measure> class CoupledTerm : public RelaxingTerm {
 
     /// Of each part, and what its dashpots add [Pa].
     Values stresses(const Eigen::VectorXd &x, const Eigen::VectorXd &v, double beta) const {
-        auto mean = means(values(x));
+        const bool is_fixed = !fixed_stress_.empty();
+        auto stress = is_fixed ? fixed_stress_ : means(values(x));
         Values mean_rate;
         if (beta != 0.0)
             mean_rate = means(rates(x, v));
         for (int c = 0; c < parts_.num_parts(); ++c) {
-            Value stress = Measure::stress(law(c), mean[c]);
-            if (beta != 0.0)
-                stress += beta * (stiffness(c, mean[c], Tangent::material) * mean_rate[c]);
-            mean[c] = stress;
+            const Value mean = stress[c];
+            if (!is_fixed)
+                stress[c] = Measure::stress(law(c), mean);
+            if (beta != 0.0 && is_fixed)
+                stress[c] += beta * (fixed_stiffness_[c] * mean_rate[c]);
+            else if (beta != 0.0)
+                stress[c] += beta * (stiffness(c, mean, Tangent::material) * mean_rate[c]);
         }
-        return mean;
+        return stress;
     }
 
     /// What each tetrahedron bears of the stresses of its parts, times its volume [J].
@@ -285,6 +302,8 @@ template <class Measure> class CoupledTerm : public RelaxingTerm {
     std::vector<Measure> tetrahedra_;
     double part_ = 1.0;     // see RelaxingTerm::relaxed()
     Eigen::VectorXd added_; // (6 C), or empty
+    Values fixed_stress_;   // (C) where the body stays, see FixableTerm; or empty
+    std::vector<typename Measure::Stiffness> fixed_stiffness_;
 };
 
 } // namespace

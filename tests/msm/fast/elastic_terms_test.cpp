@@ -5,12 +5,15 @@
 #include <gtest/gtest.h>
 #include <random>
 #include <string>
+#include <vector>
 
 #include "msm/springs/coupled_springs.hpp"
+#include "msm/springs/fixable_term.hpp"
 #include "msm/springs/inversion_guard.hpp"
 #include "msm/springs/linear_elements.hpp"
 #include "msm/springs/spring_network.hpp"
 #include "msm/volume_term.hpp"
+#include "tests/same_bits.hpp"
 #include "tests/samples/test_meshes.hpp"
 
 namespace livermark {
@@ -99,6 +102,28 @@ class EveryElasticTerm : public testing::TestWithParam<NamedTerm> {
         return -force;
     }
 };
+
+TEST(FixableTerm, GivesTheSameBitsWhereTheBodyStays) {
+    const auto body = two_materials();
+    const auto rest = msm::to_unknowns(body->mesh.points);
+    for (const auto &springs : msm::all_coupled_springs())
+        for (const double shake : {0.0, 0.006}) {
+            SCOPED_TRACE(springs.name);
+            const auto term = msm::coupled_springs(*body, springs);
+            const auto *fixable = dynamic_cast<const msm::FixableTerm *>(term.get());
+            ASSERT_TRUE(fixable);
+            const Eigen::VectorXd x = rest + random_vector(rest.size(), shake, 7);
+            const auto v = random_vector(rest.size(), 1.0, 8);
+            const auto force = [&](const msm::ElasticTerm &of, double beta) {
+                Eigen::VectorXd sum = Eigen::VectorXd::Zero(x.size());
+                of.add_force(x, v, beta, sum);
+                return std::vector<double>(sum.begin(), sum.end());
+            };
+            const auto fixed = fixable->fixed_at(x);
+            for (const double beta : {0.0, 1.0, 0.3})
+                EXPECT_TRUE(tests::same_bits(force(*fixed, beta), force(*term, beta))) << beta;
+        }
+}
 
 TEST_P(EveryElasticTerm, IsAtRestInTheMesh) {
     EXPECT_LT(term->energy(rest), 1e-24 * (1.0 + term->energy(shaken)));
