@@ -20,9 +20,9 @@ struct FollowedPath {
 /// @param problem     with a path
 /// @param node_mass   shape (N) [kg]
 /// @param rest        as for find_equilibrium()
-/// @param contact_stiffness  penalty of a ball that touches, see SurfaceContact
+/// @param contact     how a ball that touches is met
 /// @return status not_converged with the points as far as it came
 FollowedPath follow_path(const ElasticBody &body, const core::Problem &problem, const std::vector<double> &node_mass,
-                         const RestStiffness &rest, double contact_stiffness = SurfaceContact::usual_stiffness);
+                         const RestStiffness &rest, const ContactRule &contact = {});
 
 } // namespace livermark::msm

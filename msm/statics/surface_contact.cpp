@@ -2,12 +2,25 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "core/tool/round_load.hpp"
 
 namespace livermark::msm {
 
 namespace {
+
+using Field = std::vector<core::Vector3>;
+
+/// Sides of the parts of a facet, over sqrt(R d).
+constexpr double longest_side = 1.0;
+constexpr int most_divisions = 8;
+
+double mean_side(const std::array<core::Vector3, 3> &corners) {
+    return ((corners[0] - corners[1]).norm() + (corners[1] - corners[2]).norm() + (corners[2] - corners[0]).norm()) /
+           3.0;
+}
 
 /// Of the tetrahedra, weighted with their volumes [Pa].
 double mean_young_modulus(const core::Body &body) {
@@ -20,111 +33,216 @@ double mean_young_modulus(const core::Body &body) {
     return sum / volume;
 }
 
+/// Of the facets that the ball may touch [m].
+double mean_side_of_surface(const core::Problem &problem) {
+    const auto &mesh = problem.body->mesh;
+    double sum = 0.0;
+    int number = 0;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (problem.load_case.may_touch(f)) {
+            sum += mean_side(core::corners_of(mesh, f));
+            ++number;
+        }
+    return number > 0 ? sum / number : 1.0;
+}
+
+/// E / (1 - nu^2) of what is behind each facet, by its nodes in ascending order [Pa].
+std::map<std::array<int, 3>, double> moduli_behind_facets(const core::Body &body) {
+    const auto &mesh = body.mesh;
+    std::map<std::array<int, 3>, double> moduli;
+    for (auto facet : mesh.boundary_triangles) {
+        std::ranges::sort(facet);
+        moduli.emplace(facet, 0.0);
+    }
+    for (int t = 0; t < mesh.num_tetrahedra(); ++t)
+        for (const auto &face : core::tetrahedron_faces) {
+            std::array<int, 3> nodes{mesh.tetrahedra[t][face[0]], mesh.tetrahedra[t][face[1]],
+                                     mesh.tetrahedra[t][face[2]]};
+            std::ranges::sort(nodes);
+            const auto &material = body.materials[mesh.region[t]];
+            if (const auto facet = moduli.find(nodes); facet != moduli.end())
+                facet->second = material.young_modulus / (1.0 - material.poisson_ratio * material.poisson_ratio);
+        }
+    return moduli;
+}
+
 } // namespace
 
-SurfaceContact::SurfaceContact(const core::Problem &problem, double stiffness) {
-    const auto &mesh = problem.body->mesh;
-    const auto &load_case = problem.load_case;
-    num_nodes_ = mesh.points.size();
-    if (!load_case.touching)
+SurfaceContact::SurfaceContact(const core::Problem &problem, const ContactRule &rule)
+    : augments_(rule.augments), num_nodes_(problem.body->mesh.points.size()) {
+    if (!problem.load_case.touching)
         return;
-    ball_ = *load_case.touching;
-    std::vector<double> area(mesh.points.size(), 0.0);
-    double edges = 0.0;
-    int num_edges = 0;
-    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
-        if (!load_case.may_touch(f))
-            continue;
-        const auto corners = core::corners_of(mesh, f);
-        const double third = area_vector(mesh, f).norm() / 3.0;
-        for (std::size_t k = 0; k < 3; ++k) {
-            area[mesh.boundary_triangles[f][k]] += third;
-            edges += (corners[k] - corners[(k + 1) % 3]).norm();
-            ++num_edges;
-        }
-    }
-    law_.penalty = law_.tangential_penalty =
-        num_edges > 0 ? stiffness * mean_young_modulus(*problem.body) * num_edges / edges : 1.0;
-    law_.friction = ball_.friction;
+    ball_ = *problem.load_case.touching;
     centre_ = ball_.start;
+    if (rule.at == ContactRule::At::nodes)
+        add_nodes(problem, rule.stiffness);
+    else
+        add_facets(problem, rule.stiffness);
+}
+
+void SurfaceContact::add_facets(const core::Problem &problem, double stiffness) {
+    const auto &mesh = problem.body->mesh;
+    const double longest = longest_side * std::sqrt(ball_.radius * ball_.press.norm());
+    const int divisions =
+        std::clamp(static_cast<int>(std::ceil(mean_side_of_surface(problem) / longest)), 1, most_divisions);
+    shapes_ = core::facet_points(divisions);
+    const auto moduli = moduli_behind_facets(*problem.body);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+        if (!problem.load_case.may_touch(f))
+            continue;
+        const auto &nodes = mesh.boundary_triangles[f];
+        auto sorted = nodes;
+        std::ranges::sort(sorted);
+        const double penalty = stiffness * moduli.at(sorted) / mean_side(core::corners_of(mesh, f));
+        add({nodes.begin(), nodes.end()}, {penalty, penalty, ball_.friction}, area_vector(mesh, f).norm(), mesh.points);
+    }
+}
+
+void SurfaceContact::add_nodes(const core::Problem &problem, double stiffness) {
+    const auto &mesh = problem.body->mesh;
+    shapes_ = {{{1.0, 0.0, 0.0}, 1.0}};
+    std::vector<double> area(mesh.points.size(), 0.0);
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (problem.load_case.may_touch(f))
+            for (const int node : mesh.boundary_triangles[f])
+                area[node] += area_vector(mesh, f).norm() / 3.0;
+    const double penalty = stiffness * mean_young_modulus(*problem.body) / mean_side_of_surface(problem);
     for (std::size_t node = 0; node < area.size(); ++node)
         if (area[node] > 0.0)
-            nodes_.push_back({.node = static_cast<int>(node),
-                              .area = area[node],
-                              .memory = {.multiplier = 0.0, .anchor = mesh.points[node] - centre_}});
+            add({static_cast<int>(node)}, {penalty, penalty, ball_.friction}, area[node], mesh.points);
+}
+
+void SurfaceContact::add(std::vector<int> nodes, const core::ContactLaw &law, double area, const Field &positions) {
+    auto &facet = facets_.emplace_back(Facet{.nodes = std::move(nodes), .law = law, .first = points_.size()});
+    for (const auto &point : shapes_)
+        points_.push_back({.area = point.part * area,
+                           .memory = {.multiplier = 0.0, .anchor = from_centre(facet, point.shape, positions)}});
 }
 
 void SurfaceContact::move_ball(double part) {
     centre_ = ball_.centre_at(part);
 }
 
-core::Vector3 SurfaceContact::from_centre(const Node &node, const std::vector<core::Vector3> &positions) const {
-    return positions[node.node] - centre_;
+core::Vector3 SurfaceContact::from_centre(const Facet &facet, const std::array<double, 3> &shape,
+                                          const Field &positions) const {
+    core::Vector3 point = -centre_;
+    for (std::size_t k = 0; k < facet.nodes.size(); ++k)
+        point += shape[k] * positions[facet.nodes[k]];
+    return point;
+}
+
+/// Whether the ball may reach one of its points, or one of them is held by friction.
+bool SurfaceContact::may_matter(const Facet &facet, const Field &positions) const {
+    if (facet.remembers)
+        return true;
+    core::Vector3 middle = core::Vector3::Zero();
+    for (const int node : facet.nodes)
+        middle += positions[node] / static_cast<double>(facet.nodes.size());
+    double extent = 0.0;
+    for (const int node : facet.nodes)
+        extent = std::max(extent, (positions[node] - middle).norm());
+    return (middle - centre_).norm() <= ball_.radius + extent;
+}
+
+/// @param visit  (facet, values of the shape functions, number of the point, d [m]) of all points that may matter
+template <class Visit> void SurfaceContact::visit(const Field &positions, const Visit &visit) const {
+    for (const auto &facet : facets_) {
+        if (!may_matter(facet, positions))
+            continue;
+        for (std::size_t q = 0; q < shapes_.size(); ++q)
+            visit(facet, shapes_[q].shape, facet.first + q, from_centre(facet, shapes_[q].shape, positions));
+    }
 }
 
 /// Without its friction.
-core::Contact SurfaceContact::normal_contact(const Node &node, const core::Vector3 &from_centre) const {
-    auto frictionless = law_;
+core::Contact SurfaceContact::normal_contact(const Facet &facet, const Point &point,
+                                             const core::Vector3 &from_centre) const {
+    auto frictionless = facet.law;
     frictionless.friction = 0.0;
-    return core::touch(frictionless, ball_.radius, from_centre, node.memory);
+    return core::touch(frictionless, ball_.radius, from_centre, point.memory);
 }
 
-SurfaceContact::Friction SurfaceContact::friction(const Node &node, const core::Vector3 &from_centre) const {
+SurfaceContact::Friction SurfaceContact::friction(const Facet &facet, const Point &point,
+                                                  const core::Vector3 &from_centre) const {
     Friction friction;
-    if (node.bound == 0.0)
+    if (point.bound == 0.0)
         return friction;
-    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - node.normal * node.normal.transpose();
-    const core::Vector3 slip = across * (from_centre - node.memory.anchor);
-    const double size = slip.norm(), eps = law_.tangential_penalty;
-    if (eps * size <= node.bound) {
+    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - point.normal * point.normal.transpose();
+    const core::Vector3 slip = across * (from_centre - point.memory.anchor);
+    const double size = slip.norm(), eps = facet.law.tangential_penalty;
+    if (eps * size <= point.bound) {
         friction.energy = 0.5 * eps * size * size;
         friction.traction = -eps * slip;
         friction.stiffness = eps * across;
         return friction;
     }
     const core::Vector3 direction = slip / size;
-    friction.energy = node.bound * size - 0.5 * node.bound * node.bound / eps;
-    friction.traction = -node.bound * direction;
-    friction.stiffness = node.bound / size * (across - direction * direction.transpose());
+    friction.energy = point.bound * size - 0.5 * point.bound * point.bound / eps;
+    friction.traction = -point.bound * direction;
+    friction.stiffness = point.bound / size * (across - direction * direction.transpose());
     return friction;
 }
 
-double SurfaceContact::energy(const std::vector<core::Vector3> &positions) const {
+/// On the body [Pa].
+core::Vector3 SurfaceContact::traction(const Facet &facet, const Point &point, const core::Vector3 &from_centre) const {
+    return normal_contact(facet, point, from_centre).traction() + friction(facet, point, from_centre).traction;
+}
+
+double SurfaceContact::energy(const Field &positions) const {
     double energy = 0.0;
-    for (const auto &node : nodes_) {
-        const auto d = from_centre(node, positions);
-        energy +=
-            node.area * (core::contact_energy(law_, normal_contact(node, d), node.memory) + friction(node, d).energy);
-    }
+    visit(positions, [&](const Facet &facet, const auto &, std::size_t number, const core::Vector3 &d) {
+        const auto &point = points_[number];
+        energy += point.area * (core::contact_energy(facet.law, normal_contact(facet, point, d), point.memory) +
+                                friction(facet, point, d).energy);
+    });
     return energy;
 }
 
-void SurfaceContact::add_gradient(const std::vector<core::Vector3> &positions,
-                                  std::vector<core::Vector3> &gradient) const {
-    for (const auto &node : nodes_) {
-        const auto d = from_centre(node, positions);
-        gradient[node.node] -= node.area * (normal_contact(node, d).traction() + friction(node, d).traction);
-    }
+void SurfaceContact::add_gradient(const Field &positions, Field &gradient) const {
+    visit(positions, [&](const Facet &facet, const auto &shape, std::size_t number, const core::Vector3 &d) {
+        const core::Vector3 force = points_[number].area * traction(facet, points_[number], d);
+        for (std::size_t k = 0; k < facet.nodes.size(); ++k)
+            gradient[facet.nodes[k]] -= shape[k] * force;
+    });
 }
 
-Eigen::Matrix3d SurfaceContact::block(const Node &node, const core::Vector3 &from_centre, Tangent tangent) const {
-    auto frictionless = law_;
+Eigen::Matrix3d SurfaceContact::stiffness(const Facet &facet, const Point &point, const core::Vector3 &from_centre,
+                                          Tangent tangent) const {
+    auto frictionless = facet.law;
     frictionless.friction = 0.0;
-    const auto contact = normal_contact(node, from_centre);
-    const auto pressure = core::contact_stiffness(frictionless, from_centre, node.memory, contact);
+    const auto contact = normal_contact(facet, point, from_centre);
+    const auto pressure = core::contact_stiffness(frictionless, from_centre, point.memory, contact);
     const Eigen::Matrix3d normal = tangent == Tangent::exact ? pressure.all() : pressure.positive;
-    return node.area * (normal + friction(node, from_centre).stiffness);
+    return point.area * (normal + friction(facet, point, from_centre).stiffness);
 }
 
-Eigen::SparseMatrix<double> SurfaceContact::hessian(const std::vector<core::Vector3> &positions,
-                                                    Tangent tangent) const {
+/// Of the nodes of one facet.
+SurfaceContact::Block SurfaceContact::block(const Facet &facet, const Field &positions, Tangent tangent) const {
+    const auto num_nodes = static_cast<Eigen::Index>(facet.nodes.size());
+    Block block = Block::Zero(3 * num_nodes, 3 * num_nodes);
+    if (!may_matter(facet, positions))
+        return block;
+    for (std::size_t q = 0; q < shapes_.size(); ++q) {
+        const auto &shape = shapes_[q].shape;
+        const auto of_point = stiffness(facet, points_[facet.first + q], from_centre(facet, shape, positions), tangent);
+        if (of_point.isZero(0.0))
+            continue;
+        for (Eigen::Index a = 0; a < num_nodes; ++a)
+            for (Eigen::Index b = 0; b < num_nodes; ++b)
+                block.block<3, 3>(3 * a, 3 * b) +=
+                    shape[static_cast<std::size_t>(a)] * shape[static_cast<std::size_t>(b)] * of_point;
+    }
+    return block;
+}
+
+Eigen::SparseMatrix<double> SurfaceContact::hessian(const Field &positions, Tangent tangent) const {
     std::vector<Eigen::Triplet<double>> entries;
-    entries.reserve(9 * nodes_.size());
-    for (const auto &node : nodes_) {
-        const auto of_node = block(node, from_centre(node, positions), tangent);
-        for (int r = 0; r < 3; ++r)
-            for (int c = 0; c < 3; ++c)
-                entries.emplace_back(3 * node.node + r, 3 * node.node + c, of_node(r, c));
+    for (const auto &facet : facets_) {
+        const auto of_facet = block(facet, positions, tangent);
+        for (Eigen::Index r = 0; r < of_facet.rows(); ++r)
+            for (Eigen::Index c = 0; c < of_facet.cols(); ++c)
+                entries.emplace_back(3 * facet.nodes[static_cast<std::size_t>(r / 3)] + r % 3,
+                                     3 * facet.nodes[static_cast<std::size_t>(c / 3)] + c % 3, of_facet(r, c));
     }
     const auto size = static_cast<Eigen::Index>(3 * num_nodes_);
     Eigen::SparseMatrix<double> hessian(size, size);
@@ -132,52 +250,68 @@ Eigen::SparseMatrix<double> SurfaceContact::hessian(const std::vector<core::Vect
     return hessian;
 }
 
-void SurfaceContact::add_hessian_product(const std::vector<core::Vector3> &positions, const Eigen::VectorXd &u,
+void SurfaceContact::add_hessian_product(const Field &positions, const Eigen::VectorXd &u,
                                          Eigen::VectorXd &product) const {
-    for (const auto &node : nodes_)
-        of_node(product, node.node) +=
-            block(node, from_centre(node, positions), Tangent::exact) * of_node(u, node.node);
+    visit(positions, [&](const Facet &facet, const auto &shape, std::size_t number, const core::Vector3 &d) {
+        core::Vector3 moved = core::Vector3::Zero();
+        for (std::size_t k = 0; k < facet.nodes.size(); ++k)
+            moved += shape[k] * of_node(u, facet.nodes[k]);
+        const core::Vector3 force = stiffness(facet, points_[number], d, Tangent::exact) * moved;
+        for (std::size_t k = 0; k < facet.nodes.size(); ++k)
+            of_node(product, facet.nodes[k]) += shape[k] * force;
+    });
 }
 
-double SurfaceContact::update(const std::vector<core::Vector3> &positions, double part) {
+double SurfaceContact::update(const Field &positions, double part) {
     double change = 0.0, all = 0.0;
-    for (auto &node : nodes_) {
-        const auto d = from_centre(node, positions);
-        const core::Vector3 before = node.area * (normal_contact(node, d).traction() + friction(node, d).traction);
-        const auto contact = normal_contact(node, d);
-        const double was = node.memory.multiplier, bound_was = node.bound;
-        node.memory.multiplier = contact.pressure;
-        node.normal = contact.gap.normal;
-        node.bound = law_.friction * contact.pressure;
-        const core::Vector3 along = friction(node, d).traction;
-        const core::Vector3 after = node.area * (contact.pressure * contact.gap.normal + along);
-        change += node.area * std::abs(contact.pressure - was) + (after - before).norm();
-        all += after.norm();
-        node.bound = bound_was + part * (node.bound - bound_was);
+    for (auto &facet : facets_) {
+        if (!may_matter(facet, positions))
+            continue;
+        facet.remembers = false;
+        for (std::size_t q = 0; q < shapes_.size(); ++q) {
+            auto &point = points_[facet.first + q];
+            const auto d = from_centre(facet, shapes_[q].shape, positions);
+            const auto contact = normal_contact(facet, point, d);
+            const core::Vector3 before = contact.traction() + friction(facet, point, d).traction;
+            const double bound_was = point.bound;
+            if (augments_) {
+                change += point.area * std::abs(contact.pressure - point.memory.multiplier);
+                point.memory.multiplier = contact.pressure;
+            }
+            point.normal = contact.gap.normal;
+            point.bound = facet.law.friction * contact.pressure;
+            const core::Vector3 after = contact.traction() + friction(facet, point, d).traction;
+            change += point.area * (after - before).norm();
+            all += point.area * after.norm();
+            point.bound = bound_was + part * (point.bound - bound_was);
+            facet.remembers = facet.remembers || point.bound > 0.0 || point.memory.multiplier > 0.0;
+        }
     }
     return all > 0.0 ? change / all : change > 0.0 ? 1.0 : 0.0;
 }
 
-void SurfaceContact::end_step(const std::vector<core::Vector3> &positions) {
-    for (auto &node : nodes_) {
-        const auto d = from_centre(node, positions);
-        node.memory = core::after_step(law_, d, node.memory, core::touch(law_, ball_.radius, d, node.memory));
-    }
+void SurfaceContact::end_step(const Field &positions) {
+    for (const auto &facet : facets_)
+        for (std::size_t q = 0; q < shapes_.size(); ++q) {
+            auto &memory = points_[facet.first + q].memory;
+            const auto d = from_centre(facet, shapes_[q].shape, positions);
+            memory = core::after_step(facet.law, d, memory, core::touch(facet.law, ball_.radius, d, memory));
+        }
 }
 
-core::Vector3 SurfaceContact::force(const std::vector<core::Vector3> &positions) const {
+core::Vector3 SurfaceContact::force(const Field &positions) const {
     core::Vector3 sum = core::Vector3::Zero();
-    for (const auto &node : nodes_) {
-        const auto d = from_centre(node, positions);
-        sum += node.area * (normal_contact(node, d).traction() + friction(node, d).traction);
-    }
+    visit(positions, [&](const Facet &facet, const auto &, std::size_t number, const core::Vector3 &d) {
+        sum += points_[number].area * traction(facet, points_[number], d);
+    });
     return sum;
 }
 
-double SurfaceContact::depth(const std::vector<core::Vector3> &positions) const {
+double SurfaceContact::depth(const Field &positions) const {
     double deepest = 0.0;
-    for (const auto &node : nodes_)
-        deepest = std::max(deepest, -core::gap_to(ball_.radius, from_centre(node, positions)).size);
+    for (const auto &facet : facets_)
+        for (const auto &point : shapes_)
+            deepest = std::max(deepest, -core::gap_to(ball_.radius, from_centre(facet, point.shape, positions)).size);
     return deepest;
 }
 

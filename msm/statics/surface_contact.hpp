@@ -1,35 +1,61 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "core/problem.hpp"
+#include "core/tool/facet_points.hpp"
 #include "core/tool/touching_tool.hpp"
 #include "msm/elastic_body.hpp"
 
 namespace livermark::msm {
 
-/// Contact of the nodes of a surface with the ball of LoadCase::touching: the law of core::ContactLaw at each node,
-/// with the area a that the node has at rest, a third of each facet around it that the ball may touch.
+/// Where contact is looked at, and how hard it is.
+struct ContactRule {
+    enum class At : std::uint8_t {
+        /// Points of a quadrature on each facet (core::facet_points), in parts with sides of at most sqrt(R d), the
+        /// radius
+        /// of contact by Hertz: R the radius of the ball and d its depth.
+        facets,
+        /// Corners of facets alone, with a third of each facet. A ball that is small beside the edges sinks in between.
+        nodes
+    };
+    At at = At::facets;
+    /// gamma. On facets the penalty is eps = gamma E / ((1 - nu^2) h) of the facet: h the mean of its sides, E and nu
+    /// of the tetrahedron behind it. In nodes it is gamma E / h of means over the body and the surface. The number is
+    /// that with the least error against a closed form on coarse meshes, see docs/studies/contact.md.
+    double stiffness = 10.0;
+    /// Whether multipliers follow, until nothing is inside the ball, whatever gamma is.
+    bool augments = false;
+
+    /// In nodes, of which nothing is inside the ball.
+    static ContactRule in_nodes(double stiffness = 10.0) { return {At::nodes, stiffness, true}; }
+};
+
+/// Contact of a surface with the ball of LoadCase::touching: the law of core::ContactLaw at points x = sum N_k x_k of
+/// its facets, with N the linear shape functions and with the area a of the surface at rest that each point stands for.
+/// Forces go to the corners by N.
 ///
 /// Within an equilibrium it is an energy, so that any search for a minimum finds it:
-///     sum over the nodes of a ((p^2 - lambda^2) / (2 eps) + phi(|s|)),
+///     sum over the points of a ((p^2 - lambda^2) / (2 eps) + phi(|s|)),
 ///     phi(s) = eps_t s^2 / 2 where eps_t s <= b, else b s - b^2 / (2 eps_t),
-/// with s the way of the node from its anchor across a normal. The normal and the bound b = mu p of friction are those
+/// with s the way of the point from its anchor across a normal. The normal and the bound b = mu p of friction are those
 /// of the equilibrium before, and so is lambda, the augmented Lagrangian's multiplier: equilibria follow one another
-/// until pressures are what these were found with. Then friction is Coulomb's, and the depth of nodes inside the ball
-/// is zero but for the tolerance. (Simo, Laursen 1992, section 3; the fixed bound is Tresca's friction, N. Kikuchi,
-/// J. T. Oden 1988, Contact Problems in Elasticity, chapter 10)
+/// until pressures are what these were found with. Then friction is Coulomb's. (Simo, Laursen 1992, section 3; the
+/// fixed bound is Tresca's friction, N. Kikuchi, J. T. Oden 1988, Contact Problems in Elasticity, chapter 10)
+///
+/// Facets are flat, and a body of linear functions cannot follow a ball within them. A penalty in 1 / h stands for
+/// that: it goes with the mesh as the error of the functions does, so that the whole converges to contact without
+/// penetration (F. Chouly, P. Hild 2013, On convergence of the penalty method for unilateral contact problems, Appl.
+/// Numer. Math. 65), where facets without penetration are too stiff on coarse meshes.
 class SurfaceContact {
   public:
-    /// Where it is larger, fewer equilibria follow one another, and each is harder to find.
-    static constexpr double usual_stiffness = 10.0;
-
     /// Nothing touches yet.
-    /// @param stiffness  penalty eps in Young's moduli over the mean edge of the facets
-    explicit SurfaceContact(const core::Problem &problem, double stiffness = usual_stiffness);
+    explicit SurfaceContact(const core::Problem &problem, const ContactRule &rule = {});
 
     /// Whether the load case has no ball.
-    bool is_empty() const { return nodes_.empty(); }
+    bool is_empty() const { return facets_.empty(); }
 
     /// Puts the ball where it is at a part of its way.
     void move_ball(double part);
@@ -41,7 +67,7 @@ class SurfaceContact {
     /// Adds the derivative of the energy to nodal forces.
     void add_gradient(const std::vector<core::Vector3> &positions, std::vector<core::Vector3> &gradient) const;
 
-    /// Second derivative of the energy, blocks of nodes; entries of all nodes that may touch are there.
+    /// Second derivative of the energy; entries of all nodes that may touch are there, and of all pairs on a facet.
     /// @param tangent  exact, or else without what makes it less than positive semi-definite
     /// @return shape (3N, 3N) [N/m]
     Eigen::SparseMatrix<double> hessian(const std::vector<core::Vector3> &positions, Tangent tangent) const;
@@ -52,40 +78,60 @@ class SurfaceContact {
 
     /// Takes multipliers, normals and bounds of friction from an equilibrium.
     /// @param part  of the change of bounds that is taken, (0, 1]: less than all where equilibria go to and fro
-    /// @return by how much forces on nodes change by all of that, over all of them: sum of |change| over sum of |force|
+    /// @return by how much forces on points change by all of that, over all of them: sum of |change| over sum of
+    /// |force|
     double update(const std::vector<core::Vector3> &positions, double part = 1.0);
 
-    /// Ends a step of the load: anchors are dragged along where nodes slip, and go with nodes that do not touch.
+    /// Ends a step of the load: anchors are dragged along where points slip, and go with points that do not touch.
     void end_step(const std::vector<core::Vector3> &positions);
 
     /// What the ball exerts on the body [N].
     core::Vector3 force(const std::vector<core::Vector3> &positions) const;
 
-    /// By how much the deepest node is inside the ball [m], >= 0.
+    /// By how much the deepest point is inside the ball [m], >= 0.
     double depth(const std::vector<core::Vector3> &positions) const;
 
   private:
-    struct Node {
-        int node = 0;
+    struct Point {
         double area = 0.0; ///< [m^2]
         core::ContactMemory memory;
         core::Vector3 normal = core::Vector3::Zero(); ///< that friction is across
         double bound = 0.0;                           ///< b [Pa]
+    };
+    /// Points that the same nodes carry.
+    struct Facet {
+        std::vector<int> nodes; ///< three, or the one that is a point
+        core::ContactLaw law;
+        std::size_t first = 0;  ///< in points_; as many as shapes_ has
+        bool remembers = false; ///< whether a point has a multiplier or a bound that is not zero
     };
     struct Friction {
         double energy = 0.0;                                 ///< phi [J/m^2]
         core::Vector3 traction = core::Vector3::Zero();      ///< minus its derivative [Pa]
         Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero(); ///< its second derivative [Pa/m], positive semi-definite
     };
+    using Block = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 9, 9>;
 
-    core::Vector3 from_centre(const Node &node, const std::vector<core::Vector3> &positions) const;
-    core::Contact normal_contact(const Node &node, const core::Vector3 &from_centre) const;
-    Friction friction(const Node &node, const core::Vector3 &from_centre) const;
-    Eigen::Matrix3d block(const Node &node, const core::Vector3 &from_centre, Tangent tangent) const;
+    void add_facets(const core::Problem &problem, double stiffness);
+    void add_nodes(const core::Problem &problem, double stiffness);
+    void add(std::vector<int> nodes, const core::ContactLaw &law, double area,
+             const std::vector<core::Vector3> &positions);
+    core::Vector3 from_centre(const Facet &facet, const std::array<double, 3> &shape,
+                              const std::vector<core::Vector3> &positions) const;
+    bool may_matter(const Facet &facet, const std::vector<core::Vector3> &positions) const;
+    template <class Visit> void visit(const std::vector<core::Vector3> &positions, const Visit &visit) const;
+    core::Contact normal_contact(const Facet &facet, const Point &point, const core::Vector3 &from_centre) const;
+    Friction friction(const Facet &facet, const Point &point, const core::Vector3 &from_centre) const;
+    core::Vector3 traction(const Facet &facet, const Point &point, const core::Vector3 &from_centre) const;
+    Eigen::Matrix3d stiffness(const Facet &facet, const Point &point, const core::Vector3 &from_centre,
+                              Tangent tangent) const;
+    Block block(const Facet &facet, const std::vector<core::Vector3> &positions, Tangent tangent) const;
 
     core::TouchingTool ball_;
-    core::ContactLaw law_; ///< of pressure and friction
-    std::vector<Node> nodes_;
+    bool augments_ = false;
+    std::vector<core::FacetPoint> shapes_; ///< of the points of each facet
+    std::vector<Facet> facets_;
+    std::vector<Point> points_;
     core::Vector3 centre_ = core::Vector3::Zero();
     std::size_t num_nodes_ = 0; ///< N
 };

@@ -1,5 +1,9 @@
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <numbers>
+#include <numeric>
+#include <vector>
 
 #include "msm/springs/coupled_springs.hpp"
 #include "msm/springs/spring_network.hpp"
@@ -30,13 +34,13 @@ Field bumpy(const core::Problem &problem) {
 }
 
 struct Touched {
-    explicit Touched(const tests::TouchedBlock &block, const char *springs = nullptr)
+    explicit Touched(const tests::TouchedBlock &block, const char *springs = nullptr, const msm::ContactRule &rule = {})
         : problem(tests::touched_block(block)),
           body(springs ? msm::coupled_springs_with_volume(*problem.body, msm::find_coupled_springs(springs))
                        : msm::ElasticBody(msm::spring_network(*problem.body, msm::all_spring_laws().front()))) {
         const auto conditions = msm::nodal_conditions(problem, body.node_mass);
         const msm::RestStiffness rest(body, problem.body->mesh.points, conditions.displacement);
-        path = msm::follow_path(body, problem, body.node_mass, rest);
+        path = msm::follow_path(body, problem, body.node_mass, rest, rule);
         EXPECT_EQ(path.end.status, core::SolutionStatus::ok) << path.end.message;
     }
 
@@ -55,11 +59,12 @@ struct Touched {
     msm::FollowedPath path;
 };
 
-TEST(SurfaceContact, HasAnEnergyWhoseDerivativesAreItsForcesAndItsHessian) {
+/// By a rule with multipliers, so that all of the energy is there.
+void expect_derivatives(const msm::ContactRule &rule) {
     tests::TouchedBlock block;
     block.friction = 0.4;
     const auto problem = tests::touched_block(block);
-    msm::SurfaceContact contact(problem);
+    msm::SurfaceContact contact(problem, rule);
     contact.move_ball(1.0);
     auto x = bumpy(problem);
     contact.update(x); // with multipliers and bounds of friction that are not zero
@@ -98,37 +103,157 @@ TEST(SurfaceContact, HasAnEnergyWhoseDerivativesAreItsForcesAndItsHessian) {
     EXPECT_LT((sum - contact.force(x)).norm(), 1e-12 * sum.norm());
 }
 
-/// What the ball exerts the floor bears; no node is inside the ball; it pushes and does not pull.
-TEST(SurfaceContact, IsBorneByWhatHoldsTheBody) {
-    for (const char *springs : {static_cast<const char *>(nullptr), "nodal_neo_hookean"}) {
-        const Touched touched({}, springs);
-        ASSERT_EQ(touched.path.points.size(), 4U);
-        double before = 0.0;
-        for (const auto &point : touched.path.points) {
-            EXPECT_LT((point.reaction[0] + point.reaction[1]).norm(), 1e-6 * point.reaction[1].norm());
-            EXPECT_LT(point.reaction[1].z(), before);
-            before = point.reaction[1].z();
-        }
-        EXPECT_GT(touched.nearest(), 0.02 - 1e-8);
-        EXPECT_LT(touched.nearest(), 0.02 + 1e-8);
-        // As the depth to a power of 1.5 where the block is large, and more where its floor is near.
-        const double power = std::log(touched.force().z() / touched.path.points[1].reaction[1].z()) / std::log(2.0);
-        EXPECT_GT(power, 1.3);
-        EXPECT_LT(power, 2.2);
+TEST(SurfaceContact, HasAnEnergyWhoseDerivativesAreItsForcesAndItsHessian) {
+    expect_derivatives({.augments = true});
+    expect_derivatives(msm::ContactRule::in_nodes());
+}
+
+/// What the ball exerts the floor bears, and it pushes and does not pull.
+void expect_balance(const Touched &touched) {
+    ASSERT_EQ(touched.path.points.size(), 4U);
+    double before = 0.0;
+    for (const auto &point : touched.path.points) {
+        EXPECT_LT((point.reaction[0] + point.reaction[1]).norm(), 1e-6 * point.reaction[1].norm());
+        EXPECT_LT(point.reaction[1].z(), before);
+        before = point.reaction[1].z();
     }
 }
 
-TEST(SurfaceContact, DoesNotDependOnThePenalty) {
+/// As the depth to a power of 1.5 where the block is large, and more where its floor is near.
+void expect_power_of_depth(const Touched &touched) {
+    const double power = std::log(touched.force().z() / touched.path.points[1].reaction[1].z()) / std::log(2.0);
+    EXPECT_GT(power, 1.3);
+    EXPECT_LT(power, 2.2);
+}
+
+TEST(SurfaceContact, IsBorneByWhatHoldsTheBody) {
+    expect_balance(Touched({}));
+    const Touched coupled({}, "nodal_neo_hookean");
+    expect_balance(coupled);
+    expect_power_of_depth(coupled);
+}
+
+/// No node is inside the ball.
+TEST(SurfaceContactInNodes, IsBorneByWhatHoldsTheBody) {
+    for (const char *springs : {static_cast<const char *>(nullptr), "nodal_neo_hookean"}) {
+        const Touched touched({}, springs, msm::ContactRule::in_nodes());
+        expect_balance(touched);
+        expect_power_of_depth(touched);
+        EXPECT_GT(touched.nearest(), 0.02 - 1e-8);
+        EXPECT_LT(touched.nearest(), 0.02 + 1e-8);
+    }
+}
+
+TEST(SurfaceContactInNodes, DoesNotDependOnThePenalty) {
     const auto problem = tests::touched_block();
     const auto body = msm::ElasticBody(msm::spring_network(*problem.body, msm::all_spring_laws().front()));
     const auto conditions = msm::nodal_conditions(problem, body.node_mass);
     const msm::RestStiffness rest(body, problem.body->mesh.points, conditions.displacement);
     const auto with = [&](double stiffness) {
-        return msm::follow_path(body, problem, body.node_mass, rest, stiffness).points.back().reaction.back();
+        return msm::follow_path(body, problem, body.node_mass, rest, msm::ContactRule::in_nodes(stiffness))
+            .points.back()
+            .reaction.back();
     };
     const Vector3 soft = with(3.0), hard = with(30.0);
     EXPECT_GT(soft.norm(), 0.01);
     EXPECT_LT((soft - hard).norm(), 2e-5 * hard.norm());
+}
+
+/// A flat surface that has come straight into a ball: p = eps g, and the integral of p n . e over it, with z0 from its
+/// plane to the centre, is pi eps z0 (R - z0)^2.
+TEST(SurfaceContact, IntegratesPressureOverFacetsOfAnySize) {
+    double coarse_error = 0.0;
+    for (const int bricks : {4, 12}) {
+        tests::TouchedBlock block;
+        block.bricks = {bricks, bricks, 2};
+        const auto problem = tests::touched_block(block);
+        const auto &material = problem.body->materials.front();
+        msm::SurfaceContact contact(problem);
+        contact.move_ball(1.0);
+        const double side = block.size.x() / bricks, mean_side = side * (2.0 + std::numbers::sqrt2) / 3.0;
+        const double eps = msm::ContactRule{}.stiffness * material.young_modulus /
+                           (1.0 - material.poisson_ratio * material.poisson_ratio) / mean_side;
+        const double depth = -block.press.z(), to_centre = block.radius - depth;
+        const double expected = std::numbers::pi * eps * to_centre * depth * depth;
+        const double error = -contact.force(problem.body->mesh.points).z() / expected - 1.0;
+        EXPECT_LT(std::abs(error), 0.02);
+        coarse_error = bricks == 4 ? error : coarse_error;
+        if (bricks == 12) {
+            EXPECT_LT(std::abs(error), 0.002);
+            EXPECT_NE(error, coarse_error);
+        }
+    }
+}
+
+/// Forces go to nodes as the shape functions say, so the sum of their moments is that of the points'.
+TEST(SurfaceContact, WithoutFrictionHasNoMomentAboutTheCentreOfTheBall) {
+    const auto problem = tests::touched_block();
+    msm::SurfaceContact contact(problem);
+    contact.move_ball(1.0);
+    const auto x = bumpy(problem);
+    Field gradient(x.size(), Vector3::Zero());
+    contact.add_gradient(x, gradient);
+    const Vector3 centre = problem.load_case.touching->centre_at(1.0);
+    Vector3 moment = Vector3::Zero();
+    double size = 0.0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        moment += (x[i] - centre).cross(gradient[i]);
+        size += (x[i] - centre).norm() * gradient[i].norm();
+    }
+    EXPECT_GT(size, 0.0);
+    EXPECT_LT(moment.norm(), 1e-13 * size);
+}
+
+/// The same body with its nodes in another order, and the corners of its facets too.
+TEST(SurfaceContact, DoesNotDependOnTheNumbersOfNodes) {
+    tests::TouchedBlock block;
+    block.friction = 0.4;
+    const auto problem = tests::touched_block(block);
+    auto body = *problem.body;
+    const int num_nodes = body.mesh.num_nodes();
+    const auto other = [&](int node) { return (5 * node + 3) % num_nodes; };
+    ASSERT_EQ(std::gcd(5, num_nodes), 1);
+    for (int i = 0; i < num_nodes; ++i)
+        body.mesh.points[other(i)] = problem.body->mesh.points[i];
+    for (auto &tetrahedron : body.mesh.tetrahedra)
+        std::ranges::transform(tetrahedron, tetrahedron.begin(), other);
+    for (auto &facet : body.mesh.boundary_triangles) {
+        std::ranges::transform(facet, facet.begin(), other);
+        std::ranges::rotate(facet, facet.begin() + 1);
+    }
+    const core::Problem renumbered{std::make_shared<const core::Body>(body), problem.load_case};
+    msm::SurfaceContact contact(problem), again(renumbered);
+    const auto x = bumpy(problem);
+    auto y = x;
+    for (int i = 0; i < num_nodes; ++i)
+        y[other(i)] = x[i];
+    contact.move_ball(1.0);
+    again.move_ball(1.0);
+    contact.update(x);
+    again.update(y);
+    Field gradient(x.size(), Vector3::Zero()), there = gradient;
+    contact.add_gradient(x, gradient);
+    again.add_gradient(y, there);
+    double size = 0.0;
+    for (const auto &force : gradient)
+        size = std::max(size, force.norm());
+    for (int i = 0; i < num_nodes; ++i)
+        EXPECT_LT((there[other(i)] - gradient[i]).norm(), 1e-12 * size);
+    EXPECT_NEAR(again.energy(y), contact.energy(x), 1e-12 * contact.energy(x));
+}
+
+/// The stiffer the penalty, the less is inside the ball.
+TEST(SurfaceContact, SinksInByLessWhereItIsStiffer) {
+    double before = 5e-3;
+    for (const double stiffness : {10.0, 1000.0}) {
+        const Touched touched({}, nullptr, {.stiffness = stiffness});
+        msm::SurfaceContact contact(touched.problem);
+        contact.move_ball(1.0);
+        const double depth = contact.depth(positions_of(touched.problem, touched.path.end.displacement));
+        EXPECT_GT(depth, 0.0);
+        EXPECT_LT(depth, 0.1 * before);
+        before = depth;
+    }
 }
 
 /// A ball that comes down obliquely: friction resists its slide, as far as the cone goes.

@@ -24,27 +24,44 @@ double force_on_layer(double poisson_ratio, double sunk) {
                     16.0 * a / std::pow(pi, 4) * (std::pow(a, 3) + 3.0 * pi * pi / 5.0 * b) * std::pow(chi, 4));
 }
 
-double force_of_springs(int bricks_across, int bricks_down) {
+double force_of_springs(int bricks_across, int bricks_down, double sunk, const msm::ContactRule &rule = {}) {
     tests::TouchedBlock block;
     block.size = {0.06, 0.06, thickness};
     block.bricks = {bricks_across, bricks_across, bricks_down};
     block.radius = radius;
-    block.press = {0.0, 0.0, -depth};
+    block.press = {0.0, 0.0, -sunk};
     block.path = {0.5, 1.0};
     const auto problem = tests::touched_block(block);
     const auto springs =
         msm::coupled_springs_with_volume(*problem.body, msm::find_coupled_springs("nodal_neo_hookean"));
     const auto conditions = msm::nodal_conditions(problem, springs.node_mass);
     const msm::RestStiffness rest(springs, problem.body->mesh.points, conditions.displacement);
-    const auto path = msm::follow_path(springs, problem, springs.node_mass, rest);
+    const auto path = msm::follow_path(springs, problem, springs.node_mass, rest, rule);
     EXPECT_EQ(path.end.status, core::SolutionStatus::ok) << path.end.message;
     return -path.points.back().reaction.back().z();
 }
 
-/// Nodes touch, so coarse meshes feel too soft: the error falls as the mesh is refined.
+double error_of_springs(int bricks_across, int bricks_down, double sunk, const msm::ContactRule &rule = {}) {
+    return force_of_springs(bricks_across, bricks_down, sunk, rule) / force_on_layer(0.3, sunk) - 1.0;
+}
+
 TEST(TouchedLayer, OfCoupledSpringsConvergesToTheClosedForm) {
-    const double expected = force_on_layer(0.3, depth);
-    const double coarse = force_of_springs(9, 3) / expected - 1.0, fine = force_of_springs(18, 6) / expected - 1.0;
+    const double coarse = error_of_springs(9, 3, depth), fine = error_of_springs(18, 6, depth);
+    EXPECT_LT(std::abs(coarse), 0.08);
+    EXPECT_LT(std::abs(fine), 0.03);
+    EXPECT_LT(std::abs(fine), 0.5 * std::abs(coarse));
+}
+
+/// A circle of contact of half an edge: nodes miss half of the force, points on facets a fifth at most.
+TEST(TouchedLayer, OnFacetsBearsABallThatIsBetweenNodes) {
+    const double shallow = 0.25 * depth;
+    EXPECT_LT(error_of_springs(9, 3, shallow, msm::ContactRule::in_nodes()), -0.4);
+    EXPECT_LT(std::abs(error_of_springs(9, 3, shallow)), 0.2);
+}
+
+TEST(TouchedLayer, InNodesConvergesToTheClosedForm) {
+    const auto rule = msm::ContactRule::in_nodes();
+    const double coarse = error_of_springs(9, 3, depth, rule), fine = error_of_springs(18, 6, depth, rule);
     EXPECT_LT(std::abs(fine), 0.06);
     EXPECT_LT(std::abs(fine), 0.25 * std::abs(coarse));
 }
