@@ -64,9 +64,8 @@ class Simulation {
     /// @return whether the method takes explicit steps; nothing happens otherwise
     virtual bool correct_steps(const std::shared_ptr<StepCorrection> & /*correction*/) { return false; }
 
-    /// Lets a ball touch the nodes that it is near to, from the next step on: no node ends a step inside the ball. In
-    /// each step it goes the way that it has been given (BallContact::set_way), and is told the momentum that nodes
-    /// get. Null for no ball.
+    /// Lets a ball touch the facets that it is near to, from the next step on. In each step it goes the way that it has
+    /// been given (BallContact::set_way), and is told when the step has ended. Null for no ball.
     /// @return whether the method knows how; nothing happens otherwise
     virtual bool touch(const std::shared_ptr<core::BallContact> & /*ball*/) { return false; }
 

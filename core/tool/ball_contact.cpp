@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
+#include <cstddef>
 #include <utility>
 
 #include "core/tool/tool_motion.hpp"
@@ -35,45 +35,34 @@ double distance_to_way(const Vector3 &from, const Vector3 &to, const Vector3 &po
 
 } // namespace
 
-Vector3 ball_push(const BallStep &ball, const Vector3 &start, const Vector3 &now, const Vector3 &pushed) {
+Vector3 ball_force(const BallStep &ball, const Vector3 &start, const Vector3 &now, const Vector3 &force,
+                   const Eigen::Matrix3d &yields, double compliance) {
     const double depth = ball.radius - (now - ball.to).norm();
-    if (depth <= 0.0 && pushed.isZero(0.0))
-        return Vector3::Zero();
     const Vector3 normal = outwards(ball, start, now);
-    const double size = pushed.dot(normal) + depth;
+    const double before = force.dot(normal), gives_way = normal.dot(yields * normal) + compliance;
+    if (!(gives_way > 0.0))
+        return Vector3::Zero(); // held, and nothing can be done about it
+    const double size = before + (depth - compliance * before) / gives_way;
     if (size <= 0.0)
         return Vector3::Zero();
-    Vector3 along = pushed - ((now - start) - (ball.to - ball.from));
-    along -= along.dot(normal) * normal;
-    const double length = along.norm(), largest = ball.friction * size;
-    if (length > largest)
-        along *= largest / length;
-    return size * normal + along;
-}
-
-NodeUnderBall rest_under_ball(const BallStep &ball, const Vector3 &start, const Vector3 &now, const Vector3 &minimum,
-                              const Eigen::Matrix3d &stiffness) {
-    if ((minimum - ball.to).norm() >= ball.radius)
-        return {minimum, Vector3::Zero()};
-    const Vector3 normal = outwards(ball, start, now);
-    const auto to_plane = [&](const Vector3 &point) { return ball.radius - normal.dot(point - ball.to); };
-    const auto along = [&](const Vector3 &force) { return Vector3(force - normal.dot(force) * normal); };
-    const Eigen::Matrix3d compliance = stiffness.inverse();
-    Vector3 direction = normal; // of the force
-    if (ball.friction > 0.0) {
-        const Vector3 stuck = start + (ball.to - ball.from);
-        const Vector3 held = stuck + to_plane(stuck) * normal;
-        const Vector3 force = stiffness * (held - minimum), friction = along(force);
-        const double largest = ball.friction * std::max(0.0, normal.dot(force));
-        if (friction.norm() <= largest)
-            return {held, force};
-        direction += ball.friction * friction.normalized();
-    }
-    const double yields = normal.dot(compliance * direction), way = to_plane(minimum);
-    if (!(yields > 0.0) || !(way > 0.0)) // the plane of another iteration
-        return {minimum + std::max(0.0, way) * normal, Vector3::Zero()};
-    const Vector3 force = way / yields * direction;
-    return {minimum + compliance * force, force};
+    if (ball.friction == 0.0)
+        return size * normal;
+    // With what the new N displaces it by.
+    Vector3 way = (now - start) - (ball.to - ball.from) + yields * ((size - before) * normal);
+    way -= way.dot(normal) * normal;
+    Vector3 along = force - before * normal;
+    if (const double length = way.norm(); length > 0.0)
+        if (const double of_unit = way.dot(yields * way) / (length * length); of_unit > 0.0)
+            along -= way / of_unit;
+    const double length = along.norm();
+    if (length <= ball.friction * size)
+        return size * normal + along;
+    // It slips, so that the whole force is along this.
+    const Vector3 direction = normal + ball.friction / length * along;
+    const double of_slip = normal.dot(yields * direction) + compliance;
+    if (!(of_slip > 0.0))
+        return size * direction;
+    return std::max(0.0, (depth + normal.dot(yields * force)) / of_slip) * direction;
 }
 
 Vector3 ball_centre(const TouchingTool &ball, const ToolMotion &motion, double time) {
@@ -81,8 +70,20 @@ Vector3 ball_centre(const TouchingTool &ball, const ToolMotion &motion, double t
     return ball.start + position.pressed * ball.press + position.slid * motion.slide;
 }
 
-BallContact::BallContact(std::vector<int> nodes, double radius, double friction)
-    : nodes_(std::move(nodes)), radius_(radius), friction_(friction) {}
+BallContact::BallContact(const std::vector<TouchedFacet> &facets, int divisions, double radius, double friction)
+    : points_(facet_points(divisions)), force_(facets.size() * points_.size(), Vector3::Zero()), radius_(radius),
+      friction_(friction) {
+    for (const auto &facet : facets)
+        nodes_.insert(nodes_.end(), facet.nodes.begin(), facet.nodes.end());
+    std::ranges::sort(nodes_);
+    nodes_.erase(std::ranges::unique(nodes_).begin(), nodes_.end());
+    for (const auto &facet : facets) {
+        auto &kept =
+            facets_.emplace_back(Facet{.nodes = facet.nodes, .compliance = 1.0 / (facet.penalty * facet.area)});
+        for (std::size_t k = 0; k < 3; ++k)
+            kept.places[k] = static_cast<int>(std::ranges::lower_bound(nodes_, facet.nodes[k]) - nodes_.begin());
+    }
+}
 
 void BallContact::set_way(const Vector3 &from, const Vector3 &to) {
     from_ = from;
@@ -94,37 +95,55 @@ BallStep BallContact::part(int step, int num_steps) const {
     return {from_ + step * way, step + 1 == num_steps ? to_ : Vector3(from_ + (step + 1) * way), radius_, friction_};
 }
 
+Vector3 BallContact::force() const {
+    Vector3 sum = Vector3::Zero();
+    for (const int f : near_)
+        for (std::size_t q = 0; facets_[f].is_pushed && q < points_.size(); ++q)
+            sum += force_[number(f, q)];
+    return sum;
+}
+
 Vector3 BallContact::take_impulse() {
     return std::exchange(impulse_, Vector3::Zero());
 }
 
-void BallContact::choose_near(std::vector<Vector3> now) {
-    std::vector<double> distance;
-    distance.reserve(now.size());
-    for (const auto &point : now)
-        distance.push_back(distance_to_way(from_, to_, point));
-    double moved = 0.0;
-    for (std::size_t i = 0; i < before_.size(); ++i)
-        if (distance[i] < around_ball * radius_)
-            moved = std::max(moved, (now[i] - before_[i]).norm());
-    near_.clear();
-    for (std::size_t i = 0; i < now.size(); ++i)
-        if (distance[i] < (1.0 + reach_of_ball) * radius_ + ahead_of_nodes * moved)
-            near_.push_back(nodes_[i]);
-    before_ = std::move(now);
+bool BallContact::is_beyond(const BallStep &step, const std::array<Vector3, 3> &corners) {
+    const Vector3 middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+    double extent = 0.0;
+    for (const auto &corner : corners)
+        extent = std::max(extent, (corner - middle).squaredNorm());
+    const double reach = step.radius + std::sqrt(extent);
+    return (middle - step.to).squaredNorm() >= reach * reach;
 }
 
-std::vector<int> touchable_nodes(const TetraMesh &mesh, const LoadCase &load_case) {
-    enum : std::uint8_t { inside, touchable, held };
-    std::vector<std::uint8_t> kind(mesh.points.size(), inside);
-    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        for (const int node : mesh.boundary_triangles[f])
-            kind[node] = std::max<std::uint8_t>(kind[node], load_case.may_touch(f) ? touchable : held);
-    std::vector<int> nodes;
-    for (std::size_t node = 0; node < kind.size(); ++node)
-        if (kind[node] == touchable)
-            nodes.push_back(static_cast<int>(node));
-    return nodes;
+void BallContact::choose_near(std::vector<Vector3> now) {
+    double moved = 0.0;
+    for (std::size_t i = 0; i < before_.size(); ++i)
+        if (distance_to_way(from_, to_, now[i]) < around_ball * radius_)
+            moved = std::max(moved, (now[i] - before_[i]).norm());
+    const double reach = (1.0 + reach_of_ball) * radius_ + ahead_of_nodes * moved;
+    near_.clear();
+    near_nodes_.clear();
+    for (std::size_t f = 0; f < facets_.size(); ++f) {
+        auto &facet = facets_[f];
+        Vector3 middle = Vector3::Zero();
+        for (const int place : facet.places)
+            middle += now[place] / 3.0;
+        double extent = 0.0;
+        for (const int place : facet.places)
+            extent = std::max(extent, (now[place] - middle).norm());
+        if (distance_to_way(from_, to_, middle) < reach + extent) {
+            near_.push_back(static_cast<int>(f));
+            near_nodes_.insert(near_nodes_.end(), facet.nodes.begin(), facet.nodes.end());
+        } else if (facet.is_pushed) {
+            std::fill_n(force_.begin() + static_cast<std::ptrdiff_t>(number(static_cast<int>(f), 0)), points_.size(),
+                        Vector3::Zero());
+            facet.is_pushed = false;
+        }
+    }
+    std::ranges::sort(near_nodes_);
+    near_nodes_.erase(std::ranges::unique(near_nodes_).begin(), near_nodes_.end());
+    before_ = std::move(now);
 }
 
 } // namespace livermark::core

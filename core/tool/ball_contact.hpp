@@ -1,12 +1,15 @@
 #pragma once
 
+#include <array>
 #include <utility>
 #include <vector>
 
 #include "core/load_case.hpp"
+#include "core/tool/facet_points.hpp"
+#include "core/tool/touched_facets.hpp"
 
-/// A rigid ball that moves and touches point masses: contact without adhesion, with Coulomb friction, for all methods
-/// that take steps of time.
+/// A rigid ball that moves and touches facets between point masses: contact without adhesion, with Coulomb friction,
+/// for all methods that take steps of time.
 namespace livermark::core {
 
 /// The ball in a step: its centre goes straight from one place to the other.
@@ -16,42 +19,32 @@ struct BallStep {
     double friction = 0.0;                                ///< mu, >= 0
 };
 
-/// What the ball displaces a point by in a step, in all: N n + T, with n from the centre to the point, N >= 0 and
-/// |T| <= mu N. Where that is more than nothing and the cone allows, the point ends on the ball and has moved along it
-/// by nothing: with d its distance from the centre and s its way relative to the ball's,
-///     N = max(0, n . pushed + R - d),   T = the part of pushed - s across n, shortened to mu N.
-/// An explicit step calls it once. Iterations call it with what they have displaced the point by so far, and may take
-/// some of that back: a projected Gauss-Seidel step of the conditions of contact with a mass that is the same in all
-/// directions. (Moreau 1988, Unilateral contact and dry friction, section 5; Macklin et al. 2016, MIG, section 4)
-/// @param start   where the point was when the step began [m]
-/// @param now     where it is, with what it has been displaced by [m]
-/// @param pushed  by which it has been displaced in this step so far [m]
-Vector3 ball_push(const BallStep &ball, const Vector3 &start, const Vector3 &now,
-                  const Vector3 &pushed = Vector3::Zero());
-
-/// Where a node comes to rest, and what the ball exerts on it there.
-struct NodeUnderBall {
-    Vector3 position = Vector3::Zero(); ///< [m]
-    Vector3 force = Vector3::Zero();    ///< N n + T [N], zero where it does not touch
-};
-
-/// The same for a step that minimises: what moves the node is K (m - x) at x, and n is that at the place where it is.
-/// Where m is inside the ball the node ends in the plane n . (x - c) = R, so outside of the ball, and on it once
-/// iterations have converged.
-/// @param minimum    m, where the node would go without the ball [m]
-/// @param stiffness  K, symmetric and positive definite [N/m]
-NodeUnderBall rest_under_ball(const BallStep &ball, const Vector3 &start, const Vector3 &now, const Vector3 &minimum,
-                              const Eigen::Matrix3d &stiffness);
+/// What the ball exerts on a point, N n + T with n from the centre to the point, N >= 0 and |T| <= mu N: a step of
+/// Gauss-Seidel from the force that it exerts so far. With d the distance of the point from the centre, s its way
+/// relative to the ball's across n, N included, and C its compliance along these,
+///     N = max(0, N' + (R - d - c N') / (C + c)),   T = T' - s / C, shortened to mu N.
+/// Where forces stay as they are, the point is inside the ball by c N and sticks where the cone allows it. (Moreau
+/// 1988, Unilateral contact and dry friction, section 5; Macklin et al. 2016, XPBD, MIG, section 4)
+/// @param start       where the point was when the step began [m]
+/// @param now         where it is, with what the force so far has displaced it by [m]
+/// @param force       N' n' + T' [N]
+/// @param yields      by how much forces on the point displace it in this step, symmetric and positive [m/N]
+/// @param compliance  c of the contact [m/N], >= 0
+Vector3 ball_force(const BallStep &ball, const Vector3 &start, const Vector3 &now, const Vector3 &force,
+                   const Eigen::Matrix3d &yields, double compliance = 0.0);
 
 /// Where the centre of a ball is that presses, slides and lets go as a tool does: start, and parts of its press and of
 /// the slide of the motion.
 Vector3 ball_centre(const TouchingTool &ball, const ToolMotion &motion, double time);
 
-/// A ball on its way, the nodes that it may touch, and what it gives them. One for a body; for one thread.
+/// A ball on its way, the facets that it may touch, and what it exerts at the points of their quadrature
+/// (core::facet_points), each with the compliance 1 / (eps a) for its area a. Forces stay from step to step, so that a
+/// body at rest feels those of its equilibrium. One for a body; for one thread.
 class BallContact {
   public:
-    /// @param nodes  of a surface, those that can move
-    BallContact(std::vector<int> nodes, double radius, double friction);
+    /// @param facets     whose nodes may be constrained
+    /// @param divisions  parts of a side of each
+    BallContact(const std::vector<TouchedFacet> &facets, int divisions, double radius, double friction);
 
     /// Where the centre goes in the step or frame to come.
     void set_way(const Vector3 &from, const Vector3 &to);
@@ -59,7 +52,7 @@ class BallContact {
     /// A part of that way: step s of 0 ... n - 1.
     BallStep part(int step, int num_steps) const;
 
-    /// Chooses the nodes that the ball may come to on its way: those within a quarter of its radius, and within twice
+    /// Chooses the facets that the ball may come to on its way: those within a quarter of its radius, and within twice
     /// what the nodes around have moved by since it was called before.
     /// @param position  of a node: int -> Vector3 [m]
     template <class Position> void look_around(const Position &position) {
@@ -70,27 +63,90 @@ class BallContact {
         choose_near(std::move(now));
     }
 
-    /// All that it may ever touch.
+    /// Nodes of all facets, ascending.
     const std::vector<int> &nodes() const { return nodes_; }
-    /// Those of them that were chosen.
-    const std::vector<int> &near() const { return near_; }
+    /// Nodes of those that were chosen, ascending.
+    const std::vector<int> &near() const { return near_nodes_; }
 
-    /// Adds what nodes are given [N s].
-    void add_impulse(const Vector3 &impulse) { impulse_ += impulse; }
+    /// Begins a step with what the ball exerted in the one before.
+    /// @param give  (node, force [N])
+    template <class Give> void begin_step(const Give &give) const {
+        for (const int f : near_)
+            if (facets_[f].is_pushed)
+                for (std::size_t q = 0; q < points_.size(); ++q)
+                    give_point(f, q, force_[number(f, q)], give);
+    }
 
-    /// What the ball has given since this was called before [N s].
+    /// One point after the other: ball_force(), and what that changes is given to the nodes.
+    /// @param start     of a node: int -> Vector3, where it was when the step began [m]
+    /// @param position  of a node, with all that was given: int -> Vector3 [m]
+    /// @param yields    of a node, as ball_force() has it of a point: int -> Matrix3 [m/N]; zero where it cannot move
+    /// @param give      (node, force [N])
+    template <class Start, class Position, class Yields, class Give>
+    void sweep(const BallStep &step, const Start &start, const Position &position, const Yields &yields,
+               const Give &give) {
+        for (const int f : near_) {
+            auto &facet = facets_[f];
+            const auto &nodes = facet.nodes;
+            std::array<Vector3, 3> x{position(nodes[0]), position(nodes[1]), position(nodes[2])};
+            if (!facet.is_pushed && is_beyond(step, x))
+                continue;
+            facet.is_pushed = false;
+            for (std::size_t q = 0; q < points_.size(); ++q) {
+                const auto &shape = points_[q].shape;
+                auto &force = force_[number(f, q)];
+                const Vector3 now = shape[0] * x[0] + shape[1] * x[1] + shape[2] * x[2];
+                if (force.isZero(0.0) && (now - step.to).squaredNorm() >= step.radius * step.radius)
+                    continue;
+                const Vector3 before =
+                    shape[0] * start(nodes[0]) + shape[1] * start(nodes[1]) + shape[2] * start(nodes[2]);
+                Eigen::Matrix3d of_point = Eigen::Matrix3d::Zero();
+                for (std::size_t k = 0; k < 3; ++k)
+                    of_point += shape[k] * shape[k] * yields(nodes[k]);
+                const Vector3 next = ball_force(step, before, now, force, of_point, facet.compliance / points_[q].part);
+                give_point(f, q, next - force, give);
+                force = next;
+                facet.is_pushed = facet.is_pushed || !force.isZero(0.0);
+                for (std::size_t k = 0; k < 3; ++k)
+                    x[k] = position(nodes[k]);
+            }
+        }
+    }
+
+    /// Ends a step of a length [s].
+    void end_step(double time_step) { impulse_ += time_step * force(); }
+
+    /// What the ball exerts on the body [N].
+    Vector3 force() const;
+
+    /// What it has given since this was called before [N s].
     Vector3 take_impulse();
 
   private:
+    struct Facet {
+        std::array<int, 3> nodes{};
+        std::array<int, 3> places{}; ///< of its nodes in nodes_
+        double compliance = 0.0;     ///< 1 / (eps A) [m/N]
+        bool is_pushed = false;      ///< whether a point has a force
+    };
+
+    template <class Give> void give_point(int facet, std::size_t point, const Vector3 &force, const Give &give) const {
+        for (std::size_t k = 0; k < 3; ++k)
+            give(facets_[facet].nodes[k], Vector3(points_[point].shape[k] * force));
+    }
+    std::size_t number(int facet, std::size_t point) const {
+        return static_cast<std::size_t>(facet) * points_.size() + point;
+    }
+    static bool is_beyond(const BallStep &step, const std::array<Vector3, 3> &corners);
     void choose_near(std::vector<Vector3> now);
 
-    std::vector<int> nodes_, near_;
+    std::vector<FacetPoint> points_; ///< of each facet
+    std::vector<Facet> facets_;
+    std::vector<Vector3> force_; ///< (facets, points) [N]
+    std::vector<int> nodes_, near_, near_nodes_;
     std::vector<Vector3> before_; ///< of nodes_, when they were looked at; empty before
     Vector3 from_ = Vector3::Zero(), to_ = Vector3::Zero(), impulse_ = Vector3::Zero();
     double radius_, friction_;
 };
-
-/// Nodes of facets that the ball of a load case may touch, but for those of facets that it may not: ascending.
-std::vector<int> touchable_nodes(const TetraMesh &mesh, const LoadCase &load_case);
 
 } // namespace livermark::core

@@ -12,8 +12,8 @@ namespace livermark::interactive {
 /// Explicit steps with the forces of the energy. An iteration is one step of central differences, h = time step over
 /// iterations, with velocities half a step behind:
 ///     v = ((1 - alpha h / 2) v + h (f + f_ext) / m) / (1 + alpha h / 2),   x += h v.
-/// Constrained nodes go to their targets in equal parts. Longer steps than critical_time_step() blow up. Nodes that a
-/// step brings into a ball are put back out of it, with velocities that take them there.
+/// Constrained nodes go to their targets in equal parts. Longer steps than critical_time_step() blow up. What a ball
+/// that touches exerts takes part in the step.
 /// (Belytschko, Liu, Moran 2000, Nonlinear Finite Elements for Continua and Structures, box 6.1 and section 10.7)
 class CentralDifferences : public Simulation {
   public:
@@ -73,17 +73,18 @@ class CentralDifferences : public Simulation {
     /// @param velocity  the same, with v half a step behind
     template <class Position, class Velocity>
     void push_out(const core::BallStep &step, double h, const Position &position, const Velocity &velocity) {
-        const double per_step = (1.0 + 0.5 * scene().mass_damping * h) / h;
-        for (const int n : ball_->near()) {
-            const core::Vector3 now = position(n);
-            if ((now - step.to).squaredNorm() >= step.radius * step.radius)
-                continue;
-            const core::Vector3 way = velocity(n);
-            const core::Vector3 push = core::ball_push(step, now - h * way, now);
-            position(n) += push;
-            velocity(n) += push / h;
-            ball_->add_impulse(scene().node_mass[n] * per_step * push);
-        }
+        const double per_mass = h * h / (1.0 + 0.5 * scene().mass_damping * h);
+        const auto yields = [&](int n) { return is_free()[n] ? per_mass / scene().node_mass[n] : 0.0; };
+        const auto give = [&](int n, const core::Vector3 &force) {
+            const core::Vector3 way = yields(n) * force;
+            position(n) += way;
+            velocity(n) += way / h;
+        };
+        ball_->begin_step(give);
+        ball_->sweep(
+            step, [&](int n) { return core::Vector3(core::Vector3(position(n)) - h * core::Vector3(velocity(n))); },
+            position, [&](int n) { return Matrix3(yields(n) * Matrix3::Identity()); }, give);
+        ball_->end_step(h);
     }
 
   private:

@@ -30,35 +30,27 @@ bool PositionBased::touch(const std::shared_ptr<core::BallContact> &ball) {
     return true;
 }
 
-/// One iteration.
 template <class Start, class Position> void PositionBased::project_ball(const Start &start, const Position &position) {
-    const auto step = ball_->part(0, 1);
-    const auto &near = ball_->near();
-    for (std::size_t k = 0; k < near.size(); ++k) {
-        const core::Vector3 now = position(near[k]);
-        if (pushed_[k].isZero(0.0) && (now - step.to).squaredNorm() >= step.radius * step.radius)
-            continue;
-        const core::Vector3 push = core::ball_push(step, start(near[k]), now, pushed_[k]);
-        position(near[k]) += push - pushed_[k];
-        pushed_[k] = push;
-    }
-}
-
-void PositionBased::give_momentum(double time_step) {
-    const double per_step = (1.0 + scene().mass_damping * time_step) / time_step;
-    for (std::size_t k = 0; k < pushed_.size(); ++k)
-        ball_->add_impulse(scene().node_mass[ball_->near()[k]] * per_step * pushed_[k]);
+    const double per_mass = time_step_ * time_step_ / (1.0 + scene().mass_damping * time_step_);
+    const auto yields = [&](int n) { return is_free()[n] ? per_mass / scene().node_mass[n] : 0.0; };
+    const auto give = [&](int n, const core::Vector3 &force) { position(n) += yields(n) * force; };
+    if (!has_touched_)
+        ball_->begin_step(give);
+    has_touched_ = true;
+    ball_->sweep(
+        ball_->part(0, 1), start, position,
+        [&](int n) { return Eigen::Matrix3d(yields(n) * Eigen::Matrix3d::Identity()); }, give);
 }
 
 void PositionBased::step(double time_step, int iterations) {
-    if (ball_)
-        pushed_.assign(ball_->near().size(), core::Vector3::Zero());
+    time_step_ = time_step;
+    has_touched_ = false;
     if (rows_)
         step_in_single(time_step, iterations);
     else
         step_in_double(time_step, iterations);
     if (ball_)
-        give_momentum(time_step);
+        ball_->end_step(time_step);
     last_time_step_ = time_step;
 }
 

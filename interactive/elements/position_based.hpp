@@ -11,8 +11,8 @@ namespace livermark::interactive {
 
 /// Steps of extended position-based dynamics: nodes go to where they would without elasticity, iterations over all
 /// constraints move them from there, and velocities follow from positions. A method projects its constraints, and in
-/// single precision says what they are. A ball that touches is a constraint without compliance for each node that it is
-/// near to, after all others in each iteration: see core::ball_push().
+/// single precision says what they are. A ball that touches is a constraint at each point of the facets that
+/// it is near to, after all others in each iteration: see core::BallContact.
 class PositionBased : public Simulation {
   public:
     explicit PositionBased(Scene given);
@@ -45,12 +45,14 @@ class PositionBased : public Simulation {
   private:
     void step_in_double(double time_step, int iterations);
     void step_in_single(double time_step, int iterations);
+    /// One iteration; the first one of a step begins with the forces of the step before.
+    /// @param position  of a node: int -> something that can be added to
     template <class Start, class Position> void project_ball(const Start &start, const Position &position);
-    void give_momentum(double time_step);
 
     Field rest_;
     std::shared_ptr<core::BallContact> ball_;
-    std::vector<core::Vector3> pushed_;         ///< what each node that the ball is near to was pushed by in a step [m]
+    double time_step_ = 0.0;                    ///< that is being taken [s]
+    bool has_touched_ = false;                  ///< in this step
     std::vector<double> inverse_mass_;          ///< (N) 1 / (m (1 + alpha h)), zero where constrained
     std::optional<double> last_time_step_;      ///< [s]
     std::optional<kernels::PositionRows> rows_; ///< in single precision

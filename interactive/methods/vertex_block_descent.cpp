@@ -20,8 +20,8 @@ namespace {
 /// moves each by -H^-1 g of its own three unknowns, with the nodes around it where they are. W is quadratic along F and
 /// J is linear in each node, so H = k + sum of V (mu |b|^2 + (lambda + mu) (c b) (c b)^T), with b the gradient of the
 /// shape function and c the cofactors of F, is positive definite. Iterations are accelerated by Chebyshev's weights.
-/// After each, nodes inside a ball that touches go where the same quadratic is least outside of it, with friction, by
-/// one node after the other in double precision.
+/// After each, a ball that touches is met by one point of a facet after the other, in double precision, with nodes that
+/// give way by H^-1.
 class VertexBlockDescent : public Simulation {
   public:
     explicit VertexBlockDescent(Scene given)
@@ -56,7 +56,8 @@ class VertexBlockDescent : public Simulation {
                 for (const int node : energy_.tetrahedra()[t].nodes)
                     around[node].push_back(static_cast<int>(t));
             for (const int node : ball_->nodes())
-                add_node(node, around[node]);
+                if (is_free()[node])
+                    add_node(node, around[node]);
         }
         if (rows_)
             rows_->after_iteration = [this] { touch_rows(); };
@@ -65,14 +66,14 @@ class VertexBlockDescent : public Simulation {
 
     void step(double time_step, int iterations) override {
         if (ball_)
-            forces_.assign(ball_->near().size(), core::Vector3::Zero());
+            forces_.assign(static_cast<std::size_t>(positions().cols()), core::Vector3::Zero());
+        has_touched_ = false;
         if (rows_)
             step_in_single(time_step, iterations);
         else
             step_in_double(time_step, iterations);
-        for (const auto &force : forces_)
-            ball_->add_impulse(time_step * force);
-        forces_.clear();
+        if (ball_)
+            ball_->end_step(time_step);
     }
 
     void set_state(const Field &positions, const Field &velocities) override {
@@ -129,10 +130,8 @@ class VertexBlockDescent : public Simulation {
                 descend(x, pushed, k);
             if (i > 1)
                 x = weight * (x - oldest) + oldest;
-            for (std::size_t n = 0; ball_ && n < ball_->near().size(); ++n) {
-                touch_node(x, before, terms, n);
-                pushed.predicted.col(ball_->near()[n]) = with_force(terms, n);
-            }
+            if (ball_)
+                touch_in_double(before, terms, pushed);
         }
         last_velocities_ = v;
         v = (x - before) / time_step;
@@ -193,44 +192,62 @@ class VertexBlockDescent : public Simulation {
         x.col(nodes_[k]) -= hessian.inverse() * gradient;
     }
 
-    /// A node that the ball is near to goes where it minimises outside of the ball, if it is inside or was pushed.
-    void touch_node(Field &x, const Field &before, const Inertia &terms, std::size_t n) {
-        const int node = ball_->near()[n];
-        const auto ball = ball_->part(0, 1);
-        const core::Vector3 now = x.col(node);
-        if (forces_[n].isZero(0.0) && (now - ball.to).squaredNorm() >= ball.radius * ball.radius)
-            return;
-        const auto [gradient, hessian] = slope_of(x, terms, place_of_node_[node]);
-        const core::Vector3 minimum = now - hessian.inverse() * gradient;
-        const auto rest = core::rest_under_ball(ball, before.col(node), now, minimum, hessian);
-        x.col(node) = rest.position;
-        forces_[n] = rest.force;
+    /// One sweep over the points that the ball is near to. Nodes give way as their own quadratic says.
+    /// @param position  of a node: int -> something that can be added to
+    /// @param inverse   of the Hessian of a node: int -> Matrix3
+    template <class Position, class Inverse>
+    void touch_nodes(const Field &before, const Position &position, const Inverse &inverse) {
+        std::vector<std::optional<Matrix3>> found(static_cast<std::size_t>(positions().cols()));
+        const auto yields = [&](int node) -> Matrix3 {
+            if (!is_free()[node])
+                return Matrix3::Zero();
+            if (!found[node])
+                found[node] = inverse(node);
+            return *found[node];
+        };
+        const auto give = [&](int node, const core::Vector3 &force) {
+            forces_[node] += force;
+            position(node) += core::Vector3(yields(node) * force);
+        };
+        if (!has_touched_)
+            ball_->begin_step(give);
+        has_touched_ = true;
+        ball_->sweep(
+            ball_->part(0, 1), [&](int node) { return core::Vector3(before.col(node)); }, position, yields, give);
+    }
+
+    void touch_in_double(const Field &before, const Inertia &terms, Inertia &pushed) {
+        auto &x = mutable_positions();
+        touch_nodes(
+            before, [&](int node) { return x.col(node); },
+            [&](int node) { return Matrix3(slope_of(x, terms, place_of_node_[node]).hessian.inverse()); });
+        for (const int node : ball_->near())
+            if (is_free()[node])
+                pushed.predicted.col(node) = with_force(terms, node);
     }
 
     /// Where inertia and the force of the ball lead a node, so that descent keeps it on the ball.
-    core::Vector3 with_force(const Inertia &terms, std::size_t n) const {
-        const int node = ball_->near()[n];
-        return terms.predicted.col(node) + forces_[n] / terms.stiffness[node];
+    core::Vector3 with_force(const Inertia &terms, int node) const {
+        return terms.predicted.col(node) + forces_[node] / terms.stiffness[node];
     }
 
     /// The same with the nodes around a node as they are in rows.
     void touch_rows() {
         auto &x = mutable_positions();
-        for (std::size_t n = 0; n < ball_->near().size(); ++n) {
-            const int node = ball_->near()[n];
-            const std::size_t k = place_of_node_[node];
-            const auto ball = ball_->part(0, 1);
-            x.col(node) = position_in_row(node);
-            if (forces_[n].isZero(0.0) && (x.col(node) - ball.to).squaredNorm() >= ball.radius * ball.radius)
-                continue;
-            for (int c = offsets_[k]; c < offsets_[k + 1]; ++c)
-                for (const int other : energy_.tetrahedra()[corners_[c].tetrahedron].nodes)
-                    x.col(other) = position_in_row(other);
-            touch_node(x, before_, terms_, n);
-            in_row(rows_->displacement, rows_->row_of_node[node]) = (x.col(node) - rest_.col(node)).cast<float>();
-            in_row(rows_->predicted, rows_->row_of_node[node]) =
-                (with_force(terms_, n) - rest_.col(node)).cast<float>();
-        }
+        touch_nodes(
+            before_,
+            [&](int node) { return FineRow(rest_.col(node), in_row(rows_->displacement, rows_->row_of_node[node])); },
+            [&](int node) {
+                const std::size_t k = place_of_node_[node];
+                for (int c = offsets_[k]; c < offsets_[k + 1]; ++c)
+                    for (const int other : energy_.tetrahedra()[corners_[c].tetrahedron].nodes)
+                        x.col(other) = position_in_row(other);
+                return Matrix3(slope_of(x, terms_, k).hessian.inverse());
+            });
+        for (const int node : ball_->near())
+            if (is_free()[node])
+                in_row(rows_->predicted, rows_->row_of_node[node]) =
+                    (with_force(terms_, node) - rest_.col(node)).cast<float>();
     }
 
     core::Vector3 position_in_row(int node) const {
@@ -269,7 +286,8 @@ class VertexBlockDescent : public Simulation {
     std::vector<Corner> corners_;              ///< where a node is in its tetrahedra
     Field last_velocities_;                    ///< those before the last step
     std::shared_ptr<core::BallContact> ball_;  ///< and what a step needs of it
-    std::vector<core::Vector3> forces_;        ///< on the nodes that the ball is near to [N]
+    std::vector<core::Vector3> forces_;        ///< (N) on the nodes, of the ball [N]
+    bool has_touched_ = false;                 ///< in this step
     Inertia terms_;                            ///< in single precision
     Field before_;                             ///< the same
 };

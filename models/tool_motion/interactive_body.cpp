@@ -2,7 +2,6 @@
 #include <array>
 #include <cmath>
 #include <memory>
-#include <set>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -50,7 +49,9 @@ class InteractiveBody : public MovingBody {
         correct_steps();
         if (const auto &touching = problem.load_case.touching) {
             touching_ = *touching;
-            ball_ = std::make_shared<core::BallContact>(touchable_nodes(problem), touching_.radius, touching_.friction);
+            ball_ = std::make_shared<core::BallContact>(touched_facets(problem),
+                                                        core::contact_divisions(*problem.body, problem.load_case),
+                                                        touching_.radius, touching_.friction);
             if (!simulation_->touch(ball_))
                 throw std::logic_error("the method knows no contact");
         }
@@ -135,27 +136,29 @@ class InteractiveBody : public MovingBody {
 
     core::Vector3 centre(double time) const { return core::ball_centre(touching_, place_.motion, time); }
 
-    /// Those of the mesh, and those that the method has in the middle of edges of the surface.
-    std::vector<int> touchable_nodes(const core::Problem &problem) const {
-        auto nodes = core::touchable_nodes(problem.body->mesh, problem.load_case);
+    /// Those of the mesh; in four parts each where the method has nodes of its own in the middle of edges. Sides are
+    /// half as long then, so penalties are twice as large.
+    std::vector<core::TouchedFacet> touched_facets(const core::Problem &problem) const {
+        const auto facets = core::touched_facets(*problem.body, problem.load_case);
         const auto &mesh = problem.body->mesh;
         const auto &scene = simulation_->scene();
         if (scene.own_nodes.empty())
-            return nodes;
+            return facets;
         const auto table = core::edge_table(mesh.tetrahedra);
         if (table.edges.size() != scene.own_nodes.size())
             throw std::logic_error("nodes of a method that are in the middle of no edge");
-        std::set<int> more;
-        for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-            for (std::size_t k = 0; problem.load_case.may_touch(f) && k < 3; ++k) {
-                const int a = mesh.boundary_triangles[f][k], b = mesh.boundary_triangles[f][(k + 1) % 3];
-                const auto edge = std::ranges::lower_bound(table.edges, std::array{std::min(a, b), std::max(a, b)});
-                more.insert(mesh.num_nodes() + static_cast<int>(edge - table.edges.begin()));
-            }
-        for (const auto &follower : scene.followers)
-            more.erase(follower.node);
-        nodes.insert(nodes.end(), more.begin(), more.end());
-        return nodes;
+        const auto middle = [&](int a, int b) {
+            const auto edge = std::ranges::lower_bound(table.edges, std::array{std::min(a, b), std::max(a, b)});
+            return mesh.num_nodes() + static_cast<int>(edge - table.edges.begin());
+        };
+        std::vector<core::TouchedFacet> parts;
+        for (const auto &facet : facets) {
+            const auto [a, b, c] = facet.nodes;
+            const int ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+            for (const auto &nodes : {std::array{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}})
+                parts.push_back({nodes, 0.25 * facet.area, 2.0 * facet.penalty});
+        }
+        return parts;
     }
 
     void correct_steps() {

@@ -41,7 +41,11 @@ class MovingSprings : public MovingBody {
         take_steps_of(least_steps_, place_.while_held);
         if (problem.load_case.touching) {
             ball_ = *problem.load_case.touching;
-            contact_.emplace(core::touchable_nodes(body_->mesh, problem.load_case), ball_.radius, ball_.friction);
+            contact_.emplace(core::touched_facets(*body_, problem.load_case),
+                             core::contact_divisions(*body_, problem.load_case), ball_.radius, ball_.friction);
+            is_held_.assign(body_->mesh.points.size(), false);
+            for (const int node : place_.held)
+                is_held_[node] = true;
         }
     }
 
@@ -125,22 +129,25 @@ class MovingSprings : public MovingBody {
 
     core::Vector3 position(int node) const { return body_->mesh.points[node] + steps_->displacement(node); }
 
-    /// Nodes that a step brings into the ball are put back out of it, with velocities that take them there.
+    /// What the ball exerts takes part in each step.
     void advance_in_contact(double start, double step) {
         contact_->set_way(core::ball_centre(ball_, place_.motion, start),
                           core::ball_centre(ball_, place_.motion, start + num_steps_ * step));
-        contact_->look_around([this](int node) { return position(node); });
+        const auto now = [this](int node) { return position(node); };
+        const auto yields = [&](int node) { return is_held_[node] ? 0.0 : step * step / springs_.node_mass[node]; };
+        const auto give = [&](int node, const core::Vector3 &force) {
+            const core::Vector3 way = yields(node) * force;
+            steps_->push(node, way, way / step);
+        };
+        contact_->look_around(now);
         for (int s = 0; s < num_steps_; ++s) {
             steps_->take(1);
-            const auto ball = contact_->part(s, num_steps_);
-            for (const int node : contact_->near()) {
-                const auto now = position(node);
-                if ((now - ball.to).squaredNorm() >= ball.radius * ball.radius)
-                    continue;
-                const auto push = core::ball_push(ball, now - step * steps_->velocity(node), now);
-                steps_->push(node, push, push / step);
-                contact_->add_impulse(springs_.node_mass[node] / step * push);
-            }
+            contact_->begin_step(give);
+            contact_->sweep(
+                contact_->part(s, num_steps_),
+                [&](int node) { return core::Vector3(position(node) - step * steps_->velocity(node)); }, now,
+                [&](int node) { return Eigen::Matrix3d(yields(node) * Eigen::Matrix3d::Identity()); }, give);
+            contact_->end_step(step);
         }
         force_ = -contact_->take_impulse() / place_.motion.frame_interval;
     }
@@ -150,6 +157,7 @@ class MovingSprings : public MovingBody {
     ToolPlace place_;
     core::TouchingTool ball_;                  ///< where it touches
     std::optional<core::BallContact> contact_; ///< none where the tool has hold of its place
+    std::vector<bool> is_held_;                ///< (N) where it touches: whether a node cannot move
     core::Vector3 force_ = core::Vector3::Zero();
     livermark::msm::MassScaling scaling_;
     int least_steps_ = 1, num_steps_ = 0; ///< in a frame: at least, and those that are taken

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 
 #include "core/tool/round_load.hpp"
@@ -12,15 +11,6 @@ namespace livermark::msm {
 namespace {
 
 using Field = std::vector<core::Vector3>;
-
-/// Sides of the parts of a facet, over sqrt(R d).
-constexpr double longest_side = 1.0;
-constexpr int most_divisions = 8;
-
-double mean_side(const std::array<core::Vector3, 3> &corners) {
-    return ((corners[0] - corners[1]).norm() + (corners[1] - corners[2]).norm() + (corners[2] - corners[0]).norm()) /
-           3.0;
-}
 
 /// Of the tetrahedra, weighted with their volumes [Pa].
 double mean_young_modulus(const core::Body &body) {
@@ -40,30 +30,12 @@ double mean_side_of_surface(const core::Problem &problem) {
     int number = 0;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
         if (problem.load_case.may_touch(f)) {
-            sum += mean_side(core::corners_of(mesh, f));
-            ++number;
+            const auto corners = core::corners_of(mesh, f);
+            for (std::size_t k = 0; k < 3; ++k)
+                sum += (corners[k] - corners[(k + 1) % 3]).norm();
+            number += 3;
         }
     return number > 0 ? sum / number : 1.0;
-}
-
-/// E / (1 - nu^2) of what is behind each facet, by its nodes in ascending order [Pa].
-std::map<std::array<int, 3>, double> moduli_behind_facets(const core::Body &body) {
-    const auto &mesh = body.mesh;
-    std::map<std::array<int, 3>, double> moduli;
-    for (auto facet : mesh.boundary_triangles) {
-        std::ranges::sort(facet);
-        moduli.emplace(facet, 0.0);
-    }
-    for (int t = 0; t < mesh.num_tetrahedra(); ++t)
-        for (const auto &face : core::tetrahedron_faces) {
-            std::array<int, 3> nodes{mesh.tetrahedra[t][face[0]], mesh.tetrahedra[t][face[1]],
-                                     mesh.tetrahedra[t][face[2]]};
-            std::ranges::sort(nodes);
-            const auto &material = body.materials[mesh.region[t]];
-            if (const auto facet = moduli.find(nodes); facet != moduli.end())
-                facet->second = material.young_modulus / (1.0 - material.poisson_ratio * material.poisson_ratio);
-        }
-    return moduli;
 }
 
 } // namespace
@@ -81,21 +53,10 @@ SurfaceContact::SurfaceContact(const core::Problem &problem, const ContactRule &
 }
 
 void SurfaceContact::add_facets(const core::Problem &problem, double stiffness) {
-    const auto &mesh = problem.body->mesh;
-    const double longest = longest_side * std::sqrt(ball_.radius * ball_.press.norm());
-    const int divisions =
-        std::clamp(static_cast<int>(std::ceil(mean_side_of_surface(problem) / longest)), 1, most_divisions);
-    shapes_ = core::facet_points(divisions);
-    const auto moduli = moduli_behind_facets(*problem.body);
-    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
-        if (!problem.load_case.may_touch(f))
-            continue;
-        const auto &nodes = mesh.boundary_triangles[f];
-        auto sorted = nodes;
-        std::ranges::sort(sorted);
-        const double penalty = stiffness * moduli.at(sorted) / mean_side(core::corners_of(mesh, f));
-        add({nodes.begin(), nodes.end()}, {penalty, penalty, ball_.friction}, area_vector(mesh, f).norm(), mesh.points);
-    }
+    shapes_ = core::facet_points(core::contact_divisions(*problem.body, problem.load_case));
+    for (const auto &facet : core::touched_facets(*problem.body, problem.load_case, stiffness))
+        add({facet.nodes.begin(), facet.nodes.end()}, {facet.penalty, facet.penalty, ball_.friction}, facet.area,
+            problem.body->mesh.points);
 }
 
 void SurfaceContact::add_nodes(const core::Problem &problem, double stiffness) {

@@ -6,6 +6,7 @@
 
 #include "core/problem.hpp"
 #include "core/tool/facet_points.hpp"
+#include "core/tool/touched_facets.hpp"
 #include "core/tool/touching_tool.hpp"
 #include "msm/elastic_body.hpp"
 
@@ -14,18 +15,13 @@ namespace livermark::msm {
 /// Where contact is looked at, and how hard it is.
 struct ContactRule {
     enum class At : std::uint8_t {
-        /// Points of a quadrature on each facet (core::facet_points), in parts with sides of at most sqrt(R d), the
-        /// radius
-        /// of contact by Hertz: R the radius of the ball and d its depth.
-        facets,
-        /// Corners of facets alone, with a third of each facet. A ball that is small beside the edges sinks in between.
-        nodes
+        facets, ///< at the points of a quadrature on each facet, with core::touched_facets() and
+                ///< core::contact_divisions()
+        nodes   ///< at corners of facets, with a third of each facet: a ball that is small beside the edges sinks in
     };
     At at = At::facets;
-    /// gamma. On facets the penalty is eps = gamma E / ((1 - nu^2) h) of the facet: h the mean of its sides, E and nu
-    /// of the tetrahedron behind it. In nodes it is gamma E / h of means over the body and the surface. The number is
-    /// that with the least error against a closed form on coarse meshes, see docs/studies/contact.md.
-    double stiffness = 10.0;
+    /// gamma of core::touched_facets(). In nodes the penalty is gamma E / h of means over the body and the surface.
+    double stiffness = core::usual_contact_stiffness;
     /// Whether multipliers follow, until nothing is inside the ball, whatever gamma is.
     bool augments = false;
 
@@ -44,11 +40,6 @@ struct ContactRule {
 /// of the equilibrium before, and so is lambda, the augmented Lagrangian's multiplier: equilibria follow one another
 /// until pressures are what these were found with. Then friction is Coulomb's. (Simo, Laursen 1992, section 3; the
 /// fixed bound is Tresca's friction, N. Kikuchi, J. T. Oden 1988, Contact Problems in Elasticity, chapter 10)
-///
-/// Facets are flat, and a body of linear functions cannot follow a ball within them. A penalty in 1 / h stands for
-/// that: it goes with the mesh as the error of the functions does, so that the whole converges to contact without
-/// penetration (F. Chouly, P. Hild 2013, On convergence of the penalty method for unilateral contact problems, Appl.
-/// Numer. Math. 65), where facets without penetration are too stiff on coarse meshes.
 class SurfaceContact {
   public:
     /// Nothing touches yet.

@@ -23,7 +23,7 @@ using models::MovingBody;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 /// A motion beyond this many times the size of the body has diverged.
 constexpr double bound = 1.0;
-/// Of the radius of a ball: where its centre is nearer to the surface, it has slipped through between nodes.
+/// Of the radius of a ball: where its centre is nearer to the surface, it has gone through.
 constexpr double gone_through = 0.5;
 /// More iterations are no answer to anything.
 constexpr int most_effort = 20000;
@@ -121,7 +121,7 @@ class Recorder {
     }
 
   private:
-    /// Of a ball that touches: how deep the surface is inside it. Nodes are not, but facets between them are.
+    /// Of a ball that touches: how deep the surface is inside it, corners and what is between points of facets included.
     bool stays_outside(int frame, const std::vector<core::Vector3> &displacement) {
         const auto &load_case = scene_->problem.load_case;
         if (!load_case.touching || frame > core::last_record_held(*load_case.tool))
