@@ -8,6 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include "core/tool/least_within_limits.hpp"
+
 namespace livermark::studies {
 
 namespace {
@@ -17,9 +19,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
-constexpr double spacing_over_radius = 1.0 / 3.0;
-/// Beyond the target, so that the tissue before the tip is there; the tip itself never gets there.
-constexpr int places_beyond = 2;
 /// Of lengths, over the spacing.
 constexpr double rounding = 1e-9;
 
@@ -94,11 +93,12 @@ class Tissue {
 /// A needle in a body, one depth after the other.
 class Driving {
   public:
-    Driving(const MatrixXd &compliance, const NeedleLine &line, const core::Needle &needle)
-        : tissue_(compliance, needle.direction()), needle_(needle), spacing_(line.spacing), target_(line.target),
-          stuck_at_(VectorXd::Constant(tissue_.size(), no_number)), along_(VectorXd::Zero(tissue_.size())),
-          shaft_(VectorXd::Zero(tissue_.size())), displacement_(VectorXd::Zero(tissue_.size())),
-          across_(VectorXd::Zero(2 * tissue_.size())), hold_(VectorXd::Zero(2)) {
+    Driving(const MatrixXd &compliance, const core::NeedleLine &line, const core::Needle &needle)
+        : tissue_(compliance, needle.direction()), line_(line), needle_(needle), spacing_(line.spacing),
+          target_(line.target), stuck_at_(VectorXd::Constant(tissue_.size(), no_number)),
+          along_(VectorXd::Zero(tissue_.size())), shaft_(VectorXd::Zero(tissue_.size())),
+          displacement_(VectorXd::Zero(tissue_.size())), across_(VectorXd::Zero(2 * tissue_.size())),
+          hold_(VectorXd::Zero(2)) {
         found_.depth.push_back(0.0);
         record(0.0);
         for (auto *const sum : {&found_.work, &found_.friction, &found_.tearing})
@@ -139,22 +139,17 @@ class Driving {
     /// (K) parts that the places have of a point of the axis.
     VectorXd parts_at(double point) const {
         VectorXd parts = VectorXd::Zero(tissue_.size());
-        const double position = std::clamp(point / spacing_, 0.0, static_cast<double>(tissue_.size() - 1));
-        const Index below = std::min(static_cast<Index>(position), tissue_.size() - 2);
-        parts[below] = 1.0 - (position - static_cast<double>(below));
-        parts[below + 1] = 1.0 - parts[below];
+        const auto [below, part] = core::point_of_line(line_, point);
+        parts[below] = part;
+        parts[below + 1] = 1.0 - part;
         return parts;
     }
 
     /// (K) length of the shaft that each place stands for [m].
     VectorXd lengths(double tip) const {
-        VectorXd length = VectorXd::Zero(tissue_.size());
-        const double position = tip / spacing_;
-        for (Index k = 0; static_cast<double>(k) < position; ++k) {
-            const double part = std::min(position - static_cast<double>(k), 1.0);
-            length[k] += spacing_ * (part - 0.5 * part * part);
-            length[k + 1] += spacing_ * 0.5 * part * part;
-        }
+        VectorXd length(tissue_.size());
+        for (Index k = 0; k < tissue_.size(); ++k)
+            length[k] = core::shaft_length(line_, static_cast<int>(k), tip);
         return length;
     }
 
@@ -193,7 +188,7 @@ class Driving {
         }
         MatrixXd matrix = columns.transpose() * held.along * columns;
         matrix.diagonal() *= 1.0 + 1e-9; // a tip at a place has its column twice
-        const VectorXd force = least_within_limits(matrix, wanted, low, high);
+        const VectorXd force = core::least_within_limits(matrix, wanted, low, high);
         if (!tip_force)
             trial.tip_force = force[num_touched];
         trial.shaft = VectorXd::Zero(tissue_.size());
@@ -301,6 +296,7 @@ class Driving {
     }
 
     Tissue tissue_;
+    core::NeedleLine line_;
     core::Needle needle_;
     double spacing_;
     Index target_;
@@ -314,70 +310,9 @@ class Driving {
     core::Insertion found_;
 };
 
-enum class Side { low, free, high };
-
-/// How often the number of those on a wrong side may fail to fall before one alone changes sides.
-constexpr int most_goes = 3;
-
 } // namespace
 
-VectorXd least_within_limits(const MatrixXd &matrix, const VectorXd &b, const VectorXd &low, const VectorXd &high) {
-    const Index count = b.size();
-    if (count == 0)
-        return b;
-    std::vector<Side> side(count, Side::free);
-    VectorXd x(count);
-    Index fewest = count + 1;
-    int goes = most_goes;
-    while (true) {
-        std::vector<Index> free;
-        for (Index i = 0; i < count; ++i) {
-            if (side[i] == Side::free)
-                free.push_back(i);
-            else
-                x[i] = side[i] == Side::low ? low[i] : high[i];
-        }
-        VectorXd right = b;
-        for (Index i = 0; i < count; ++i)
-            if (side[i] != Side::free)
-                right -= x[i] * matrix.col(i);
-        if (!free.empty())
-            x(free) = matrix(free, free).llt().solve(right(free)).eval();
-        const VectorXd gradient = matrix * x - b;
-        const double slack = 1e-12 * (b.cwiseAbs().maxCoeff() + 1e-300);
-        std::vector<std::pair<Index, Side>> changes;
-        for (Index i = 0; i < count; ++i) {
-            if (side[i] == Side::free && x[i] < low[i])
-                changes.emplace_back(i, Side::low);
-            else if (side[i] == Side::free && x[i] > high[i])
-                changes.emplace_back(i, Side::high);
-            else if ((side[i] == Side::low && gradient[i] < -slack) || (side[i] == Side::high && gradient[i] > slack))
-                changes.emplace_back(i, Side::free);
-        }
-        if (changes.empty())
-            return x;
-        const auto wrong = static_cast<Index>(changes.size());
-        if (wrong < fewest) {
-            fewest = wrong;
-            goes = most_goes;
-        } else if (--goes < 0) {
-            changes.erase(changes.begin(), changes.end() - 1); // Murty's rule: it ends
-        }
-        for (const auto &[i, to] : changes)
-            side[i] = to;
-    }
-}
-
-NeedleLine needle_line(const core::Needle &needle) {
-    NeedleLine line;
-    line.target = std::max(2, static_cast<int>(std::ceil(needle.depth() / (spacing_over_radius * needle.spread))));
-    line.spacing = needle.depth() / line.target;
-    for (int k = 0; k <= line.target + places_beyond; ++k)
-        line.places.push_back({needle.entry + k * line.spacing * needle.direction(), needle.spread});
-    return line;
-}
-
-core::Insertion insert(const MatrixXd &compliance, const NeedleLine &line, const core::Needle &needle) {
+core::Insertion insert(const MatrixXd &compliance, const core::NeedleLine &line, const core::Needle &needle) {
     Driving driving(compliance, line, needle);
     const int steps = std::max(1, static_cast<int>(std::ceil(needle.depth() / needle.step - rounding)));
     const auto depth_after = [&](int step) { return needle.depth() * step / steps; };

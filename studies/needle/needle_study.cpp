@@ -68,7 +68,7 @@ std::vector<NeedleProblem> read_with_needles(const NeedleOptions &options, std::
 
 results::NeedleStudy drive(const core::Problem &problem, const core::Needle &needle,
                            const std::vector<core::Model> &models, Steps &steps) {
-    const auto line = needle_line(needle);
+    const auto line = core::needle_line(needle);
     results::NeedleStudy study{.needle = needle, .runs = {}};
     for (const auto &model : models) {
         steps.next(fmt::format("{} / {} / {}", problem.body->name, needle.name, model.name));

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "core/tool/least_within_limits.hpp"
 #include "results/records/needle.hpp"
 
 namespace livermark::studies {
@@ -24,7 +25,7 @@ core::Needle needle() {
 }
 
 /// A rigid block on a spring along the axis that gives way by so much [m/N], and on stiffer ones across it.
-Eigen::MatrixXd block_on_spring(const core::Needle &needle, const NeedleLine &line, double compliance) {
+Eigen::MatrixXd block_on_spring(const core::Needle &needle, const core::NeedleLine &line, double compliance) {
     const auto places = static_cast<Eigen::Index>(line.places.size());
     const core::Vector3 axis = needle.direction();
     const Eigen::Matrix3d along = axis * axis.transpose();
@@ -38,7 +39,7 @@ Eigen::MatrixXd block_on_spring(const core::Needle &needle, const NeedleLine &li
 }
 
 /// Tissue whose places give way the less for each other the farther they are apart, and not along the axis alone.
-Eigen::MatrixXd some_tissue(const NeedleLine &line, double compliance, double reach, std::mt19937 &random) {
+Eigen::MatrixXd some_tissue(const core::NeedleLine &line, double compliance, double reach, std::mt19937 &random) {
     std::normal_distribution<double> normal;
     Eigen::Matrix3d root;
     for (double &entry : root.reshaped())
@@ -65,7 +66,7 @@ TEST(LeastWithinLimits, MeetsTheConditionsOfTheLeast) {
         const Eigen::MatrixXd matrix = root * root.transpose() + 1e-3 * Eigen::MatrixXd::Identity(n, n);
         const Eigen::VectorXd b = Eigen::VectorXd::NullaryExpr(n, [&] { return 5.0 * normal(random); });
         const Eigen::VectorXd high = Eigen::VectorXd::NullaryExpr(n, [&] { return std::abs(normal(random)); });
-        const auto x = least_within_limits(matrix, b, -high, high);
+        const auto x = core::least_within_limits(matrix, b, -high, high);
         const Eigen::VectorXd gradient = matrix * x - b;
         for (int i = 0; i < n; ++i) {
             EXPECT_LE(std::abs(x[i]), high[i] * (1.0 + 1e-12));
@@ -78,7 +79,7 @@ TEST(LeastWithinLimits, MeetsTheConditionsOfTheLeast) {
 }
 
 TEST(NeedleLine, HasTheTargetAmongItsPlaces) {
-    const auto line = needle_line(needle());
+    const auto line = core::needle_line(needle());
     EXPECT_LE(line.spacing, needle().spread / 3.0 + 1e-12);
     EXPECT_LT((line.places.at(line.target).middle - needle().target).norm(), 1e-12);
     EXPECT_LT((line.places.front().middle - needle().entry).norm(), 1e-12);
@@ -86,7 +87,7 @@ TEST(NeedleLine, HasTheTargetAmongItsPlaces) {
 
 TEST(Insertion, OfABlockOnASpringHasItsClosedForm) {
     const auto soft = needle();
-    const auto line = needle_line(soft);
+    const auto line = core::needle_line(soft);
     const double compliance = 0.02;
     const auto found = insert(block_on_spring(soft, line, compliance), line, soft);
     ASSERT_NEAR(found.depth[found.at_plan], soft.depth(), 1e-12);
@@ -111,7 +112,7 @@ TEST(Insertion, OfABlockOnASpringHasItsClosedForm) {
 
 TEST(Insertion, BalancesItsEnergies) {
     const auto soft = needle();
-    const auto line = needle_line(soft);
+    const auto line = core::needle_line(soft);
     const auto found = insert(block_on_spring(soft, line, 0.02), line, soft);
     const auto end = found.work.size() - 1;
     EXPECT_NEAR(found.work[end], found.friction[end] + found.tearing[end], 0.01 * found.work[end]);
@@ -123,7 +124,7 @@ TEST(Insertion, BalancesItsEnergies) {
 TEST(Insertion, JumpsWhereTheSurfaceGivesWay) {
     auto tough = needle();
     tough.puncture_force = 0.8;
-    const auto line = needle_line(tough);
+    const auto line = core::needle_line(tough);
     const double compliance = 0.02;
     const auto found = insert(block_on_spring(tough, line, compliance), line, tough);
     EXPECT_NEAR(found.puncture_depth, compliance * tough.puncture_force, tough.step);
@@ -137,7 +138,7 @@ TEST(Insertion, JumpsWhereTheSurfaceGivesWay) {
 TEST(Insertion, OfAForceTooSmallNeverPunctures) {
     auto tough = needle();
     tough.puncture_force = 50.0;
-    const auto line = needle_line(tough);
+    const auto line = core::needle_line(tough);
     const auto found = insert(block_on_spring(tough, line, 0.02), line, tough);
     EXPECT_TRUE(std::isnan(found.puncture_depth));
     EXPECT_EQ(*std::ranges::max_element(found.tip), 0.0);
@@ -153,7 +154,7 @@ TEST(Insertion, OfManyNeedlesStaysFiniteAndBalanced) {
         some.toughness = 20.0 + 300.0 * part(random);
         some.friction = n % 5 == 0 ? 0.0 : 60.0 * part(random);
         some.puncture_force = some.tip_force();
-        const auto line = needle_line(some);
+        const auto line = core::needle_line(some);
         const double compliance = std::pow(10.0, -3.0 + part(random));
         const auto found = insert(some_tissue(line, compliance, 0.005 + 0.05 * part(random), random), line, some);
         for (const double force : found.force)

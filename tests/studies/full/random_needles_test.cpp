@@ -61,7 +61,7 @@ TEST_P(RandomNeedles, AreRefusedOrBalanceTheirEnergies) {
             continue; // it would leave the body, or begin where that is held
         }
         ++driven;
-        const auto line = needle_line(needles.front());
+        const auto line = core::needle_line(needles.front());
         const auto compliance = model.compliance(problem, line.places);
         const results::NeedleRun run{.model = model.name,
                                      .insertion = insert(compliance.matrix, line, needles.front())};
