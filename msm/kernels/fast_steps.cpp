@@ -19,6 +19,8 @@ class FastSteps::Implementation {
     virtual core::Vector3 displacement(int node) const = 0;
     virtual core::Vector3 velocity(int node) const = 0;
     virtual void push(int node, const core::Vector3 &displacement, const core::Vector3 &velocity) = 0;
+    virtual void displacements(std::span<const int> nodes, std::span<core::Vector3> found) const = 0;
+    virtual void kick(std::span<const int> nodes, std::span<const core::Vector3> velocity, double time_step) = 0;
     virtual void set_displacement(int node, const core::Vector3 &displacement) = 0;
     virtual void set_load(int node, const core::Vector3 &force) = 0;
     virtual void set_time_step(double time_step) = 0;
@@ -167,6 +169,35 @@ template <class T> class Steps : public FastSteps::Implementation {
             };
             add(of_slice.position, displacement[static_cast<Eigen::Index>(c)], at_.rows[at_.now]);
             add(of_slice.velocity, velocity[static_cast<Eigen::Index>(c)], at_.velocity_rows[at_.now]);
+        }
+    }
+
+    void displacements(std::span<const int> nodes, std::span<core::Vector3> found) const override {
+        for (std::size_t i = 0; i < nodes.size(); ++i)
+            found[i] = Steps::displacement(nodes[i]);
+    }
+
+    void kick(std::span<const int> nodes, std::span<const core::Vector3> velocity, double time_step) override {
+        auto &rows = at_.rows[at_.now], &velocity_rows = at_.velocity_rows[at_.now];
+        for (std::size_t i = 0; i < nodes.size(); ++i) {
+            const auto row = static_cast<std::size_t>(at_.body.row_of_node[nodes[i]]);
+            const std::size_t lane = row % slice_size;
+            auto &of_slice = at_.nodes[row / slice_size];
+            for (std::size_t c = 0; c < 3; ++c) {
+                if (of_slice.free_per_mass[c][lane] == 0.0)
+                    continue;
+                const double change = velocity[i][static_cast<Eigen::Index>(c)];
+                of_slice.velocity.set(c, lane, of_slice.velocity.get(c, lane) + change);
+                of_slice.position.set(c, lane, of_slice.position.get(c, lane) + time_step * change);
+                rows[4 * row + c] = of_slice.position.high[c][lane];
+                if (!velocity_rows.empty())
+                    velocity_rows[4 * row + c] = of_slice.velocity.high[c][lane];
+            }
+            for (const std::size_t copy : copies_of(row)) {
+                std::copy_n(rows.data() + 4 * row, 3, rows.data() + 4 * copy);
+                if (!velocity_rows.empty())
+                    std::copy_n(velocity_rows.data() + 4 * row, 3, velocity_rows.data() + 4 * copy);
+            }
         }
     }
 
@@ -396,6 +427,12 @@ core::Vector3 FastSteps::velocity(int node) const {
 }
 void FastSteps::push(int node, const core::Vector3 &displacement, const core::Vector3 &velocity) {
     implementation_->push(node, displacement, velocity);
+}
+void FastSteps::displacements(std::span<const int> nodes, std::span<core::Vector3> found) const {
+    implementation_->displacements(nodes, found);
+}
+void FastSteps::kick(std::span<const int> nodes, std::span<const core::Vector3> velocity, double time_step) {
+    implementation_->kick(nodes, velocity, time_step);
 }
 void FastSteps::set_displacement(int node, const core::Vector3 &displacement) {
     implementation_->set_displacement(node, displacement);

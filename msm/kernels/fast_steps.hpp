@@ -3,6 +3,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -69,6 +70,15 @@ class FastSteps {
     /// Changes displacement [m] and velocity [m/s] of a node between steps: what it touched, say. Constrained
     /// components stay as they are.
     void push(int node, const core::Vector3 &displacement, const core::Vector3 &velocity);
+
+    /// Displacements of some nodes, as they are now [m]: displacement() of each, in one call.
+    void displacements(std::span<const int> nodes, std::span<core::Vector3> found) const;
+
+    /// Gives some nodes more velocity [m/s], and moves them on by as much in a step, as if a force had acted in the
+    /// last one of symplectic Euler: push() of each, in one call.
+    /// @param velocity   of each of the nodes
+    /// @param time_step  h of the last step [s]
+    void kick(std::span<const int> nodes, std::span<const core::Vector3> velocity, double time_step);
 
     /// Moves the constrained components of a node there [m]; what is free stays as it is.
     void set_displacement(int node, const core::Vector3 &displacement);
