@@ -135,6 +135,30 @@ std::string move(Scene &scene, Numbers &numbers) {
     return frame_bytes(frame, std::chrono::duration<double>(Clock::now() - start).count());
 }
 
+std::string prick(Scene &scene, Numbers &numbers) {
+    using Clock = std::chrono::steady_clock;
+    Tool tool{.kind = ToolKind::needle};
+    tool.needle.entry = numbers.vector();
+    tool.needle.target = numbers.vector();
+    for (double *const number : {&tool.needle.diameter, &tool.needle.spread, &tool.needle.toughness,
+                                 &tool.needle.friction, &tool.needle.puncture_force, &tool.depth})
+        *number = numbers.number();
+    const int num_steps = numbers.integer();
+    numbers.end();
+    const auto start = Clock::now();
+    const auto frame = scene.move(tool, num_steps);
+    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    const auto reading = frame.needle.value_or(NeedleReading{}); // it is out where the motion was set back
+    std::string bytes;
+    for (const double number :
+         {reading.depth, reading.tip, reading.force, reading.tip_force, static_cast<double>(reading.is_punctured)})
+        append(bytes, number);
+    append_vector(bytes, reading.target);
+    for (const double number : {reading.work.hand, reading.work.friction, reading.work.tearing})
+        append(bytes, number);
+    return bytes + frame_bytes(frame, seconds);
+}
+
 } // namespace
 
 std::unique_ptr<Scene> scene_of(std::span<const double> message) {
@@ -186,6 +210,8 @@ std::string reply(Scene &scene, std::span<const double> message) {
         numbers.end();
         scene.restore();
         return {};
+    case 6:
+        return prick(scene, numbers);
     default:
         throw support::InputError("a message of a kind that nobody knows here; load the page again");
     }

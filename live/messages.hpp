@@ -32,6 +32,11 @@ std::unique_ptr<Scene> scene_of(std::span<const double> message);
 ///         keeps the state, in place of the one that was kept before. Reply: empty
 ///     5
 ///         back to the state that was kept. Reply: empty
+///     6, entry (3), target (3) [m], diameter [m], spread [m], toughness [J/m^2], friction [N/m], puncture force [N],
+///     depth [m], number of steps
+///         a needle, see core/tool/needle.hpp. Reply: its depth, tip [m], force of the hand, force at the tip [N],
+///         0 or 1 whether the surface has given way, displacement of the target (3) [m], work of the hand, of friction
+///         and of tearing [J], and all that is said to message 2, where the tool is the tip
 ///
 /// @return bytes
 /// @throws support::InputError for any other message, or for what Scene refuses

@@ -89,11 +89,11 @@ void check_settings(const Settings &settings) {
 }
 
 void check_tool(const Tool &tool, const Surface &surface) {
-    if (tool.kind == ToolKind::none)
+    if (tool.kind == ToolKind::none || tool.kind == ToolKind::needle)
         return;
     if (tool.kind != ToolKind::probe && tool.kind != ToolKind::pull)
-        throw support::InputError(
-            fmt::format("tool {}: take 0 for none, 1 for the probe or 2 for a pull", static_cast<int>(tool.kind)));
+        throw support::InputError(fmt::format(
+            "tool {}: take 0 for none, 1 for the probe, 2 for a pull or 3 for a needle", static_cast<int>(tool.kind)));
     if (!tool.target.allFinite() || !(tool.target.norm() < 1e3))
         throw support::InputError("a tool is led to a place that is none, or a kilometre away; lead it to the body");
     check_range("a tool's radius", tool.radius, 1e-3, 0.1, " m");
@@ -154,12 +154,12 @@ std::vector<double> watched_volumes(const core::Body &body, const msm::MassSprin
 Stepping chosen_steps(const core::Body &body, const msm::MassSprings &parts, const msm::NodalConditions &conditions,
                       const Settings &settings) {
     const auto plain = longest_steps(body, parts, conditions, {}, settings);
-    Stepping stepping{.chosen = plain, .scaling = msm::scale_masses(body, parts.body, conditions)};
+    Stepping stepping{.chosen = plain, .scaling = msm::scale_masses(body, parts.body, conditions), .unscaled = plain};
     if (!stepping.scaling.parts.empty())
         stepping.chosen = longest_steps(body, parts, conditions, stepping.scaling, settings);
     auto &chosen = stepping.chosen;
     if (chosen.longest_time_step < least_gain * plain.longest_time_step)
-        stepping = {.chosen = plain, .scaling = {}};
+        stepping = {.chosen = plain, .scaling = {}, .unscaled = plain};
     chosen.time_step = settings.time_step > 0.0 ? settings.time_step : chosen.longest_time_step;
     if (chosen.time_step > chosen.longest_time_step * rounding)
         throw support::InputError(

@@ -25,6 +25,7 @@ msm::NodalConditions constrained_conditions(const std::vector<bool> &is_constrai
 struct Stepping {
     Chosen chosen;
     msm::MassScaling scaling; ///< without parts where masses are as they are
+    Chosen unscaled;          ///< the longest steps with masses as they are
 };
 
 /// The steps that a body may take, and does. One bears a pressed body, whose tetrahedra have lost so much volume that

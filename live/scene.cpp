@@ -1,6 +1,7 @@
 #include "live/scene.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <utility>
 
@@ -49,7 +50,18 @@ constexpr double furthest_pull = 0.5;
 /// size, and is not.
 constexpr double largest_motion = 4.0;
 
+int num_parts_of(double time_step, double longest) {
+    return std::max(1, static_cast<int>(std::ceil(time_step / longest - 1e-6)));
+}
+
 } // namespace
+
+struct Scene::Prepared {
+    core::Body body; ///< of the chosen material
+    msm::MassSprings parts;
+    Settings settings;
+    Stepping stepping;
+};
 
 Scene::Scene(core::Body body, const std::vector<bool> &is_constrained, int num_threads)
     : body_(std::move(body)), num_threads_(num_threads) {
@@ -63,20 +75,43 @@ Scene::Scene(core::Body body, const std::vector<bool> &is_constrained, int num_t
 
 Chosen Scene::choose(const Settings &settings) {
     check_settings(settings);
-    const auto body = with_material(body_, settings.young_modulus, settings.poisson_ratio);
-    const auto parts = mass_springs(body_, settings, springs_);
-    const auto conditions = constrained_conditions(is_constrained_);
-    const auto stepping = chosen_steps(body, parts, conditions, settings);
-    const auto &chosen = stepping.chosen;
+    auto body = with_material(body_, settings.young_modulus, settings.poisson_ratio);
+    auto parts = mass_springs(body_, settings, springs_);
+    auto stepping = chosen_steps(body, parts, constrained_conditions(is_constrained_), settings);
+    const auto chosen = stepping.chosen;
+    node_mass_ = parts.body.node_mass;
+    time_step_ = chosen.time_step;
+    prepared_ =
+        std::make_shared<const Prepared>(Prepared{std::move(body), std::move(parts), settings, std::move(stepping)});
+    prepare_steps(!needle_);
+    fit_tool();
+    return chosen;
+}
 
-    auto next = msm::FastSteps::prepare(parts.body, body_.mesh.points, conditions, settings.damping, "symplectic_euler",
-                                        chosen.time_step,
-                                        {.precision = msm::ForcePrecision::single_precision,
-                                         .num_threads = num_threads_,
-                                         .scaling = stepping.scaling,
-                                         .least_stretch = least_stretch,
-                                         .largest_speed = way_in_step * mean_edge_ / chosen.time_step,
-                                         .watched_volume = watched_volumes(body, parts, conditions, stepping)});
+/// Goes on with steps of what was chosen.
+/// @param may_be_scaled  whether they may have scaled masses, which a needle cannot push
+void Scene::prepare_steps(bool may_be_scaled) {
+    const auto conditions = constrained_conditions(is_constrained_);
+    auto stepping = prepared_->stepping;
+    const bool is_divided = !may_be_scaled && !stepping.scaling.parts.empty();
+    fewest_parts_ = 1;
+    if (is_divided) {
+        fewest_parts_ = num_parts_of(time_step_, stepping.unscaled.longest_time_step);
+        stepping.chosen = stepping.unscaled;
+        stepping.chosen.time_step = time_step_ / fewest_parts_;
+        stepping.scaling = {};
+    }
+    const auto &chosen = stepping.chosen;
+    num_parts_ = fewest_parts_ * num_parts_of(chosen.time_step, chosen.pressed_time_step);
+    auto next = msm::FastSteps::prepare(
+        prepared_->parts.body, body_.mesh.points, conditions, prepared_->settings.damping, "symplectic_euler",
+        chosen.time_step,
+        {.precision = msm::ForcePrecision::single_precision,
+         .num_threads = num_threads_,
+         .scaling = stepping.scaling,
+         .least_stretch = least_stretch,
+         .largest_speed = way_in_step * mean_edge_ / chosen.time_step,
+         .watched_volume = watched_volumes(prepared_->body, prepared_->parts, conditions, stepping)});
     divided_steps_ = 0;
     if (steps_) {
         const auto state = sound_state();
@@ -85,11 +120,17 @@ Chosen Scene::choose(const Settings &settings) {
             divided_steps_ = num_divided; // these springs may be pressed where the body is
     }
     steps_ = std::move(next);
-    node_mass_ = parts.body.node_mass;
-    time_step_ = chosen.time_step;
-    num_parts_ = static_cast<int>(std::ceil(chosen.time_step / chosen.pressed_time_step - 1e-6));
-    fit_tool();
-    return chosen;
+}
+
+/// Puts a needle in, or takes it out.
+void Scene::put_needle(const Tool &tool) {
+    const bool was_in = needle_.has_value();
+    needle_.reset();
+    const bool is_in = tool.kind == ToolKind::needle;
+    if (is_in != was_in && !prepared_->stepping.scaling.parts.empty())
+        prepare_steps(!is_in);
+    if (is_in)
+        needle_.emplace(tool.needle, body_.mesh, node_mass_, constrained_conditions(is_constrained_), *steps_);
 }
 
 core::Vector3 Scene::position(int node) const {
@@ -98,12 +139,14 @@ core::Vector3 Scene::position(int node) const {
 
 /// Begins with a tool where it differs from the one before.
 void Scene::take_up(const Tool &tool) {
-    const bool is_same = tool.kind == tool_.kind && tool.radius == tool_.radius &&
-                         (tool.kind != ToolKind::pull || tool.node == tool_.node);
+    const bool is_same = tool.kind == ToolKind::needle ? are_one_needle(tool, tool_)
+                                                       : tool.kind == tool_.kind && tool.radius == tool_.radius &&
+                                                             (tool.kind != ToolKind::pull || tool.node == tool_.node);
     tool_ = tool;
     if (is_same)
         return;
     take_load_off();
+    put_needle(tool);
     contact_ = {};
     divided_steps_ = num_divided; // it is not known yet how far it presses
     proxy_ = {.position = tool.target, .target = tool.target};
@@ -182,15 +225,18 @@ core::Vector3 Scene::within_reach(const core::Vector3 &goal) const {
     return length > furthest ? core::Vector3(middle + furthest / length * (goal - middle)) : goal;
 }
 
-/// @param part  that is moved on by [s]
-void Scene::step(const core::Vector3 &goal, double part) {
-    if (tool_.kind != ToolKind::none) {
-        follow(proxy_, within_reach(goal), part);
+/// @param needle_depth  where the hand leads a needle [m]
+/// @param part          that is moved on by [s]
+void Scene::step(const Tool &tool, double needle_depth, double part) {
+    if (tool_.kind != ToolKind::none && !needle_) {
+        follow(proxy_, within_reach(tool.target), part);
         touch(part);
         advance(proxy_, -load_.total, part);
     }
     steps_->set_time_step(part);
     steps_->take(1);
+    if (needle_)
+        needle_->act(*steps_, needle_depth, part);
     if (steps_->is_pressed())
         divided_steps_ = num_divided;
     ++num_evaluations_;
@@ -202,15 +248,24 @@ core::Vector3 Scene::feel(const Tool &tool, int num_steps) {
     if (num_steps < 0 || num_steps > most_steps)
         throw support::InputError(fmt::format("{} steps at once; ask for 0 to {}", num_steps, most_steps));
     check_tool(tool, surface_);
+    check_depth(tool);
+    if (!are_one_needle(tool, tool_))
+        check_needle(tool, body_.mesh, is_constrained_);
     take_up(tool);
+    // A hand leads a needle evenly, as far as it goes in these steps.
+    const double start = needle_ ? needle_->depth() : 0.0, way = tool.depth - start;
     for (int i = 0; i < num_steps; ++i) {
-        const int parts = divided_steps_ > 0 ? num_parts_ : 1;
+        const int parts = divided_steps_ > 0 ? num_parts_ : fewest_parts_;
         divided_steps_ = std::max(0, divided_steps_ - 1);
         for (int k = 0; k < parts; ++k)
-            step(tool.target, time_step_ / parts);
+            step(tool, start + way * (i + (k + 1.0) / parts) / num_steps, time_step_ / parts);
     }
     time_ += num_steps * time_step_;
-    return -load_.total;
+    return force_on_tool();
+}
+
+core::Vector3 Scene::force_on_tool() const {
+    return needle_ ? core::Vector3(-needle_->force()) : core::Vector3(-load_.total);
 }
 
 Frame Scene::move(const Tool &tool, int num_steps) {
@@ -231,8 +286,10 @@ Frame Scene::frame() {
     const auto state = sound_state();
     Frame frame;
     frame.time = time_;
-    frame.tool = proxy_.position;
-    frame.force = -load_.total;
+    if (needle_)
+        frame.needle = needle_->reading(*steps_);
+    frame.tool = needle_ ? needle_->tip() : proxy_.position;
+    frame.force = force_on_tool();
     frame.largest_speed = largest_speed(state.velocity);
     if (tool_.kind != ToolKind::none)
         frame.largest_speed = std::max(frame.largest_speed, proxy_.velocity.norm());
@@ -272,6 +329,7 @@ void Scene::settle() {
     tool_ = {};
     proxy_ = {};
     contact_ = {};
+    put_needle(tool_);
     divided_steps_ = 0;
     fit_tool();
 }
@@ -285,7 +343,8 @@ void Scene::keep() {
              .proxy = proxy_,
              .contact = contact_,
              .load = load_,
-             .divided_steps = divided_steps_};
+             .divided_steps = divided_steps_,
+             .needle = needle_};
     // The digits of both parts of a number may be more than a double has: from here on it moves as when it is restored.
     steps_->set_state(kept_->state);
 }
@@ -294,6 +353,8 @@ void Scene::restore() {
     if (!steps_ || !kept_)
         throw support::InputError("no state is kept that one could go back to; take a tool first");
     take_load_off();
+    put_needle(kept_->tool);
+    needle_ = kept_->needle;
     steps_->set_state(kept_->state);
     tool_ = kept_->tool;
     proxy_ = kept_->proxy;

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/problem.hpp"
 #include "live/contact.hpp"
+#include "live/needle.hpp"
 #include "live/tool.hpp"
 #include "live/virtual_coupling.hpp"
 #include "msm/kernels/fast_steps.hpp"
@@ -50,10 +52,12 @@ struct Frame {
     std::vector<core::Vector3> displacement; ///< (N) [m]
     Load load;                               ///< of the tool on the body, in the last step
     const Surface *surface = nullptr;        ///< that the triangles of the load belong to
+    std::optional<NeedleReading> needle;     ///< of a needle; its tip is `tool`
 };
 
 /// A soft body under somebody's hand: springs with or without a volume term, in steps of symplectic Euler by the fast
-/// kernels, and a tool that pokes or pulls. The same calls give the same bits on every machine if the kernels do, that
+/// kernels, and a tool that pokes, pulls or pricks. While a needle is in no masses are scaled, and steps are divided
+/// where they would be too long then. The same calls give the same bits on every machine if the kernels do, that
 /// is, in the portable build.
 class Scene {
   public:
@@ -99,7 +103,10 @@ class Scene {
     void fit_tool();
     core::Vector3 force_of_tool(double part);
     core::Vector3 within_reach(const core::Vector3 &goal) const;
-    void step(const core::Vector3 &goal, double part);
+    void step(const Tool &tool, double needle_depth, double part);
+    void put_needle(const Tool &tool);
+    void prepare_steps(bool may_be_scaled);
+    core::Vector3 force_on_tool() const;
     void touch(double part);
     void carry_load(double part);
     void take_load_off();
@@ -117,7 +124,10 @@ class Scene {
         SphereContact contact;
         Load load;
         int divided_steps;
+        std::optional<HeldNeedle> needle;
     };
+
+    struct Prepared; ///< what the settings came to, from which steps are prepared
 
     core::Body body_;
     std::vector<bool> is_constrained_; ///< (N)
@@ -127,10 +137,12 @@ class Scene {
     int num_threads_;
     std::map<std::string, core::SpringNetwork, std::less<>> springs_; ///< of each law, for the unit body
 
+    std::shared_ptr<const Prepared> prepared_;
     std::optional<msm::FastSteps> steps_;
     std::vector<double> node_mass_; ///< (N) [kg]
     double time_step_ = 0.0;        ///< [s]
     int num_parts_ = 1;             ///< of a step while something is pressed
+    int fewest_parts_ = 1;          ///< of a step otherwise: more than one where masses are not scaled for a needle
     int divided_steps_ = 0;         ///< how many of the next steps are divided, because something was pressed
     long num_evaluations_ = 0;
     Tool tool_;
@@ -139,6 +151,7 @@ class Scene {
     double tool_stiffness_ = 0.0;     ///< between the tool and its disc, at most [N/m]
     double touching_stiffness_ = 0.0; ///< the same as deep as the tool is now [N/m]
     Load load_;
+    std::optional<HeldNeedle> needle_;
     std::optional<Moment> kept_;
     double time_ = 0.0;
     int restarts_ = 0;

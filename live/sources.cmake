@@ -1,2 +1,2 @@
-set(livermark_live_sources body_checks.cpp contact.cpp material.cpp messages.cpp parameters.cpp scene.cpp springs.cpp
+set(livermark_live_sources body_checks.cpp contact.cpp material.cpp messages.cpp needle.cpp parameters.cpp scene.cpp springs.cpp
   surface.cpp virtual_coupling.cpp)

@@ -1,0 +1,57 @@
+#pragma once
+
+#include "live/tool.hpp"
+#include "msm/needle/moving_needle.hpp"
+
+/// The needle of the live page.
+namespace livermark::live {
+
+/// What a needle does, in the mean over the steps of a frame.
+struct NeedleReading {
+    double depth = 0.0;     ///< of the tip below the entry at rest, as the hand leads it now [m]
+    double tip = 0.0;       ///< how much of the tissue's path is behind the tip, at rest [m]
+    double force = 0.0;     ///< of the hand, inwards [N]
+    double tip_force = 0.0; ///< [N]
+    bool is_punctured = false;
+    core::Vector3 target = core::Vector3::Zero(); ///< displacement of the target [m]
+    msm::NeedleWork work;                         ///< since the needle was taken
+};
+
+/// How fast the hand leads a needle at most [m/s].
+inline constexpr double fastest_needle = 0.1;
+
+/// A needle that somebody leads.
+class HeldNeedle {
+  public:
+    HeldNeedle(const core::Needle &needle, const core::TetraMesh &mesh, const std::vector<double> &node_mass,
+               const msm::NodalConditions &conditions, const msm::FastSteps &steps);
+
+    /// After a step that others have taken.
+    /// @param depth  that the tool asks for [m]
+    void act(msm::FastSteps &steps, double depth, double time_step);
+
+    /// Over the steps since the last reading.
+    NeedleReading reading(const msm::FastSteps &steps);
+
+    double depth() const { return moving_.depth(); } ///< [m]
+    /// What it exerts on the tissue in the last step [N].
+    core::Vector3 force() const { return moving_.force() * moving_.needle().direction(); }
+    /// Where its tip is [m].
+    core::Vector3 tip() const { return moving_.needle().entry + moving_.depth() * moving_.needle().direction(); }
+
+  private:
+    msm::MovingNeedle moving_;
+    double force_ = 0.0, tip_force_ = 0.0; ///< times the time of the steps since the last reading [N s]
+    double time_ = 0.0;                    ///< of these [s]
+};
+
+/// Whether two tools are one needle, however deep.
+bool are_one_needle(const Tool &a, const Tool &b);
+
+/// @throws support::InputError if the tool is a needle that is led to no depth
+void check_depth(const Tool &tool);
+
+/// @throws support::InputError if the tool is a needle that is none, leaves the body, or enters where nothing moves
+void check_needle(const Tool &tool, const core::TetraMesh &mesh, const std::vector<bool> &is_constrained_node);
+
+} // namespace livermark::live
