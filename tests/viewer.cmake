@@ -10,7 +10,7 @@ if(NOT NODE)
   message(STATUS "The page of `livermark view` is not tested: no node (Debian package nodejs)")
   return()
 endif()
-set(parts page opening conditions patches node_factor loads view server live live_link live_rest live_picture trial)
+set(parts page opening conditions patches node_factor loads view server live live/needle live_link live_rest live_picture trial)
 # The springs of the live page, compiled for this machine from the lines that WebAssembly is made of. Machines of other
 # kinds have fused multiplications in all of their vectors, and other last digits.
 if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64" AND NOT CMAKE_BUILD_TYPE STREQUAL "Debug")
@@ -29,7 +29,8 @@ foreach(part IN LISTS parts)
   if(part IN_LIST nightly_parts)
     set(tier nightly)
   endif()
-  add_test(NAME Viewer.${part} COMMAND ${NODE} ${PROJECT_SOURCE_DIR}/viewer/tests/when_built.mjs ${part}.test.mjs ${not_there})
-  set_tests_properties(Viewer.${part} PROPERTIES LABELS ${tier} TIMEOUT 1500 SKIP_RETURN_CODE ${not_there}
+  string(REPLACE "/" "_" name ${part})
+  add_test(NAME Viewer.${name} COMMAND ${NODE} ${PROJECT_SOURCE_DIR}/viewer/tests/when_built.mjs ${part}.test.mjs ${not_there})
+  set_tests_properties(Viewer.${name} PROPERTIES LABELS ${tier} TIMEOUT 1500 SKIP_RETURN_CODE ${not_there}
     ENVIRONMENT "LIVERMARK_BUILD=${CMAKE_BINARY_DIR};LIVERMARK_ROOT=${PROJECT_SOURCE_DIR};PYTHON=${vtk_python}")
 endforeach()

@@ -81,6 +81,10 @@ const rowNumbers = (row, laws) => {
     const s = row.settings;
     return [1, laws.indexOf(s.springLaw), Number(s.keepsVolume), s.youngModulus, s.poissonRatio, s.massDamping, s.stiffnessDamping, s.timeStep];
   }
+  if (row.tool.kind === 'needle') {
+    const { entry, target, depth, values: v } = row.tool;
+    return [6, ...entry, ...target, v.diameter, v.spread, v.toughness, v.friction, v.punctureForce, depth, row.numSteps];
+  }
   const { kind, target = [0, 0, 0], radius = 0, node = 0 } = row.tool;
   return [2, ['none', 'probe', 'pull'].indexOf(kind), ...target, radius, node, row.numSteps];
 };
@@ -104,13 +108,17 @@ export function playNatively(body, rows, laws) {
   return answers;
 }
 
-/** All numbers of the answer to a move, but the seconds that it took. */
-export function frameOf(answer) {
+/** All numbers of the answer to a move, but the seconds that it took. @param tool  that was asked for */
+export function frameOf(answer, tool = { kind: 'none' }) {
   const view = new DataView(answer.buffer, answer.byteOffset, answer.length);
   let offset = 0;
   const number = () => view.getFloat64((offset += 8) - 8, true);
   const numbers = (count) => Array.from({ length: count }, number);
-  const frame = { time: number(), tool: numbers(3), force: numbers(3), disc: { middle: numbers(3), radius: number() }, indentation: number(), smallestVolume: number(), largestSpeed: number(), restarts: number() };
+  const needle = tool.kind !== 'needle' ? null : {
+    depth: number(), tip: number(), force: number(), tipForce: number(), isPunctured: number() !== 0, targetMoved: numbers(3),
+    work: { hand: number(), friction: number(), tearing: number() },
+  };
+  const frame = { needle, time: number(), tool: numbers(3), force: numbers(3), disc: { middle: numbers(3), radius: number() }, indentation: number(), smallestVolume: number(), largestSpeed: number(), restarts: number() };
   number();
   const [numNodes, numLoaded, numFacets] = numbers(3);
   Object.assign(frame, {

@@ -70,6 +70,18 @@ const moves = (body, seed, count, numSteps) => {
   return Array.from({ length: count }, () => handling(body, random, numSteps)).flat();
 };
 
+/** A needle to the node that is furthest from the surface, in quickly and half out again. */
+function pricks(body, numSteps) {
+  const at = (node) => body.points.slice(3 * node, 3 * node + 3);
+  const away = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
+  const outside = [...new Set(body.triangles)].map(at);
+  const inside = Array.from({ length: body.points.length / 3 }, (_, node) => [Math.min(...outside.map((x) => away(x, at(node)))), at(node)]);
+  const target = inside.reduce((best, next) => (next[0] > best[0] ? next : best))[1];
+  const entry = touchable(body).map(({ point }) => point).reduce((best, next) => (away(next, target) < away(best, target) ? next : best));
+  const values = { diameter: 0.00127, spread: 0.008, toughness: 164, friction: 20, punctureForce: 0.3 };
+  return [0.2, 0.5, 0.8, 0.4].map((part) => ({ kind: 'move', tool: { kind: 'needle', entry, target, depth: part * away(entry, target), values }, numSteps }));
+}
+
 /** The longest step is told by an eigenvalue, whose last digits are those of a C library; what is recorded is the step. */
 const about = (actual, expected) => assert.ok(Math.abs(actual - expected) <= 1e-12 * expected, `${actual}, not ${expected}`);
 
@@ -80,6 +92,7 @@ async function movesAsNatively(body, choices) {
     { kind: 'choose', settings: settings({ ...choice, timeStep: chosen[i].timeStep }) },
     ...moves(body, 10 + i, 4, 60),
   ]);
+  rows.push(...pricks(body, 150));
   rows.push({ kind: 'keep' }, ...moves(body, 98, 1, 20), { kind: 'undo' }, ...moves(body, 97, 1, 20));
   rows.push({ kind: 'reset' }, ...moves(body, 99, 1, 20));
   const inPage = await harness.play(rows, { whole: true });
@@ -94,7 +107,8 @@ async function movesAsNatively(body, choices) {
     }
     if (row.kind === 'move') {
       const { stepSeconds, ...frame } = inPage[i];
-      assert.deepEqual(frame, frameOf(natively[i]), `row ${i}`);
+      assert.deepEqual(frame, frameOf(natively[i], rows[i].tool), `row ${i}`);
+      if (row.tool.kind === 'needle') assert.ok(frame.needle.tip >= 0 && frame.needle.work.hand > 0, 'a needle is felt');
       if (row.tool.kind === 'pull') assert.ok(Math.hypot(...frame.force) > 0, 'a pull is felt');
     }
   });

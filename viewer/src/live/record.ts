@@ -1,11 +1,12 @@
 // Everything that was asked of an engine, in order: enough to do the same again elsewhere.
+import { length } from './tool_state.ts';
 import type { Chosen, LiveFrame, LiveSettings, Tool } from './types.ts';
 
 export interface Move {
   kind: 'move';
   tool: Tool;
   numSteps: number;
-  frame: Pick<LiveFrame, 'time' | 'force' | 'indentation' | 'smallestVolume' | 'disc'>;
+  frame: Pick<LiveFrame, 'time' | 'force' | 'indentation' | 'smallestVolume' | 'disc' | 'needle'>;
 }
 export type Entry = Move | { kind: 'choose'; settings: LiveSettings; chosen: Chosen } | { kind: 'reset' | 'keep' | 'undo' };
 
@@ -14,11 +15,12 @@ const columns = [
   'law', 'keeps_volume', 'young_modulus', 'poisson_ratio', 'mass_damping', 'stiffness_damping', 'time_step',
   'time', 'force_x', 'force_y', 'force_z', 'indentation', 'smallest_volume',
   'disc_x', 'disc_y', 'disc_z',
+  'entry_x', 'entry_y', 'entry_z', 'depth', 'diameter', 'toughness', 'friction', 'puncture_force', 'tip', 'target_moved',
 ] as const;
 type Row = Partial<Record<(typeof columns)[number], string | number>>;
 
-export function moveOf(tool: Tool, numSteps: number, { time, force, indentation, smallestVolume, disc }: LiveFrame): Move {
-  return { kind: 'move', tool, numSteps, frame: { time, force, indentation, smallestVolume, disc } };
+export function moveOf(tool: Tool, numSteps: number, { time, force, indentation, smallestVolume, disc, needle }: LiveFrame): Move {
+  return { kind: 'move', tool, numSteps, frame: { time, force, indentation, smallestVolume, disc, needle } };
 }
 
 function moveRow({ tool, numSteps, frame }: Move): Row {
@@ -29,6 +31,13 @@ function moveRow({ tool, numSteps, frame }: Move): Row {
   const asked = { kind: 'move', num_steps: numSteps, tool: tool.kind };
   if (tool.kind === 'none') return { ...asked, ...answer };
   const [target_x, target_y, target_z] = tool.target;
+  if (tool.kind === 'needle') {
+    const [entry_x, entry_y, entry_z] = tool.entry;
+    const felt = frame.needle && { tip: frame.needle.tip, target_moved: length(frame.needle.targetMoved) };
+    const { diameter, spread, toughness, friction, punctureForce } = tool.values;
+    const needle = { entry_x, entry_y, entry_z, depth: tool.depth, diameter, toughness, friction, puncture_force: punctureForce };
+    return { ...asked, target_x, target_y, target_z, radius: spread, ...needle, ...felt, ...answer };
+  }
   return { ...asked, target_x, target_y, target_z, radius: tool.radius, ...(tool.kind === 'pull' && { node: tool.node }), ...answer };
 }
 

@@ -17,6 +17,8 @@ export interface Rest {
 
 function isSame(a: Tool, b: Tool): boolean {
   if (a.kind === 'none' || b.kind === 'none') return a.kind === b.kind;
+  if (a.kind === 'needle' || b.kind === 'needle')
+    return a.kind === 'needle' && b.kind === 'needle' && a.depth === b.depth && [...a.entry, ...a.target].every((x, i) => x === [...b.entry, ...b.target][i]);
   if (a.kind !== b.kind || a.radius !== b.radius || a.target.some((x, i) => x !== b.target[i])) return false;
   return a.kind !== 'pull' || b.kind !== 'pull' || a.node === b.node;
 }

@@ -14,6 +14,7 @@ import { createForceArrow } from './force_arrow.ts';
 import { createLiveLegend } from './live_legend.ts';
 import type { LiveLook } from './live_link.ts';
 import { differences, shownFields, shownValues } from './shown_field.ts';
+import { needleMark } from './needle/needle_mark.ts';
 import type { Truth } from './truth.ts';
 import type { LiveBody, LiveFrame, Tool, Vector } from './types.ts';
 
@@ -110,11 +111,13 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
   }
 
   function marksOf(frame: LiveFrame, tool: Tool): Marks {
-    if (tool.kind === 'none') return { probe: waiting, grip: null, arrow: null };
+    if (tool.kind === 'none') return { probe: waiting, grip: null, arrow: null, needle: null };
+    if (tool.kind === 'needle') return { probe: null, grip: null, arrow: null, needle: needleMark(tool, frame) };
     return {
       probe: tool.kind === 'probe' ? { centre: frame.tool, radius: tool.radius } : null,
       grip: tool.kind === 'pull' ? frame.tool : null,
       arrow: arrow.of(frame),
+      needle: null,
     };
   }
 
@@ -137,14 +140,14 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
       redraw();
     },
     showSprings(frame, tool) {
-      toolAt = tool.kind === 'none' ? null : frame.tool;
+      toolAt = tool.kind === 'none' || tool.kind === 'needle' ? null : frame.tool;
       shown[0] = frame.displacement;
       stage.mark(0, marksOf(frame, tool));
       redraw([0]);
     },
     setWaiting(probe) {
       waiting = probe;
-      if (toolAt === null) stage.mark(0, { probe, grip: null, arrow: null });
+      if (toolAt === null) stage.mark(0, { probe, grip: null, arrow: null, needle: null });
     },
     showElements(truth) {
       const had = shown[1] !== null;

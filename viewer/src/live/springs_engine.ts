@@ -19,7 +19,7 @@ export function springsEngine(name: string, carrier: Carrier): Engine {
       return { springLaws };
     },
     choose: async (settings) => readChosen(await carrier.ask(chooseMessage(settings, springLaws))),
-    move: async (tool, numSteps) => readFrame(await carrier.ask(moveMessage(tool, numSteps))),
+    move: async (tool, numSteps) => readFrame(await carrier.ask(moveMessage(tool, numSteps)), tool),
     async reset() {
       await carrier.ask(resetMessage());
     },

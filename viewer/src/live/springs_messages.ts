@@ -1,5 +1,6 @@
 // What an engine is told, and what it answers, as numbers in a row: see live/messages.hpp.
 import { Fault } from '../data/types.ts';
+import { needleMessage, readNeedle } from './needle/needle_messages.ts';
 import type { Chosen, LiveBody, LiveFrame, LiveSettings, Tool, Vector } from './types.ts';
 
 export function bodyMessage(body: LiveBody): Float64Array {
@@ -25,6 +26,7 @@ export function chooseMessage(settings: LiveSettings, springLaws: string[]): Flo
 const kinds = { none: 0, probe: 1, pull: 2 };
 
 export function moveMessage(tool: Tool, numSteps: number): Float64Array {
+  if (tool.kind === 'needle') return needleMessage(tool, numSteps);
   const target: Vector = tool.kind === 'none' ? [0, 0, 0] : tool.target;
   const radius = tool.kind === 'none' ? 0 : tool.radius;
   return Float64Array.of(2, kinds[tool.kind], ...target, radius, tool.kind === 'pull' ? tool.node : 0, numSteps);
@@ -67,8 +69,10 @@ export function readChosen(bytes: ArrayBuffer): Chosen {
   };
 }
 
-export function readFrame(bytes: ArrayBuffer): LiveFrame {
+/** @param tool  that was asked for */
+export function readFrame(bytes: ArrayBuffer, tool: Tool): LiveFrame {
   const numbers = new Numbers(bytes);
+  const needle = tool.kind === 'needle' ? readNeedle(numbers) : null;
   const state = {
     time: numbers.number(),
     tool: numbers.vector(),
@@ -88,6 +92,7 @@ export function readFrame(bytes: ArrayBuffer): LiveFrame {
     loadedFacets: Int32Array.from(numbers.take(numFacets)),
     tractions: numbers.take(3 * numFacets),
     displacement: numbers.rest(),
+    needle,
   };
   if (frame.displacement.length !== 3 * numNodes) throw new Fault('An answer is of another body. Load the page again.');
   return frame;

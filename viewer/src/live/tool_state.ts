@@ -1,4 +1,5 @@
 // What the tool of the reader does: which one, taken where, moved how far, pushed in how deep. Values in, values out.
+import type { NeedleValues } from './needle/types.ts';
 import type { Tool, Vector } from './types.ts';
 
 export type Kind = Tool['kind'];
@@ -12,6 +13,7 @@ export interface Grasp {
   moved: Vector; // since it was taken, across the screen [m]
   depth: number; // now, along the normal [m]; below 0 it is outside
   goal: number; // depth that is asked for [m]
+  needle: { target: Vector; values: NeedleValues } | null; // of a needle
 }
 
 export interface ToolState {
@@ -22,20 +24,26 @@ export interface ToolState {
 }
 
 export const deepest = 0.03; // [m]
+/** How deep a needle may be asked to go before it has a target [m]. */
+export const deepestNeedle = 0.1;
 const pushing = 0.05; // speed of a tool along the normal [m/s]
+const driving = 0.02; // speed of a needle [m/s]
 
 /** At first a finger, 24 mm across. */
-export const atRest: ToolState = { kind: 'probe', radius: { probe: 0.012, pull: 0.015 }, start: { probe: 0.005, pull: 0 }, grasp: null };
+export const atRest: ToolState = { kind: 'probe', radius: { probe: 0.012, pull: 0.015, needle: 0.008 }, start: { probe: 0.005, pull: 0, needle: 0 }, grasp: null };
 
 export const plus = (a: Vector, b: Vector, factor = 1): Vector => [a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]];
 export const dot = (a: Vector, b: Vector) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 export const length = (a: Vector) => Math.hypot(...a);
 
 /** Sets the tool down where it just touches; it then goes to the depth that it starts with. */
-export function take(toolState: ToolState, place: Pick<Grasp, 'point' | 'inwards' | 'node'>): ToolState {
+/** @param needle  where it goes, of a needle: all the way to its target unless it was to go less deep */
+export function take(toolState: ToolState, place: Pick<Grasp, 'point' | 'inwards' | 'node'>, needle: Grasp['needle'] = null): ToolState {
   if (toolState.kind === 'none') return toolState;
   const { point, inwards, node } = place;
-  return { ...toolState, grasp: { point, inwards, node, moved: [0, 0, 0], depth: 0, goal: toolState.start[toolState.kind] } };
+  const start = toolState.start[toolState.kind];
+  const goal = needle ? Math.min(start > 0 ? start : Infinity, length(plus(needle.target, point, -1))) : start;
+  return { ...toolState, grasp: { point, inwards, node, moved: [0, 0, 0], depth: 0, goal, needle } };
 }
 
 export const letGo = (toolState: ToolState): ToolState => ({ ...toolState, grasp: null });
@@ -53,8 +61,15 @@ export function goalOf(toolState: ToolState): number {
   return toolState.grasp?.goal ?? (toolState.kind === 'none' ? 0 : toolState.start[toolState.kind]);
 }
 
+/** The depths that may be asked for [m]. */
+export function depths({ kind, grasp }: ToolState): [number, number] {
+  if (kind !== 'needle') return [-deepest, deepest];
+  return [grasp ? -deepest : 0, grasp?.needle ? length(plus(grasp.needle.target, grasp.point, -1)) : deepestNeedle];
+}
+
 export function pushTo(toolState: ToolState, depth: number): ToolState {
-  const goal = Math.min(Math.max(depth, -deepest), deepest);
+  const [least, most] = depths(toolState);
+  const goal = Math.min(Math.max(depth, least), most);
   if (toolState.grasp) return { ...toolState, grasp: { ...toolState.grasp, goal } };
   return toolState.kind === 'none' ? toolState : { ...toolState, start: { ...toolState.start, [toolState.kind]: goal } };
 }
@@ -67,12 +82,14 @@ export function resize(toolState: ToolState, radius: number): ToolState {
 export function goOn(toolState: ToolState, seconds: number): ToolState {
   const { grasp } = toolState;
   if (!grasp || grasp.depth === grasp.goal) return toolState;
-  const step = Math.min(Math.abs(grasp.goal - grasp.depth), pushing * seconds);
+  const step = Math.min(Math.abs(grasp.goal - grasp.depth), (toolState.kind === 'needle' ? driving : pushing) * seconds);
   return { ...toolState, grasp: { ...grasp, depth: grasp.depth + Math.sign(grasp.goal - grasp.depth) * step } };
 }
 
 export function toolOf({ kind, grasp, radius }: ToolState): Tool {
   if (kind === 'none' || !grasp) return { kind: 'none' };
+  if (kind === 'needle')
+    return grasp.needle ? { kind, entry: grasp.point, depth: grasp.depth, ...grasp.needle } : { kind: 'none' };
   const place = plus(grasp.point, grasp.moved);
   // The place of a probe is its centre.
   if (kind === 'probe') return { kind, radius: radius.probe, target: plus(place, grasp.inwards, grasp.depth - radius.probe) };

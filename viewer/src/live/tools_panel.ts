@@ -1,6 +1,7 @@
 // The tool, and where it is, as controls: what mouse and finger do can be done with them alone.
 import { byId } from '../page/elements.ts';
-import { choose, goalOf, pushTo, resize, type ToolState, type Kind } from './tool_state.ts';
+import { showNeedleControls } from './needle/needle_panel.ts';
+import { choose, depths, goalOf, pushTo, resize, type ToolState, type Kind } from './tool_state.ts';
 import { tell } from './readings.ts';
 
 const form = () => byId<HTMLFormElement>('live-tools');
@@ -33,14 +34,18 @@ export function listenToTools({ toolState, change, touch, letGo }: ToolActions):
 export function showToolState(toolState: ToolState): void {
   (form().elements.namedItem('tool') as RadioNodeList).value = toolState.kind;
   const isTool = toolState.kind !== 'none';
+  if (byId('live-needle').hidden === (toolState.kind === 'needle')) showNeedleControls(toolState.kind === 'needle');
   for (const id of ['live-radius', 'live-depth', 'live-touch']) (byId(id) as HTMLInputElement).disabled = !isTool;
   (byId('live-let-go') as HTMLButtonElement).disabled = toolState.grasp === null;
   if (toolState.kind === 'none') return;
   const depth = goalOf(toolState);
+  const [least, most] = depths(toolState);
+  input('live-depth').min = String(Math.round(1000 * least));
+  input('live-depth').max = String(Math.ceil(1000 * most));
   tell('live-radius-shown', toolState.radius[toolState.kind], `${1000 * toolState.radius[toolState.kind]} mm`);
   input('live-radius').value = String(1000 * toolState.radius[toolState.kind]);
-  byId('live-depth-name').textContent = depth < 0 ? 'Drawn out by' : 'Pushed in by';
-  const words = `${(1000 * Math.abs(depth)).toFixed(1)} mm`;
+  byId('live-depth-name').textContent = toolState.kind === 'needle' ? 'Tip led to' : depth < 0 ? 'Drawn out by' : 'Pushed in by';
+  const words = toolState.kind === 'needle' && !toolState.grasp && depth === 0 ? 'the target' : `${(1000 * Math.abs(depth)).toFixed(1)} mm`;
   tell('live-depth-shown', depth, words);
   input('live-depth').value = String(1000 * depth);
   input('live-depth').setAttribute('aria-valuetext', `${byId('live-depth-name').textContent} ${words}`);

@@ -1,6 +1,7 @@
 // What the live page and its engines say to each other. SI units; vectors are [x, y, z].
 
 import type { SoftBody } from '../data/types.ts';
+import type { NeedleFrame, NeedleTool } from './needle/types.ts';
 
 export type Vector = [number, number, number];
 
@@ -29,17 +30,18 @@ export interface Chosen {
 
 /**
  * What the tool does. A probe is a sphere that follows the target as if by a spring, and is stopped by the body; a pull
- * takes hold of the surface around a node and draws it to the target.
+ * takes hold of the surface around a node and draws it to the target. A needle goes straight from an entry to a target inside.
  */
 export type Tool =
   | { kind: 'none' }
   | { kind: 'probe'; target: Vector; radius: number }
-  | { kind: 'pull'; target: Vector; node: number; radius: number };
+  | { kind: 'pull'; target: Vector; node: number; radius: number }
+  | NeedleTool;
 
 export interface LiveFrame {
   time: number; // since the start [s]
   displacement: Float32Array; // (N,3) m
-  tool: Vector; // centre of the probe, or of the patch that is pulled [m]
+  tool: Vector; // centre of the probe, or of the patch that is pulled, or tip of the needle [m]
   force: Vector; // of the body on the tool [N]
   /** What the tool presses or holds: a round load (core/tool/round_load.hpp) around a point of the surface at rest [m]; radius 0 untouched. */
   disc: { middle: Vector; radius: number };
@@ -53,6 +55,7 @@ export interface LiveFrame {
   largestSpeed: number; // of all nodes, and of the tool [m/s]
   restarts: number; // how often the motion left all bounds and was set back to rest
   stepSeconds: number; // that the engine needed for this frame [s]
+  needle: NeedleFrame | null; // where the tool is one
 }
 
 /** Moves the springs. Answers come in the order of the questions. Faults are sentences. */

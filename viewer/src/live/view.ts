@@ -9,6 +9,8 @@ import { startFollowing, type Following } from './following.ts';
 import { atRest, goOn, letGo, plus, take, toolOf, type ToolState } from './tool_state.ts';
 import { linkedLook, linkedSettings, writeLiveLink } from './live_link.ts';
 import { liveFrame } from './live_picture.ts';
+import { chosenTarget, isCapsuleWhole, showNeedle, showTargets } from './needle/needle_panel.ts';
+import { targetFrom, valuesOf } from './needle/way.ts';
 import { createNodeReading } from './node_reading.ts';
 import { createPointer, listenToKeys, type Handling } from './pointer.ts';
 import { createBudget, showFrame } from './readings.ts';
@@ -72,12 +74,17 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     const place = body && kind === 'probe' && !grasp ? surfaceAt(body, frame?.displacement ?? new Float32Array(body.points.length), nodeField().valueAsNumber) : null;
     scene.setWaiting(place && { centre: plus(place.point, place.inwards, -radius.probe), radius: radius.probe });
   }
+  /** Where a needle goes that enters here. */
+  function needleAt({ point, inwards }: Parameters<Handling['take']>[0]) {
+    const target = targetFrom(point, inwards, chosenTarget(body!, result!.lesions));
+    return { target, values: valuesOf(toolState.radius.needle, isCapsuleWhole()) };
+  }
   function takeAt(place: Parameters<Handling['take']>[0]): void {
     undoing.keep(toolState);
     session?.keep();
-    change(take(toolState, place));
+    change(take(toolState, place, toolState.kind === 'needle' ? needleAt(place) : null));
   }
-  const handling: Handling = { toolState: () => toolState, change, take: takeAt, body: () => body, stays, say: note };
+  const handling: Handling = { toolState: () => toolState, change, take: takeAt, body: () => body, stays: () => stays() || toolState.kind === 'needle', say: note };
   const pointer = createPointer(canvas, () => scene.stage, handling);
   const scene: Scene = createScene(canvas, { takesPress: pointer.takesPress, onDrawn: budget.draw, onPick: read, onTurned: changed });
   const following: Following = startFollowing(scene, tellNode, complain);
@@ -109,6 +116,14 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     // The next frame is already that of the tool as it was.
     change(before);
   }
+  /** A needle is inside: the body is of glass then. */
+  function changeTool(next: ToolState): void {
+    if (next.kind === 'needle' && toolState.kind !== 'needle') {
+      byId<HTMLInputElement>('live-translucent').checked = true;
+      scene.setSkin('translucent');
+    }
+    change(next);
+  }
   const letToolGo = () => change(letGo(toolState));
   const pause = () => session?.pause(!isPaused);
   const step = () => session?.step();
@@ -136,6 +151,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       tellNode();
       showFrame(next, numSteps);
       showDisc(body!, next);
+      showNeedle(tool, next);
       budget.spend(timing);
       trace();
     },
@@ -167,6 +183,12 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     },
     failed(error, kept) {
       complain(error);
+      if (!kept && toolState.kind === 'needle' && toolState.grasp) {
+        // It cannot go that way: another one may.
+        letToolGo();
+        session?.pause(false);
+        return;
+      }
       if (kept) showSettings(kept);
       byId('live').dataset['state'] = 'fault';
     },
@@ -203,7 +225,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     }
   }
 
-  listenToTools({ toolState: () => toolState, change, touch, letGo: letToolGo });
+  listenToTools({ toolState: () => toolState, change: changeTool, touch, letGo: letToolGo });
   listenToKeys(canvas, () => scene.stage, { ...handling, touch, pause, step, undo });
   listenToSettings(() => settings, (asked) => (say(''), note(fitting), session?.choose(asked)), say);
   byId('live-engine').addEventListener('change', () => body && void start(body));
@@ -227,6 +249,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       [result, body] = [of, next];
       const isLinked = view.get('mode') === 'live';
       scene.setBody(of, next);
+      showTargets(of.lesions);
       read(null);
       nodeField().max = String(next.points.length / 3 - 1);
       nodeField().value = String(furthest(next, [0, -1, 0]));

@@ -102,7 +102,7 @@ export function createBody(points: Float32Array, surfaces: Surfaces, size: numbe
   const conditions: ConditionsInScene | null = parts.conditions
     ? createConditions(outside.geometry, parts.conditions, restCentres(surfaces.outside, points), size) : null;
   const marks = createMarks(size);
-  marks.show({ probe: null, grip: null, arrow: null });
+  marks.show({ probe: null, grip: null, arrow: null, needle: null });
 
   const light = new three.DirectionalLight(0xffffff, 2.2);
   const scene = new three.Scene();

@@ -1,5 +1,6 @@
 // What is drawn beside a body that is touched: the tool, and the force on it as an arrow.
 import * as three from 'three';
+import { createNeedle, type NeedleMark } from './needle_mark.ts';
 
 type Vector = readonly [number, number, number];
 
@@ -7,6 +8,7 @@ export interface Marks {
   probe: { centre: Vector; radius: number } | null; // [m]
   grip: Vector | null; // what is pulled [m]
   arrow: { from: Vector; along: Vector } | null; // [m]
+  needle: NeedleMark | null;
 }
 
 export interface MarksInScene {
@@ -34,12 +36,14 @@ export function createMarks(size: number): MarksInScene {
   arrow.add(body, tip);
   probe.renderOrder = 4; // after the body, which may be glass
   grip.renderOrder = body.renderOrder = tip.renderOrder = 5;
+  const needle = createNeedle(size);
   const object = new three.Group();
-  object.add(probe, grip, arrow);
+  object.add(probe, grip, arrow, needle.object);
 
   return {
     object,
     show(marks) {
+      needle.show(marks.needle);
       probe.visible = marks.probe !== null;
       if (marks.probe) {
         probe.position.set(...marks.probe.centre);
@@ -57,6 +61,7 @@ export function createMarks(size: number): MarksInScene {
       tip.position.set(0, length, 0);
     },
     free() {
+      needle.free();
       for (const part of [probe, grip, body, tip]) part.geometry.dispose();
       for (const material of [metal, ink]) material.dispose();
     },

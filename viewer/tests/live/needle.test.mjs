@@ -1,0 +1,92 @@
+// The needle of the live page: it goes to a tumour, says what the hand feels and how far the target is off, and comes out.
+import assert from 'node:assert/strict';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+import { frames, pixels, shippedFolder, startBrowser, startServer } from '../browser.mjs';
+import { createLivePage } from '../live_page.mjs';
+import { bodyOf } from '../springs.mjs';
+
+let shipped, server, browser, live;
+
+before(async () => {
+  shipped = shippedFolder('liver_tumours');
+  server = await startServer(shipped.folder);
+  browser = await startBrowser();
+  live = createLivePage(browser, `${server.address}#${encodeURIComponent('liver_tumours/palpation.h5')}`);
+});
+after(async () => {
+  await browser?.close();
+  await server?.stop();
+  shipped?.remove();
+});
+
+const needle = (name) => live.value(`needle-${name}`);
+const takeNeedle = async () => {
+  await live.page.check('[name=tool][value=needle]');
+  await live.page.selectOption('#live-needle-target', { label: 'tumour 1' });
+  const [x, y] = await live.place();
+  await live.page.mouse.click(x, y);
+};
+/** Of the handle, which no other thing of the page has. */
+const blue = (colour) => [0x1f, 0x6f, 0xb5].every((x, i) => Math.abs(x - colour[i]) <= 16);
+const numBlue = async () => {
+  await frames(live.page);
+  return (await pixels(live.page, await live.page.locator('#live-stage canvas').boundingBox())).filter(blue).length;
+};
+
+for (const engine of ['wasm', 'native'])
+  test(`a needle goes to a tumour, and hand and target are read (${engine})`, async () => {
+    await live.goLive({});
+    if (engine === 'native') {
+      await live.page.selectOption('#live-engine', 'native');
+      await live.moving();
+    }
+    const before = await numBlue();
+    await takeNeedle();
+    await live.above('needle-inside', 0.015);
+    assert.ok((await needle('force')) > 0.2, 'the tissue resists');
+    assert.ok((await needle('moved')) > 2e-4 && (await needle('moved')) < 0.02, 'and goes along');
+    assert.ok((await needle('left')) > 0);
+    assert.equal(await needle('surface'), 1);
+    assert.equal(await live.isShown('felt'), false);
+    assert.ok((await numBlue()) > before + 100, 'it is seen');
+    assert.equal(await live.page.locator('#live-translucent').isChecked(), true);
+    await live.page.click('#live-let-go');
+    await live.page.waitForFunction(() => document.querySelector('#live-let-go').disabled);
+    await live.page.check('[name=tool][value=probe]');
+    assert.equal(await live.isShown('needle-felt'), false);
+    assert.equal(await live.isShown('felt'), true);
+    await live.page.waitForFunction(() => Number(document.querySelector('#live-volume').dataset.value) > 0.98);
+  });
+
+test('a whole capsule holds for longer', async () => {
+  await live.goLive({});
+  await live.page.check('[name=tool][value=needle]');
+  await live.page.check('#live-needle-capsule');
+  await takeNeedle();
+  await live.above('needle-force', 0.35);
+  assert.equal(await needle('surface'), 0);
+  assert.equal(await needle('inside'), 0);
+});
+
+/** The node of the free surface that is furthest from a region: at the other end of the liver. */
+async function furthestFrom(region) {
+  const body = await bodyOf(join(shipped.folder, 'liver_tumours/palpation.h5'));
+  const at = (node) => body.points.slice(3 * node, 3 * node + 3);
+  const middle = at(body.tetrahedra[4 * body.region.indexOf(region)]);
+  const isHeld = new Set(body.triangles.filter((_, i) => body.constrained[Math.floor(i / 3)]));
+  const away = (node) => Math.hypot(...at(node).map((x, i) => x - middle[i]));
+  return body.triangles.filter((node) => !isHeld.has(node)).reduce((best, node) => (away(node) > away(best) ? node : best));
+}
+
+test('a way that leaves the body is refused in a sentence, and another needle goes', async () => {
+  await live.goLive({});
+  await live.page.check('[name=tool][value=needle]');
+  await live.page.selectOption('#live-needle-target', { label: 'tumour 1' });
+  await live.page.locator('#live-node').fill(String(await furthestFrom(1)));
+  await live.page.click('#live-touch');
+  await live.page.waitForFunction(() => document.querySelector('#message').textContent.includes('leaves the body'));
+  assert.equal(await live.page.locator('#live-let-go').isDisabled(), true);
+  await takeNeedle();
+  await live.above('needle-inside', 0.005);
+});
