@@ -27,7 +27,8 @@ set(may_include_cli support core meshes load_cases experiments msm fem_reference
 set(may_include_python support core msm)
 set(may_include_python/suite support core meshes load_cases msm fem_reference models results studies
   studies/exchange/formats python)
-set(may_include_benchmarks support core meshes load_cases msm interactive live fem_reference models results results/tables)
+set(may_include_benchmarks support core meshes load_cases msm interactive live fem_reference models results results/tables
+  studies)
 set(may_include_fuzz support core meshes segmentation load_cases live results studies/exchange/formats)
 set(may_include_tests support core meshes segmentation load_cases experiments msm interactive live fem_reference models results
   results/tables server server/sessions studies studies/exchange/formats benchmarks fuzz)
