@@ -261,9 +261,12 @@ Converted convert_by_script(const std::string &script, const std::filesystem::pa
     words.insert(words.end(), {(root_folder() / "scripts" / script).string(), std::filesystem::absolute(file).string(),
                                text.string()});
     auto [status, lines] = run_program(words);
-    if (status != 0)
-        throw InputError(fmt::format("{}: cannot be converted ({}); {}", file.string(),
-                                     lines.empty() ? "no reason given" : lines.back(), remedy));
+    if (status != 0) {
+        const auto reason = lines.empty() ? std::string("no reason given") : lines.back();
+        const auto of_modules = remedy_for_modules(lines);
+        throw InputError(fmt::format("{}: cannot be converted ({}); {}", file.string(), reason,
+                                     of_modules.empty() ? remedy : of_modules));
+    }
     return {read_text(text), std::move(lines)};
 }
 

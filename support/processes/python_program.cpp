@@ -43,13 +43,23 @@ bool is_lacking(const FilterOutcome &outcome, const std::string &last) {
 
 } // namespace
 
+std::string remedy_for_modules(const std::vector<std::string> &lines) {
+    const char *places = std::getenv("PYTHONPATH"); // NOLINT(concurrency-mt-unsafe): nobody changes the environment
+    if (!places || *places == '\0' || lines.empty())
+        return "";
+    const bool is_foreign = lines.back().starts_with("ImportError: "); // what is missing has another name, and remedy
+    const bool cannot_start =
+        lines.front().starts_with("Python path configuration") || lines.front().starts_with("Fatal Python error");
+    return is_foreign || cannot_start ? "unset PYTHONPATH, which may name modules of another Python" : "";
+}
+
 std::vector<std::string> start_of_python(const std::string &interpreter) {
     return {"env", "-u", "PYTHONHOME", "-u", "PYTHONINSPECT", "-u", "PYTHONSTARTUP", search_path(), interpreter, "-P"};
 }
 
 std::string run_python(const std::string &part, const std::vector<std::string> &arguments, std::string_view input,
                        const std::string &purpose, const std::string &packages) {
-    std::string lacking;
+    std::string lacking, remedy;
     for (const auto *const interpreter : {"/usr/bin/python3", "python3"}) {
         auto words = start_of_python(interpreter);
         words.insert(words.end(), {"-m", "livermark." + part});
@@ -60,12 +70,18 @@ std::string run_python(const std::string &part, const std::vector<std::string> &
             return std::move(outcome.output);
         if (outcome.status == 2 && !is_lacking(outcome, last))
             throw InputError(last);
+        if (remedy.empty())
+            remedy = remedy_for_modules(outcome.lines);
+        if (!is_lacking(outcome, last) && !remedy.empty())
+            break;
         if (!is_lacking(outcome, last))
             throw std::runtime_error(fmt::format("livermark.{} failed: {}", part, fmt::join(outcome.lines, "\n")));
         if (lacking.empty())
             lacking = last.find(": ") == std::string::npos ? last : last.substr(last.find(": ") + 2);
     }
-    throw InputError(fmt::format("{} needs libraries of Python ({}); apt-get install {}", purpose, lacking, packages));
+    throw InputError(fmt::format("{} needs libraries of Python ({}); {}", purpose,
+                                 lacking.empty() ? "it does not start" : lacking,
+                                 remedy.empty() ? "apt-get install " + packages : remedy));
 }
 
 } // namespace livermark::support

@@ -12,6 +12,12 @@ namespace livermark::support {
 /// @param interpreter  path or name
 std::vector<std::string> start_of_python(const std::string &interpreter);
 
+/// What to do where a program in Python ended in an exception, or could not start, and PYTHONPATH names places to look
+/// for modules, which may be those of another Python.
+/// @param lines  that it wrote to standard error
+/// @return empty for another end, or if there is no such variable
+std::string remedy_for_modules(const std::vector<std::string> &lines);
+
 /// Runs a part of the Python package of this project as a program of its own: `python3 -m livermark.<part>`, with the
 /// interpreter of the distribution, or where that lacks a library with the first one in PATH.
 /// @param part       such as report

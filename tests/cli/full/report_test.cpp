@@ -370,6 +370,23 @@ TEST_F(Report, IsMadeWherePythonHomeIsThatOfAnotherInterpreter) {
     EXPECT_EQ(outcome.status, 0) << outcome.output;
 }
 
+/// ParaView and others set it for their own interpreter, of which no other can load what is compiled.
+TEST_F(Report, SaysWhatToUnsetWherePythonPathIsThatOfAnotherInterpreter) {
+    std::filesystem::create_directories(directory_ / "runs");
+    write("runs/result.h5", tests::sample_result());
+    std::filesystem::create_directories(directory_ / "other" / "numpy");
+    std::ofstream(directory_ / "other" / "numpy" / "__init__.py") << "raise ImportError('built for another Python')\n";
+    std::ofstream(directory_ / "bar.inp") << "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n"
+                                             "*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n";
+    for (const std::string words : {"report runs", "mesh check bar.inp"}) {
+        const auto outcome = tests::run_command(
+            fmt::format("cd {0}; PYTHONPATH={0}/other {1} {2}", directory_.string(), LIVERMARK_BINARY, words));
+        EXPECT_EQ(outcome.status, 2) << outcome.output;
+        expect_parts(outcome.output, {"built for another Python", "unset PYTHONPATH"});
+        EXPECT_EQ(count(outcome.output, "\n"), 1u) << outcome.output;
+    }
+}
+
 TEST_F(Report, PatchesOfABodyAreDrawnInTheirColours) {
     const auto picture = directory_ / "patches.png";
     const auto outcome = tests::livermark("mesh check beam --picture " + picture.string());
