@@ -12,8 +12,8 @@ namespace livermark::support {
 /// @param interpreter  path or name
 std::vector<std::string> start_of_python(const std::string &interpreter);
 
-/// What to do where a program in Python ended in an exception, or could not start, and PYTHONPATH names places to look
-/// for modules, which may be those of another Python.
+/// What to do where a program in Python could not import a module that is there, or could not start, and PYTHONPATH
+/// names places to look for modules, which may be those of another Python.
 /// @param lines  that it wrote to standard error
 /// @return empty for another end, or if there is no such variable
 std::string remedy_for_modules(const std::vector<std::string> &lines);

@@ -110,6 +110,30 @@ TEST_F(MadeAgain, TwoPatientsWithFilesOfOneNameAreTwoBodies) {
     EXPECT_EQ(num_bodies(), 3) << "an edited surface is another body";
 }
 
+/// The header stays as it was, and so does all else but the voxels.
+TEST_F(MadeAgain, VoxelsInAFileWithASpaceInItsNameAreAPartOfTheBody) {
+    write_hanging_case();
+    constexpr int side = 24;
+    std::ofstream(directory_ / "liver.nhdr")
+        << "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 24 24 24\n"
+           "space directions: (8,0,0) (0,8,0) (0,0,8)\nencoding: raw\ndata file: my voxels.raw\n";
+    const auto run_with = [&](double radius) {
+        std::ofstream voxels(directory_ / "my voxels.raw", std::ios::binary);
+        for (int v = 0; v < side * side * side; ++v) {
+            const double x = v % side - 11.5, y = v / side % side - 11.5, z = v / (side * side) - 11.5;
+            voxels.put(x * x + y * y + z * z < radius * radius ? '\1' : '\0');
+        }
+        voxels.close();
+        const auto end = livermark({"run", "--body", "liver.nhdr", "--load-case", "hang.toml", "--model", "fem_p1",
+                                    "--reference-on-mesh", "--output", "runs"});
+        EXPECT_EQ(end.status, 0) << end.errors;
+        return end.errors;
+    };
+    run_with(9.0);
+    EXPECT_TRUE(has(run_with(9.0), "runs/liver.toml is taken for liver.nhdr"));
+    EXPECT_TRUE(has(run_with(8.0), "liver.toml is of another content than liver.nhdr"));
+}
+
 TEST_F(MadeAgain, SurfacesOfALiverAndALesionGoStraightToTheTable) {
     write_ball("liver.off", 70.0, 0.0);
     write_ball("lesion.off", 20.0, 30.0);
