@@ -51,13 +51,15 @@ double inflated_size(const fs::path &file) {
 }
 
 /// ITK takes voxels that are not finite for background, and a lesion may be among them.
-void check_finite(const fs::path &file, const NiftiHeader &header, double offset, double num_voxels) {
+/// @param file  that is named
+void check_finite(const fs::path &file, const fs::path &voxels, const NiftiHeader &header, double offset,
+                  double num_voxels) {
     const auto width = static_cast<std::size_t>(header.bits_per_voxel) / 8;
     auto skipped = static_cast<std::size_t>(offset);
     std::array<char, sizeof(double)> number{};
     std::size_t filled = 0;
     double voxel = 0.0;
-    for_each_piece(file, [&](std::span<const char> bytes) {
+    for_each_piece(voxels, [&](std::span<const char> bytes) {
         const auto skip = std::min(skipped, bytes.size());
         skipped -= skip;
         for (const char byte : bytes.subspan(skip)) {
@@ -81,11 +83,15 @@ void check_nifti_pair(const fs::path &file, double num_voxels) {
     if (!said || !voxels || !(said->bits_per_voxel > 0))
         return; // of which ITK takes care
     const double wanted = num_voxels * said->bits_per_voxel / 8.0;
-    const double offset = said->data_offset > 0.0 ? said->data_offset : 0.0;
-    if (const double size = inflated_size(*voxels); size < offset + wanted)
-        refuse(*voxels, fmt::format("it holds {:.0f} bytes where its header speaks of {:.0f}", size, offset + wanted));
+    const double offset = said->data_offset;
+    if (!std::isfinite(offset) || offset != std::floor(offset))
+        refuse(file, fmt::format("its header says that the voxels begin at byte {:g}", offset));
+    const double needed = std::max(offset, 0.0) + wanted;
+    if (const double size = inflated_size(*voxels); size < needed)
+        refuse(file, fmt::format("'{}' holds {:.0f} bytes where {:.0f} are said",
+                                 support::shown(voxels->filename().string()), size, needed));
     if (said->has_floats && (said->bits_per_voxel == 32 || said->bits_per_voxel == 64))
-        check_finite(*voxels, *said, offset, num_voxels);
+        check_finite(file, *voxels, *said, std::max(offset, 0.0), num_voxels);
 }
 
 void check_nifti(const fs::path &file, double num_voxels, double data_bytes) {
@@ -105,7 +111,7 @@ void check_nifti(const fs::path &file, double num_voxels, double data_bytes) {
         refuse(file,
                fmt::format("it holds {:.0f} bytes where header and voxels need {:.0f}", size, header + data_bytes));
     if (said && said->has_floats && (said->bits_per_voxel == 32 || said->bits_per_voxel == 64))
-        check_finite(file, *said, header, num_voxels);
+        check_finite(file, file, *said, header, num_voxels);
 }
 
 std::string trimmed(const std::string &text) {

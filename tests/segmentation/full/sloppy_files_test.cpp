@@ -171,12 +171,26 @@ TEST_F(SloppyFile, OfTwoPartsWithAVoxelThatIsNotFiniteIsRefused) {
 }
 
 TEST_F(SloppyFile, OfTwoPartsThatWasCutOffIsRefused) {
-    const auto [header, voxels] = pair_of(1.0F);
+    auto [header, voxels] = pair_of(1.0F);
     written("a.hdr", header);
+    const auto expect_refused = [&](const std::string &why) {
+        try {
+            read_label_image(directory_ / "a.hdr");
+            ADD_FAILURE() << "it was read";
+        } catch (const support::InputError &error) {
+            EXPECT_NE(std::string(error.what()).find("a.hdr: " + why), std::string::npos) << error.what();
+        }
+    };
     written("a.img", voxels.substr(0, 3000));
-    EXPECT_THROW(read_label_image(directory_ / "a.hdr"), support::InputError);
+    expect_refused("'a.img' holds 3000 bytes where 4000 are said");
     std::filesystem::remove(directory_ / "a.img");
-    EXPECT_THROW(read_label_image(directory_ / "a.hdr"), support::InputError);
+    expect_refused("there is no file 'a.img' with its voxels");
+    for (const float offset : {0.5F, std::numeric_limits<float>::infinity()}) {
+        put(header, 108, offset);
+        written("a.hdr", header);
+        written("a.img", voxels);
+        expect_refused("its header says that the voxels begin at byte");
+    }
 }
 
 /// As TotalSegmentator writes it.
