@@ -63,6 +63,7 @@ struct Touched {
 void expect_derivatives(const msm::ContactRule &rule) {
     tests::TouchedBlock block;
     block.friction = 0.4;
+    block.bricks = {6, 6, 1};
     const auto problem = tests::touched_block(block);
     msm::SurfaceContact contact(problem, rule);
     contact.move_ball(1.0);
