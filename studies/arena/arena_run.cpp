@@ -121,7 +121,7 @@ class Recorder {
     }
 
   private:
-    /// Of a ball that touches: how deep the surface is inside it, corners and what is between points of facets included.
+    /// Of a ball that touches: how deep the surface is inside it, also between the points of contact.
     bool stays_outside(int frame, const std::vector<core::Vector3> &displacement) {
         const auto &load_case = scene_->problem.load_case;
         if (!load_case.touching || frame > core::last_record_held(*load_case.tool))
