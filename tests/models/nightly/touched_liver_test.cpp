@@ -1,15 +1,11 @@
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <memory>
-#include <span>
 
-#include "core/mesh/local_refinement.hpp"
-#include "fem_reference/hyperelastic/hyperelasticity.hpp"
 #include "load_cases/readers/load_case_reader.hpp"
 #include "meshes/io/body_reader.hpp"
 #include "models/model_table.hpp"
@@ -19,47 +15,10 @@ namespace {
 
 constexpr std::array depths{0.1, 0.3, 1.0}; ///< of the press
 
-hyperelastic::PathSolution quadratic_elements(const core::Problem &problem) {
-    return hyperelastic::solve(problem, hyperelastic::material_law("neo_hookean"), {.degree = 2},
-                               {.fractions = {depths.begin(), depths.end()}});
-}
-
-/// Of the nodes of the coarser mesh, which come first: L2 norms over nodes.
-double displacement_error(const hyperelastic::DeformedBody &coarse, const hyperelastic::DeformedBody &fine) {
-    double squares = 0.0, all = 0.0;
-    for (std::size_t i = 0; i < coarse.displacement.size(); ++i) {
-        squares += (coarse.displacement[i] - fine.displacement[i]).squaredNorm();
-        all += fine.displacement[i].squaredNorm();
-    }
-    return std::sqrt(squares / all);
-}
-
 core::Problem large_touch() {
     const std::filesystem::path root = LIVERMARK_SOURCE_DIR;
     const auto body = std::make_shared<const core::Body>(meshes::read_body(root / "meshes" / "liver_healthy.toml"));
     return {body, load_cases::read_load_case(root / "load_cases" / "touching" / "large_touch.toml", body->mesh)};
-}
-
-/// Forces on the mesh of a liver and on one whose tetrahedra near the ball are cut, and displacements.
-TEST(TouchedLiver, QuadraticElementsOnTwoMeshesAgree) {
-    const auto problem = large_touch();
-    const auto &ball = *problem.load_case.touching;
-    const core::InteriorPlace place{ball.first_point(), std::sqrt(ball.radius * ball.press.norm())};
-    const auto finer = core::refine_near_places(problem, std::span(&place, 1), 1.5).problem;
-    const auto coarse = quadratic_elements(problem), fine = quadratic_elements(finer);
-    ASSERT_EQ(coarse.points.size(), depths.size());
-    ASSERT_EQ(fine.points.size(), depths.size());
-    fmt::print("large_touch: {} and {} tetrahedra\n", problem.body->mesh.num_tetrahedra(),
-               finer.body->mesh.num_tetrahedra());
-    for (std::size_t i = 0; i < depths.size(); ++i) {
-        const double here = coarse.points[i].reaction.back().norm(), there = fine.points[i].reaction.back().norm();
-        const double displacement = displacement_error(coarse.points[i], fine.points[i]);
-        fmt::print("{:.0f} mm: force {:.4f} and {:.4f} N ({:+.1f} %), displacement {:.2f} %\n",
-                   1e3 * depths[i] * ball.press.norm(), here, there, 100.0 * (here / there - 1.0),
-                   100.0 * displacement);
-        EXPECT_LT(std::abs(here / there - 1.0), 0.1);
-        EXPECT_LT(displacement, 0.1);
-    }
 }
 
 /// Beside fem_p2p1_neo_hookean on the same mesh, see docs/studies/contact.md.
