@@ -81,6 +81,7 @@ TEST(LiveMessages, AreRefusedWhenTheyAreCutOffOrLongerOrOfAnotherKind) {
                                                {4}, // nothing has been chosen
                                                {5},
                                                {6},
+                                               {7},
                                                {nan},
                                                {1.5},
                                                {1e300},
