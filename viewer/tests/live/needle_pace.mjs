@@ -1,5 +1,5 @@
-// The needle of the live page's springs in WebAssembly: what a step costs with it, and whether slowly it meets what
-// `livermark needle` found. Times are those of the processor, medians of blocks of steps with and without it by turns.
+// The needle of the live page's springs in WebAssembly: what a step costs with it, whether slowly it meets what `livermark
+// needle` found, and whether its work adds up. Times are those of the processor, medians of blocks of steps with and without it by turns.
 //   node tests/live/needle_pace.mjs RESULT.h5 NEEDLE.h5 [--springs NAME,...] [--model NAME] [--speed M/S] [--poisson NUMBER]
 // RESULT.h5 is of `livermark run --load-case palpation`, which holds the body where needles do; NEEDLE.h5 of
 // `livermark needle --load-case biopsy`, and the model in it that the first springs are compared with.
@@ -91,9 +91,50 @@ async function comparison(springs, number, way) {
   console.log(`needle ${number}: target ${numbers} mm; force at the plan and pull out, static and in steps ${forces} N; apart at most ${apart.toFixed(3)} N`);
 }
 
+/** [kg] of each node. */
+function nodalMasses() {
+  const { points, tetrahedra, region, density } = body;
+  const masses = new Float64Array(points.length / 3);
+  region.forEach((r, t) => {
+    const nodes = tetrahedra.slice(4 * t, 4 * t + 4);
+    const [o, ...rest] = nodes.map((node) => points.slice(3 * node, 3 * node + 3));
+    const [u, v, w] = rest.map((x) => x.map((y, i) => y - o[i]));
+    const six = u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
+    for (const node of nodes) masses[node] += (density[r] * six) / 24;
+  });
+  return masses;
+}
+
+/** In at a speed, out again, and at rest: what the hand did, and where it went [J]. @param puncture  force [N] */
+async function balance(springs, way, puncture, speed) {
+  const step = 2.5e-4; // of bodies whose masses are not scaled, so that each is one step
+  const { kernel } = await started(springs, step);
+  const masses = nodalMasses();
+  let [work, damped, depth, before] = [null, 0, 0, null];
+  function go(to) {
+    depth = to;
+    const bytes = kernel.reply([6, ...way, diameter, spread, toughness, friction, puncture, depth, 1]);
+    const view = new DataView(bytes);
+    work = [8, 9, 10].map((i) => view.getFloat64(8 * i, true));
+    const now = new Float32Array(bytes, bytes.byteLength - 12 * masses.length);
+    // Damping by mass takes alpha m v^2 in a second.
+    if (before) for (let i = 0; i < now.length; i++) damped += (massDamping * masses[Math.floor(i / 3)] * (now[i] - before[i]) ** 2) / step;
+    before = now;
+  }
+  const length = Math.hypot(...[0, 1, 2].map((i) => way[3 + i] - way[i]));
+  for (let d = 0; d < length; d += speed * step) go(d);
+  for (let d = length; d > -0.012; d -= speed * step) go(d);
+  for (let i = 0; i < 2500; i++) go(depth);
+  const [hand, lost, torn] = work.map((x) => 1000 * x);
+  const left = (100 * (hand - lost - torn - 1000 * damped)) / hand;
+  console.log(`${springs}, surface gives way at ${puncture.toFixed(2)} N: hand ${hand.toFixed(2)}, friction ${lost.toFixed(2)}, tearing ${torn.toFixed(2)}, damping ${(1000 * damped).toFixed(2)} mJ; left ${left.toFixed(2)} %`);
+}
+
 const wayOf = (number) => [...needles.get(`needles/${number}/way`).value];
 const [first] = options.springs.split(',');
 console.log(`${first} at ${options.speed} m/s beside ${options.model} of livermark needle: the target moves by, static and in steps, and how far these are apart`);
 for (const number of needles.get('needles').keys()) await comparison(first, number, wayOf(number));
 console.log('a step without a needle; over it one while the needle goes in, and one while it is held');
 for (const springs of options.springs.split(',')) await cost(springs, wayOf(0));
+console.log('in and out at 4 cm/s: the work of the hand, and where it went');
+for (const puncture of [toughness * diameter, 1]) await balance(first, wayOf(0), puncture, 0.04);
