@@ -51,6 +51,7 @@ int run(int argc, char **argv) {
         livermark::cli::add_advise(app, command_line),
         livermark::cli::add_modes(app, command_line),
         livermark::cli::add_needle(app, command_line),
+        livermark::cli::add_cut(app, command_line),
         livermark::cli::add_run(app, command_line),
         livermark::cli::add_arena(app, command_line),
         livermark::cli::add_experiment(app, command_line),

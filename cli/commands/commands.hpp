@@ -23,6 +23,7 @@ Command add_cohort(CLI::App &parent, const std::string &command_line);
 Command add_calibrate(CLI::App &parent, const std::string &command_line);
 Command add_modes(CLI::App &parent, const std::string &command_line);
 Command add_needle(CLI::App &parent, const std::string &command_line);
+Command add_cut(CLI::App &parent, const std::string &command_line);
 Command add_experiment(CLI::App &parent, const std::string &command_line);
 Command add_export(CLI::App &parent, const std::string &command_line);
 Command add_score(CLI::App &parent, const std::string &command_line);

@@ -19,6 +19,8 @@ template <class Run, class Visit> void for_each_row(Run &run, Visit visit) {
     visit("stored", run.stored, "J");
     visit("work", run.work, "J");
     visit("opening", run.opening, "m");
+    visit("tool_stiffness", run.tool_stiffness, "N/m");
+    visit("setup_seconds", run.setup_seconds, "s");
     visit("solve_seconds", run.solve_seconds, "s");
 }
 

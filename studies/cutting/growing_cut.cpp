@@ -1,7 +1,7 @@
 #include "studies/cutting/growing_cut.hpp"
 
 #include <algorithm>
-#include <exception>
+#include <fmt/format.h>
 #include <map>
 #include <utility>
 
@@ -77,7 +77,6 @@ std::vector<CutStage> grow_cut(std::shared_ptr<const core::Body> body, const Bla
     const double before = wound_area(body->mesh); // of cuts that were there
     const double behind = edges_behind * meshes::mesh_figures(body->mesh).mean_edge / way.depth();
     std::vector<CutStage> stages{{std::move(body), 0.0, 0.0, 0.0, {}}};
-    std::exception_ptr missed;
     for (int step = 0; step < way.num_steps; ++step) {
         const auto &last = stages.back();
         const double from = displacement_of ? std::max(0.0, double(step) / way.num_steps - behind) : 0.0;
@@ -90,7 +89,10 @@ std::vector<CutStage> grow_cut(std::shared_ptr<const core::Body> body, const Bla
         try {
             next.body = std::make_shared<const core::Body>(cut_where_it_is(*last.body, displacement, cut));
         } catch (const meshes::CutMissesBody &) {
-            missed = std::current_exception();
+            // nothing to part in this step
+        } catch (const meshes::CutNotOnBody &error) {
+            throw meshes::CutNotOnBody(fmt::format("the blade, {:.3g} mm deep", 1e3 * next.depth), error.reason(),
+                                       "let it end before that, or go in elsewhere");
         }
         next.seconds = core::processor_seconds() - start;
         if (next.body != last.body) {
@@ -99,8 +101,9 @@ std::vector<CutStage> grow_cut(std::shared_ptr<const core::Body> body, const Bla
         }
         stages.push_back(std::move(next));
     }
-    if (missed && stages.back().area == 0.0)
-        std::rethrow_exception(missed);
+    if (stages.back().area == 0.0)
+        throw meshes::CutMissesBody("the blade", "it parts no face of a tetrahedron on its way",
+                                    "let it go through the body, and where that is not cut yet");
     return stages;
 }
 

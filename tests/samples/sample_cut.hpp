@@ -18,12 +18,16 @@ inline results::CutFile sample_cut() {
                  .stored = {0.010, 0.015, 0.015},
                  .work = {0.020, 0.030, 0.030},
                  .opening = {0.0, 0.002, 0.002},
-                 .solve_seconds = {2.0, 3.0, 2.5}},
+                 .tool_stiffness = {40.0, 30.0, 30.0},
+                 .setup_seconds = {1.5, 1.0, 0.0},
+                 .solve_seconds = {2.0, 3.0, 0.0}},
                 {.model = "springs",
                  .stored = {0.012, 0.018, 0.018},
                  .work = {0.024, 0.036, 0.036},
                  .opening = {0.0, 0.003, 0.003},
-                 .solve_seconds = {0.2, 0.3, 0.1}}};
+                 .tool_stiffness = {50.0, 36.0, 36.0},
+                 .setup_seconds = {0.1, 0.05, 0.0},
+                 .solve_seconds = {0.2, 0.3, 0.0}}};
     return cut;
 }
 

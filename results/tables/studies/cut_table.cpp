@@ -1,6 +1,9 @@
 #include "results/tables/studies/cut_table.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
 
 #include "core/units.hpp"
 
@@ -15,9 +18,15 @@ double difference_in_percent(double value, double reference) {
 }
 
 double middle_of(std::vector<double> values) {
+    if (values.empty())
+        return std::numeric_limits<double>::quiet_NaN();
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());
     return *middle;
+}
+
+double longest_of(const std::vector<double> &values) {
+    return values.empty() ? std::numeric_limits<double>::quiet_NaN() : *std::ranges::max_element(values);
 }
 
 } // namespace
@@ -30,6 +39,7 @@ Layout cut_table(const CutFile &file) {
                   {"released [mJ]", true},
                   {"over area [J/m^2]", true},
                   {"left to the blade [mJ]", true},
+                  {"tool [N/m]", true},
                   {"time of the cut [ms]", true}},
                  {}};
     const auto &run = file.runs.front();
@@ -40,7 +50,8 @@ Layout cut_table(const CutFile &file) {
         table.rows.push_back({fixed(core::millimetres * file.depth[k], 1), fixed(square_centimetres * file.area[k], 2),
                               fixed(core::millimetres * run.opening[k], 3), fixed(millijoules * run.stored[k], 3),
                               fixed(millijoules * run.released(k), 3), fixed(file.release_rate(run, k), 3),
-                              fixed(millijoules * by_blade, 2), fixed(core::milliseconds * file.cut_seconds[k], 0)});
+                              fixed(millijoules * by_blade, 2), fixed(run.tool_stiffness[k], 2),
+                              fixed(core::milliseconds * file.cut_seconds[k], 0)});
     }
     return table;
 }
@@ -52,21 +63,45 @@ Layout cut_models_table(const CutFile &file) {
                   {"released [mJ]", true},
                   {"off by [%]", true},
                   {"over area [J/m^2]", true},
-                  {"time of an equilibrium [ms]", true}},
+                  {"tool [N/m]", true},
+                  {"off by [%]", true},
+                  {"cut to ready [ms]", true},
+                  {"longest [ms]", true},
+                  {"equilibrium [ms]", true}},
                  {}};
     const auto last = file.num_records() - 1;
     const auto &judge = file.runs.front();
     for (const auto &run : file.runs) {
         const bool judges = &run == &judge;
-        table.rows.push_back({judges ? run.model + " (reference)" : run.model,
-                              fixed(core::millimetres * run.opening[last], 3),
-                              judges ? "-" : fixed(difference_in_percent(run.opening[last], judge.opening[last]), 1),
-                              fixed(millijoules * run.released(last), 3),
-                              judges ? "-" : fixed(difference_in_percent(run.released(last), judge.released(last)), 1),
-                              fixed(run.released(last) / file.area[last], 3),
-                              fixed(core::milliseconds * middle_of(run.solve_seconds), 0)});
+        const auto off = [&](double value, double reference) {
+            return judges ? "-" : fixed(difference_in_percent(value, reference), 1);
+        };
+        const auto ready = file.ready_seconds(run);
+        table.rows.push_back(
+            {judges ? run.model + " (reference)" : run.model, fixed(core::millimetres * run.opening[last], 3),
+             off(run.opening[last], judge.opening[last]), fixed(millijoules * run.released(last), 3),
+             off(run.released(last), judge.released(last)), fixed(run.released(last) / file.area[last], 3),
+             fixed(run.tool_stiffness[last], 2), off(run.tool_stiffness[last], judge.tool_stiffness[last]),
+             fixed(core::milliseconds * middle_of(ready), 0), fixed(core::milliseconds * longest_of(ready), 0),
+             fixed(core::milliseconds * middle_of(file.equilibrium_seconds(run)), 0)});
     }
     return table;
+}
+
+std::string cut_note(const CutFile &file) {
+    const auto &judge = file.runs.front();
+    double largest = 0.0;
+    std::size_t above = 0, cutting = 0;
+    for (std::size_t k = 1; k < file.num_records(); ++k)
+        if (const double rate = file.release_rate(judge, k); !std::isnan(rate)) {
+            largest = std::max(largest, rate);
+            above += rate > file.toughness ? 1 : 0;
+            ++cutting;
+        }
+    return fmt::format("Tearing takes {:g} J/m^2; {} of {} steps that cut something release more over their area, the "
+                       "most {:.3g} J/m^2. Where a step releases more the cut goes on by itself; otherwise the blade "
+                       "does the rest.\n",
+                       file.toughness, above, cutting, largest);
 }
 
 } // namespace livermark::results

@@ -31,6 +31,8 @@ TEST_F(CutFiles, HoldWhatWasWritten) {
     EXPECT_EQ(read.runs[1].stored, written.runs[1].stored);
     EXPECT_EQ(read.runs[1].work, written.runs[1].work);
     EXPECT_EQ(read.runs[1].opening, written.runs[1].opening);
+    EXPECT_EQ(read.runs[1].tool_stiffness, written.runs[1].tool_stiffness);
+    EXPECT_EQ(read.runs[1].setup_seconds, written.runs[1].setup_seconds);
     EXPECT_EQ(read.runs[1].solve_seconds, written.runs[1].solve_seconds);
 }
 
@@ -54,13 +56,21 @@ TEST_F(CutFiles, SayWhatACutSetsFree) {
     EXPECT_NEAR(file.tearing(2), 0.02, 1e-15);
     const auto steps = cut_table(file);
     ASSERT_EQ(steps.rows.size(), 3U);
-    EXPECT_EQ(steps.rows[1],
-              (std::vector<std::string>{"10.0", "2.00", "2.000", "15.000", "5.000", "25.000", "15.00", "250"}));
+    EXPECT_EQ(steps.rows[1], (std::vector<std::string>{"10.0", "2.00", "2.000", "15.000", "5.000", "25.000", "15.00",
+                                                       "30.00", "250"}));
     EXPECT_EQ(steps.rows[2][5], "-");
     const auto models = cut_models_table(file);
     ASSERT_EQ(models.rows.size(), 2U);
     EXPECT_EQ(models.rows[0][0], "judge (reference)");
-    EXPECT_EQ(models.rows[1], (std::vector<std::string>{"springs", "3.000", "50.0", "6.000", "20.0", "30.000", "200"}));
+    EXPECT_EQ(models.rows[1], (std::vector<std::string>{"springs", "3.000", "50.0", "6.000", "20.0", "30.000", "36.00",
+                                                        "20.0", "300", "300", "250"}));
+    // Of the steps that have parted something, so not of the second.
+    EXPECT_EQ(file.ready_seconds(file.runs[0]), std::vector<double>{1.25});
+    EXPECT_EQ(file.equilibrium_seconds(file.runs[0]), std::vector<double>{2.0});
+    EXPECT_NE(cut_note(file).find("0 of 1 steps"), std::string::npos) << cut_note(file);
+    auto weaker = file;
+    weaker.toughness = 20.0;
+    EXPECT_NE(cut_note(weaker).find("1 of 1 steps"), std::string::npos) << cut_note(weaker);
 }
 
 } // namespace

@@ -1,0 +1,61 @@
+#include <fmt/format.h>
+#include <memory>
+
+#include "cli/commands/commands.hpp"
+#include "cli/common_options.hpp"
+#include "cli/image_bodies.hpp"
+#include "cli/progress.hpp"
+#include "results/tables/studies/cut_table.hpp"
+#include "studies/cutting/cut_study.hpp"
+#include "support/root_folder.hpp"
+
+namespace livermark::cli {
+
+namespace {
+
+int print_cut(studies::CutStudyOptions options, bool markdown, const std::string &command_line) {
+    options.body = with_image_meshed(options.body, command_line);
+    const auto done = studies::let_blade_in(options, command_line, print_progress());
+    print_notes(done.notes);
+    const auto &file = done.file;
+    fmt::print("{}: {}\n{} step by step:\n\n", file.body, results::printable(file.title), file.runs.front().model);
+    for (const auto &table : {results::cut_table(file), results::cut_models_table(file)})
+        fmt::print("{}\n", markdown ? results::to_markdown(table) : results::to_text(table));
+    fmt::print("{}", results::cut_note(file));
+    fmt::print(stderr, "The result file is in {}\n", options.output);
+    return 0;
+}
+
+} // namespace
+
+Command add_cut(CLI::App &parent, const std::string &command_line) {
+    auto *command = parent.add_subcommand(
+        "cut", "Let a blade go into a body under load, step by step: how far the wound opens, what energy the cut sets "
+               "free, and how long each step takes, of each model beside the reference");
+    auto options = std::make_shared<studies::CutStudyOptions>();
+    auto markdown = std::make_shared<bool>(false);
+    options->output = (support::root_folder() / "results" / "runs").string();
+    add_body(*command, options->body);
+    command
+        ->add_option("--load-case", options->load_case,
+                     "What pulls while the blade goes in: a name as in 'livermark list load-cases', or a path")
+        ->capture_default_str();
+    command
+        ->add_option("--blade", options->blade,
+                     "What the edge of the blade sweeps, twelve numbers [m]: four corners in turn, from 0-1 where the "
+                     "edge begins to 3-2 where it ends")
+        ->expected(12)
+        ->required();
+    command->add_option("--steps", options->num_steps, "In how many steps it goes in")->capture_default_str();
+    command->add_option("--toughness", options->toughness, "What tearing the tissue takes, energy over area [J/m^2]")
+        ->capture_default_str();
+    command->add_option("--model", options->models,
+                        "Names as in 'livermark list models', beside the reference on the mesh; those of a run if left "
+                        "out");
+    add_materials(*command, options->material);
+    command->add_option("--output", options->output, "Folder for <body>/cut.<load case>.h5")->capture_default_str();
+    command->add_flag("--markdown", *markdown, "Print the tables in Markdown");
+    return [=] { return print_cut(*options, *markdown, command_line); };
+}
+
+} // namespace livermark::cli
