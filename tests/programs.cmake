@@ -1,6 +1,6 @@
 # Tests that start programs: ours on bad input, on several ranks and on small files, and those of other people on our files.
 # The table of bad inputs, each for a child process. Programs that do not load two hundred libraries start at once.
-add_library(livermark_bad_inputs STATIC cli/bad_inputs/bad_solutions.cpp cli/bad_inputs/bad_bodies.cpp
+add_library(livermark_bad_inputs STATIC cli/bad_inputs/bad_solutions.cpp cli/bad_inputs/bad_blades.cpp cli/bad_inputs/bad_bodies.cpp
   cli/bad_inputs/bad_command_lines.cpp cli/bad_inputs/bad_hdf5_files.cpp cli/bad_inputs/bad_images.cpp cli/bad_inputs/bad_inputs.cpp
   cli/bad_inputs/bad_load_cases.cpp cli/bad_inputs/bad_meshes.cpp cli/bad_inputs/bad_places.cpp cli/bad_inputs/bad_tools.cpp)
 target_link_libraries(livermark_bad_inputs PUBLIC livermark::core livermark::meshes livermark_result_samples

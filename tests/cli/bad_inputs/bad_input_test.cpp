@@ -73,6 +73,7 @@ INSTANTIATE_TEST_SUITE_P(Bodies, BadInputs, testing::ValuesIn(bad_bodies()), nam
 INSTANTIATE_TEST_SUITE_P(LoadCases, BadInputs, testing::ValuesIn(bad_load_cases()), name_of);
 INSTANTIATE_TEST_SUITE_P(Releases, BadInputs, testing::ValuesIn(bad_releases()), name_of);
 INSTANTIATE_TEST_SUITE_P(Cuts, BadInputs, testing::ValuesIn(bad_cuts()), name_of);
+INSTANTIATE_TEST_SUITE_P(Blades, BadInputs, testing::ValuesIn(bad_blades()), name_of);
 INSTANTIATE_TEST_SUITE_P(Histories, BadInputs, testing::ValuesIn(bad_histories()), name_of);
 INSTANTIATE_TEST_SUITE_P(Touches, BadInputs, testing::ValuesIn(bad_touches()), name_of);
 INSTANTIATE_TEST_SUITE_P(Hdf5Files, BadInputs, testing::ValuesIn(bad_hdf5_files()), name_of);

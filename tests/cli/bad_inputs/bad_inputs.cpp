@@ -138,6 +138,7 @@ std::vector<BadInputGroup> all_bad_inputs() {
             {"LoadCases", "Load cases (`.toml`)", bad_load_cases()},
             {"Releases", "Load cases with a release", bad_releases()},
             {"Cuts", "Load cases with a cut", bad_cuts()},
+            {"Blades", "Blades that go into a body (`livermark cut`)", bad_blades()},
             {"Histories", "Load cases in which time passes in the material", bad_histories()},
             {"Touches", "Load cases with a ball that touches", bad_touches()},
             {"Hdf5Files", "Result and calibration files (`.h5`)", bad_hdf5_files()},

@@ -35,6 +35,7 @@ std::vector<BadInput> bad_bodies();
 std::vector<BadInput> bad_load_cases();
 std::vector<BadInput> bad_releases();
 std::vector<BadInput> bad_cuts();
+std::vector<BadInput> bad_blades();
 std::vector<BadInput> bad_histories();
 std::vector<BadInput> bad_touches();
 std::vector<BadInput> bad_hdf5_files();

@@ -1,0 +1,175 @@
+#include "studies/cutting/cut_study.hpp"
+
+#include <cmath>
+#include <fstream>
+
+#include "models/model_table.hpp"
+#include "results/hdf5/cut_file.hpp"
+#include "studies/cutting/growing_cut.hpp"
+#include "support/known_names.hpp"
+#include "tests/bad_input.hpp"
+#include "tests/samples/small_bar.hpp"
+#include "tests/samples/test_meshes.hpp"
+
+namespace livermark::studies {
+namespace {
+
+using core::Vector3;
+
+/// A double cantilever beam: two arms of the height h, length a and width B, that loads P bend apart.
+struct DoubleCantilever {
+    static constexpr double length = 0.12, width = 0.01, h = 0.01, load = 1e-5;
+    core::Material material{1000.0, 5000.0, 0.3};
+
+    std::shared_ptr<const core::Body> body(int bricks_per_arm) const {
+        auto mesh = tests::box_mesh({length, width, 2.0 * h}, {static_cast<int>(bricks_per_arm * length / h),
+                                                               bricks_per_arm, 2 * bricks_per_arm});
+        mesh.patch_names.emplace_back("upper_end");
+        for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+            double z = 0.0;
+            for (const int node : mesh.boundary_triangles[f])
+                z += mesh.points[node].z() / 3.0;
+            if (mesh.boundary_patch[f] == 0 && z > h)
+                mesh.boundary_patch[f] = static_cast<int>(mesh.patch_names.size()) - 1;
+        }
+        return tests::make_body(std::move(mesh), material);
+    }
+
+    /// G = 12 P^2 (a + chi h)^2 / (E B^2 h^3) with Williams's chi for what gives way at the root of an arm. (Hashemi,
+    /// Kinloch, Williams 1990, Proc. R. Soc. Lond. A 427) Over the area cut between two lengths, its integral [J].
+    double released(double from, double to) const {
+        const double shear = material.shear_modulus(), gamma = 1.18 * material.young_modulus / shear;
+        const double part = gamma / (1.0 + gamma);
+        const double chi = std::sqrt(material.young_modulus / (11.0 * shear) * (3.0 - 2.0 * part * part));
+        const auto cube = [&](double a) { return std::pow(a + chi * h, 3) / 3.0; };
+        return 12.0 * load * load / (material.young_modulus * width * std::pow(h, 3)) * (cube(to) - cube(from));
+    }
+
+    /// What a model stores with the cut as long as that: as much as the loads have done beside it [J].
+    double stored(const core::Model &model, const CutStage &stage) const {
+        const auto &mesh = stage.body->mesh;
+        auto load_case = tests::empty_load_case(mesh);
+        tests::prescribe(load_case, mesh, "x_max", Vector3::Zero());
+        const double traction = load / (width * h);
+        tests::pull(load_case, mesh, "upper_end", {0.0, 0.0, traction});
+        tests::pull(load_case, mesh, "x_min", {0.0, 0.0, -traction});
+        const auto solution = model.solve({stage.body, load_case});
+        EXPECT_EQ(solution.status, core::SolutionStatus::ok) << solution.message;
+        return solution.strain_energy;
+    }
+};
+
+TEST(GrowingCuts, OfADoubleCantileverSetFreeWhatBeamsDo) {
+    const DoubleCantilever beam;
+    const auto all = models::all_models();
+    const auto &model = support::find_named(all, std::string("fem_p2p1"), "model");
+    constexpr double from = 0.05, to = 0.07;
+    const BladeWay way{{Vector3(-0.01, -0.01, beam.h), Vector3(-0.01, 0.1, beam.h), Vector3(to, 0.1, beam.h),
+                        Vector3(to, -0.01, beam.h)},
+                       4};
+    std::vector<double> errors;
+    for (const int bricks_per_arm : {1, 2}) {
+        const auto stages = grow_cut(beam.body(bricks_per_arm), way, {});
+        ASSERT_EQ(stages.size(), 5U);
+        const auto &early = stages[3], &late = stages[4];
+        ASSERT_NEAR(early.area, from * beam.width, 1e-9);
+        ASSERT_NEAR(late.area, to * beam.width, 1e-9);
+        const double released = beam.stored(model, late) - beam.stored(model, early);
+        errors.push_back(released / beam.released(from, to) - 1.0);
+    }
+    EXPECT_LT(std::abs(errors[1]), 0.05);
+    EXPECT_LT(std::abs(errors[1]), std::abs(errors[0])) << errors[0] << " and " << errors[1];
+}
+
+CutStudyOptions of_cut_bar(const std::string &suite) {
+    const auto folder = tests::folder_with_bar(suite, 0.01);
+    std::ofstream(folder / "pull.toml")
+        << "title = \"pull\"\ntarget_peak_displacement = 0.001\n[[condition]]\npatch = \"x_min\"\n"
+           "displacement = [0.0, 0.0, 0.0]\n[[condition]]\npatch = \"x_max\"\ntraction = [2.0, 0.0, 0.0]\n";
+    CutStudyOptions options;
+    options.body = (folder / "bar.toml").string();
+    options.load_case = (folder / "pull.toml").string();
+    options.output = (folder / "runs").string();
+    return options;
+}
+
+/// Across the bar at half its length, from above to half its height.
+void put_blade_across(CutStudyOptions &options) {
+    const auto mesh = meshes::read_body(options.body).mesh;
+    Vector3 low = mesh.points.front(), high = low;
+    for (const auto &point : mesh.points) {
+        low = low.cwiseMin(point);
+        high = high.cwiseMax(point);
+    }
+    const double x = 0.5 * (low.x() + high.x()) + 1e-4, more = 0.01, z = 0.5 * (low.z() + high.z()) - 1e-4;
+    options.blade = {x, low.y() - more,  high.z() + more,
+                     x, high.y() + more, high.z() + more,
+                     x, high.y() + more, z,
+                     x, low.y() - more,  z};
+}
+
+TEST(GrowingCuts, SetFreeAsMuchAsTheyStoreUnderConstantLoads) {
+    auto options = of_cut_bar("cut_study");
+    put_blade_across(options);
+    options.num_steps = 3;
+    options.models = {"fem_p1", "nodal_springs"};
+    const auto done = let_blade_in(options, "test", {});
+    const auto &file = done.file;
+    ASSERT_EQ(file.num_records(), 4U);
+    ASSERT_EQ(file.runs.size(), 3U);
+    EXPECT_EQ(file.runs[0].model, "fem_p2p1");
+    EXPECT_GT(file.area.back(), 0.0);
+    for (const auto &run : file.runs) {
+        // What is linear stores half of what its loads do (Clapeyron), with and without the cut.
+        const double stored = run.stored.back() - run.stored.front();
+        EXPECT_GT(stored, 0.0) << run.model;
+        EXPECT_NEAR(run.released(3), stored, (run.model == "nodal_springs" ? 0.02 : 1e-6) * stored) << run.model;
+        EXPECT_EQ(run.opening.front(), 0.0) << run.model;
+        EXPECT_GT(run.opening.back(), 0.0) << run.model;
+        for (std::size_t k = 1; k < file.num_records(); ++k)
+            EXPECT_GE(run.released(k), run.released(k - 1) * (1.0 - 1e-9)) << run.model << k;
+    }
+    // The free end gives way further where the bar is cut, and what pulls at it does more work: none is stiffer.
+    for (const auto &run : file.runs) {
+        EXPECT_LT(run.tool_stiffness.back(), run.tool_stiffness.front()) << run.model;
+        EXPECT_GT(run.tool_stiffness.back(), 0.0) << run.model;
+        for (std::size_t k = 0; k < file.num_records(); ++k)
+            EXPECT_GE(run.solve_seconds[k], run.setup_seconds[k]) << run.model;
+    }
+    const auto read = results::read_cut_file(std::filesystem::path(options.output) / file.body / "cut.pull.h5");
+    EXPECT_EQ(read.area, file.area);
+    EXPECT_EQ(read.runs[2].work, file.runs[2].work);
+    EXPECT_EQ(read.cut_seconds, file.cut_seconds);
+}
+
+TEST(GrowingCuts, RefuseWhatIsNoBladeAndLoadsThatChange) {
+    auto options = of_cut_bar("bad_cut_study");
+    const auto fails = [&](const std::string &what) {
+        tests::expect_input_error([&] { let_blade_in(options, "test", {}); }, {what});
+    };
+    options.blade = {0.0, 0.0, 0.0};
+    fails("give four corners");
+    put_blade_across(options);
+    options.num_steps = 0;
+    fails("--steps is 0");
+    options.num_steps = 2;
+    options.toughness = -1.0;
+    fails("--toughness");
+    options.toughness = 164.0;
+    options.models = {"no_such_model"};
+    fails("no_such_model");
+    options.models = {"fem_p1_neo_hookean"};
+    fails("takes no part in load case pull");
+    options.models = {};
+    for (auto k : {0U, 3U, 6U, 9U})
+        options.blade[k] += 10.0;
+    fails("parts no face");
+    const auto pressed = std::filesystem::path(options.load_case).parent_path() / "press.toml";
+    std::ofstream(pressed) << "title = \"press\"\n[[condition]]\npatch = \"x_min\"\ndisplacement = [0.0, 0.0, "
+                              "0.0]\n[[condition]]\npatch = \"x_max\"\npress = 0.001\n";
+    options.load_case = pressed.string();
+    fails("loads that change");
+}
+
+} // namespace
+} // namespace livermark::studies
