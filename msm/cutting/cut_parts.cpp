@@ -9,15 +9,6 @@
 
 namespace livermark::msm {
 
-namespace {
-
-void sort_once(std::vector<int> &numbers) {
-    std::ranges::sort(numbers);
-    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
-}
-
-} // namespace
-
 template <std::size_t n>
 CutParts::Around CutParts::around(const std::vector<std::array<int, n>> &numbers, std::size_t count) {
     Around result;
@@ -33,6 +24,23 @@ CutParts::Around CutParts::around(const std::vector<std::array<int, n>> &numbers
         for (const int number : numbers[t])
             result.tetrahedra[next[number]++] = static_cast<int>(t);
     return result;
+}
+
+/// What the tetrahedra that a cut takes away have numbers of, each ascending and once.
+template <std::size_t n> std::vector<int> CutParts::of_removed(const std::vector<std::array<int, n>> &numbers) {
+    std::vector<int> once;
+    if (numbers.empty())
+        return once;
+    for (const int t : changes_.tetrahedra)
+        for (const int number : numbers[t])
+            if (is_seen_[number] == 0) {
+                is_seen_[number] = 1;
+                once.push_back(number);
+            }
+    for (const int number : once)
+        is_seen_[number] = 0;
+    std::ranges::sort(once);
+    return once;
 }
 
 std::optional<CutParts> CutParts::prepare(const core::Body &body, const ElasticBody &elastic,
@@ -69,6 +77,8 @@ std::optional<CutParts> CutParts::prepare(const core::Body &body, const ElasticB
             result.volume_modulus_.push_back(
                 modulus_beside_springs(body.materials[mesh.region[result.of_volume_.of(c).front()]]));
     }
+    result.is_seen_.assign(
+        std::max({mesh.points.size(), parts.edges.size(), parts.centre.size(), parts.edge_modulus.size()}), 0);
     return result;
 }
 
@@ -116,12 +126,15 @@ void CutParts::ask_law_again() {
 /// As VolumePenalty does, a product with few rows.
 void CutParts::set_volumes(std::span<const int> volumes) {
     Eigen::SparseMatrix<double, Eigen::RowMajor> share(static_cast<Eigen::Index>(volumes.size()), volume_.size());
-    std::vector<Eigen::Triplet<double>> entries;
-    for (std::size_t row = 0; row < volumes.size(); ++row)
-        for (const int t : of_volume_.of(volumes[row]))
+    Eigen::Index row_of_share = 0;
+    for (const int volume : volumes) {
+        share.startVec(row_of_share);
+        for (const int t : of_volume_.of(volume))
             if (parts_.is_there(t))
-                entries.emplace_back(static_cast<int>(row), t, 0.25);
-    share.setFromTriplets(entries.begin(), entries.end());
+                share.insertBack(row_of_share, t) = 0.25;
+        ++row_of_share;
+    }
+    share.finalize();
     const Eigen::VectorXd rest = share * volume_;
     for (std::size_t row = 0; row < volumes.size(); ++row) {
         const double volume = rest[static_cast<Eigen::Index>(row)];
@@ -133,21 +146,13 @@ const CutChanges &CutParts::remove(std::span<const int> tetrahedra) {
     changes_ = {};
     changes_.tetrahedra.assign(tetrahedra.begin(), tetrahedra.end());
     std::ranges::sort(changes_.tetrahedra);
-    for (const int t : changes_.tetrahedra) {
+    for (const int t : changes_.tetrahedra)
         parts_.is_removed[t] = 1;
-        changes_.nodes.insert(changes_.nodes.end(), tetrahedra_[t].begin(), tetrahedra_[t].end());
-        if (!parts_.edges.empty())
-            changes_.springs.insert(changes_.springs.end(), edges_.tetrahedron_edge[t].begin(),
-                                    edges_.tetrahedron_edge[t].end());
-        if (!parts_.centre.empty())
-            changes_.volumes.insert(changes_.volumes.end(), parts_.corner_volume[t].begin(),
-                                    parts_.corner_volume[t].end());
-        if (!parts_.edge_part.empty())
-            changes_.edge_parts.insert(changes_.edge_parts.end(), parts_.edge_part[t].begin(),
-                                       parts_.edge_part[t].end());
-    }
-    for (auto *numbers : {&changes_.nodes, &changes_.springs, &changes_.volumes, &changes_.edge_parts})
-        sort_once(*numbers);
+    changes_.nodes = of_removed(tetrahedra_);
+    changes_.springs = of_removed(edges_.tetrahedron_edge);
+    if (!parts_.centre.empty())
+        changes_.volumes = of_removed(parts_.corner_volume);
+    changes_.edge_parts = of_removed(parts_.edge_part);
     for (const int node : changes_.nodes) {
         node_mass_[node] = 0.0;
         for (const int t : of_node_.of(node))

@@ -49,6 +49,7 @@ class CutParts {
     void set_spring(int spring);
     void ask_law_again();
     void set_volumes(std::span<const int> volumes);
+    template <std::size_t n> std::vector<int> of_removed(const std::vector<std::array<int, n>> &numbers);
 
     /// Lists of tetrahedra, ascending, behind each other.
     struct Around {
@@ -69,6 +70,7 @@ class CutParts {
     std::vector<std::array<double, 6>> of_edges_; // (M) what each adds to its springs [N/m]
     Eigen::VectorXd volume_;                      // (M) as VolumePenalty has it [m^3]
     std::vector<double> volume_modulus_;          // (C) [Pa]
+    std::vector<char> is_seen_;                   // room for marks, 0 but in of_removed()
     CutChanges changes_;
 };
 

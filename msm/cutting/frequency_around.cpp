@@ -1,7 +1,6 @@
 #include "msm/cutting/frequency_around.hpp"
 
-#include <utility>
-
+#include "msm/cutting/part_of_body.hpp"
 #include "msm/dynamics/highest_frequency.hpp"
 
 namespace livermark::msm {
@@ -36,33 +35,18 @@ double frequency_around(const core::Body &body, const std::vector<char> &is_remo
     auto is_known = moves;
     for (int ring = 1; ring < known_rings; ++ring)
         add_ring(mesh, is_removed, is_known);
-    core::Body part{.name = body.name, .mesh = {}, .materials = body.materials};
-    part.mesh.region_names = mesh.region_names;
-    std::vector<int> number(mesh.points.size(), -1);
+    std::vector<char> is_in(mesh.tetrahedra.size(), 0);
     for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
         const auto &[a, b, c, d] = mesh.tetrahedra[t];
-        if (is_removed[t] != 0 || (is_known[a] == 0 && is_known[b] == 0 && is_known[c] == 0 && is_known[d] == 0))
-            continue;
-        for (int &node : part.mesh.tetrahedra.emplace_back(mesh.tetrahedra[t])) {
-            number[node] = 0;
-        }
-        part.mesh.region.push_back(mesh.region[t]);
+        is_in[t] = is_removed[t] == 0 && (is_known[a] != 0 || is_known[b] != 0 || is_known[c] != 0 || is_known[d] != 0);
     }
-    NodalConditions of_part;
-    for (std::size_t i = 0; i < number.size(); ++i)
-        if (number[i] == 0) {
-            number[i] = part.mesh.num_nodes();
-            part.mesh.points.push_back(mesh.points[i]);
-            of_part.displacement.push_back(moves[i] != 0 ? conditions.displacement[i] : core::Vector3::Zero());
-            of_part.force.push_back(core::Vector3::Zero());
-            of_part.constraint.push_back({-1, -1, -1});
-        }
-    if (part.mesh.points.empty())
+    auto part = part_of_body(body, is_in, conditions);
+    if (part.node.empty())
         return 0.0;
-    for (auto &tetrahedron : part.mesh.tetrahedra)
-        for (int &node : tetrahedron)
-            node = number[node];
-    return largest_angular_frequency(make(part), part.mesh.points, of_part, {}, tolerance);
+    for (std::size_t i = 0; i < part.node.size(); ++i)
+        if (moves[part.node[i]] == 0)
+            part.conditions.displacement[i].setZero();
+    return largest_angular_frequency(make(part.body), part.body.mesh.points, part.conditions, {}, tolerance);
 }
 
 } // namespace livermark::msm

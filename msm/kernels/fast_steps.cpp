@@ -26,6 +26,7 @@ class FastSteps::Implementation {
     virtual void set_time_step(double time_step) = 0;
     virtual void set_mass(int node, double mass) = 0;
     virtual bool cut(const StepParts &parts, const std::vector<double> &node_mass, const CutChanges &changes) = 0;
+    virtual bool set_scaling(const MassScaling &scaling) = 0;
     virtual bool is_pressed() const = 0;
     virtual void take(int num_steps) = 0;
     virtual std::size_t working_set() const = 0;
@@ -248,6 +249,13 @@ template <class T> class Steps : public FastSteps::Implementation {
         });
     }
 
+    bool set_scaling(const MassScaling &scaling) override {
+        const bool can = at_.scheme.kind == StepScheme::Kind::symplectic_euler;
+        if (can)
+            heavy_ = HeavySteps<T>(scaling, at_);
+        return can;
+    }
+
     bool is_pressed() const override {
         return std::ranges::any_of(at_.lack, [](T lack) { return lack > T(0); });
     }
@@ -448,6 +456,9 @@ void FastSteps::set_mass(int node, double mass) {
 }
 bool FastSteps::cut(const StepParts &parts, const std::vector<double> &node_mass, const CutChanges &changes) {
     return implementation_->cut(parts, node_mass, changes);
+}
+bool FastSteps::set_scaling(const MassScaling &scaling) {
+    return implementation_->set_scaling(scaling);
 }
 bool FastSteps::is_pressed() const {
     return implementation_->is_pressed();

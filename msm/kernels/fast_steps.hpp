@@ -98,9 +98,16 @@ class FastSteps {
     /// prepared for the parts as they are now. Nodes that are gone stay where they are.
     /// @param parts      as they are now; FastStepOptions::may_be_cut was set
     /// @param node_mass  shape (N) [kg]; 0 of nodes that are gone
-    /// @return false if masses of a stiff part that is cut were scaled: they are scaled no more, and steps have to be
-    ///   as long as those without
+    /// @return false if masses of a stiff part were scaled that has lost a tetrahedron at one of its nodes, and some of
+    ///   these nodes are left: they are scaled no more, and steps have to be as long as those without, until
+    ///   set_scaling()
     bool cut(const StepParts &parts, const std::vector<double> &node_mass, const CutChanges &changes);
+
+    /// Scales the masses of these parts from now on, and those of no others; what set_mass() gave their nodes is
+    /// forgotten there.
+    /// @param scaling  as for prepare(), of the nodes that are left: see scale_masses_of_rest()
+    /// @return false, with nothing changed, if the integrator does not know how to scale masses
+    bool set_scaling(const MassScaling &scaling);
 
     /// Whether, when the last step began, a tetrahedron was below the volume that is watched, or the trace of C^-1 of
     /// neo-Hookean springs around a node or an edge above four; never if no volumes are watched.

@@ -19,7 +19,7 @@ template <class T> class HeavySteps {
   public:
     HeavySteps() = default;
 
-    /// @param at  before its first step; its scheme is symplectic Euler
+    /// @param at  between steps; its scheme is symplectic Euler
     HeavySteps(const MassScaling &scaling, const StepWorkspace<T> &at) {
         std::vector<std::vector<std::size_t>> copies(static_cast<std::size_t>(at.body.first_copy));
         for (std::size_t c = 0; c < at.body.copied_row.size(); ++c)

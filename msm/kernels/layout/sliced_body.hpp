@@ -145,6 +145,7 @@ template <class T> struct SlicedBody {
 /// What has to be known of a sliced body to change it where tetrahedra are taken away.
 struct SlicedPlan {
     Eigen::VectorXd rest, rounded_rest;              ///< (3N) [m], and in the precision of the kernels
+    std::vector<double> rest_volume;                 ///< (M) of tetrahedra, from rest [m^3]
     std::vector<int> tetrahedron_place;              ///< (M) on the lines
     std::vector<std::array<std::size_t, 2>> springs; ///< (S) places in SlicedBody::spring, the same twice for one
     std::vector<int> number_of_volume;               ///< (C) which control volume of the sliced body it is

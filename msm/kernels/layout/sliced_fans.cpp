@@ -6,7 +6,6 @@
 #include "msm/kernels/layout/fans.hpp"
 #include "msm/kernels/layout/node_order.hpp"
 #include "msm/kernels/layout/slicing.hpp"
-#include "msm/springs/tetrahedron_volume.hpp"
 
 namespace livermark::msm {
 
@@ -211,11 +210,9 @@ void slice_tetrahedra(const StepParts &parts, const std::vector<core::Vector3> &
     const auto lines = lines_of(fan_order(cut_into_fans(parts.tetrahedra, parts.corner_volume), body), body);
 
     plan.rest = to_unknowns(positions);
-    std::vector<double> rest_volume;
-    for (const auto &corners : parts.tetrahedra)
-        rest_volume.push_back(volume_gradient(plan.rest, corners).volume);
-    body.rest_volume = on_lines<T>(rest_volume, lines);
-    body.volume_share = on_lines<T>(std::vector<double>(rest_volume.size(), 1.0), lines);
+    plan.rest_volume = rest_volumes(parts, plan.rest);
+    body.rest_volume = on_lines<T>(plan.rest_volume, lines);
+    body.volume_share = on_lines<T>(std::vector<double>(plan.rest_volume.size(), 1.0), lines);
     body.tetrahedron_stiffness = on_lines<T>(parts.tetrahedron_stiffness, lines);
     body.least_volume = on_lines<T>(parts.least_volume, lines);
     body.watched_volume = on_lines<T>(parts.watched_volume, lines);

@@ -2,7 +2,6 @@
 
 #include "msm/elastic_body.hpp"
 #include "msm/kernels/layout/slicing.hpp"
-#include "msm/springs/tetrahedron_volume.hpp"
 
 namespace livermark::msm {
 
@@ -70,11 +69,11 @@ void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3
     if (parts.coupled_modulus.empty() && parts.edge_modulus.empty())
         return;
     const bool is_neo_hookean = parts.coupled_energy == CoupledEnergy::neo_hookean;
-    const auto x = to_unknowns(positions);
+    const auto volumes = rest_volumes(parts, to_unknowns(positions));
     auto inner = parts.inner_modulus;
     if (is_neo_hookean)
         for (std::size_t t = 0; t < inner.size(); ++t)
-            inner[t] *= volume_gradient(x, parts.tetrahedra[t]).volume;
+            inner[t] *= volumes[t];
     body.inner_modulus = on_lines<T>(inner, lines);
     if (is_neo_hookean)
         body.volume_modulus = on_lines<T>(parts.inner_modulus, lines);
@@ -89,7 +88,7 @@ void slice_nodal_springs(const StepParts &parts, const std::vector<core::Vector3
         body.inverse_volume.assign(body.volume_row.size(), T(0));
     const auto members = volume_members(parts);
     for (int c = 0; c < static_cast<int>(parts.centre.size()); ++c)
-        put_volume(parts, c, rest_volume(parts, x, members.of(c)), number_of_volume[c], body);
+        put_volume(parts, c, rest_volume(parts, volumes, members.of(c)), number_of_volume[c], body);
 }
 
 template void put_mean_gradient(const MeanGradient &, int, SlicedBody<float> &);

@@ -127,7 +127,7 @@ void put_star(const StepParts &parts, const Eigen::VectorXd &x, const Star &star
         auto &inverse =
             body.star_tetrahedron[(static_cast<std::size_t>(body.star_start[slice]) + k) * slice_size + lane];
         const int t = corner_of(rim, length, k).tetrahedron;
-        if (t < 0) {
+        if (t < 0 || !parts.is_there(t)) {
             inverse = T(0);
             continue;
         }

@@ -16,21 +16,35 @@ template <class T> class StarUpdate {
         : parts_(parts), plan_(plan), body_(body) {}
 
     void run(const std::vector<int> &edge_parts) {
-        std::vector<std::pair<int, std::vector<Star::Corner>>> rims; // by lane
+        if (!parts_.has_gradient_means) { // all nodes stay where they are on the lines
+            for (const int part : edge_parts) {
+                const int lane = plan_.star_of_part[part];
+                put_star(parts_, plan_.rounded_rest, plan_.stars[lane], plan_.stars[lane].rim, lane, body_);
+            }
+            return;
+        }
+        std::vector<LaneRim> rims;
+        rims.reserve(edge_parts.size());
         for (const int part : edge_parts) {
             const int lane = plan_.star_of_part[part];
-            rims.emplace_back(lane, rim_without(plan_.stars[lane], parts_.is_removed, parts_.has_gradient_means));
-            plan_.rim_size[lane] = static_cast<int>(rims.back().second.size());
+            rims.push_back({lane, rim_without(plan_.stars[lane], parts_.is_removed, true), {}});
+            plan_.rim_size[lane] = static_cast<int>(rims.back().corners.size());
+            find_slots(rims.back());
         }
-        find_slots(rims);
         lengthen_slices();
-        for (std::size_t r = 0; r < rims.size(); ++r) {
-            put_corners(rims[r].first, rims[r].second, slots_[r]);
-            put_star(parts_, plan_.rounded_rest, plan_.stars[rims[r].first], rims[r].second, rims[r].first, body_);
+        for (const auto &rim : rims) {
+            put_corners(rim);
+            put_star(parts_, plan_.rounded_rest, plan_.stars[rim.lane], rim.corners, rim.lane, body_);
         }
     }
 
   private:
+    struct LaneRim {
+        int lane;
+        std::vector<Star::Corner> corners;
+        std::vector<int> slots; ///< of these, four times their places for forces
+    };
+
     std::size_t length(const std::vector<int> &start, std::size_t slice) const {
         return start[slice + 1] - start[slice];
     }
@@ -44,17 +58,17 @@ template <class T> class StarUpdate {
         return body_.star_slot[at];
     }
 
-    void find_slots(const std::vector<std::pair<int, std::vector<Star::Corner>>> &rims) {
-        for (const auto &[lane, rim] : rims) {
-            auto &slots = slots_.emplace_back();
-            for (const auto &corner : rim)
-                slots.push_back(slot_of(lane, 4 * body_.row_of_node[corner.node]));
-        }
+    /// Before lines move.
+    void find_slots(LaneRim &rim) const {
+        rim.slots.reserve(rim.corners.size());
+        for (const auto &corner : rim.corners)
+            rim.slots.push_back(slot_of(rim.lane, 4 * body_.row_of_node[corner.node]));
     }
 
     /// Gives each slice as many lines as its longest star has; the others begin with their first node again.
     void lengthen_slices() {
         std::vector<int> start{0};
+        start.reserve(body_.star_start.size());
         for (std::size_t first = 0; first < plan_.rim_size.size(); first += slice_size)
             start.push_back(
                 start.back() +
@@ -62,35 +76,30 @@ template <class T> class StarUpdate {
                                   plan_.rim_size.begin() + static_cast<std::ptrdiff_t>(first + slice_size)));
         if (start == body_.star_start)
             return;
-        const auto num_slices = start.size() - 1;
-        const std::size_t num_lines = start.back();
-        Aligned<std::int32_t> corner((num_lines + 2 * num_slices) * slice_size), slot(corner.size());
-        Aligned<T> tetrahedron(num_lines * slice_size, T(0));
+        Aligned<std::int32_t> corner, slot;
+        Aligned<T> tetrahedron;
+        const std::size_t num_slices = start.size() - 1, num_lines = static_cast<std::size_t>(start.back());
+        corner.reserve((num_lines + 2 * num_slices) * slice_size);
+        slot.reserve((num_lines + 2 * num_slices) * slice_size);
+        tetrahedron.reserve(num_lines * slice_size);
         body_.longest_star = 0;
-        for (std::size_t slice = 0; slice < num_slices; ++slice) {
-            const std::size_t was = length(body_.star_start, slice), is = length(start, slice);
-            body_.longest_star = std::max(body_.longest_star, is);
-            const std::size_t from = (body_.star_start[slice] + 2 * slice) * slice_size,
-                              to = (start[slice] + 2 * slice) * slice_size;
-            // What is more at the front is the first node again: so lines from behind, and then that.
-            const auto move = [&](const auto &source, std::size_t source_at, auto &target, std::size_t target_at,
-                                  bool repeats) {
-                for (std::size_t k = 0; k < is; ++k) {
-                    const bool is_new = k + was < is;
-                    const std::size_t line = is_new ? 0 : k + was - is;
-                    if (!is_new || repeats)
-                        std::copy_n(source.begin() + static_cast<std::ptrdiff_t>(source_at + line * slice_size),
-                                    slice_size,
-                                    target.begin() + static_cast<std::ptrdiff_t>(target_at + k * slice_size));
-                }
-            };
-            for (auto [source, target] : {std::pair(&body_.star_corner, &corner), std::pair(&body_.star_slot, &slot)}) {
-                std::copy_n(source->begin() + static_cast<std::ptrdiff_t>(from), 2 * slice_size,
-                            target->begin() + static_cast<std::ptrdiff_t>(to));
-                move(*source, from + 2 * slice_size, *target, to + 2 * slice_size, true);
+        for (std::size_t slice = 0; slice < num_slices;) {
+            const std::size_t is = length(start, slice);
+            std::size_t next = slice; // behind those that are as long as they were
+            for (; next < num_slices && length(start, next) == length(body_.star_start, next); ++next)
+                body_.longest_star = std::max(body_.longest_star, length(start, next));
+            if (next == slice) {
+                body_.longest_star = std::max(body_.longest_star, is);
+                append_slice(body_.star_corner, slice, 2, is, corner);
+                append_slice(body_.star_slot, slice, 2, is, slot);
+                append_slice(body_.star_tetrahedron, slice, 0, is, tetrahedron);
+                ++next;
+            } else {
+                append_lines(body_.star_corner, first_line(slice, 2), first_line(next, 2), corner);
+                append_lines(body_.star_slot, first_line(slice, 2), first_line(next, 2), slot);
+                append_lines(body_.star_tetrahedron, first_line(slice, 0), first_line(next, 0), tetrahedron);
             }
-            move(body_.star_tetrahedron, body_.star_start[slice] * slice_size, tetrahedron, start[slice] * slice_size,
-                 false);
+            slice = next;
         }
         body_.star_start = std::move(start);
         body_.star_corner = std::move(corner);
@@ -98,20 +107,47 @@ template <class T> class StarUpdate {
         body_.star_tetrahedron = std::move(tetrahedron);
     }
 
-    void put_corners(int lane, const std::vector<Star::Corner> &rim, const std::vector<int> &slots) {
-        const std::size_t slice = lane / slice_size, is = length(body_.star_start, slice), more = is - rim.size();
-        std::size_t at = (body_.star_start[slice] + 2 * slice + 2) * slice_size + lane % slice_size;
+    /// Of a slice as it was.
+    /// @param num_axis_lines  before the rim of each slice
+    std::size_t first_line(std::size_t slice, std::size_t num_axis_lines) const {
+        return static_cast<std::size_t>(body_.star_start[slice]) + num_axis_lines * slice;
+    }
+
+    template <class Values>
+    static void append_lines(const Values &from, std::size_t first, std::size_t last, Values &to) {
+        to.insert(to.end(), from.begin() + static_cast<std::ptrdiff_t>(first * slice_size),
+                  from.begin() + static_cast<std::ptrdiff_t>(last * slice_size));
+    }
+
+    /// A slice that becomes longer or shorter. What is more at the front is the first node again, or no volume.
+    template <class Values>
+    void append_slice(const Values &from, std::size_t slice, std::size_t num_axis_lines, std::size_t is,
+                      Values &to) const {
+        const std::size_t was = length(body_.star_start, slice);
+        const std::size_t first = first_line(slice, num_axis_lines), rim = first + num_axis_lines;
+        append_lines(from, first, rim, to);
+        for (std::size_t more = was; more < is; ++more)
+            if (num_axis_lines > 0)
+                append_lines(from, rim, rim + 1, to);
+            else
+                to.resize(to.size() + slice_size);
+        append_lines(from, rim + (was > is ? was - is : 0), rim + was, to);
+    }
+
+    void put_corners(const LaneRim &rim) {
+        const std::size_t slice = rim.lane / slice_size, is = length(body_.star_start, slice),
+                          more = is - rim.corners.size();
+        std::size_t at = first_line(slice, 2) * slice_size + 2 * slice_size + rim.lane % slice_size;
         for (std::size_t k = 0; k < is; ++k, at += slice_size) {
             const std::size_t of_rim = k < more ? 0 : k - more;
-            body_.star_corner[at] = 4 * body_.row_of_node[rim[of_rim].node];
-            body_.star_slot[at] = slots[of_rim];
+            body_.star_corner[at] = 4 * body_.row_of_node[rim.corners[of_rim].node];
+            body_.star_slot[at] = rim.slots[of_rim];
         }
     }
 
     const StepParts &parts_;
     SlicedPlan &plan_;
     SlicedBody<T> &body_;
-    std::vector<std::vector<int>> slots_;
 };
 
 } // namespace
@@ -128,9 +164,9 @@ void update_sliced_body(const StepParts &parts, const CutChanges &changes, Slice
     for (const int c : changes.volumes) {
         const int number = plan.number_of_volume[c];
         const auto members = plan.members.of(c);
-        put_volume(parts, c, rest_volume(parts, plan.rest, members), number, body);
+        put_volume(parts, c, rest_volume(parts, plan.rest_volume, members), number, body);
         if (parts.has_mean_volumes)
-            put_volume_mean(volume_mean(parts, plan.rest, c, members), number, body);
+            put_volume_mean(volume_mean(parts, plan.rest_volume, c, members), number, body);
         if (!body.mean_gradient.empty())
             put_mean_gradient(mean_gradient(parts, plan.rest, c, members), number, body);
     }

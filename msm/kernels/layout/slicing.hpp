@@ -101,7 +101,7 @@ inline Star::Corner corner_of(const std::vector<Star::Corner> &rim, std::size_t 
 
 /// What the tetrahedra of a star are at rest, on lines that are there.
 /// @param x     shape (3N) [m], at rest, in the precision of the kernels
-/// @param rim   as it is now
+/// @param rim   as it is now, or where all of its nodes stay as it was: what is removed has no volume
 /// @param lane  of all stars
 template <class T>
 void put_star(const StepParts &parts, const Eigen::VectorXd &x, const Star &star, const std::vector<Star::Corner> &rim,
@@ -127,9 +127,9 @@ struct VolumeNeighbour {
 using VolumeMeans = std::vector<std::vector<VolumeNeighbour>>;
 
 /// Of one control volume, ascending. Neighbours whose tetrahedra are all removed stay, with zeros.
-/// @param x        shape (3N) [m], at rest
+/// @param volumes  of tetrahedra, from rest_volumes()
 /// @param members  of the volume
-std::vector<VolumeNeighbour> volume_mean(const StepParts &parts, const Eigen::VectorXd &x, int volume,
+std::vector<VolumeNeighbour> volume_mean(const StepParts &parts, std::span<const double> volumes, int volume,
                                          std::span<const int> members);
 
 /// @return shape (C), empty if changes of volumes are not averaged

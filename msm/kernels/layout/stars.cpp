@@ -62,6 +62,7 @@ std::vector<Star::Corner> rim_without(const Star &star, const std::vector<char> 
             return corner.tetrahedron >= 0 && is_removed[corner.tetrahedron] != 0;
         }))
         return rim;
+    result.reserve(2 * rim.size());
     if (!is_polygon) {
         for (std::size_t k = 0; k < rim.size(); ++k)
             result.push_back({rim[k].node, is_there(k) ? rim[k].tetrahedron : -1});

@@ -22,21 +22,29 @@ VolumeMembers volume_members(const StepParts &parts) {
     return members;
 }
 
-double rest_volume(const StepParts &parts, const Eigen::VectorXd &x, std::span<const int> members) {
+std::vector<double> rest_volumes(const StepParts &parts, const Eigen::VectorXd &x) {
+    std::vector<double> volumes;
+    volumes.reserve(parts.tetrahedra.size());
+    for (const auto &tetrahedron : parts.tetrahedra)
+        volumes.push_back(volume_gradient(x, tetrahedron).volume);
+    return volumes;
+}
+
+double rest_volume(const StepParts &parts, std::span<const double> volumes, std::span<const int> members) {
     double volume = 0.0;
     for (const int t : members)
         if (parts.is_there(t))
-            volume += 0.25 * volume_gradient(x, parts.tetrahedra[t]).volume;
+            volume += 0.25 * volumes[t];
     return volume;
 }
 
-std::vector<VolumeNeighbour> volume_mean(const StepParts &parts, const Eigen::VectorXd &x, int volume,
+std::vector<VolumeNeighbour> volume_mean(const StepParts &parts, std::span<const double> volumes, int volume,
                                          std::span<const int> members) {
-    const double of_volume = rest_volume(parts, x, members);
+    const double of_volume = rest_volume(parts, volumes, members);
     std::vector<VolumeNeighbour> shared;
+    shared.reserve(members.size());
     for (const int t : members) {
-        const double part =
-            parts.is_there(t) ? volume_gradient(x, parts.tetrahedra[t]).volume / (16.0 * of_volume) : 0.0;
+        const double part = parts.is_there(t) ? volumes[t] / (16.0 * of_volume) : 0.0;
         for (const int other : parts.corner_volume[t]) {
             if (other == volume)
                 continue;
@@ -53,11 +61,11 @@ std::vector<VolumeNeighbour> volume_mean(const StepParts &parts, const Eigen::Ve
 VolumeMeans volume_means(const StepParts &parts, const std::vector<core::Vector3> &positions) {
     if (!parts.has_mean_volumes)
         return {};
-    const auto x = to_unknowns(positions);
+    const auto volumes = rest_volumes(parts, to_unknowns(positions));
     const auto members = volume_members(parts);
     VolumeMeans means;
     for (int c = 0; c < static_cast<int>(parts.centre.size()); ++c)
-        means.push_back(volume_mean(parts, x, c, members.of(c)));
+        means.push_back(volume_mean(parts, volumes, c, members.of(c)));
     return means;
 }
 

@@ -20,9 +20,13 @@ struct VolumeMembers {
 
 VolumeMembers volume_members(const StepParts &parts);
 
+/// Of each tetrahedron at rest, removed ones included [m^3].
+/// @param x  shape (3N) [m], at rest
+std::vector<double> rest_volumes(const StepParts &parts, const Eigen::VectorXd &x);
+
 /// V0_c of a control volume around a node: a quarter of each of its tetrahedra that are there [m^3].
-/// @param x        shape (3N) [m], at rest
-/// @param members  of the volume
-double rest_volume(const StepParts &parts, const Eigen::VectorXd &x, std::span<const int> members);
+/// @param volumes  of tetrahedra, from rest_volumes()
+/// @param members  of the control volume
+double rest_volume(const StepParts &parts, std::span<const double> volumes, std::span<const int> members);
 
 } // namespace livermark::msm

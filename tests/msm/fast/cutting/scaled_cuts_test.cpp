@@ -1,0 +1,230 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <random>
+#include <set>
+
+#include "msm/cutting/cut_parts.hpp"
+#include "msm/cutting/rest_scaling.hpp"
+#include "msm/dynamics/highest_frequency.hpp"
+#include "msm/dynamics/mass_scaling.hpp"
+#include "msm/kernels/fast_steps.hpp"
+#include "msm/springs/coupled_springs.hpp"
+#include "tests/samples/cut_bodies.hpp"
+#include "tests/samples/moving_samples.hpp"
+
+namespace livermark {
+namespace {
+
+using core::Vector3;
+
+msm::ElasticBody coupled_around_nodes(const core::Body &body) {
+    return msm::coupled_springs_with_volume(body, msm::find_coupled_springs("nodal_neo_hookean"));
+}
+
+/// A soft bar with a hard lump from x = 0.04 to 0.08 m, held at its lower end, that is cut while it moves.
+class ScaledCuts : public testing::Test {
+  protected:
+    ScaledCuts() {
+        body.mesh.region_names = {"soft", "hard"};
+        for (std::size_t t = 0; t < body.mesh.tetrahedra.size(); ++t) {
+            Vector3 middle = Vector3::Zero();
+            for (const int node : body.mesh.tetrahedra[t])
+                middle += 0.25 * body.mesh.points[node];
+            body.mesh.region[t] = middle.x() > 0.04 && middle.x() < 0.08 ? 1 : 0;
+        }
+        body.materials = {{1060.0, 5e3, 0.45}, {1060.0, 150e3, 0.45}};
+        elastic = coupled_around_nodes(body);
+        for (const auto &point : body.mesh.points) {
+            conditions.displacement.emplace_back(
+                Vector3::Constant(point.x() < 0.001 ? 0.0 : std::numeric_limits<double>::quiet_NaN()));
+            conditions.force.emplace_back(Vector3::Zero());
+            conditions.constraint.push_back({-1, -1, -1});
+        }
+        scaling = msm::scale_masses(body, elastic, conditions);
+        parts = msm::CutParts::prepare(body, elastic, std::nullopt);
+    }
+
+    static msm::FastStepOptions in_doubles(const msm::MassScaling &scaling) {
+        return {.precision = msm::ForcePrecision::double_precision, .scaling = scaling, .may_be_cut = true};
+    }
+
+    /// Moving, its lump heavier.
+    msm::FastSteps in_motion(double time_step) const {
+        auto steps = msm::FastSteps::prepare(elastic, body.mesh.points, conditions, {}, "symplectic_euler", time_step,
+                                             in_doubles(scaling))
+                         .value();
+        auto state = steps.state();
+        std::mt19937 random(5);
+        for (int i = 0; i < body.mesh.num_nodes(); ++i)
+            if (std::isnan(conditions.displacement[i].x()))
+                msm::of_node(state.displacement, i) = tests::random_vector(random, 1e-4);
+        steps.set_state(state);
+        steps.take(10);
+        return steps;
+    }
+
+    bool cut(msm::FastSteps &steps, const std::vector<int> &tetrahedra) {
+        removed.insert(tetrahedra.begin(), tetrahedra.end());
+        const auto &changes = parts->remove(tetrahedra);
+        return steps.cut(parts->parts(), parts->node_mass(), changes);
+    }
+
+    /// What is left as a body that was set up anew.
+    struct Anew {
+        tests::Rest rest;
+        msm::ElasticBody elastic;
+        msm::NodalConditions conditions;
+    };
+    Anew anew() const {
+        auto rest = tests::without(body, removed);
+        Anew result{rest, coupled_around_nodes(rest.body), {}};
+        for (std::size_t i = 0; i < rest.number.size(); ++i)
+            if (rest.number[i] >= 0) {
+                result.conditions.displacement.push_back(conditions.displacement[i]);
+                result.conditions.force.push_back(conditions.force[i]);
+                result.conditions.constraint.push_back(conditions.constraint[i]);
+            }
+        return result;
+    }
+    static msm::MassScaling renumbered(msm::MassScaling scaling, const std::vector<int> &number) {
+        for (auto &part : scaling.parts)
+            for (int &node : part.nodes)
+                node = number[node];
+        return scaling;
+    }
+
+    /// Goes on, beside the body that was set up anew in the same state.
+    void expect_to_move_as(const Anew &anew, const msm::MassScaling &its_scaling, double time_step,
+                           msm::FastSteps &steps) const {
+        auto others = msm::FastSteps::prepare(anew.elastic, anew.rest.body.mesh.points, anew.conditions, {},
+                                              "symplectic_euler", time_step, in_doubles(its_scaling))
+                          .value();
+        auto start = others.state();
+        const auto before = steps.state();
+        for_all(anew, [&](int node, int now) {
+            msm::of_node(start.displacement, now) = msm::of_node(before.displacement, node);
+            msm::of_node(start.velocity, now) = msm::of_node(before.velocity, node);
+        });
+        others.set_state(start);
+        steps.take(30);
+        others.take(30);
+        const auto is = steps.state(), should = others.state();
+        double largest = 0.0, difference = 0.0, change = 0.0;
+        for_all(anew, [&](int node, int now) {
+            const Vector3 expected = msm::of_node(should.velocity, now);
+            largest = std::max(largest, expected.norm());
+            difference = std::max(difference, (expected - msm::of_node(is.velocity, node)).norm());
+            change = std::max(change, (expected - msm::of_node(start.velocity, now)).norm());
+        });
+        EXPECT_GT(change, 0.1 * largest);
+        EXPECT_LT(difference, 1e-9 * largest);
+    }
+    template <class Visit> static void for_all(const Anew &anew, Visit visit) {
+        for (std::size_t i = 0; i < anew.rest.number.size(); ++i)
+            if (anew.rest.number[i] >= 0)
+                visit(static_cast<int>(i), anew.rest.number[i]);
+    }
+
+    double highest(const Anew &anew, const msm::MassScaling &its_scaling) const {
+        return msm::largest_angular_frequency(anew.elastic, anew.rest.body.mesh.points, anew.conditions, its_scaling,
+                                              1e-6);
+    }
+
+    std::vector<int> through_lump() const { return tests::tetrahedra_near(body, {0.06, 0.02, 0.04}, 0.017); }
+
+    core::Body body{.name = "bar", .mesh = tests::box_mesh({0.12, 0.04, 0.04}, {6, 2, 2}), .materials = {}};
+    msm::ElasticBody elastic{{}, {}};
+    msm::NodalConditions conditions;
+    msm::MassScaling scaling;
+    std::optional<msm::CutParts> parts;
+    std::set<int> removed;
+};
+
+TEST_F(ScaledCuts, BesideTheStiffPartMoveAsTheCutBodySetUpAnewWithTheSameScaling) {
+    ASSERT_EQ(scaling.parts.size(), 1U);
+    const double step = 1e-4;
+    auto steps = in_motion(step);
+    auto soft = tests::tetrahedra_near(body, {0.12, 0.02, 0.04}, 0.02);
+    ASSERT_GT(soft.size(), 3U);
+    EXPECT_TRUE(cut(steps, soft));
+    const auto rest = anew();
+    expect_to_move_as(rest, renumbered(scaling, rest.rest.number), step, steps);
+}
+
+TEST_F(ScaledCuts, ThatTakeAStiffPartAwayMoveAsTheCutBodySetUpAnewWithoutScaling) {
+    const double step = 1e-4;
+    auto steps = in_motion(step);
+    std::vector<int> all; // that have a node of the lump
+    for (int t = 0; t < body.mesh.num_tetrahedra(); ++t)
+        if (std::ranges::any_of(body.mesh.tetrahedra[t], [&](int node) {
+                return std::ranges::binary_search(scaling.parts.front().nodes, node);
+            }))
+            all.push_back(t);
+    EXPECT_TRUE(cut(steps, all));
+    expect_to_move_as(anew(), {}, step, steps);
+}
+
+TEST_F(ScaledCuts, ThroughTheStiffPartMoveUnscaledAndThenWithTheScalingOfWhatIsLeft) {
+    auto steps = in_motion(1e-4);
+    ASSERT_GT(through_lump().size(), 3U);
+    EXPECT_FALSE(cut(steps, through_lump()));
+    const auto rest = anew();
+    const double unscaled = highest(rest, {});
+    double step = 1.0 / unscaled;
+    steps.set_time_step(step);
+    expect_to_move_as(rest, {}, step, steps);
+
+    const auto again = msm::scale_masses_of_rest(body, parts->parts().is_removed, coupled_around_nodes, conditions);
+    const auto expected = msm::scale_masses(rest.rest.body, rest.elastic, rest.conditions);
+    ASSERT_EQ(again.parts.size(), expected.parts.size());
+    ASSERT_FALSE(again.parts.empty());
+    for (std::size_t p = 0; p < again.parts.size(); ++p) {
+        EXPECT_EQ(renumbered(again, rest.rest.number).parts[p].nodes, expected.parts[p].nodes);
+        EXPECT_EQ(again.parts[p].factor, expected.parts[p].factor);
+        EXPECT_EQ(again.parts[p].mass, expected.parts[p].mass);
+        EXPECT_EQ(again.parts[p].rest, expected.parts[p].rest);
+        EXPECT_EQ(again.parts[p].slow, expected.parts[p].slow);
+    }
+    const double scaled = highest(rest, expected);
+    EXPECT_LT(scaled, 0.5 * unscaled);
+    step = 1.0 / scaled;
+    EXPECT_TRUE(steps.set_scaling(again));
+    steps.set_time_step(step);
+    expect_to_move_as(rest, expected, step, steps);
+}
+
+TEST_F(ScaledCuts, AreStableUpToTheCriticalStepOfTheCutBodySetUpAnewAndNotBeyond) {
+    auto steps = in_motion(1e-4);
+    cut(steps, through_lump());
+    const auto rest = anew();
+    const auto again = msm::scale_masses_of_rest(body, parts->parts().is_removed, coupled_around_nodes, conditions);
+    auto cut_in_motion = steps.state();
+    for (auto *field : {&cut_in_motion.displacement, &cut_in_motion.velocity})
+        *field *= 0.01; // so small that frequencies are those at rest
+    const double size = cut_in_motion.displacement.norm();
+    for (const bool is_scaled : {false, true}) {
+        const msm::MassScaling its_scaling = is_scaled ? again : msm::MassScaling{};
+        const double critical = 2.0 / highest(rest, renumbered(its_scaling, rest.rest.number));
+        ASSERT_TRUE(steps.set_scaling(its_scaling));
+        for (const double part : {0.97, 1.03}) {
+            steps.set_state(cut_in_motion);
+            steps.set_time_step(part * critical);
+            steps.take(400);
+            const double now = steps.state().displacement.norm();
+            EXPECT_EQ(now < 100.0 * size, part < 1.0) << is_scaled << " " << part << " " << now / size;
+        }
+    }
+}
+
+TEST_F(ScaledCuts, AreRefusedScalingThatTheIntegratorDoesNotKnow) {
+    auto steps = msm::FastSteps::prepare(elastic, body.mesh.points, conditions, {}, "heun", 1e-5, in_doubles({}));
+    ASSERT_TRUE(steps);
+    EXPECT_FALSE(steps->set_scaling(scaling));
+}
+
+} // namespace
+} // namespace livermark
