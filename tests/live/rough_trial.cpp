@@ -217,9 +217,10 @@ class Trial {
         const int picture = std::max(1, static_cast<int>(1.0 / 60.0 / chosen_.time_step));
         for (int left = std::max(1, static_cast<int>(act.seconds / chosen_.time_step)); left > 0; left -= picture) {
             const int num_steps = std::min(left, picture);
-            const auto &[kind, target, radius, node] = act.tool;
-            outcome.messages.push_back({2.0, static_cast<double>(kind), target.x(), target.y(), target.z(), radius,
-                                        static_cast<double>(node), static_cast<double>(num_steps)});
+            const auto &tool = act.tool;
+            outcome.messages.push_back({2.0, static_cast<double>(tool.kind), tool.target.x(), tool.target.y(),
+                                        tool.target.z(), tool.radius, static_cast<double>(tool.node),
+                                        static_cast<double>(num_steps)});
             see(scene_.move(act.tool, num_steps));
         }
     }
