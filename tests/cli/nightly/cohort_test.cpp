@@ -91,7 +91,7 @@ TEST_F(CohortCommand, NamesABrokenBodyAndGoesOnWithTheOthers) {
     EXPECT_EQ(outcome.status, 1) << outcome.output;
     EXPECT_TRUE(says(outcome, "failed: liver_variant_1: ")) << outcome.output;
     EXPECT_TRUE(says(outcome, "remove " + in("bodies/liver_variant_1.toml").string())) << outcome.output;
-    EXPECT_TRUE(says(outcome, "test    0.45  lloyd")) << outcome.output;
+    EXPECT_TRUE(says(outcome, "test  0.45  lloyd")) << outcome.output;
     const auto cohort = results::read_cohort(in("cohort.h5"));
     EXPECT_EQ(cohort.bodies.size(), 2U);
     EXPECT_EQ(cohort.failures.size(), 1U);
