@@ -27,9 +27,9 @@ from livermark.report import page  # noqa: E402
 from livermark.report.data import ReportData  # noqa: E402
 
 of_files = {name: [] for name in ("faults", "others", "results", "large", "arenas", "cohorts", "experiments", "needles", "stability", "histories",
-                                  "timings", "large_bodies", "paper")}
+                                  "timings", "large_bodies", "paper", "slow", "large_slow", "sensitivities", "brief", "large_brief")}
 html = page.make(ReportData({"folder": "runs", "command": "livermark report runs", "tables": {}, **of_files,
                              "smallest_felt_difference": 0.07, "reference": "", "large_reference": "", "tool_legend": "",
-                             "large_legend": "",
+                             "large_legend": "", "slow_legend": "",
                              "standings": {"rest": [], "motion": []}}))
-assert html.startswith("<!DOCTYPE html>") and "There are no result files of small deformations here." in html
+assert html.startswith("<!DOCTYPE html>") and "What else a report can show" in html
