@@ -91,8 +91,13 @@ std::string random_bytes() {
 
 Files files_below(const fs::path &folder) {
     Files found;
-    for (const auto &entry : fs::recursive_directory_iterator(folder))
-        found[fs::relative(entry.path(), folder)] = entry.is_regular_file() ? entry.file_size() : 0;
+    for (auto entry = fs::recursive_directory_iterator(folder); entry != fs::recursive_directory_iterator(); ++entry) {
+        // A run keeps what it has solved for --resume, whatever stops it.
+        if (entry->path().filename() == ".solutions")
+            entry.disable_recursion_pending();
+        else
+            found[fs::relative(entry->path(), folder)] = entry->is_regular_file() ? entry->file_size() : 0;
+    }
     return found;
 }
 
