@@ -76,7 +76,7 @@ BallContact::BallContact(const std::vector<TouchedFacet> &facets, int divisions,
     for (const auto &facet : facets)
         nodes_.insert(nodes_.end(), facet.nodes.begin(), facet.nodes.end());
     std::ranges::sort(nodes_);
-    nodes_.erase(std::ranges::unique(nodes_).begin(), nodes_.end());
+    nodes_.erase(std::unique(nodes_.begin(), nodes_.end()), nodes_.end());
     for (const auto &facet : facets) {
         auto &kept =
             facets_.emplace_back(Facet{.nodes = facet.nodes, .compliance = 1.0 / (facet.penalty * facet.area)});
@@ -142,7 +142,7 @@ void BallContact::choose_near(std::vector<Vector3> now) {
         }
     }
     std::ranges::sort(near_nodes_);
-    near_nodes_.erase(std::ranges::unique(near_nodes_).begin(), near_nodes_.end());
+    near_nodes_.erase(std::unique(near_nodes_.begin(), near_nodes_.end()), near_nodes_.end());
     before_ = std::move(now);
 }
 

@@ -139,7 +139,7 @@ class InteractiveBody : public MovingBody {
     /// Those of the mesh; in four parts each where the method has nodes of its own in the middle of edges. Sides are
     /// half as long then, so penalties are twice as large.
     std::vector<core::TouchedFacet> touched_facets(const core::Problem &problem) const {
-        const auto facets = core::touched_facets(*problem.body, problem.load_case);
+        auto facets = core::touched_facets(*problem.body, problem.load_case);
         const auto &mesh = problem.body->mesh;
         const auto &scene = simulation_->scene();
         if (scene.own_nodes.empty())

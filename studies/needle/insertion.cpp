@@ -248,7 +248,7 @@ class Driving {
         return trial;
     }
 
-    void accept(Trial trial, double depth) {
+    void accept(const Trial &trial, double depth) {
         const VectorXd forces = tissue_.forces_across(trial.along, trial.hold);
         across_ = tissue_.displacement_across(trial.along, forces);
         stored_ = 0.5 * (trial.along.dot(trial.displacement) + forces.dot(trial.hold));
