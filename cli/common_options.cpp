@@ -94,7 +94,7 @@ void add_run_choices(CLI::App &command, const std::shared_ptr<studies::RunOption
         ->check(one_of(std::vector<std::string>{"small", "large", "all"}))
         ->default_str("small");
     command.add_option("--model", options->models,
-                       "Names as in 'livermark list models'; what judges them always runs beside them");
+                       "Names as in 'livermark list models'; the reference always runs too");
     command.add_option_function<std::vector<std::string>>(
         "--sweep",
         [options](const std::vector<std::string> &texts) {

@@ -116,7 +116,7 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
         ->default_str("single");
     command
         ->add_option("--tool", options->tool,
-                     "glued: it has hold of its place; touching: it is a ball that touches and does not stick")
+                     "glued: fixed to the tissue; touching: a ball in contact without adhesion")
         ->transform(one_of(std::map<std::string, studies::ArenaTool>{{"glued", studies::ArenaTool::glued},
                                                                      {"touching", studies::ArenaTool::touching}}))
         ->default_str("glued");

@@ -107,7 +107,7 @@ int propose(const BandsOptions &options) {
 Command add_bands(CLI::App &parent) {
     auto *command = parent.add_subcommand(
         "bands", "Propose lines for results/error_bands.toml from result files: those of entries that are new or have "
-                 "left their band, to standard output; what to know about them to standard error");
+                 "left their band, to standard output; remarks to standard error");
     auto options = std::make_shared<BandsOptions>();
     options->paths = {(support::root_folder() / "results" / "runs").string()};
     command->add_option("paths", options->paths, "Result files of 'livermark run', or folders of them")

@@ -44,8 +44,8 @@ Command add_needle(CLI::App &parent, const std::string &command_line) {
     command->add_option("--model", options->models, "Names as in 'livermark list models'; those of a run if left out");
     command->add_flag(
         "--reference-on-mesh", options->reference_on_mesh,
-        "Judge by the mixed elements on the mesh itself, not on meshes refined along the needle: quicker, "
-        "and without what the last refinement changed");
+        "Compare with the mixed elements on the mesh itself, not on meshes refined along the needle: quicker, "
+        "and without an error estimate");
     add_materials(*command, options->material);
     command->add_option("--output", options->output, "Folder for <body>/needle.<load case>.h5")->capture_default_str();
     command->add_flag("--markdown", *markdown, "Print the tables in Markdown");

@@ -130,7 +130,7 @@ Command add_reference(CLI::App &parent, const std::string &command_line) {
         ->delimiter(',');
     command->add_option("--folder", options->folder, "Folder of the references")->capture_default_str();
     command->add_flag("--check", options->only_check,
-                      "Write nothing; exit status 1 if a solution is not the one that is stored");
+                      "Write nothing; exit status 1 if a solution differs from the stored one");
     return [options, command_line] {
         options->bodies = with_images_meshed(options->bodies, command_line);
         return solve_all(*options);

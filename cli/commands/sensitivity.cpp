@@ -66,8 +66,9 @@ int run_sensitivity(studies::SensitivityOptions options, const SensitivityFormat
 
 Command add_sensitivity(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(
-        "sensitivity", "Say what an answer is worth: how much of it is uncertain because nobody knows the patient's "
-                       "stiffness, support and the place of the tool, beside the errors of mesh, model and law");
+        "sensitivity",
+        "Compute how uncertain the stiffness at the tool and displacements are, because stiffness, support and "
+        "place of the tool are not known of a patient, beside the errors of mesh, model and law");
     auto options = std::make_shared<studies::SensitivityOptions>();
     auto format = std::make_shared<SensitivityFormat>();
     options->output = (support::root_folder() / "results" / "runs").string();
@@ -94,7 +95,7 @@ Command add_sensitivity(CLI::App &parent, const std::string &command_line) {
     add_reference_on_mesh(*command, options->reference_on_mesh);
     command
         ->add_option("--output", options->output,
-                     "Folder for <body>/sensitivity.<load case>.h5; samples that are there already are gone on with")
+                     "Folder for <body>/sensitivity.<load case>.h5; samples that are there already are continued")
         ->capture_default_str();
     command->add_flag("--json", format->json, "Print JSON, in SI units");
     command->add_flag("--markdown", format->markdown, "Print tables in Markdown");

@@ -172,9 +172,10 @@ Command add_stability(CLI::App &parent, const std::string &command_line) {
     command->add_flag("--markdown", *markdown, "Print the tables in Markdown");
     command->add_flag("--no-observed", options->no_observed, "Only predict, without runs: quicker");
     command
-        ->add_flag("--mass-scaling", *mass_scaling,
-                   "Print, instead, what selective mass scaling of stiff parts makes of the steps of the arena's "
-                   "springs, what they cost on one core, and which nodes ask for short steps")
+        ->add_flag(
+            "--mass-scaling", *mass_scaling,
+            "Print the effect of selective mass scaling on the arena's springs instead: steps, cost on one core, "
+            "and the nodes that need short steps")
         ->excludes(models);
     return [=] {
         options->bodies = with_images_meshed(options->bodies, command_line);
