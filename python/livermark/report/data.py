@@ -145,6 +145,11 @@ def attributes_of(group) -> dict[str, Any]:
     return cleaned(_attributes(group))
 
 
+def texts_of(group, name: str) -> list[str]:
+    """An attribute that is a list of texts."""
+    return list(attributes_of(group)[name])
+
+
 class ReportData:
     """All that sections are made of. Files that the program has found to be damaged are not among them."""
 

@@ -23,6 +23,7 @@ PIXELS_PER_INCH = 72.0  # a point of Matplotlib is a pixel then
 TEXT, TITLE = 11.5, 13.5
 LEFT, RIGHT, TOP, BOTTOM = 58, 12, 30, 44
 KEY_LINE = 18
+NAME_WIDTH = 6.6  # of a letter beside a row
 #: Nothing of a user's matplotlibrc, no mathematics in names, the same names of clip paths each time.
 SETTINGS = {
     **matplotlib.rcParamsDefault, "figure.dpi": PIXELS_PER_INCH, "svg.fonttype": "none", "svg.hashsalt": "livermark",
@@ -53,6 +54,17 @@ def new_plot(title: str, x_label: str, y_label: str, width: int = 440, height: i
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_formatter(FuncFormatter(tick_label))
             axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    return axes
+
+
+def new_rows(title: str, x_label: str, names: Sequence[str], width: int, row: int) -> Axes:
+    """Axes with a row of some height for each name, the first at the bottom, and room for the longest name."""
+    height = TOP + BOTTOM + row * len(names)
+    axes = new_plot(title, x_label, "", width, height)
+    with matplotlib.rc_context(SETTINGS):
+        axes.figure.subplots_adjust(left=(20 + NAME_WIDTH * max(map(len, names))) / width)
+        axes.set_yticks(range(len(names)), names)
+        axes.set_ylim(-0.6, len(names) - 0.4)
     return axes
 
 

@@ -18,7 +18,6 @@ from livermark.report.units import PERCENT, fixed
 
 MOST_NAMED = 3  # models of a kind that a sentence names
 MOST_PANELS = 4  # bodies whose numbers are drawn
-NAME_WIDTH = 6.6  # of a letter [px]
 BASELINES = ("fem_p1", "fem_p1_neo_hookean")  # linear tetrahedra: what most programs take
 
 
@@ -106,13 +105,10 @@ def _panel(title: str, rows: list[Numbers], felt: float) -> Markup:
     """Both numbers of each model, the nearest in position first."""
     rows = [row for row in rows if math.isfinite(row.error)]
     rows.sort(key=lambda row: row.error, reverse=True)
-    left = 20 + NAME_WIDTH * max(len(row.model) for row in rows)
-    width, height = 470, figures.TOP + figures.BOTTOM + 19 * len(rows)
-    axes = figures.new_plot(title, "off by, median over load cases [%]", "", width, height)
+    axes = figures.new_rows(title, "off by, median over load cases [%]", [row.model for row in rows], 470, 19)
     values = [PERCENT * value for row in rows for value in row[1:3]]
     figures.set_logarithmic(axes, "x", {"x": [*values, PERCENT * felt]})
     with matplotlib.rc_context(figures.SETTINGS):
-        axes.figure.subplots_adjust(left=left / width)
         for y, row in enumerate(rows):
             axes.plot([PERCENT * row.error, PERCENT * row.stiffness], [y, y], color=colours.FAINT, linewidth=1, zorder=1)
         axes.plot([PERCENT * row.error for row in rows], range(len(rows)), linestyle="", marker="o", color=colours.BLUE,
@@ -120,8 +116,6 @@ def _panel(title: str, rows: list[Numbers], felt: float) -> Markup:
         axes.plot([PERCENT * row.stiffness for row in rows], range(len(rows)), linestyle="", marker="D",
                   color=colours.VERMILION, label="under the tool")
         axes.axvline(PERCENT * felt, color=colours.VERMILION, linewidth=1, linestyle=":", zorder=0)
-        axes.set_yticks(range(len(rows)), [row.model for row in rows])
-        axes.set_ylim(-0.6, len(rows) - 0.4)
     return figures.finish(axes)
 
 

@@ -8,26 +8,21 @@ import numpy
 from markupsafe import Markup
 
 from livermark.report import colours, figures
-from livermark.report.data import ReportData, attributes_of, table_of
+from livermark.report.data import ReportData, attributes_of, table_of, texts_of
 from livermark.report.parts import Section, bullets, figure, paragraph, plots, subsection, table
 from livermark.report.units import MILLIMETRES, fixed
 
 TITLE = "Beside measurements"
 COMMAND = "livermark experiment NAME --output FOLDER"  # makes the files
 MOST_CURVES = 4  # beside the measurement: more cannot be told apart
-NAME_WIDTH = 6.6  # of a letter [px]
-
-
-def _texts(group, name: str) -> list[str]:
-    return list(attributes_of(group)[name])
 
 
 def _errors(file) -> dict[str, list[float]]:
     """Errors of each model in all states, on the mesh on which all are compared; NaN where it has no solution."""
     runs = file["experiment/runs"]
-    models, statuses = _texts(runs, "models"), _texts(runs, "statuses")
+    models, statuses = texts_of(runs, "models"), texts_of(runs, "statuses")
     tetrahedra, state, error = runs["tetrahedra"][:], runs["state"][:], runs["error"][:]
-    num_states = len(_texts(file["experiment/states"], "names"))
+    num_states = len(texts_of(file["experiment/states"], "names"))
     errors: dict[str, list[float]] = {}
     for r, model in enumerate(models):
         if tetrahedra[r] == tetrahedra.min():
@@ -73,15 +68,10 @@ def _verdict(file, errors: dict[str, list[float]]) -> Markup:
 def _error_plot(file, errors: dict[str, list[float]]) -> Markup:
     """A row for each model, a mark for each state, and the noise as lines."""
     names = list(errors)[::-1]
-    states, noise = _texts(file["experiment/states"], "names"), file["experiment/states/noise"][:]
-    left = 20 + NAME_WIDTH * max(map(len, names))
-    width, height = 640, figures.TOP + figures.BOTTOM + 19 * len(names)
-    axes = figures.new_plot("Error of the markers", "root mean square distance [mm]", "", width, height)
+    states, noise = texts_of(file["experiment/states"], "names"), file["experiment/states/noise"][:]
+    axes = figures.new_rows("Error of the markers", "root mean square distance [mm]", names, 640, 19)
     with matplotlib.rc_context(figures.SETTINGS):
-        axes.figure.subplots_adjust(left=left / width)
         rows = range(len(names))
-        axes.set_yticks(rows, names)
-        axes.set_ylim(-0.6, len(names) - 0.4)
         for s, state in enumerate(states):
             colour = colours.SERIES[s % len(colours.SERIES)]
             axes.plot([MILLIMETRES * errors[name][s] for name in names], rows, linestyle="",
@@ -103,7 +93,7 @@ def _direction(displacement, interval: float, frequency: float):
 
 def _best_runs(group) -> list[int]:
     """Of each model that came to an end the run on the finest mesh, the smallest error first."""
-    models, statuses = _texts(group, "models"), _texts(group, "statuses")
+    models, statuses = texts_of(group, "models"), texts_of(group, "statuses")
     tetrahedra, error = group["tetrahedra"][:], group["error"][:]
     finest: dict[str, int] = {}
     for r, model in enumerate(models):
@@ -124,7 +114,7 @@ def _swing_plot(group, models: list[str]) -> Markup:
         axes.plot(time, MILLIMETRES * measured.mean(axis=1) @ way, color=colours.INK, linestyle="", marker="o",
                   markersize=3.2, label="measured")
         runs = group["runs"]
-        names, computed = _texts(runs, "models"), runs["displacement"]
+        names, computed = texts_of(runs, "models"), runs["displacement"]
         best = _best_runs(runs)
         is_near = [runs["error"][r] <= made["no_motion"] for r in best]  # others are off by more than the swings
         for r in best[:max(1, min(sum(is_near), MOST_CURVES))]:
@@ -145,7 +135,7 @@ def _ring_down_verdict(groups) -> Markup:
                 f"{made['damping_ratio']:.3f} ± {made['damping_uncertainty']:.3f}")
         for r in best:
             off = 100.0 * (runs["frequency"][r] / made["frequency"] - 1.0)
-            text += (f"; nearest over time is {_texts(runs, 'models')[r]}, {off:+.1f} % in frequency, "
+            text += (f"; nearest over time is {texts_of(runs, 'models')[r]}, {off:+.1f} % in frequency, "
                      f"{runs['damping_ratio'][r]:.3f} in damping, {MILLIMETRES * runs['error'][r]:.2f} mm off in the mean, "
                      f"where repeats differ by {MILLIMETRES * made['noise']:.2f} mm")
         sentences.append(text + ".")
@@ -157,7 +147,7 @@ def _ring_downs(file, told: dict, command: str) -> Markup:
         return Markup("")
     parent = file["experiment/ring_downs"]
     groups = [parent[name] for name in sorted(parent, key=int)]
-    models = list(dict.fromkeys(name for group in groups for name in _texts(group["runs"], "models")))
+    models = list(dict.fromkeys(name for group in groups for name in texts_of(group["runs"], "models")))
     html = _ring_down_verdict(groups) + paragraph(told["ring_down_note"])
     html += figure("figure", plots([_swing_plot(group, models) for group in groups]),
                    "Mean displacement of the markers after they were let go, along the way in which they go at first: as "

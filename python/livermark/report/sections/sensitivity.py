@@ -8,17 +8,12 @@ import numpy
 from markupsafe import Markup
 
 from livermark.report import colours, figures
-from livermark.report.data import ReportData, attributes_of, cleaned, table_of
+from livermark.report.data import ReportData, attributes_of, table_of, texts_of
 from livermark.report.parts import Section, bullets, figure, paragraph, plots, subsection, table
 from livermark.report.units import PERCENT, fixed
 
 TITLE = "What an answer is worth"
 COMMAND = "livermark sensitivity BODY --output FOLDER"  # makes the files
-NAME_WIDTH = 6.6  # of a letter [px]
-
-
-def _texts(group, name: str) -> list[str]:
-    return [cleaned(text) for text in attributes_of(group)[name]]
 
 
 def _spread(outputs) -> numpy.ndarray:
@@ -33,9 +28,9 @@ def _shown(name: str) -> str:
 def _verdict(sensitivity) -> Markup:
     """Of each output whether models or the patient make it more uncertain, and what to measure first."""
     outputs, budget = sensitivity["outputs"], sensitivity["budget"]
-    parameters, models = _texts(sensitivity["parameters"], "names"), _texts(budget, "models")
+    parameters, models = texts_of(sensitivity["parameters"], "names"), texts_of(budget, "models")
     sentences = []
-    for o, name in enumerate(_texts(outputs, "names")):
+    for o, name in enumerate(texts_of(outputs, "names")):
         spread, first = float(_spread(outputs)[o]), outputs["first"][o]
         leading = int(numpy.argmax(first))
         left = spread * math.sqrt(max(0.0, 1.0 - first[leading]))
@@ -57,7 +52,7 @@ def _rows(sensitivity, o: int) -> list[tuple[str, float, str]]:
     outputs, budget = sensitivity["outputs"], sensitivity["budget"]
     spread = float(_spread(outputs)[o])
     rows = [("mesh", float(budget["mesh"][o]), colours.GREYS[2])]
-    rows += [(model, abs(float(error)), colours.BLUE) for model, error in zip(_texts(budget, "models"), budget["error"][:, o])]
+    rows += [(model, abs(float(error)), colours.BLUE) for model, error in zip(texts_of(budget, "models"), budget["error"][:, o])]
     rows += [("law", abs(float(budget["law"][o])), colours.GREYS[2]),
              ("measurement", float(budget["measurement"][o]), colours.GREYS[2])]
     rows += [(f"patient: {group}", spread * math.sqrt(total), colours.ORANGE)
@@ -68,14 +63,9 @@ def _rows(sensitivity, o: int) -> list[tuple[str, float, str]]:
 
 def _budget_plot(sensitivity, o: int, name: str) -> Markup:
     rows = _rows(sensitivity, o)[::-1]
-    left = 20 + NAME_WIDTH * max(len(row[0]) for row in rows)
-    width, height = 460, figures.TOP + figures.BOTTOM + 22 * len(rows)
-    axes = figures.new_plot(_shown(name), "uncertain by [%]", "", width, height)
+    axes = figures.new_rows(_shown(name), "uncertain by [%]", [row[0] for row in rows], 460, 22)
     with matplotlib.rc_context(figures.SETTINGS):
-        axes.figure.subplots_adjust(left=left / width)
         axes.barh(range(len(rows)), [PERCENT * row[1] for row in rows], height=0.66, color=[row[2] for row in rows])
-        axes.set_yticks(range(len(rows)), [row[0] for row in rows])
-        axes.set_ylim(-0.6, len(rows) - 0.4)
         axes.set_xlim(left=0.0)
         axes.grid(False, axis="y")
     return figures.finish(axes)
@@ -85,7 +75,7 @@ def _file(data: ReportData, told: dict) -> Markup:
     with data.open(told["file"]) as file:
         command, sensitivity = attributes_of(file)["command"], file["sensitivity"]
         made = attributes_of(sensitivity)
-        names = _texts(sensitivity["outputs"], "names")
+        names = texts_of(sensitivity["outputs"], "names")
         html = _verdict(sensitivity)
         html += figure("figure", plots([_budget_plot(sensitivity, o, name) for o, name in enumerate(names)]),
                        "What makes each answer uncertain: the mesh of the reference, errors of models (blue), law and measurement, and "
