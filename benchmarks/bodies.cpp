@@ -61,17 +61,14 @@ core::LoadCase constrained(const core::Body &body) {
     const auto patch = std::ranges::find(mesh.patch_names, "posterior");
     if (patch == mesh.patch_names.end())
         throw support::InputError(fmt::format("{} has no patch 'posterior' to constrain", body.name));
-    core::LoadCase load_case;
+    std::vector<int> held;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (mesh.boundary_patch[f] == patch - mesh.patch_names.begin())
+            held.push_back(f);
+    auto load_case = core::with_free_surface({}, mesh);
     load_case.name = "held";
     load_case.title = "Constrained at the back, no loads";
-    load_case.constraint_names = {*patch};
-    for (const int at : mesh.boundary_patch) {
-        const bool is_constrained = at == patch - mesh.patch_names.begin();
-        load_case.condition.push_back(is_constrained ? core::FacetCondition::prescribed_displacement
-                                                     : core::FacetCondition::free);
-        load_case.constraint.push_back(is_constrained ? 0 : -1);
-        load_case.value.emplace_back(core::Vector3::Zero());
-    }
+    load_case.put({*patch}, held, core::Vector3::Zero());
     return load_case;
 }
 

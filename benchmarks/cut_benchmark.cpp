@@ -112,7 +112,7 @@ std::vector<bool> held_nodes(const core::Body &body) {
     const auto load_case = benchmarks::constrained(body);
     std::vector<bool> is_held(body.mesh.points.size(), false);
     for (int f = 0; f < body.mesh.num_boundary_triangles(); ++f)
-        if (load_case.condition[f] == core::FacetCondition::prescribed_displacement)
+        if (load_case.is_constrained(f))
             for (const int node : body.mesh.boundary_triangles[f])
                 is_held[node] = true;
     return is_held;

@@ -42,9 +42,8 @@ double percentile(std::vector<double> values, double part) {
 std::vector<bool> constrained_facets(const core::Body &body) {
     const auto load_case = load_cases::read_load_case(support::root_folder() / "load_cases/palpation.toml", body.mesh);
     std::vector<bool> constrained;
-    for (std::size_t f = 0; f < load_case.condition.size(); ++f)
-        constrained.push_back(load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
-                              load_case.value[f].isZero(0.0));
+    for (int f = 0; f < load_case.num_facets(); ++f)
+        constrained.push_back(load_case.is_constrained(f) && load_case.value[f].isZero(0.0));
     return constrained;
 }
 

@@ -2,30 +2,102 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace livermark::core {
+
+namespace {
+
+using IsOfKind = bool (Condition::*)() const;
+
+std::vector<std::string> places_where(const LoadCase &load_case, IsOfKind is_of_kind) {
+    std::vector<std::string> names;
+    for (const auto &condition : load_case.conditions)
+        if ((condition.*is_of_kind)())
+            names.push_back(condition.place);
+    return names;
+}
+
+/// Number of the condition on a facet among those of a kind; -1 where it has none of them.
+int number_among(const LoadCase &load_case, int facet, IsOfKind is_of_kind) {
+    const auto *const found = load_case.on(facet);
+    if (!found || !(found->*is_of_kind)())
+        return -1;
+    return static_cast<int>(std::count_if(load_case.conditions.data(), found,
+                                          [=](const Condition &before) { return (before.*is_of_kind)(); }));
+}
+
+/// Whether both do the same to their facets, whatever their places are called.
+bool are_alike(const Condition *a, const Condition *b) {
+    return a && b ? a->kind == b->kind && a->round == b->round : a == b;
+}
+
+} // namespace
 
 const char *to_string(Regime regime) {
     return regime == Regime::large ? "large" : "small";
 }
 
+bool LoadCase::has(ConditionKind kind) const {
+    return std::ranges::find(conditions, kind, &Condition::kind) != conditions.end();
+}
+
+std::vector<RoundLoad> LoadCase::round_loads() const {
+    std::vector<RoundLoad> loads;
+    for (const auto &condition : conditions)
+        if (condition.round)
+            loads.push_back(*condition.round);
+    return loads;
+}
+
+std::vector<std::string> LoadCase::constraint_names() const {
+    return places_where(*this, &Condition::is_constraint);
+}
+
+int LoadCase::num_constraints() const {
+    return static_cast<int>(std::ranges::count_if(conditions, &Condition::is_constraint));
+}
+
+int LoadCase::constraint_on(int facet) const {
+    return number_among(*this, facet, &Condition::is_constraint);
+}
+
+std::vector<std::string> LoadCase::load_names() const {
+    return places_where(*this, &Condition::is_given_load);
+}
+
+int LoadCase::load_on(int facet) const {
+    return number_among(*this, facet, &Condition::is_given_load);
+}
+
+void LoadCase::put(Condition condition, std::span<const int> facets, const Vector3 &same_value) {
+    for (const int facet : facets) {
+        condition_on[facet] = static_cast<int>(conditions.size());
+        value[facet] = same_value;
+    }
+    conditions.push_back(std::move(condition));
+}
+
+LoadCase with_free_surface(LoadCase load_case, const TetraMesh &mesh) {
+    load_case.condition_on.assign(mesh.boundary_triangles.size(), -1);
+    load_case.value.assign(mesh.boundary_triangles.size(), Vector3::Constant(std::numeric_limits<double>::quiet_NaN()));
+    return load_case;
+}
+
 LoadCase without_tractions(LoadCase load_case) {
-    for (std::size_t facet = 0; facet < load_case.condition.size(); ++facet)
-        if (load_case.condition[facet] == FacetCondition::traction) {
-            load_case.condition[facet] = FacetCondition::free;
-            load_case.constraint[facet] = -1;
-        }
-    load_case.load_names.clear();
-    load_case.load.clear();
+    for (int facet = 0; facet < load_case.num_facets(); ++facet)
+        if (load_case.is_loaded(facet))
+            load_case.free_facet(facet);
     load_case.press_depth = 0.0;
     return load_case;
 }
 
 std::vector<Vector3> press_resultants(const LoadCase &load_case, const TetraMesh &mesh) {
-    std::vector<Vector3> resultant(load_case.constraint_names.size(), Vector3::Zero());
+    std::vector<Vector3> resultant(load_case.num_constraints(), Vector3::Zero());
     for (int facet = 0; facet < mesh.num_boundary_triangles(); ++facet)
         if (load_case.presses(facet))
-            resultant[load_case.constraint[facet]] += area_vector(mesh, facet).norm() * load_case.value[facet];
+            resultant[load_case.constraint_on(facet)] += area_vector(mesh, facet).norm() * load_case.value[facet];
     return resultant;
 }
 
@@ -34,9 +106,9 @@ double follower_pressure(const LoadCase &load_case, const TetraMesh &mesh, int f
 }
 
 LoadCase without_follower_pressures(LoadCase load_case) {
-    for (std::size_t facet = 0; facet < load_case.condition.size(); ++facet)
-        if (load_case.follows_surface(static_cast<int>(facet)))
-            load_case.condition[facet] = FacetCondition::free;
+    for (int facet = 0; facet < load_case.num_facets(); ++facet)
+        if (load_case.follows_surface(facet))
+            load_case.free_facet(facet);
     return load_case;
 }
 
@@ -45,11 +117,16 @@ bool are_statically_equal(const LoadCase &a, const LoadCase &b) {
     const auto same_value = [&](const Vector3 &x, const Vector3 &y) {
         return std::equal(x.begin(), x.end(), y.begin(), same_component);
     };
-    return a.regime == b.regime && a.path == b.path && a.slow_history == b.slow_history && a.follows == b.follows &&
-           a.node_factor == b.node_factor && a.node_shift == b.node_shift && a.round_loads == b.round_loads &&
-           a.round_load == b.round_load && a.condition == b.condition && a.constraint == b.constraint &&
-           a.press_depth == b.press_depth && a.touching == b.touching && a.acceleration == b.acceleration &&
-           std::ranges::equal(a.value, b.value, same_value);
+    const auto same_conditions = [&] {
+        for (int facet = 0; facet < a.num_facets(); ++facet)
+            if (!are_alike(a.on(facet), b.on(facet)) || a.constraint_on(facet) != b.constraint_on(facet))
+                return false;
+        return true;
+    };
+    return a.regime == b.regime && a.path == b.path && a.slow_history == b.slow_history &&
+           a.node_factor == b.node_factor && a.node_shift == b.node_shift && a.press_depth == b.press_depth &&
+           a.touching == b.touching && a.acceleration == b.acceleration &&
+           std::ranges::equal(a.value, b.value, same_value) && a.num_facets() == b.num_facets() && same_conditions();
 }
 
 bool constrain_the_same(const LoadCase &a, const LoadCase &b) {
@@ -57,13 +134,12 @@ bool constrain_the_same(const LoadCase &a, const LoadCase &b) {
 }
 
 bool constrains_all_of(const LoadCase &more, const LoadCase &less) {
-    const auto is_constrained = [](const LoadCase &load_case, std::size_t facet, int component) {
-        return load_case.condition[facet] == FacetCondition::prescribed_displacement &&
-               !std::isnan(load_case.value[facet][component]);
+    const auto is_constrained = [](const LoadCase &load_case, int facet, int component) {
+        return load_case.is_constrained(facet) && !std::isnan(load_case.value[facet][component]);
     };
-    if (more.condition.size() != less.condition.size())
+    if (more.num_facets() != less.num_facets())
         return false;
-    for (std::size_t facet = 0; facet < less.condition.size(); ++facet)
+    for (int facet = 0; facet < less.num_facets(); ++facet)
         for (int component = 0; component < 3; ++component)
             if (is_constrained(less, facet, component) && !is_constrained(more, facet, component))
                 return false;
@@ -71,7 +147,7 @@ bool constrains_all_of(const LoadCase &more, const LoadCase &less) {
 }
 
 LoadCase scaled(LoadCase load_case, double factor) {
-    for (int facet = 0; facet < static_cast<int>(load_case.value.size()); ++facet)
+    for (int facet = 0; facet < load_case.num_facets(); ++facet)
         if (!load_case.presses(facet))
             load_case.value[facet] *= factor; // NaN, a free component, stays NaN
     for (auto &shift : load_case.node_shift)

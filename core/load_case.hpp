@@ -1,20 +1,17 @@
 #pragma once
 
-#include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "core/condition.hpp"
 #include "core/mesh/tetra_mesh.hpp"
 #include "core/rayleigh_damping.hpp"
 #include "core/relaxation.hpp"
-#include "core/tool/round_load.hpp"
 #include "core/tool/touching_tool.hpp"
 
 namespace livermark::core {
-
-/// What holds on one boundary triangle. The values are those of the result file.
-enum class FacetCondition : std::uint8_t { free = 0, prescribed_displacement = 1, traction = 2 };
 
 /// How far a load case goes, and so which reference judges it. Results of one are never put beside those of the other.
 enum class Regime : std::uint8_t {
@@ -49,7 +46,7 @@ struct Release {
 /// What a tool does that has hold of a place from the start: it presses, slides and lets go, on a way that is known
 /// before. All other places are held where they are.
 struct ToolMotion {
-    int constraint = 0;                         ///< what it exerts: index into LoadCase::constraint_names
+    int constraint = 0;                         ///< what it exerts: index into LoadCase::constraint_names()
     double press_until = 0.0;                   ///< from t = 0 on, to the displacement of the place [s]
     Vector3 slide = Vector3::Zero();            ///< of the whole place, beside that [m]
     double slide_from = 0.0, slide_until = 0.0; ///< [s]
@@ -79,27 +76,16 @@ struct LoadCase {
     bool scale_to_target = false;          ///< whether the loads are to be multiplied until the baseline reaches it
     double load_scale = 1.0;               ///< what they have been multiplied by so far
 
-    std::vector<FacetCondition> condition; ///< (T)
-    std::vector<Vector3> value;            ///< (T) displacement [m] or traction [Pa]; NaN = component is free
-    /// (T) 1 where a traction is a pressure that stays perpendicular to the surface and acts on its area as that moves;
-    /// its value is the traction at rest, which linear models take. Empty where there is none.
-    std::vector<std::uint8_t> follows;
-    std::vector<RoundLoad> round_loads; ///< what round tools press or pull with
-    /// (T) index into round_loads where a traction is spread like that, and its value is the mean over the facet; -1
-    /// where it is the same everywhere on the facet. Empty where all are.
-    std::vector<int> round_load;
+    std::vector<Condition> conditions; ///< (C) in the order of the file: an earlier one has a node that two share
+    std::vector<int> condition_on;     ///< (T) index into conditions, -1 where the surface is free
+    std::vector<Vector3> value;        ///< (T) displacement [m] or traction [Pa]; NaN = component is free
     /// (N) what prescribed displacements are multiplied by at each node of the mesh, linear along edges: how a round
     /// tool sinks in. Empty where all are as the value says.
     std::vector<double> node_factor;
     /// (N) what is added to prescribed displacements at each node of the mesh, linear along edges: how a place moved
     /// that was measured [m]. Free components stay free. Empty where nothing is added.
     std::vector<Vector3> node_shift;
-    Vector3 acceleration = Vector3::Zero();    ///< body force per mass [m/s^2]
-    std::vector<std::string> constraint_names; ///< (P) the places whose force is a result: they hold, or press
-    std::vector<int> constraint;               ///< (T) index into constraint_names, -1 where the force is known
-    std::vector<std::string> load_names;       ///< (G) the places with a given traction
-    /// (T) index into load_names, -1 where no traction is given. Empty where places have no names.
-    std::vector<int> load;
+    Vector3 acceleration = Vector3::Zero(); ///< body force per mass [m/s^2]
     /// How far the places that press move the body: the displacement along their tractions, in the mean weighted with
     /// these, which all are multiplied by one number for it [m]. 0 where none presses. Nothing else drives the body
     /// then, and the tractions are written as together they make one newton [Pa/N].
@@ -128,22 +114,48 @@ struct LoadCase {
         return node_factor.empty() ? 1.0 : 0.5 * (node_factor[a] + node_factor[b]);
     }
 
+    int num_facets() const { return static_cast<int>(condition_on.size()); } ///< T
+
+    /// What is on a facet; nullptr where it is free.
+    const Condition *on(int facet) const {
+        return condition_on[facet] < 0 ? nullptr : &conditions[condition_on[facet]];
+    }
+    /// Whether there is a condition of a kind, on whatever facets.
+    bool has(ConditionKind kind) const;
+    bool is_free(int facet) const { return condition_on[facet] < 0; }
+    /// Whether a facet prescribes a displacement.
+    bool is_constrained(int facet) const { return on(facet) && on(facet)->kind == ConditionKind::displacement; }
+    /// Whether a facet has a traction, given or a result.
+    bool is_loaded(int facet) const { return on(facet) && on(facet)->is_traction(); }
+    /// Whether the traction on a facet is multiplied until the body has moved by press_depth.
+    bool presses(int facet) const { return on(facet) && on(facet)->kind == ConditionKind::press; }
+    /// Whether the traction on a facet is a pressure that follows the surface.
+    bool follows_surface(int facet) const { return on(facet) && on(facet)->kind == ConditionKind::pressure; }
     /// How the traction on a facet is spread; nothing where it is the same everywhere.
     const RoundLoad *round_load_on(int facet) const {
-        return round_load.empty() || round_load[facet] < 0 ? nullptr : &round_loads[round_load[facet]];
+        return on(facet) && on(facet)->round ? &*on(facet)->round : nullptr;
     }
+    std::vector<RoundLoad> round_loads() const; ///< what round tools press or pull with
 
-    /// Whether the traction on a facet is multiplied until the body has moved by press_depth.
-    bool presses(int facet) const { return condition[facet] == FacetCondition::traction && constraint[facet] >= 0; }
+    std::vector<std::string> constraint_names() const; ///< (P) the places whose force is a result
+    int num_constraints() const;                       ///< P
+    /// Index into constraint_names(), -1 where a facet has no force that is a result.
+    int constraint_on(int facet) const;
+    std::vector<std::string> load_names() const; ///< (G) the places with a given traction
+    /// Index into load_names(), -1 where a facet has no given traction.
+    int load_on(int facet) const;
+
+    /// Puts a condition on facets, each with the same value.
+    void put(Condition condition, std::span<const int> facets, const Vector3 &same_value);
+    /// Takes from a facet what is on it; its value stays.
+    void free_facet(int facet) { condition_on[facet] = -1; }
 
     /// Whether the ball may touch a facet.
-    bool may_touch(int facet) const { return touching && condition[facet] != FacetCondition::prescribed_displacement; }
-
-    /// Whether the traction on a facet is a pressure that follows the surface.
-    bool follows_surface(int facet) const {
-        return !follows.empty() && follows[facet] != 0 && condition[facet] == FacetCondition::traction;
-    }
+    bool may_touch(int facet) const { return touching && !is_constrained(facet); }
 };
+
+/// A surface that is free everywhere, as long as nothing is put on it.
+LoadCase with_free_surface(LoadCase load_case, const TetraMesh &mesh);
 
 /// The same with its tractions let go: what holds after a release.
 LoadCase without_tractions(LoadCase load_case);

@@ -87,7 +87,7 @@ void drive(core::LoadCase &load_case, const core::TetraMesh &mesh, const PlaceMo
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
         if (mesh.boundary_patch[f] != number)
             continue;
-        if (load_case.condition[f] != core::FacetCondition::prescribed_displacement)
+        if (!load_case.is_constrained(f))
             throw support::InputError(fmt::format("markers drive '{}', and nothing holds it; give it a [[condition]] "
                                                   "with displacement = [0.0, 0.0, 0.0]",
                                                   place.patch));

@@ -131,7 +131,7 @@ core::LoadCase load_case_of_ring_down(toml::table state, const std::filesystem::
 
 /// Whether a load case has a traction.
 bool has_traction(const core::LoadCase &load_case) {
-    return std::ranges::find(load_case.condition, core::FacetCondition::traction) != load_case.condition.end();
+    return std::ranges::any_of(load_case.conditions, &core::Condition::is_traction);
 }
 
 core::Body body_of_ring_down(const toml::table &table, core::Body body) {

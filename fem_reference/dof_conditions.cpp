@@ -72,19 +72,18 @@ DofConditions dof_conditions(const core::LoadCase &load_case, const ElasticSyste
     const auto factor = at_facet_nodes(load_case.node_factor, system, 1.0);
     const core::Vector3 none = core::Vector3::Zero();
     const auto shift = at_facet_nodes(load_case.node_shift, system, none);
-    for (std::size_t f = 0; f < load_case.condition.size(); ++f) {
-        if (load_case.condition[f] == core::FacetCondition::traction)
-            add_traction(load_case, static_cast<int>(f), system, dofs.load);
-        for (std::size_t k = f * system.nodes_per_facet; k < (f + 1) * system.nodes_per_facet; ++k) {
+    for (int f = 0; f < load_case.num_facets(); ++f) {
+        if (load_case.is_loaded(f))
+            add_traction(load_case, f, system, dofs.load);
+        for (int k = f * system.nodes_per_facet; k < (f + 1) * system.nodes_per_facet; ++k) {
             for (int i = 0; i < 3; ++i) {
                 const double value = load_case.value[f][i];
                 const int dof = 3 * system.facet_nodes[k] + i;
                 if (std::isnan(value))
                     continue;
                 int &owner = dofs.constraint[dof];
-                if (load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
-                    (owner < 0 || load_case.constraint[f] < owner)) {
-                    owner = load_case.constraint[f];
+                if (load_case.is_constrained(f) && (owner < 0 || load_case.constraint_on(f) < owner)) {
+                    owner = load_case.constraint_on(f);
                     dofs.prescribed[dof] = factor[system.facet_nodes[k]] * value + shift[system.facet_nodes[k]][i];
                 }
             }

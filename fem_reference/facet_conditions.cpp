@@ -43,18 +43,15 @@ std::vector<int> parts(const core::TetraMesh &mesh) {
 } // namespace
 
 void check_facets(const core::LoadCase &load_case, const core::TetraMesh &mesh) {
-    if (load_case.condition.size() != mesh.boundary_triangles.size() ||
-        load_case.value.size() != mesh.boundary_triangles.size() ||
-        load_case.constraint.size() != mesh.boundary_triangles.size())
+    if (load_case.condition_on.size() != mesh.boundary_triangles.size() ||
+        load_case.value.size() != mesh.boundary_triangles.size())
         throw std::invalid_argument("load case " + load_case.name +
                                     " was put on another mesh: its number of facets is not " +
                                     std::to_string(mesh.boundary_triangles.size()));
-    for (std::size_t f = 0; f < load_case.condition.size(); ++f)
-        if (load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
-            (load_case.constraint[f] < 0 ||
-             load_case.constraint[f] >= static_cast<int>(load_case.constraint_names.size())))
-            throw std::invalid_argument("load case " + load_case.name + " prescribes the displacement of facet " +
-                                        std::to_string(f) + " without naming its constraint");
+    const auto num_conditions = static_cast<int>(load_case.conditions.size());
+    if (std::ranges::any_of(load_case.condition_on, [=](int condition) { return condition >= num_conditions; }))
+        throw std::invalid_argument("load case " + load_case.name +
+                                    " has facets with a condition that it does not have");
 }
 
 void check_outer_faces(const core::TetraMesh &mesh) {
@@ -76,8 +73,8 @@ bool holds_every_part(const core::LoadCase &load_case, const core::TetraMesh &me
     std::map<int, Gram> constrained; // the middles of edges move as the mean of the corners and add nothing
     for (const int name : part)
         constrained.try_emplace(name, Gram::Zero());
-    for (std::size_t f = 0; f < load_case.condition.size(); ++f) {
-        if (load_case.condition[f] != core::FacetCondition::prescribed_displacement)
+    for (int f = 0; f < load_case.num_facets(); ++f) {
+        if (!load_case.is_constrained(f))
             continue;
         for (const int node : mesh.boundary_triangles[f])
             for (int i = 0; i < 3; ++i) {

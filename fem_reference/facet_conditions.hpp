@@ -5,8 +5,8 @@
 
 namespace livermark::fem_reference {
 
-/// @throws std::invalid_argument if the load case does not have the sizes of the mesh, or prescribes a displacement
-///   without naming its constraint
+/// @throws std::invalid_argument if the load case does not have the sizes of the mesh, or names conditions
+///   that it does not have
 void check_facets(const core::LoadCase &load_case, const core::TetraMesh &mesh);
 
 /// @throws std::invalid_argument if a boundary triangle is not an outer face of the tetrahedra or is given twice

@@ -32,15 +32,15 @@ NodalConditions nodal_conditions(const core::Problem &problem, const std::vector
         nodes.force.push_back(mass * load_case.acceleration);
 
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
-        if (load_case.condition[f] == core::FacetCondition::traction) {
+        if (load_case.is_loaded(f)) {
             const core::Vector3 force = area_vector(mesh, f).norm() * load_case.value[f];
             const auto part = core::linear_parts(load_case.round_load_on(f), core::corners_of(mesh, f));
             for (std::size_t k = 0; k < 3; ++k)
                 nodes.force[mesh.boundary_triangles[f][k]] += part[k] * force;
         }
-        if (load_case.condition[f] == core::FacetCondition::prescribed_displacement)
+        if (load_case.is_constrained(f))
             for (const int node : mesh.boundary_triangles[f])
-                prescribe(nodes, node, load_case.prescribed_at(f, node), load_case.constraint[f]);
+                prescribe(nodes, node, load_case.prescribed_at(f, node), load_case.constraint_on(f));
     }
     return nodes;
 }

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <type_traits>
 
+#include "results/facet_arrays.hpp"
 #include "support/fnv_hash.hpp"
 
 namespace livermark::results {
@@ -41,6 +42,7 @@ class ExactHash : public support::FnvHash {
 template <class Hash> void add_problem(Hash &hash, const core::Problem &problem) {
     const auto &mesh = problem.body->mesh;
     const auto &load_case = problem.load_case;
+    const auto facets = facet_arrays(load_case);
     hash.add_all(mesh.points);
     hash.add_all(mesh.tetrahedra);
     hash.add_all(mesh.boundary_triangles);
@@ -48,14 +50,14 @@ template <class Hash> void add_problem(Hash &hash, const core::Problem &problem)
     for (const auto &material : problem.body->materials)
         hash.add_all(std::array{material.density, material.young_modulus, material.poisson_ratio});
     hash.add(core::to_string(load_case.regime));
-    hash.add_all(load_case.condition);
-    hash.add_all(load_case.constraint);
-    hash.add_all(load_case.follows);
+    hash.add_all(facets.condition);
+    hash.add_all(facets.constraint);
+    hash.add_all(facets.follows);
     hash.add_all(load_case.value);
     hash.add_all(load_case.node_factor);
     hash.add_all(load_case.node_shift);
-    hash.add_all(load_case.round_load);
-    for (const auto &load : load_case.round_loads) {
+    hash.add_all(facets.round_load);
+    for (const auto &load : facets.round_loads) {
         hash.add_all(std::array{load.middle});
         hash.add_all(std::array{load.radius});
     }
@@ -68,7 +70,7 @@ template <class Hash> void add_problem(Hash &hash, const core::Problem &problem)
     }
     hash.add_all(std::array{load_case.acceleration});
     hash.add_all(load_case.path);
-    for (const auto &name : load_case.constraint_names)
+    for (const auto &name : facets.constraint_names)
         hash.add(name);
     if (const auto &release = load_case.release) {
         hash.add_all(std::array{release->num_steps});

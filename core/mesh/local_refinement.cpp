@@ -58,9 +58,10 @@ class NewNodes {
 
 /// What holds on a boundary triangle, free ones are all alike.
 bool are_alike(const LoadCase &load_case, int a, int b) {
-    if (load_case.condition[a] != load_case.condition[b] || load_case.constraint[a] != load_case.constraint[b])
+    if (load_case.is_free(a) != load_case.is_free(b) || load_case.is_constrained(a) != load_case.is_constrained(b) ||
+        load_case.constraint_on(a) != load_case.constraint_on(b))
         return false;
-    if (load_case.condition[a] != FacetCondition::traction)
+    if (!load_case.is_loaded(a))
         return true;
     if (const auto *load = load_case.round_load_on(a); load && load == load_case.round_load_on(b))
         return true;
@@ -109,13 +110,9 @@ Vector3 centroid_of(const TetraMesh &mesh, const std::array<int, 4> &nodes) {
 
 /// The same with nothing on the facets that round tools press.
 LoadCase without_round_loads(LoadCase load_case) {
-    for (int f = 0; f < static_cast<int>(load_case.round_load.size()); ++f)
-        if (load_case.round_load_on(f)) {
-            load_case.condition[f] = FacetCondition::free;
-            load_case.constraint[f] = -1;
-            load_case.value[f].setZero();
-            load_case.round_load[f] = -1;
-        }
+    for (int f = 0; f < load_case.num_facets(); ++f)
+        if (load_case.round_load_on(f))
+            load_case.free_facet(f);
     return load_case;
 }
 
@@ -180,25 +177,13 @@ BisectedBody bisect(const Body &body, const std::set<Edge> &edges) {
 
 LoadCase on_parts(const LoadCase &load_case, const BisectedBody &parts) {
     auto result = load_case;
-    result.condition.clear();
+    result.condition_on.clear();
     result.value.clear();
-    result.constraint.clear();
-    result.load.clear();
-    result.follows.clear();
-    result.round_load.clear();
     for (const int parent : parts.parent_triangle) {
-        result.condition.push_back(load_case.condition[parent]);
+        result.condition_on.push_back(load_case.condition_on[parent]);
         result.value.push_back(load_case.value[parent]);
-        result.constraint.push_back(load_case.constraint[parent]);
-        if (!load_case.load.empty())
-            result.load.push_back(load_case.load[parent]);
-        if (!load_case.follows.empty())
-            result.follows.push_back(load_case.follows[parent]);
-        if (!load_case.round_load.empty())
-            result.round_load.push_back(load_case.round_load[parent]);
     }
-    if (!load_case.round_load.empty())
-        spread_round_loads(load_case, parts, result);
+    spread_round_loads(load_case, parts, result);
     if (!load_case.node_factor.empty())
         for (const auto &[a, b] : parts.parent_edge)
             result.node_factor.push_back(load_case.factor_between(a, b));
@@ -237,7 +222,7 @@ BisectedProblem refine_near_places(const Problem &problem, std::span<const Inter
 
 BisectedProblem refine_at_rims_and_tools(const Problem &problem, double longest_edge) {
     const auto &mesh = problem.body->mesh;
-    const auto &round_loads = problem.load_case.round_loads;
+    const auto round_loads = problem.load_case.round_loads();
     const auto is_rim = rim_nodes(mesh, without_round_loads(problem.load_case));
     return refine_where(problem, [&](const auto &nodes) {
         return has_one_of(nodes, is_rim) || is_coarse_below(round_loads, mesh, nodes, longest_edge);

@@ -91,13 +91,9 @@ Body refine(const Body &body) {
 
 LoadCase refine(const LoadCase &load_case, const TetraMesh &coarse) {
     auto refined = load_case;
-    refined.condition = repeated(load_case.condition, 4);
+    refined.condition_on = repeated(load_case.condition_on, 4);
     refined.value = repeated(load_case.value, 4);
-    refined.constraint = repeated(load_case.constraint, 4);
-    refined.load = repeated(load_case.load, 4);
-    refined.follows = repeated(load_case.follows, 4);
-    refined.round_load = repeated(load_case.round_load, 4);
-    for (int f = 0; f < static_cast<int>(load_case.round_load.size()); ++f)
+    for (int f = 0; f < load_case.num_facets(); ++f)
         if (load_case.round_load_on(f)) {
             const auto [a, b, c] = corners_of(coarse, f); // as cut_triangle() has them
             const Vector3 ab = 0.5 * (a + b), bc = 0.5 * (b + c), ca = 0.5 * (c + a);

@@ -28,19 +28,17 @@ int last_record_held(const ToolMotion &motion) {
 
 LoadCase let_go(LoadCase load_case) {
     const int place = load_case.tool.value().constraint;
-    for (std::size_t f = 0; f < load_case.condition.size(); ++f)
-        if (load_case.constraint[f] == place) {
-            load_case.condition[f] = FacetCondition::free;
-            load_case.constraint[f] = -1;
-        }
+    for (int f = 0; f < load_case.num_facets(); ++f)
+        if (load_case.constraint_on(f) == place)
+            load_case.free_facet(f);
     load_case.touching.reset();
     return load_case;
 }
 
 LoadCase with_slide(LoadCase load_case) {
     const auto &tool = load_case.tool.value();
-    for (std::size_t f = 0; f < load_case.condition.size(); ++f)
-        if (load_case.constraint[f] == tool.constraint)
+    for (int f = 0; f < load_case.num_facets(); ++f)
+        if (load_case.constraint_on(f) == tool.constraint)
             load_case.value[f] = tool.slide;
     load_case.node_factor.clear();
     load_case.node_shift.clear();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
 #include <utility>
 
 #include "core/tool/place_stiffness.hpp"
@@ -18,8 +19,22 @@ constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double smallest_work = 1e-6;
 
 bool is_prescribed_to_move(const LoadCase &load_case, int facet) {
-    return load_case.condition[facet] == FacetCondition::prescribed_displacement &&
+    return load_case.is_constrained(facet) &&
            std::ranges::any_of(load_case.value[facet], [](double value) { return value < 0.0 || value > 0.0; });
+}
+
+ToolDrive drive_by(ConditionKind kind) {
+    switch (kind) {
+    case ConditionKind::traction:
+    case ConditionKind::pressure:
+        return ToolDrive::traction;
+    case ConditionKind::press:
+    case ConditionKind::touch:
+        return ToolDrive::depth;
+    case ConditionKind::displacement:
+        return ToolDrive::displacement;
+    }
+    throw std::logic_error("unknown kind of condition");
 }
 
 /// Middle, radius and edge length of a place from its facets.
@@ -47,11 +62,12 @@ ToolPlace touched_place(const TetraMesh &mesh, const LoadCase &load_case) {
     const auto &ball = *load_case.touching;
     const Vector3 first = ball.first_point();
     const double radius = std::sqrt(ball.radius * ball.press.norm());
-    ToolPlace place{
-        .name = load_case.constraint_names[ball.constraint], .drive = ToolDrive::depth, .constraint = ball.constraint};
+    ToolPlace place{.name = load_case.constraint_names()[ball.constraint],
+                    .drive = ToolDrive::depth,
+                    .constraint = ball.constraint};
     int nearest = -1;
     double least = std::numeric_limits<double>::infinity();
-    for (int f = 0; f < static_cast<int>(load_case.condition.size()); ++f) {
+    for (int f = 0; f < load_case.num_facets(); ++f) {
         if (!load_case.may_touch(f))
             continue;
         const double distance = (point_at(corners_of(mesh, f), Vector3::Constant(1.0 / 3.0)) - first).norm();
@@ -137,25 +153,24 @@ std::vector<std::pair<int, Vector3>> nodal_forces(const TetraMesh &mesh, const L
 }
 
 std::vector<ToolPlace> tool_places(const TetraMesh &mesh, const LoadCase &load_case) {
-    std::vector<ToolPlace> places(load_case.load_names.size() + 1); // the last without a name
-    const auto num_given = static_cast<int>(places.size());
-    for (std::size_t g = 0; g < load_case.load_names.size(); ++g)
-        places[g].name = load_case.load_names[g];
-    for (std::size_t p = 0; p < load_case.constraint_names.size(); ++p)
-        places.push_back({.name = load_case.constraint_names[p], .constraint = static_cast<int>(p)});
-    for (int f = 0; f < static_cast<int>(load_case.condition.size()); ++f) {
-        const int constraint = load_case.constraint[f];
-        if (load_case.presses(f)) {
-            places[num_given + constraint].drive = ToolDrive::depth;
-            places[num_given + constraint].facets.push_back(f);
-        } else if (load_case.condition[f] == FacetCondition::traction && !load_case.value[f].isZero(0.0)) {
-            const bool is_named = !load_case.load.empty() && load_case.load[f] >= 0;
-            places[is_named ? load_case.load[f] : num_given - 1].facets.push_back(f);
-        } else if (is_prescribed_to_move(load_case, f)) {
-            places[num_given + constraint].drive = ToolDrive::displacement;
-            places[num_given + constraint].facets.push_back(f);
-        }
-    }
+    std::vector<ToolPlace> places; // given loads first
+    std::vector<int> place_of(load_case.conditions.size());
+    const auto add = [&](bool (Condition::*is_of_kind)() const, bool has_unknown_force) {
+        int number = 0;
+        for (std::size_t c = 0; c < load_case.conditions.size(); ++c)
+            if (const auto &condition = load_case.conditions[c]; (condition.*is_of_kind)()) {
+                place_of[c] = static_cast<int>(places.size());
+                places.push_back({.name = condition.place,
+                                  .drive = drive_by(condition.kind),
+                                  .constraint = has_unknown_force ? number++ : -1});
+            }
+    };
+    add(&Condition::is_given_load, false);
+    add(&Condition::is_constraint, true);
+    for (int f = 0; f < load_case.num_facets(); ++f)
+        if (load_case.presses(f) || (load_case.is_loaded(f) && !load_case.value[f].isZero(0.0)) ||
+            is_prescribed_to_move(load_case, f))
+            places[place_of[load_case.condition_on[f]]].facets.push_back(f);
     std::erase_if(places, [](const ToolPlace &place) { return place.facets.empty(); });
     for (auto &place : places)
         measure(mesh, load_case, place);

@@ -24,7 +24,7 @@ enum class ToolDrive : std::uint8_t {
 struct ToolPlace {
     std::string name; ///< empty where the load case gives none
     ToolDrive drive = ToolDrive::traction;
-    int constraint = -1;              ///< index into LoadCase::constraint_names; -1 of a given traction
+    int constraint = -1;              ///< index into LoadCase::constraint_names(); -1 of a given traction
     std::vector<int> facets{};        ///< indices into mesh.boundary_triangles, ascending
     Vector3 middle = Vector3::Zero(); ///< of a round tool, otherwise the area centroid of the facets [m]
     /// Of a round tool, or where a ball sinks in that of Hertz's circle of contact, otherwise of the disc of the area

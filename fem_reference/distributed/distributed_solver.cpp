@@ -38,7 +38,7 @@ core::Solution free_to_move(const core::Problem &problem) {
     solution.message = "the stiffness matrix is singular: the prescribed displacements leave the body, or a part of "
                        "it, free to move as a rigid body; constrain all six rigid body motions";
     solution.displacement.assign(problem.body->mesh.points.size(), core::Vector3::Constant(nan));
-    solution.reaction.assign(problem.load_case.constraint_names.size(), core::Vector3::Constant(nan));
+    solution.reaction.assign(problem.load_case.num_constraints(), core::Vector3::Constant(nan));
     solution.strain_energy = nan;
     return solution;
 }
@@ -182,7 +182,7 @@ class RankProblem {
             solution.load_work = dot(state.u, conditions_.load);
         solution.degrees_of_freedom += 3 * nodes_.num_entries_of_all_ranks();
         solution.reaction =
-            sum_of_reactions(nodes_, conditions_.constraint, left.u, part_.problem.load_case.constraint_names.size());
+            sum_of_reactions(nodes_, conditions_.constraint, left.u, part_.problem.load_case.num_constraints());
         for (std::size_t place = 0; place < press_resultants_.size(); ++place)
             solution.reaction[place] += newtons * press_resultants_[place];
         solution.displacement = on_mesh(part_, matrices_.system, nodes_, state.u);

@@ -78,10 +78,9 @@ Part at_nodes_of(int rank, const Part &whole) {
     conditions.name = load_case.name;
     conditions.regime = load_case.regime;
     conditions.acceleration = load_case.acceleration;
-    conditions.constraint_names = load_case.constraint_names;
+    conditions.conditions = load_case.conditions;
     conditions.path = load_case.path;
     conditions.press_depth = load_case.press_depth;
-    conditions.round_loads = load_case.round_loads;
     for (std::size_t node = 0; node < mesh.points.size(); ++node) {
         if (place[node] < 0)
             continue;
@@ -118,13 +117,8 @@ Part at_nodes_of(int rank, const Part &whole) {
         out.mesh.boundary_triangles.push_back(corners);
         out.mesh.boundary_patch.push_back(mesh.boundary_patch[f]);
         part.facet.push_back(whole.facet[f]);
-        conditions.condition.push_back(load_case.condition[f]);
+        conditions.condition_on.push_back(load_case.condition_on[f]);
         conditions.value.push_back(load_case.value[f]);
-        conditions.constraint.push_back(load_case.constraint[f]);
-        if (!load_case.follows.empty())
-            conditions.follows.push_back(load_case.follows[f]);
-        if (!load_case.round_load.empty())
-            conditions.round_load.push_back(load_case.round_load[f]);
     }
     part.problem.body = std::make_shared<const core::Body>(std::move(out));
     return part;

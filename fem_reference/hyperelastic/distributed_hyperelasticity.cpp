@@ -112,7 +112,7 @@ PathSolution solve_on_part(const core::Problem &problem, const MaterialLaw &law,
     nodes.share(conditions.prescribed);
     DistributedSystem system(*problem.body, part, elements, nodes, conditions, of_part);
     const double assembly_seconds = core::seconds_since(start);
-    const auto num_constraints = static_cast<int>(problem.load_case.constraint_names.size());
+    const auto num_constraints = problem.load_case.num_constraints();
     const auto followed = follow(system, num_constraints, path);
     auto result = path_solution(followed, problem.body->mesh, problem.load_case, [&](const std::vector<double> &u) {
         return fem_reference::on_mesh(part, elements.system(), nodes, u);

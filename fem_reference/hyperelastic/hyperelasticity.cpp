@@ -50,7 +50,7 @@ PathSolution solve(const core::Problem &problem, const MaterialLaw &law, const D
     if (problem.load_case.touching)
         ball.emplace(elements.system(), *problem.body, problem.load_case);
     const std::chrono::duration<double> assembly = std::chrono::steady_clock::now() - start;
-    const auto num_constraints = static_cast<int>(problem.load_case.constraint_names.size());
+    const auto num_constraints = problem.load_case.num_constraints();
     const auto followed =
         fem_reference::holds_every_part(problem.load_case, mesh)
             ? follow(elements, conditions, num_constraints, follower_pressure, path, ball ? &*ball : nullptr)

@@ -138,7 +138,7 @@ core::Solution StaticSolver::Impl::solution(const core::LoadCase &load_case, Dof
         solution.status = core::SolutionStatus::not_converged;
         solution.message = "the stiffness matrix is singular: the prescribed displacements leave the body, or a part "
                            "of it, free to move as a rigid body; constrain all six rigid body motions";
-        solution.reaction.assign(load_case.constraint_names.size(), core::Vector3::Constant(nan));
+        solution.reaction.assign(load_case.num_constraints(), core::Vector3::Constant(nan));
         solution.strain_energy = nan;
     }
     solution.solver = mixed ? mixed->description(found) : solver.description(found);

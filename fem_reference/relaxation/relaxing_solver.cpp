@@ -149,7 +149,7 @@ void RelaxingSolver::Impl::fill(core::Solution &solution, const core::LoadCase &
     const auto &history = *load_case.slow_history;
     const auto records = follow(reduced, history, steps_per_record);
 
-    const auto num_constraints = load_case.constraint_names.size();
+    const auto num_constraints = static_cast<std::size_t>(load_case.num_constraints());
     std::vector<std::vector<core::Vector3>> of_deviatoric, of_volumetric;
     for (const auto &shape : shapes) {
         of_deviatoric.push_back(sums(conditions.constraint, shape.deviatoric, num_constraints));
@@ -221,7 +221,7 @@ core::Solution RelaxingSolver::solve(const core::LoadCase &load_case, int steps_
                                      : "the prescribed displacements leave the body, or a part of it, free to move as "
                                        "a rigid body; constrain all six rigid body motions";
             solution.displacement.assign(impl.body->mesh.points.size(), core::Vector3::Constant(nan));
-            solution.reaction.assign(load_case.constraint_names.size(), core::Vector3::Constant(nan));
+            solution.reaction.assign(load_case.num_constraints(), core::Vector3::Constant(nan));
             solution.strain_energy = nan;
             return solution;
         }

@@ -24,7 +24,7 @@ constexpr double rounding_of_balance = 1e-12;
 std::vector<std::array<bool, 3>> constrained_components(const core::TetraMesh &mesh, const core::LoadCase &load_case) {
     std::vector<std::array<bool, 3>> constrained(mesh.points.size(), {false, false, false});
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (load_case.condition[f] == core::FacetCondition::prescribed_displacement)
+        if (load_case.is_constrained(f))
             for (const int node : mesh.boundary_triangles[f])
                 for (int i = 0; i < 3; ++i)
                     if (!std::isnan(load_case.value[f][i]))

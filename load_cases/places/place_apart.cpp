@@ -36,9 +36,9 @@ PrescribedNodes prescribed_nodes(const core::TetraMesh &mesh, const core::LoadCa
         std::vector<Vector3>(mesh.points.size(), Vector3::Constant(std::numeric_limits<double>::quiet_NaN())),
         std::vector<int>(mesh.points.size(), -1)};
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (load_case.condition[f] == core::FacetCondition::prescribed_displacement)
+        if (load_case.is_constrained(f))
             for (const int node : mesh.boundary_triangles[f]) {
-                nodes.constraint[node] = load_case.constraint[f];
+                nodes.constraint[node] = load_case.constraint_on(f);
                 for (int c = 0; c < 3; ++c)
                     if (!std::isnan(load_case.value[f][c]))
                         nodes.value[node][c] = load_case.value[f][c];
@@ -60,12 +60,10 @@ bool is_contradicted(const Vector3 &prescribed, double prescribed_factor, const 
 /// Takes the facets that have a condition already from a place.
 void yield_taken(Selection &selection, const core::LoadCase &above, std::optional<Obstacle> &first) {
     std::erase_if(selection.facets, [&](int f) {
-        if (above.condition[f] == core::FacetCondition::free)
+        if (above.is_free(f))
             return false;
         if (!first)
-            first =
-                Obstacle{above.constraint[f] < 0 ? "a place above it"
-                                                 : fmt::format("'{}'", above.constraint_names[above.constraint[f]])};
+            first = Obstacle{fmt::format("'{}'", above.on(f)->place)};
         return true;
     });
 }
@@ -74,7 +72,7 @@ void yield_taken(Selection &selection, const core::LoadCase &above, std::optiona
 /// @return whether there were any
 bool yield_contradicted(Selection &selection, const Effect &effect, const core::TetraMesh &mesh,
                         const PrescribedNodes &nodes, const core::LoadCase &above, std::optional<Obstacle> &first) {
-    if (effect.condition != core::FacetCondition::prescribed_displacement)
+    if (effect.kind != core::ConditionKind::displacement)
         return false;
     return std::erase_if(selection.facets, [&](int f) {
                const Vector3 wanted = effect.value(f);
@@ -86,7 +84,7 @@ bool yield_contradicted(Selection &selection, const Effect &effect, const core::
                if (node == corners.end())
                    return false;
                if (!first)
-                   first = Obstacle{fmt::format("'{}'", above.constraint_names[nodes.constraint[*node]]),
+                   first = Obstacle{fmt::format("'{}'", above.constraint_names()[nodes.constraint[*node]]),
                                     mesh.points[*node]};
                return true;
            }) > 0;

@@ -59,8 +59,7 @@ bool prescribes_displacement(const toml::table &condition) {
     return condition.contains("displacement") || condition.contains("push");
 }
 
-Selection select_facets(const toml::table &condition, const core::TetraMesh &mesh,
-                        std::span<const core::FacetCondition> taken) {
+Selection select_facets(const toml::table &condition, const core::TetraMesh &mesh, const core::LoadCase &above) {
     const Selector *chosen = nullptr;
     int num_named = 0;
     std::vector<std::string> known;
@@ -74,7 +73,7 @@ Selection select_facets(const toml::table &condition, const core::TetraMesh &mes
     if (num_named != 1)
         throw support::InputError(fmt::format("{}: a condition applies to one of '{}'; give one of them",
                                               support::place_of(condition), fmt::join(known, "', '")));
-    auto selection = chosen->select(condition, mesh, taken);
+    auto selection = chosen->select(condition, mesh, above);
     refuse_empty(selection, condition);
     return selection;
 }

@@ -55,11 +55,10 @@ bool prescribes_displacement(const toml::table &condition);
 struct Selector {
     std::string name; ///< the key, which is the file stem; set by the table
     /// @param condition  has the key
-    /// @param taken      (T) what the conditions above this one say
+    /// @param above      with the conditions above this one
     /// @return without facets where nothing is in the place
     /// @throws support::InputError for what is written wrongly, NotOnBody for what this body does not have
-    Selection (*select)(const toml::table &condition, const core::TetraMesh &mesh,
-                        std::span<const core::FacetCondition> taken);
+    Selection (*select)(const toml::table &condition, const core::TetraMesh &mesh, const core::LoadCase &above);
 };
 
 /// Every selector of selectors/, in alphabetical order.
@@ -67,8 +66,7 @@ std::span<const Selector> all_selectors();
 
 /// Finds the place that a [[condition]] names, by the one selector whose key it has.
 /// @throws support::InputError if it names none or several, NotOnBody if no facet is there
-Selection select_facets(const toml::table &condition, const core::TetraMesh &mesh,
-                        std::span<const core::FacetCondition> taken);
+Selection select_facets(const toml::table &condition, const core::TetraMesh &mesh, const core::LoadCase &above);
 
 /// Finds the node in the middle of the patch that a [[probe]] names: of the patch's nodes the one nearest to its area
 /// centroid.

@@ -16,7 +16,7 @@ namespace {
 
 /// The same on every facet, or what a round tool makes of it.
 Effect prescribed(const core::Vector3 &value, const Selection &selection, const core::TetraMesh &mesh) {
-    Effect effect{core::FacetCondition::prescribed_displacement, [=](int) { return value; }};
+    Effect effect{core::ConditionKind::displacement, [=](int) { return value; }};
     if (selection.tool)
         effect.node_factor = sinking(*selection.tool, mesh, selection.facets);
     return effect;
@@ -37,7 +37,7 @@ Effect read_push(const toml::table &table, const Selection &selection, const cor
 
 Effect read_traction(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
     const auto value = support::required_vector(table, "traction");
-    return {core::FacetCondition::traction,
+    return {core::ConditionKind::traction,
             [=, share = load_shares(selection, mesh)](int facet) { return core::Vector3(share[facet] * value); }};
 }
 
@@ -55,7 +55,7 @@ auto along_surface(const Selection &selection, const core::TetraMesh &mesh) {
 
 Effect read_tangential_traction(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
     const core::Vector3 value = support::required_vector(table, "tangential_traction");
-    return {core::FacetCondition::traction,
+    return {core::ConditionKind::traction,
             [value, along = along_surface(selection, mesh)](int facet) { return along(facet, value); }};
 }
 
@@ -65,7 +65,7 @@ Effect with_resultant(const core::Vector3 &force, const Selection &selection, co
     double area = 0.0;
     for (const int f : selection.facets)
         area += share[f] * area_vector(mesh, f).norm();
-    return {core::FacetCondition::traction,
+    return {core::ConditionKind::traction,
             [=, share = std::move(share)](int facet) { return core::Vector3(share[facet] / area * force); }};
 }
 
@@ -80,6 +80,7 @@ Effect pressing_to(double depth, const core::Vector3 &direction, const toml::nod
         throw support::InputError(
             fmt::format("{}: a place that presses by 0 m presses nothing; give a depth", support::place_of(place)));
     auto effect = with_resultant(direction, selection, mesh);
+    effect.kind = core::ConditionKind::press;
     effect.press_depth = depth;
     return effect;
 }
@@ -108,11 +109,11 @@ Effect read_tangential_force(const toml::table &table, const Selection &selectio
         throw NotOnBody(support::place_of(*table.get("tangential_force")),
                         fmt::format("no facet of '{}' lies along the force", selection.name),
                         "choose another place or direction");
-    return {core::FacetCondition::traction, [=](int facet) { return along(facet, force / resultant); }};
+    return {core::ConditionKind::traction, [=](int facet) { return along(facet, force / resultant); }};
 }
 
 Effect pressing(double pressure, const Selection &selection, const core::TetraMesh &mesh) {
-    return {core::FacetCondition::traction, [=, &mesh, share = load_shares(selection, mesh)](int facet) {
+    return {core::ConditionKind::traction, [=, &mesh, share = load_shares(selection, mesh)](int facet) {
                 return core::Vector3(share[facet] * (-pressure * unit_normal(mesh, facet)));
             }};
 }
@@ -123,7 +124,7 @@ Effect read_pressure(const toml::table &table, const Selection &selection, const
 
 Effect read_follower_pressure(const toml::table &table, const Selection &selection, const core::TetraMesh &mesh) {
     auto effect = pressing(support::required_number(table, "follower_pressure"), selection, mesh);
-    effect.follows = true;
+    effect.kind = core::ConditionKind::pressure;
     return effect;
 }
 
@@ -146,7 +147,7 @@ Effect read_torque(const toml::table &table, const Selection &selection, const c
                         "choose a larger place");
     const core::Vector3 c =
         axes.eigenvectors() * (axes.eigenvectors().transpose() * torque).cwiseQuotient(axes.eigenvalues());
-    return {core::FacetCondition::traction,
+    return {core::ConditionKind::traction,
             [=, &mesh](int facet) { return core::Vector3(c.cross(facet_centroid(mesh, facet) - middle)); }};
 }
 
@@ -188,8 +189,8 @@ Effect read_effect(const toml::table &table, const Selection &selection, const c
             "'torque'; give one of them",
             support::place_of(table)));
     auto effect = std::ranges::find_if(effect_readers, is_given)->read(table, selection, mesh);
-    if (effect.condition == core::FacetCondition::traction)
-        effect.round_load = selection.tool;
+    if (effect.kind != core::ConditionKind::displacement)
+        effect.round = selection.tool;
     return effect;
 }
 

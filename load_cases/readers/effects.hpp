@@ -14,13 +14,12 @@ namespace livermark::load_cases {
 
 /// What a condition puts on facets.
 struct Effect {
-    core::FacetCondition condition;
+    core::ConditionKind kind;
     std::function<core::Vector3(int facet)> value;
-    bool follows = false; ///< whether it stays perpendicular to the surface as that moves
     /// (N) what a prescribed displacement is multiplied by at each node. Empty where it is the same everywhere.
     std::vector<double> node_factor{};
-    std::optional<core::RoundLoad> round_load{}; ///< how a traction is spread, unless it is even
-    double press_depth = 0.0;                    ///< of a traction that is one newton, see LoadCase; or 0
+    std::optional<core::RoundLoad> round{}; ///< how a traction is spread, unless it is even
+    double press_depth = 0.0;               ///< of a place that presses, whose traction is one newton, see LoadCase
 };
 
 /// The keys that say what a condition puts on its place, see load_case_reader.hpp.

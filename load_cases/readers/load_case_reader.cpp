@@ -4,7 +4,6 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <iterator>
-#include <limits>
 #include <utility>
 
 #include "core/mesh/bounding_box.hpp"
@@ -28,8 +27,6 @@ namespace livermark::load_cases {
 
 namespace {
 
-constexpr double free_component = std::numeric_limits<double>::quiet_NaN();
-
 void refuse_unknown_condition_keys(const toml::table &table) {
     std::vector<std::string_view> known{"name"};
     for (const auto &selector : all_selectors())
@@ -52,68 +49,44 @@ void share_newton(core::LoadCase &load_case, const std::string &file) {
         return;
     auto others = load_case;
     others.press_depth = 0.0;
-    std::vector<bool> is_pressing(load_case.constraint_names.size(), false);
-    for (int f = 0; f < static_cast<int>(load_case.value.size()); ++f)
-        if (load_case.presses(f)) {
-            is_pressing[load_case.constraint[f]] = true;
+    for (int f = 0; f < load_case.num_facets(); ++f)
+        if (load_case.presses(f))
             others.value[f].setZero();
-        }
     if (core::is_driven(others))
         throw support::InputError(fmt::format("{}: a place that presses drives the body alone; leave out loads, "
                                               "accelerations and displacements other than 0, or let it 'push', which "
                                               "holds the place",
                                               file));
-    const auto num_pressing = static_cast<double>(std::ranges::count(is_pressing, true));
-    for (int f = 0; f < static_cast<int>(load_case.value.size()); ++f)
+    const auto num_pressing = static_cast<double>(
+        std::ranges::count(load_case.conditions, core::ConditionKind::press, &core::Condition::kind));
+    for (int f = 0; f < load_case.num_facets(); ++f)
         if (load_case.presses(f))
             load_case.value[f] /= num_pressing;
 }
 
 void apply_condition(const toml::table &table, const core::TetraMesh &mesh, core::LoadCase &load_case) {
-    auto place = select_facets(table, mesh, load_case.condition);
+    auto place = select_facets(table, mesh, load_case);
     if (table.contains("name"))
         place.name = support::required_string(table, "name");
     const auto [selection, effect, lost_area] = place_apart(table, std::move(place), mesh, load_case);
     if (lost_area > 0.0)
         load_case.yielded.push_back({selection.name, lost_area});
-    int constraint = -1;
-    if (effect.press_depth != 0.0)
+    if (effect.kind == core::ConditionKind::press)
         take_depth(effect.press_depth, table, load_case);
-    if (effect.condition == core::FacetCondition::prescribed_displacement || effect.press_depth != 0.0) {
-        constraint = static_cast<int>(load_case.constraint_names.size());
-        load_case.constraint_names.push_back(selection.name);
-    }
-    if (constraint < 0) {
-        load_case.load.resize(mesh.boundary_triangles.size(), -1);
-        for (const int f : selection.facets)
-            load_case.load[f] = static_cast<int>(load_case.load_names.size());
-        load_case.load_names.push_back(selection.name);
-    }
+    if (effect.kind == core::ConditionKind::pressure && load_case.regime == core::Regime::small)
+        throw support::InputError(fmt::format("{}: a pressure that follows the surface needs large deformations; "
+                                              "say regime = \"large\", or give a 'pressure'",
+                                              support::place_of(table)));
     for (const int f : selection.facets) {
-        load_case.condition[f] = effect.condition;
+        load_case.condition_on[f] = static_cast<int>(load_case.conditions.size());
         load_case.value[f] = effect.value(f);
-        load_case.constraint[f] = constraint;
     }
+    load_case.conditions.push_back({selection.name, effect.kind, effect.round});
     if (!effect.node_factor.empty()) {
         load_case.node_factor.resize(mesh.points.size(), 1.0);
         for (const int f : selection.facets)
             for (const int node : mesh.boundary_triangles[f])
                 load_case.node_factor[node] = effect.node_factor[node];
-    }
-    if (effect.round_load) {
-        load_case.round_load.resize(mesh.boundary_triangles.size(), -1);
-        for (const int f : selection.facets)
-            load_case.round_load[f] = static_cast<int>(load_case.round_loads.size());
-        load_case.round_loads.push_back(*effect.round_load);
-    }
-    if (effect.follows) {
-        if (load_case.regime == core::Regime::small)
-            throw support::InputError(fmt::format("{}: a pressure that follows the surface needs large deformations; "
-                                                  "say regime = \"large\", or give a 'pressure'",
-                                                  support::place_of(table)));
-        load_case.follows.resize(mesh.boundary_triangles.size());
-        for (const int f : selection.facets)
-            load_case.follows[f] = 1;
     }
 }
 
@@ -157,8 +130,8 @@ double expected_peak(const core::TetraMesh &mesh, const core::LoadCase &load_cas
     double peak = std::abs(load_case.press_depth);
     if (load_case.touching)
         peak = load_case.touching->press.norm();
-    for (std::size_t f = 0; f < load_case.value.size(); ++f)
-        if (load_case.condition[f] == core::FacetCondition::prescribed_displacement)
+    for (int f = 0; f < load_case.num_facets(); ++f)
+        if (load_case.is_constrained(f))
             peak = std::max(peak,
                             load_case.value[f].array().isNaN().select(0.0, load_case.value[f].array()).matrix().norm());
     constexpr double small_part = 0.01;
@@ -212,14 +185,11 @@ core::LoadCase load_case_of_table(const toml::table &table, const std::filesyste
     read_target(table, load_case);
     if (table.contains("acceleration"))
         load_case.acceleration = support::required_vector(table, "acceleration");
-    load_case.condition.assign(mesh.boundary_triangles.size(), core::FacetCondition::free);
-    load_case.value.assign(mesh.boundary_triangles.size(), core::Vector3::Constant(free_component));
-    load_case.constraint.assign(mesh.boundary_triangles.size(), -1);
+    load_case = core::with_free_surface(std::move(load_case), mesh);
     for (const auto &condition : required_conditions(table))
         apply_condition(*condition.as_table(), mesh, load_case);
     share_newton(load_case, file.string());
-    if (std::ranges::find(load_case.condition, core::FacetCondition::prescribed_displacement) ==
-        load_case.condition.end())
+    if (!load_case.has(core::ConditionKind::displacement))
         throw support::InputError(
             fmt::format("{}: nothing constrains the body; add a [[condition]] with a displacement", file.string()));
     if (table.contains("touch"))

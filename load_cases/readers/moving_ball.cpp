@@ -22,7 +22,7 @@ PushedPlace pushed_place(const core::LoadCase &load_case, const core::TetraMesh 
     PushedPlace place;
     double weight = 0.0;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
-        if (load_case.constraint[f] != load_case.tool->constraint)
+        if (load_case.constraint_on(f) != load_case.tool->constraint)
             continue;
         const auto &value = load_case.value[f];
         double factor = 0.0;

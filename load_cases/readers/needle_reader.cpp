@@ -98,13 +98,11 @@ void refuse_outside(const Way &way, const core::TetraMesh &mesh, const std::stri
 /// @throws support::InputError if a place on the way touches what is held
 void refuse_held(const core::Needle &needle, const Way &way, const core::TetraMesh &mesh,
                  const core::LoadCase &load_case, const std::string &place) {
-    const auto is_held = [&](int facet) {
-        return load_case.condition[facet] == core::FacetCondition::prescribed_displacement;
-    };
+    const auto is_held = [&](int facet) { return load_case.is_constrained(facet); };
     if (is_held(way.entry.facet))
         throw support::InputError(
             fmt::format("{}: the entry of '{}' is where '{}' holds the body; choose another entry", place, needle.name,
-                        load_case.constraint_names[load_case.constraint[way.entry.facet]]));
+                        load_case.on(way.entry.facet)->place));
     auto facets = all_facets(mesh);
     std::erase_if(facets, [&](int facet) { return !is_held(facet); });
     if (!facets.empty() && (nearest_point(facets, mesh, needle.target).point - needle.target).norm() < needle.spread)

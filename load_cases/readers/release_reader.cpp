@@ -61,8 +61,7 @@ core::RayleighDamping read_damping(const toml::table &table) {
 
 bool is_constrained(int node, const core::TetraMesh &mesh, const core::LoadCase &load_case) {
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
-            !load_case.value[f].array().isNaN().any() &&
+        if (load_case.is_constrained(f) && !load_case.value[f].array().isNaN().any() &&
             std::ranges::find(mesh.boundary_triangles[f], node) != mesh.boundary_triangles[f].end())
             return true;
     return false;
@@ -97,7 +96,7 @@ core::Release read_release(const toml::table &table, const core::TetraMesh &mesh
     const auto &release = support::required_table(table, "release");
     support::refuse_unknown_keys(
         release, {"duration", "output_interval", "damping_ratio", "damping_frequencies", "alpha", "beta"});
-    if (std::ranges::find(load_case.condition, core::FacetCondition::traction) == load_case.condition.end())
+    if (std::ranges::none_of(load_case.conditions, &core::Condition::is_traction))
         throw support::InputError(
             fmt::format("{}: there is nothing to let go; add a [[condition]] with a traction or a pressure",
                         support::place_of(release)));

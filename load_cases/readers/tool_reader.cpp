@@ -60,12 +60,12 @@ core::ToolMotion read_tool(const toml::table &table, const core::LoadCase &load_
                                               support::place_of(*tool.get("radius"))));
     auto motion = read_times(tool);
     const auto place = support::required_string(tool, "place");
-    const auto found = std::ranges::find(load_case.constraint_names, place);
-    if (found == load_case.constraint_names.end())
+    const auto names = load_case.constraint_names();
+    const auto found = std::ranges::find(names, place);
+    if (found == names.end())
         throw support::InputError(fmt::format("{}: nothing with a displacement has the name '{}'; known are: {}",
-                                              support::place_of(*tool.get("place")), place,
-                                              fmt::join(load_case.constraint_names, ", ")));
-    motion.constraint = static_cast<int>(found - load_case.constraint_names.begin());
+                                              support::place_of(*tool.get("place")), place, fmt::join(names, ", ")));
+    motion.constraint = static_cast<int>(found - names.begin());
     motion.slide = tool.contains("slide") ? support::required_vector(tool, "slide") : core::Vector3(0.0, 0.0, 0.0);
     motion.mass_damping = support::required_number(tool, "mass_damping");
     if (motion.mass_damping < 0.0)
@@ -76,11 +76,11 @@ core::ToolMotion read_tool(const toml::table &table, const core::LoadCase &load_
         throw support::InputError(fmt::format("{}: a tool moves in the large regime, from rest and without a release, "
                                               "an acceleration or a scale; leave those out, or the [tool]",
                                               support::place_of(tool)));
-    for (std::size_t f = 0; f < load_case.condition.size(); ++f) {
+    for (int f = 0; f < load_case.num_facets(); ++f) {
         const auto &value = load_case.value[f];
-        const bool is_tool = load_case.constraint[f] == motion.constraint;
-        if (load_case.condition[f] == core::FacetCondition::traction || (is_tool && value.array().isNaN().any()) ||
-            (load_case.constraint[f] >= 0 && !is_tool && !value.isZero(0.0)))
+        const bool is_tool = load_case.constraint_on(f) == motion.constraint;
+        if (load_case.is_loaded(f) || (is_tool && value.array().isNaN().any()) ||
+            (load_case.constraint_on(f) >= 0 && !is_tool && !value.isZero(0.0)))
             throw support::InputError(fmt::format("{}: where a tool moves, all other places are held at zero in all "
                                                   "components, and nothing else loads the body",
                                                   support::place_of(tool)));

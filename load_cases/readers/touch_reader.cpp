@@ -74,7 +74,7 @@ core::TouchingTool read_touch(const toml::table &table, const core::TetraMesh &m
                            [](const Selector &selector) { return std::string_view(selector.name); });
     support::refuse_unknown_keys(touch, known);
     refuse_company(touch, table, load_case);
-    const auto place = select_facets(touch, mesh, load_case.condition);
+    const auto place = select_facets(touch, mesh, load_case);
     const Vector3 direction = -pressed_normal(place, mesh);
     if (!direction.allFinite())
         throw NotOnBody(support::place_of(touch),
@@ -92,12 +92,12 @@ core::TouchingTool read_touch(const toml::table &table, const core::TetraMesh &m
                                               support::place_of(*touch.get("depth")), tool.press.norm(), tool.radius));
     const auto onto = nearest_point(place.facets, mesh, middle_of(place.facets, mesh)).point;
     const auto found = first_touch(mesh, onto, direction, tool.radius);
-    if (load_case.condition[found.facet] == core::FacetCondition::prescribed_displacement)
+    if (load_case.is_constrained(found.facet))
         throw NotOnBody(support::place_of(touch), "the ball would first touch what is held",
                         "choose another place or a smaller ball");
     tool.start = found.centre;
-    tool.constraint = static_cast<int>(load_case.constraint_names.size());
-    load_case.constraint_names.emplace_back(name_of_touch);
+    tool.constraint = load_case.num_constraints();
+    load_case.conditions.push_back({name_of_touch, core::ConditionKind::touch});
     return tool;
 }
 

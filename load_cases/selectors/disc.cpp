@@ -88,7 +88,7 @@ Place opposite(Place place, const core::TetraMesh &mesh, double radius) {
     return {place.name + ", far side", all_facets(mesh), exit_point(mesh, place.middle->point, inwards, Exit::first)};
 }
 
-Selection select(const toml::table &condition, const core::TetraMesh &mesh, std::span<const core::FacetCondition>) {
+Selection select(const toml::table &condition, const core::TetraMesh &mesh, const core::LoadCase &) {
     const auto &disc = support::required_table(condition, "disc");
     support::refuse_unknown_keys(disc, {"patch", "point", "region", "direction", "radius", "opposite", "profile"});
     const double radius = support::required_number(disc, "radius");

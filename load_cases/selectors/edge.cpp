@@ -34,7 +34,7 @@ double positive(const toml::table &table, const char *key) {
     return value;
 }
 
-Selection select(const toml::table &condition, const core::TetraMesh &mesh, std::span<const core::FacetCondition>) {
+Selection select(const toml::table &condition, const core::TetraMesh &mesh, const core::LoadCase &) {
     const auto &edge = support::required_table(condition, "edge");
     support::refuse_unknown_keys(edge, {"between", "width", "length"});
     const auto names = support::required_strings(edge, "between");

@@ -5,7 +5,7 @@ namespace livermark::load_cases::selectors {
 
 namespace {
 
-Selection select(const toml::table &condition, const core::TetraMesh &mesh, std::span<const core::FacetCondition>) {
+Selection select(const toml::table &condition, const core::TetraMesh &mesh, const core::LoadCase &) {
     const auto name = support::required_string(condition, "patch");
     return {name, facets_of_patch(name, *condition.get("patch"), mesh)};
 }

@@ -8,7 +8,7 @@ namespace livermark::load_cases::selectors {
 
 namespace {
 
-Selection select(const toml::table &condition, const core::TetraMesh &mesh, std::span<const core::FacetCondition>) {
+Selection select(const toml::table &condition, const core::TetraMesh &mesh, const core::LoadCase &) {
     Selection selection;
     const auto names = support::required_strings(condition, "patches");
     selection.name = fmt::format("{}", fmt::join(names, " and "));

@@ -7,13 +7,12 @@ namespace livermark::load_cases::selectors {
 
 namespace {
 
-Selection select(const toml::table &condition, const core::TetraMesh &mesh,
-                 std::span<const core::FacetCondition> taken) {
+Selection select(const toml::table &condition, const core::TetraMesh &mesh, const core::LoadCase &above) {
     if (!support::optional_flag(condition, "rest"))
         throw support::InputError(fmt::format("{}: 'rest' can only be true; or name another place",
                                               support::place_of(*condition.get("rest"))));
     Selection selection{"the rest of the surface", all_facets(mesh)};
-    std::erase_if(selection.facets, [&](int f) { return taken[f] != core::FacetCondition::free; });
+    std::erase_if(selection.facets, [&](int f) { return !above.is_free(f); });
     return selection;
 }
 

@@ -33,8 +33,7 @@ Field to_field(const std::vector<core::Vector3> &vectors) {
 bool can_solve(const core::Problem &problem) {
     const auto &load_case = problem.load_case;
     for (int f = 0; f < problem.body->mesh.num_boundary_triangles(); ++f)
-        if (load_case.follows_surface(f) || (load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
-                                             load_case.value[f].array().isNaN().any()))
+        if (load_case.follows_surface(f) || (load_case.is_constrained(f) && load_case.value[f].array().isNaN().any()))
             return false;
     return true;
 }

@@ -133,7 +133,7 @@ void add_problem(py::module_ &module) {
         .def_property_readonly("dead_forces", &dead_forces,
                                "(N, 3) [N], the part of forces that keeps its direction: without follower pressures")
         .def_property_readonly(
-            "constraint_names", [](const LoadedBody &p) { return p.problem.load_case.constraint_names; },
+            "constraint_names", [](const LoadedBody &p) { return p.problem.load_case.constraint_names(); },
             "(P) the places whose force is a result: where displacement is prescribed, and what presses")
         .def("__repr__", [](const LoadedBody &p) {
             return fmt::format("<livermark.Problem {} on {}>", p.problem.load_case.name, p.problem.body->name);

@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 
+#include "results/facet_arrays.hpp"
 #include "results/hdf5/file_parts.hpp"
 #include "results/hdf5/io/node_numbers.hpp"
 
@@ -30,15 +31,15 @@ void write_release(OutputFile &file, const core::Release &release) {
     file.texts("/load_case/release/probe", "names", names);
 }
 
-void write_round_loads(OutputFile &file, const core::LoadCase &load_case) {
+void write_round_loads(OutputFile &file, const FacetArrays &facets) {
     std::vector<core::Vector3> middle;
     std::vector<double> radius;
-    for (const auto &load : load_case.round_loads) {
+    for (const auto &load : facets.round_loads) {
         middle.push_back(load.middle);
         radius.push_back(load.radius);
     }
     file.group("/load_case/round_load");
-    file.dataset("/load_case/round_load/facet", load_case.round_load, "");
+    file.dataset("/load_case/round_load/facet", facets.round_load, "");
     file.dataset("/load_case/round_load/middle", middle, "m");
     file.dataset("/load_case/round_load/radius", radius, "m");
 }
@@ -143,28 +144,50 @@ core::Regime read_regime(const InputFile &file) {
     file.refuse("/load_case", fmt::format("attribute regime is '{}', which is neither small nor large", word));
 }
 
-void read_round_loads(const InputFile &file, std::size_t num_triangles, core::LoadCase &load_case) {
+void read_round_loads(const InputFile &file, std::size_t num_triangles, FacetArrays &facets) {
     const auto radius = file.dataset<double>("/load_case/round_load/radius");
     const auto middle = file.dataset<core::Vector3>("/load_case/round_load/middle", radius.size());
     check_finite(file, "/load_case/round_load/middle", middle);
     for (std::size_t k = 0; k < radius.size(); ++k) {
         if (!(radius[k] > 0.0 && std::isfinite(radius[k])))
             file.refuse("/load_case/round_load/radius", fmt::format("row {} is no length", k));
-        load_case.round_loads.push_back({middle[k], radius[k]});
+        facets.round_loads.push_back({middle[k], radius[k]});
     }
-    load_case.round_load = indices(file, "/load_case/round_load/facet", num_triangles, -1, radius.size());
+    facets.round_load = indices(file, "/load_case/round_load/facet", num_triangles, -1, radius.size());
 }
 
-/// @param load_case  with conditions and constraints
-void read_loads(const InputFile &file, core::LoadCase &load_case) {
-    const std::size_t num_triangles = load_case.condition.size();
-    load_case.load_names = file.texts("/load_case/load", "names");
-    load_case.load = indices(file, "/load_case/load", num_triangles, -1, load_case.load_names.size());
-    for (std::size_t f = 0; f < num_triangles; ++f) {
-        const bool is_given = load_case.condition[f] == core::FacetCondition::traction && load_case.constraint[f] < 0;
-        if (is_given != (load_case.load[f] >= 0))
-            file.refuse("/load_case/load", fmt::format("row {} contradicts /load_case/condition", f));
+/// What is on each facet.
+/// @param presses  whether tractions with a constraint press
+FacetArrays read_facets(const InputFile &file, std::size_t num_triangles, bool presses) {
+    FacetArrays facets;
+    for (const std::uint8_t code : file.dataset<std::uint8_t>("/load_case/condition", num_triangles)) {
+        if (code > static_cast<std::uint8_t>(FacetCode::traction))
+            file.refuse("/load_case/condition",
+                        fmt::format("row {} holds {}, which is no condition", facets.condition.size(), code));
+        facets.condition.push_back(static_cast<FacetCode>(code));
     }
+    facets.constraint_names = file.texts("/load_case/constraint", "names");
+    facets.constraint = indices(file, "/load_case/constraint", num_triangles, -1, facets.constraint_names.size());
+    for (std::size_t f = 0; f < num_triangles; ++f) {
+        const bool is_named = facets.constraint[f] >= 0;
+        const bool may_press = presses && facets.condition[f] == FacetCode::traction;
+        if ((facets.condition[f] == FacetCode::prescribed_displacement) != is_named && !may_press)
+            file.refuse("/load_case/constraint", fmt::format("row {} contradicts /load_case/condition", f));
+    }
+    if (file.has("/load_case/load")) { // files of earlier versions have none
+        facets.load_names = file.texts("/load_case/load", "names");
+        facets.load = indices(file, "/load_case/load", num_triangles, -1, facets.load_names.size());
+        for (std::size_t f = 0; f < num_triangles; ++f) {
+            const bool is_given = facets.condition[f] == FacetCode::traction && facets.constraint[f] < 0;
+            if (is_given != (facets.load[f] >= 0))
+                file.refuse("/load_case/load", fmt::format("row {} contradicts /load_case/condition", f));
+        }
+    }
+    if (file.has("/load_case/follows"))
+        facets.follows = file.dataset<std::uint8_t>("/load_case/follows", num_triangles);
+    if (file.has("/load_case/round_load"))
+        read_round_loads(file, num_triangles, facets);
+    return facets;
 }
 
 } // namespace
@@ -177,29 +200,30 @@ void write_load_case(OutputFile &file, const core::LoadCase &load_case) {
     file.text("/load_case", "regime", core::to_string(load_case.regime));
     file.number("/load_case", "target_peak_displacement", load_case.target_peak_displacement);
     file.number("/load_case", "load_scale", load_case.load_scale);
+    const auto facets = facet_arrays(load_case);
     std::vector<std::uint8_t> condition;
-    for (const core::FacetCondition facet : load_case.condition)
-        condition.push_back(static_cast<std::uint8_t>(facet));
+    for (const FacetCode code : facets.condition)
+        condition.push_back(static_cast<std::uint8_t>(code));
     file.dataset("/load_case/condition", condition, "");
     file.dataset("/load_case/value", load_case.value, "m or Pa");
     const core::Vector3 &a = load_case.acceleration;
     file.dataset("/load_case/acceleration", std::vector{a.x(), a.y(), a.z()}, "m/s^2");
-    file.dataset("/load_case/constraint", load_case.constraint, "");
-    file.texts("/load_case/constraint", "names", load_case.constraint_names);
-    if (!load_case.load.empty()) {
-        file.dataset("/load_case/load", load_case.load, "");
-        file.texts("/load_case/load", "names", load_case.load_names);
+    file.dataset("/load_case/constraint", facets.constraint, "");
+    file.texts("/load_case/constraint", "names", facets.constraint_names);
+    if (!facets.load.empty()) {
+        file.dataset("/load_case/load", facets.load, "");
+        file.texts("/load_case/load", "names", facets.load_names);
     }
     if (load_case.press_depth != 0.0)
         file.number("/load_case", "press_depth", load_case.press_depth);
-    if (!load_case.follows.empty())
-        file.dataset("/load_case/follows", load_case.follows, "");
+    if (!facets.follows.empty())
+        file.dataset("/load_case/follows", facets.follows, "");
     if (!load_case.node_factor.empty())
         file.dataset("/load_case/node_factor", load_case.node_factor, "");
     if (!load_case.node_shift.empty())
         file.dataset("/load_case/node_shift", load_case.node_shift, "m");
-    if (!load_case.round_load.empty())
-        write_round_loads(file, load_case);
+    if (!facets.round_load.empty())
+        write_round_loads(file, facets);
     if (!load_case.path.empty())
         file.dataset("/load_case/path", load_case.path, "");
     if (!load_case.yielded.empty()) {
@@ -230,32 +254,15 @@ core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles, 
         load_case.load_scale = file.number("/load_case", "load_scale");
     if (file.has_attribute("/load_case", "regime")) // files of before there was another have none
         load_case.regime = read_regime(file);
-    for (const std::uint8_t code : file.dataset<std::uint8_t>("/load_case/condition", num_triangles)) {
-        if (code > static_cast<std::uint8_t>(core::FacetCondition::traction))
-            file.refuse("/load_case/condition",
-                        fmt::format("row {} holds {}, which is no condition", load_case.condition.size(), code));
-        load_case.condition.push_back(static_cast<core::FacetCondition>(code));
-    }
     load_case.value = file.dataset<core::Vector3>("/load_case/value", num_triangles);
     const auto acceleration = file.dataset<double>("/load_case/acceleration", 3);
     load_case.acceleration = core::Vector3(acceleration[0], acceleration[1], acceleration[2]);
     check_finite(file, "/load_case/acceleration", {&load_case.acceleration, 1});
-    load_case.constraint_names = file.texts("/load_case/constraint", "names");
-    load_case.constraint = indices(file, "/load_case/constraint", num_triangles, -1, load_case.constraint_names.size());
     if (file.has_attribute("/load_case", "press_depth"))
         load_case.press_depth = file.number("/load_case", "press_depth");
     if (!std::isfinite(load_case.press_depth))
         file.refuse("/load_case", "attribute press_depth is not a number");
-    for (std::size_t f = 0; f < num_triangles; ++f) {
-        const bool is_named = load_case.constraint[f] >= 0;
-        const bool may_press = load_case.press_depth != 0.0 && load_case.condition[f] == core::FacetCondition::traction;
-        if ((load_case.condition[f] == core::FacetCondition::prescribed_displacement) != is_named && !may_press)
-            file.refuse("/load_case/constraint", fmt::format("row {} contradicts /load_case/condition", f));
-    }
-    if (file.has("/load_case/load")) // files of earlier versions have none
-        read_loads(file, load_case);
-    if (file.has("/load_case/follows"))
-        load_case.follows = file.dataset<std::uint8_t>("/load_case/follows", num_triangles);
+    const auto facets = read_facets(file, num_triangles, load_case.press_depth != 0.0);
     if (file.has("/load_case/node_factor")) {
         load_case.node_factor = file.dataset<double>("/load_case/node_factor", num_nodes);
         if (!std::ranges::all_of(load_case.node_factor,
@@ -266,8 +273,6 @@ core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles, 
         load_case.node_shift = file.dataset<core::Vector3>("/load_case/node_shift", num_nodes);
         check_finite(file, "/load_case/node_shift", load_case.node_shift);
     }
-    if (file.has("/load_case/round_load"))
-        read_round_loads(file, num_triangles, load_case);
     if (file.has("/load_case/path")) {
         load_case.path = file.dataset<double>("/load_case/path");
         if (load_case.path.empty() || !(load_case.path.front() > 0.0) || load_case.path.back() != 1.0 ||
@@ -284,7 +289,9 @@ core::LoadCase read_load_case(const InputFile &file, std::size_t num_triangles, 
         }
     }
     if (file.has("/load_case/touch"))
-        load_case.touching = read_touch(file, load_case.constraint_names.size());
+        load_case.touching = read_touch(file, facets.constraint_names.size());
+    if (const auto contradiction = set_conditions(facets, load_case))
+        file.refuse("/load_case", *contradiction);
     if (file.has("/load_case/release"))
         load_case.release = read_release(file, num_nodes);
     if (file.has("/load_case/slow_history"))

@@ -34,8 +34,7 @@ void check_model(const ModelResult &model, const core::Problem &problem) {
     const std::size_t num_nodes = problem.body->mesh.points.size();
     check_name(model.name);
     require_size(model.solution.displacement.size(), num_nodes, "the displacement of " + model.name);
-    require_size(model.solution.reaction.size(), problem.load_case.constraint_names.size(),
-                 "the reaction of " + model.name);
+    require_size(model.solution.reaction.size(), problem.load_case.num_constraints(), "the reaction of " + model.name);
     if (const auto &springs = model.solution.springs) {
         require_size(springs->node_mass.size(), num_nodes, "the node mass of " + model.name);
         require_size(springs->stiffness.size(), springs->edges.size(), "the stiffness of " + model.name);
@@ -60,7 +59,7 @@ void check_model(const ModelResult &model, const core::Problem &problem) {
     }
     for (const auto &point : model.solution.path) {
         require_size(point.displacement.size(), num_nodes, "a displacement on the path of " + model.name);
-        require_size(point.reaction.size(), problem.load_case.constraint_names.size(),
+        require_size(point.reaction.size(), problem.load_case.num_constraints(),
                      "a reaction on the path of " + model.name);
     }
     if (model.solution.path.size() > problem.load_case.num_path_points())
@@ -88,16 +87,8 @@ void check_shapes(const Result &result) {
     require_size(mesh.region.size(), mesh.tetrahedra.size(), "the region of the mesh");
     require_size(mesh.boundary_patch.size(), mesh.boundary_triangles.size(), "the boundary patch of the mesh");
     require_size(result.problem.body->materials.size(), mesh.region_names.size(), "the list of materials");
-    require_size(load_case.condition.size(), mesh.boundary_triangles.size(), "the condition of the load case");
+    require_size(load_case.condition_on.size(), mesh.boundary_triangles.size(), "the conditions of the load case");
     require_size(load_case.value.size(), mesh.boundary_triangles.size(), "the value of the load case");
-    require_size(load_case.constraint.size(), mesh.boundary_triangles.size(), "the constraint of the load case");
-    if (!load_case.load.empty())
-        require_size(load_case.load.size(), mesh.boundary_triangles.size(), "the load of the load case");
-    if (!load_case.follows.empty())
-        require_size(load_case.follows.size(), mesh.boundary_triangles.size(),
-                     "the follower pressure of the load case");
-    if (!load_case.round_load.empty())
-        require_size(load_case.round_load.size(), mesh.boundary_triangles.size(), "the round tools of the load case");
     if (!load_case.node_factor.empty())
         require_size(load_case.node_factor.size(), mesh.points.size(), "the factor at the nodes of the load case");
     if (!load_case.node_shift.empty())

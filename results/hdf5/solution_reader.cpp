@@ -59,7 +59,7 @@ core::History read_history(const InputFile &file, const std::string &model, cons
 std::vector<core::PathPoint> read_path(const InputFile &file, const std::string &model, const core::Problem &problem) {
     const std::string group = path_group(model);
     const auto num_nodes = problem.body->mesh.points.size();
-    const auto num_constraints = problem.load_case.constraint_names.size();
+    const auto num_constraints = problem.load_case.num_constraints();
     const auto energy = file.dataset<double>(group + "/strain_energy");
     if (energy.empty() || energy.size() > problem.load_case.num_path_points())
         file.refuse(group, fmt::format("has {} points, and /load_case/path or /load_case/slow_history {}",
@@ -120,8 +120,8 @@ core::Solution read_solution_group(const InputFile &file, const std::string &mod
     if (solution.observed_error && file.has_attribute(group, "observed_stiffness"))
         solution.observed_error->stiffness = file.number(group, "observed_stiffness");
     solution.displacement = file.dataset<core::Vector3>(group + "/displacement", num_nodes);
-    solution.reaction = file.dataset<core::Vector3>(group + "/reaction", problem.load_case.constraint_names.size());
-    if (file.texts(group + "/reaction", "patches") != problem.load_case.constraint_names)
+    solution.reaction = file.dataset<core::Vector3>(group + "/reaction", problem.load_case.num_constraints());
+    if (file.texts(group + "/reaction", "patches") != problem.load_case.constraint_names())
         file.refuse(group + "/reaction", "attribute patches differs from the names of /load_case/constraint");
     if (file.has(group + "/edges")) {
         core::SpringNetwork &springs = solution.springs.emplace();

@@ -110,7 +110,7 @@ void write_solution_group(hdf5::OutputFile &file, const std::string &model, cons
     }
     file.dataset(group + "/displacement", solution.displacement, "m");
     file.dataset(group + "/reaction", solution.reaction, "N");
-    file.texts(group + "/reaction", "patches", load_case.constraint_names);
+    file.texts(group + "/reaction", "patches", load_case.constraint_names());
     if (!solution.path.empty())
         write_path(file, model, solution.path, load_case.slow_history.has_value());
     if (solution.history)

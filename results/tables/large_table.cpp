@@ -86,8 +86,8 @@ std::optional<core::Vector3> way_of(const core::LoadCase &load_case, const core:
         return load_case.press_depth * pressed.normalized();
     core::Vector3 way = core::Vector3::Zero();
     int facets = 0;
-    for (std::size_t f = 0; f < load_case.constraint.size(); ++f)
-        if (load_case.constraint[f] == constraint) {
+    for (int f = 0; f < load_case.num_facets(); ++f)
+        if (load_case.constraint_on(f) == constraint) {
             for (int c = 0; c < 3; ++c)
                 way[c] += std::isnan(load_case.value[f][c]) ? 0.0 : load_case.value[f][c];
             ++facets;
@@ -111,8 +111,7 @@ DeadLoad dead_load(const core::LoadCase &load_case, const core::TetraMesh &mesh)
     DeadLoad load;
     load.weight.assign(mesh.points.size(), 0.0);
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
-        if (load_case.condition[f] != core::FacetCondition::traction || load_case.follows_surface(f) ||
-            load_case.presses(f))
+        if (!load_case.is_loaded(f) || load_case.follows_surface(f) || load_case.presses(f))
             continue;
         const core::Vector3 force = core::area_vector(mesh, f).norm() * load_case.value[f];
         const auto part = core::linear_parts(load_case.round_load_on(f), core::corners_of(mesh, f));
@@ -155,10 +154,10 @@ std::vector<ForceCurve> force_curves(const Result &result) {
     const auto &load_case = result.problem.load_case;
     const auto &parts = load_case.slow_history ? load_case.slow_history->factors : load_case.path;
     std::vector<ForceCurve> curves;
-    for (int p = 0; p < static_cast<int>(load_case.constraint_names.size()); ++p)
+    for (int p = 0; p < load_case.num_constraints(); ++p)
         if (const auto way = way_of(load_case, result.problem.body->mesh, p))
             for (const auto &model : result.models) {
-                auto &curve = curves.emplace_back(ForceCurve{load_case.constraint_names[p], model.name, {}, {}});
+                auto &curve = curves.emplace_back(ForceCurve{load_case.constraint_names()[p], model.name, {}, {}});
                 for (std::size_t k = 0; k < model.solution.path.size(); ++k) {
                     curve.way.push_back(parts[k] * way->norm());
                     curve.force.push_back(model.solution.path[k].reaction[p].dot(way->normalized()));

@@ -121,9 +121,9 @@ std::set<std::string> names_where(std::span<const Result> results, const std::fu
 bool is_pressure_on_whole_surface(const core::LoadCase &load_case, const core::TetraMesh &mesh) {
     bool has_traction = false;
     for (int triangle = 0; triangle < mesh.num_boundary_triangles(); ++triangle) {
-        if (load_case.condition[triangle] == core::FacetCondition::free)
+        if (load_case.is_free(triangle))
             return false;
-        if (load_case.condition[triangle] != core::FacetCondition::traction)
+        if (!load_case.is_loaded(triangle))
             continue;
         const auto &traction = load_case.value[triangle];
         const auto area = core::area_vector(mesh, triangle);

@@ -115,11 +115,11 @@ bool has_several_poisson_ratios(std::span<const Result> results) {
 
 std::optional<double> told_reaction_error(const core::Comparison &comparison, const Result &result) {
     const auto &load_case = result.problem.load_case;
-    bool is_given = load_case.constraint_names.size() == 1;
-    for (std::size_t facet = 0; facet < load_case.constraint.size(); ++facet)
-        if (load_case.constraint[facet] >= 0) {
+    bool is_given = load_case.num_constraints() == 1;
+    for (int facet = 0; facet < load_case.num_facets(); ++facet)
+        if (load_case.constraint_on(facet) >= 0) {
             const auto &value = load_case.value[facet];
-            is_given = is_given && !load_case.presses(static_cast<int>(facet)) &&
+            is_given = is_given && !load_case.presses(facet) &&
                        std::ranges::none_of(value, [](double component) { return std::abs(component) > 0.0; });
         }
     return is_given || std::isnan(comparison.reaction_error) ? std::nullopt : std::optional(comparison.reaction_error);

@@ -14,23 +14,15 @@ namespace livermark::server {
 
 namespace {
 
-core::LoadCase support_only(const core::LoadCase &load_case) {
-    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    const auto num_facets = load_case.condition.size();
-    core::LoadCase constrained;
+core::LoadCase support_only(const core::LoadCase &load_case, const core::TetraMesh &mesh) {
+    std::vector<int> held;
+    for (int f = 0; f < load_case.num_facets(); ++f)
+        if (load_case.is_constrained(f) && load_case.value[f] == core::Vector3::Zero())
+            held.push_back(f);
+    auto constrained = core::with_free_surface({}, mesh);
     constrained.name = load_case.name + ", constraints only";
     constrained.title = load_case.title;
-    constrained.constraint_names = {"constrained"};
-    constrained.condition.assign(num_facets, core::FacetCondition::free);
-    constrained.value.assign(num_facets, core::Vector3::Constant(nan));
-    constrained.constraint.assign(num_facets, -1);
-    for (std::size_t f = 0; f < num_facets; ++f)
-        if (load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
-            load_case.value[f] == core::Vector3::Zero()) {
-            constrained.condition[f] = core::FacetCondition::prescribed_displacement;
-            constrained.value[f] = core::Vector3::Zero();
-            constrained.constraint[f] = 0;
-        }
+    constrained.put({"constrained"}, held, core::Vector3::Zero());
     return constrained;
 }
 
@@ -43,8 +35,8 @@ LiveBody open_live_body(const std::filesystem::path &folder, const Fields &query
         throw support::InputError(
             fmt::format("{}: there is no such result file here; choose one of the list", support::shown(name)));
     auto [body, load_case] = results::read_result(*path).problem;
-    auto constrained = support_only(load_case);
-    if (std::ranges::all_of(constrained.constraint, [](int constraint) { return constraint < 0; }))
+    auto constrained = support_only(load_case, body->mesh);
+    if (std::ranges::all_of(constrained.condition_on, [](int condition) { return condition < 0; }))
         throw support::InputError(
             fmt::format("{}: its load case {} does not fix any part of the surface, and the body "
                         "would fly away; choose a result of a load case that does, such as palpation",

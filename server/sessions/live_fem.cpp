@@ -55,9 +55,9 @@ core::RoundLoad round_load(const Row &row) {
 /// @param factor  of all tractions
 core::LoadCase with_tractions(core::LoadCase load_case, const core::RoundLoad &shape, std::span<const Row> rows,
                               double factor) {
-    const auto num_facets = static_cast<int>(load_case.condition.size());
-    load_case.round_loads = {shape};
-    load_case.round_load.assign(num_facets, -1);
+    const auto num_facets = load_case.num_facets();
+    const auto pressed = static_cast<int>(load_case.conditions.size());
+    load_case.conditions.push_back({"probe", core::ConditionKind::traction, shape});
     std::vector<bool> is_taken(num_facets, false);
     for (std::size_t r = 0; r < rows.size(); ++r) {
         const auto [number, x, y, z] = rows[r];
@@ -72,11 +72,10 @@ core::LoadCase with_tractions(core::LoadCase load_case, const core::RoundLoad &s
             throw support::InputError(
                 fmt::format("row {}: facet {} has a traction already; send the sum of the two", r, facet));
         is_taken[facet] = true;
-        if (load_case.condition[facet] != core::FacetCondition::free)
+        if (!load_case.is_free(facet))
             continue; // what pulls at all that is constrained moves nothing
-        load_case.condition[facet] = core::FacetCondition::traction;
+        load_case.condition_on[facet] = pressed;
         load_case.value[facet] = factor * traction;
-        load_case.round_load[facet] = 0;
     }
     return load_case;
 }

@@ -14,8 +14,8 @@ namespace livermark::server {
 Session live_springs(const std::filesystem::path &folder, const Fields &query) {
     const auto opened = open_live_body(folder, query);
     std::vector<bool> is_constrained;
-    for (const int constraint : opened.constrained.constraint)
-        is_constrained.push_back(constraint >= 0);
+    for (const int condition : opened.constrained.condition_on)
+        is_constrained.push_back(condition >= 0);
     return [scene = std::make_shared<live::Scene>(*opened.body, is_constrained)](const Message &message) {
         if (!message.is_binary)
             return Message{.is_binary = false, .bytes = live::joined_spring_names()};

@@ -160,8 +160,8 @@ core::Vector3 press_of(const core::LoadCase &load_case) {
     if (load_case.touching)
         return load_case.touching->press;
     core::Vector3 press = core::Vector3::Zero();
-    for (std::size_t f = 0; f < load_case.value.size(); ++f)
-        if (load_case.constraint[f] == load_case.tool->constraint && load_case.value[f].norm() > press.norm())
+    for (int f = 0; f < load_case.num_facets(); ++f)
+        if (load_case.constraint_on(f) == load_case.tool->constraint && load_case.value[f].norm() > press.norm())
             press = load_case.value[f];
     return press;
 }

@@ -42,17 +42,12 @@ class Random {
 };
 
 core::LoadCase constrained_only(const core::TetraMesh &mesh, int patch) {
-    core::LoadCase load_case;
-    load_case.condition.assign(mesh.boundary_triangles.size(), core::FacetCondition::free);
-    load_case.value.assign(mesh.boundary_triangles.size(), Vector3::Constant(std::numeric_limits<double>::quiet_NaN()));
-    load_case.constraint.assign(mesh.boundary_triangles.size(), -1);
-    load_case.constraint_names = {mesh.patch_names[patch]};
+    std::vector<int> held;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (mesh.boundary_patch[f] == patch) {
-            load_case.condition[f] = core::FacetCondition::prescribed_displacement;
-            load_case.value[f] = Vector3::Zero();
-            load_case.constraint[f] = 0;
-        }
+        if (mesh.boundary_patch[f] == patch)
+            held.push_back(f);
+    auto load_case = core::with_free_surface({}, mesh);
+    load_case.put({mesh.patch_names[patch]}, held, Vector3::Zero());
     return load_case;
 }
 
@@ -68,7 +63,7 @@ std::vector<core::LoadCase> random_patch_loads(const core::TetraMesh &mesh, cons
     const auto at_rest = constrained_only(mesh, static_cast<int>(found - mesh.patch_names.begin()));
     std::vector<int> free;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (at_rest.condition[f] == core::FacetCondition::free)
+        if (at_rest.is_free(f))
             free.push_back(f);
     if (free.empty())
         throw support::InputError(fmt::format("all of the surface belongs to patch '{}'; constrain a smaller one "
@@ -84,12 +79,12 @@ std::vector<core::LoadCase> random_patch_loads(const core::TetraMesh &mesh, cons
         const Vector3 normal = area_vector(mesh, middle).normalized();
         const double radius = smallest_radius + (largest_radius - smallest_radius) * random.uniform();
         const Vector3 traction = random.direction();
-        for (const int f : free)
-            if ((load_cases::facet_centroid(mesh, f) - centre).norm() <= radius &&
-                area_vector(mesh, f).normalized().dot(normal) >= least_cosine) {
-                load_case.condition[f] = core::FacetCondition::traction;
-                load_case.value[f] = traction;
-            }
+        std::vector<int> disc;
+        std::ranges::copy_if(free, std::back_inserter(disc), [&](int f) {
+            return (load_cases::facet_centroid(mesh, f) - centre).norm() <= radius &&
+                   area_vector(mesh, f).normalized().dot(normal) >= least_cosine;
+        });
+        load_case.put({load_case.name, core::ConditionKind::traction}, disc, traction);
         loads.push_back(std::move(load_case));
     }
     return loads;

@@ -33,7 +33,7 @@ core::Model outside_model(const ScoreOptions &options, const std::vector<core::V
             .prepare = core::solves_each([=](const core::Problem &problem) {
                 core::Solution solution;
                 solution.displacement = displacement;
-                solution.reaction.assign(problem.load_case.constraint_names.size(), core::Vector3::Constant(nan));
+                solution.reaction.assign(problem.load_case.num_constraints(), core::Vector3::Constant(nan));
                 solution.strain_energy = nan;
                 solution.setup_seconds = solution.solve_seconds = nan;
                 solution.degrees_of_freedom = static_cast<std::int64_t>(3 * displacement.size());

@@ -27,8 +27,8 @@ constexpr double step_error = 1e-3;
 constexpr int num_corrections = 2; ///< of what holds a body, after the first guess
 
 core::LoadCase with_held(core::LoadCase load_case, double factor) {
-    for (std::size_t f = 0; f < load_case.value.size(); ++f)
-        if (load_case.condition[f] == core::FacetCondition::traction)
+    for (int f = 0; f < load_case.num_facets(); ++f)
+        if (load_case.is_loaded(f))
             load_case.value[f] *= factor;
     return load_case;
 }

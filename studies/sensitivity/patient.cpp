@@ -64,8 +64,8 @@ std::vector<int> tumour_regions(const core::Body &body) {
 
 std::vector<int> held_facets(const core::LoadCase &load_case) {
     std::vector<int> held;
-    for (int f = 0; f < static_cast<int>(load_case.condition.size()); ++f)
-        if (load_case.condition[f] == core::FacetCondition::prescribed_displacement && load_case.value[f].isZero(0.0))
+    for (int f = 0; f < load_case.num_facets(); ++f)
+        if (load_case.is_constrained(f) && load_case.value[f].isZero(0.0))
             held.push_back(f);
     return held;
 }
@@ -78,9 +78,8 @@ core::LoadCase with_held_share(core::LoadCase load_case, const core::TetraMesh &
     double area = 0.0;
     for (const int f : facets) {
         if (area >= wanted) {
-            load_case.condition[f] = core::FacetCondition::free;
+            load_case.free_facet(f);
             load_case.value[f].setConstant(std::numeric_limits<double>::quiet_NaN());
-            load_case.constraint[f] = -1;
         }
         area += core::area_vector(mesh, f).norm();
     }
@@ -90,7 +89,7 @@ core::LoadCase with_held_share(core::LoadCase load_case, const core::TetraMesh &
 bool has_movable_tool(const core::LoadCase &load_case) {
     auto definition = definition_of(load_case);
     const auto discs = discs_of(definition);
-    return load_case.round_loads.size() == 1 && discs.size() == 1 &&
+    return load_case.round_loads().size() == 1 && discs.size() == 1 &&
            !support::optional_flag(*discs.front(), "opposite");
 }
 
@@ -98,7 +97,7 @@ core::LoadCase with_tool_moved(const core::LoadCase &load_case, const core::Tetr
                                const Eigen::Vector2d &offset) {
     auto definition = definition_of(load_case);
     auto &disc = *discs_of(definition).front();
-    const Vector3 middle = load_case.round_loads.front().middle;
+    const Vector3 middle = load_case.round_loads().front().middle;
     const auto nearest = load_cases::nearest_point(load_cases::all_facets(mesh), mesh, middle);
     const auto [first, second] = along_surface(core::area_vector(mesh, nearest.facet).normalized());
     const Vector3 moved = middle + offset.x() * first + offset.y() * second;

@@ -82,12 +82,8 @@ template <class Value> void extend(std::vector<Value> &values, std::size_t size,
 
 core::LoadCase on_layer(core::LoadCase load_case, const core::TetraMesh &mesh) {
     const auto num_facets = mesh.boundary_triangles.size(), num_nodes = mesh.points.size();
-    load_case.condition.resize(num_facets, core::FacetCondition::free);
+    load_case.condition_on.resize(num_facets, -1);
     load_case.value.resize(num_facets, Vector3::Constant(std::numeric_limits<double>::quiet_NaN()));
-    load_case.constraint.resize(num_facets, -1);
-    extend(load_case.follows, num_facets, std::uint8_t{0});
-    extend(load_case.round_load, num_facets, -1);
-    extend(load_case.load, num_facets, -1);
     extend(load_case.node_factor, num_nodes, 1.0);
     const Vector3 nowhere = Vector3::Zero();
     extend(load_case.node_shift, num_nodes, nowhere);

@@ -123,7 +123,7 @@ void expect_refusals(Report &report) {
     const auto good = rod(0.3);
     refuses(good, 3, "degree 3");
     auto other_mesh = good;
-    other_mesh.load_case.condition.pop_back();
+    other_mesh.load_case.condition_on.pop_back();
     refuses(other_mesh, 1, "a load case of another mesh");
     auto body = *good.body;
     body.mesh.boundary_triangles[1] = body.mesh.boundary_triangles[0];

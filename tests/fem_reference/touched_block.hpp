@@ -20,8 +20,8 @@ inline core::Problem touched_block(double friction, const core::Vector3 &press,
                                             .press = press,
                                             .slide = slide,
                                             .friction = friction,
-                                            .constraint = static_cast<int>(load_case.constraint_names.size())};
-    load_case.constraint_names.emplace_back("touch");
+                                            .constraint = load_case.num_constraints()};
+    load_case.conditions.push_back({"touch", core::ConditionKind::touch});
     load_case.regime = core::Regime::large;
     return {body, load_case};
 }

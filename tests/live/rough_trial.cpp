@@ -25,9 +25,8 @@ TrialBody under_palpation(core::Body body) {
     TrialBody trial{std::move(body), {}};
     const auto load_case =
         load_cases::read_load_case(LIVERMARK_SOURCE_DIR "/load_cases/palpation.toml", trial.body.mesh);
-    for (std::size_t f = 0; f < load_case.condition.size(); ++f)
-        trial.is_constrained.push_back(load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
-                                       load_case.value[f].isZero(0.0));
+    for (int f = 0; f < load_case.num_facets(); ++f)
+        trial.is_constrained.push_back(load_case.is_constrained(f) && load_case.value[f].isZero(0.0));
     return trial;
 }
 

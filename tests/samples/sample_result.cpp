@@ -1,5 +1,6 @@
 #include "tests/samples/sample_result.hpp"
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -33,20 +34,17 @@ core::Problem sample_problem(int num_bricks) {
     prescribe(load_case, body->mesh, "x_min", {0.0, 0.0, 0.0});
     prescribe(load_case, body->mesh, "z_max", {nan, nan, 1e-3});
     pull(load_case, body->mesh, "x_max", {120.0, 0.0, -3.0});
-    for (int e = 2; e <= 9; ++e) // and nothing pulls there
-        load_case.load_names.push_back("glove " + std::to_string(e));
+    load_case.conditions.back().kind = core::ConditionKind::pressure;
+    for (int e = 2, f = load_case.num_facets() - 1; e <= 9; --f) // and nothing pulls there
+        if (load_case.is_free(f)) {
+            load_case.put({"glove " + std::to_string(e), core::ConditionKind::traction,
+                           core::RoundLoad{{1.0 / 3.0, 0.1 * (e - 1), -0.2}, 0.07 * (e - 1)}},
+                          std::array{f}, core::Vector3::Zero());
+            ++e;
+        }
     load_case.acceleration = {0.0, 0.0, -9.81};
     load_case.press_depth = 2e-3; // and nowhere does anything press
     load_case.path = {0.2, 0.4, 0.6, 0.8, 1.0};
-    load_case.follows.assign(load_case.condition.size(), 0);
-    for (std::size_t f = 0; f < load_case.condition.size(); ++f)
-        load_case.follows[f] = load_case.condition[f] == core::FacetCondition::traction ? 1 : 0;
-    for (int d = 1; d <= 8; ++d)
-        load_case.round_loads.push_back({{1.0 / 3.0, 0.1 * d, -0.2}, 0.07 * d});
-    load_case.round_load.assign(load_case.condition.size(), -1);
-    for (std::size_t f = 0; f < load_case.condition.size(); ++f)
-        if (load_case.condition[f] == core::FacetCondition::traction)
-            load_case.round_load[f] = static_cast<int>(f % 8);
     load_case.node_factor.assign(body->mesh.points.size(), 1.0);
     load_case.node_factor.back() = 0.5;
     load_case.node_shift.assign(body->mesh.points.size(), core::Vector3::Zero());

@@ -79,54 +79,40 @@ std::shared_ptr<const core::Body> make_body(core::TetraMesh mesh, const core::Ma
     return body;
 }
 
+namespace {
+
+std::vector<int> facets_of(const core::TetraMesh &mesh, const std::string &patch) {
+    std::vector<int> facets;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
+        if (mesh.boundary_patch[f] == patch_index(mesh, patch))
+            facets.push_back(f);
+    return facets;
+}
+
+} // namespace
+
 core::LoadCase empty_load_case(const core::TetraMesh &mesh) {
-    core::LoadCase load_case;
+    auto load_case = core::with_free_surface({}, mesh);
     load_case.name = "test_load_case";
-    load_case.condition.assign(mesh.boundary_triangles.size(), core::FacetCondition::free);
-    load_case.value.assign(mesh.boundary_triangles.size(),
-                           core::Vector3::Constant(std::numeric_limits<double>::quiet_NaN()));
-    load_case.constraint.assign(mesh.boundary_triangles.size(), -1);
     return load_case;
 }
 
 void prescribe(core::LoadCase &load_case, const core::TetraMesh &mesh, const std::string &patch,
                const core::Vector3 &displacement) {
-    const int wanted = patch_index(mesh, patch);
-    const int constraint = static_cast<int>(load_case.constraint_names.size());
-    load_case.constraint_names.push_back(patch);
-    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (mesh.boundary_patch[f] == wanted) {
-            load_case.condition[f] = core::FacetCondition::prescribed_displacement;
-            load_case.value[f] = displacement;
-            load_case.constraint[f] = constraint;
-        }
+    load_case.put({patch}, facets_of(mesh, patch), displacement);
 }
 
 void pull(core::LoadCase &load_case, const core::TetraMesh &mesh, const std::string &patch,
           const core::Vector3 &traction) {
-    const int wanted = patch_index(mesh, patch);
-    load_case.load.resize(mesh.boundary_triangles.size(), -1);
-    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (mesh.boundary_patch[f] == wanted) {
-            load_case.condition[f] = core::FacetCondition::traction;
-            load_case.value[f] = traction;
-            load_case.load[f] = static_cast<int>(load_case.load_names.size());
-        }
-    load_case.load_names.push_back(patch);
+    load_case.put({patch, core::ConditionKind::traction}, facets_of(mesh, patch), traction);
 }
 
 void press(core::LoadCase &load_case, const core::TetraMesh &mesh, const std::string &patch,
            const core::Vector3 &direction, double depth) {
     double area = 0.0;
-    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (mesh.boundary_patch[f] == patch_index(mesh, patch))
-            area += area_vector(mesh, f).norm();
-    prescribe(load_case, mesh, patch, core::Vector3::Zero()); // names the place
-    for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (mesh.boundary_patch[f] == patch_index(mesh, patch)) {
-            load_case.condition[f] = core::FacetCondition::traction;
-            load_case.value[f] = direction.normalized() / area;
-        }
+    for (const int f : facets_of(mesh, patch))
+        area += area_vector(mesh, f).norm();
+    load_case.put({patch, core::ConditionKind::press}, facets_of(mesh, patch), direction.normalized() / area);
     load_case.press_depth = depth;
 }
 

@@ -30,8 +30,8 @@ inline core::Problem touched_block(const TouchedBlock &block = {}) {
                                             .start = top + block.aside,
                                             .press = block.press,
                                             .friction = block.friction,
-                                            .constraint = static_cast<int>(load_case.constraint_names.size())};
-    load_case.constraint_names.emplace_back("touch");
+                                            .constraint = load_case.num_constraints()};
+    load_case.conditions.push_back({"touch", core::ConditionKind::touch});
     return {body, load_case};
 }
 

@@ -160,7 +160,7 @@ Vector3 total_load(const core::Problem &problem) {
     for (std::size_t t = 0; t < volumes.size(); ++t)
         load += volumes[t] * problem.body->materials[mesh.region[t]].density * problem.load_case.acceleration;
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (problem.load_case.condition[f] == core::FacetCondition::traction && !problem.load_case.presses(f))
+        if (problem.load_case.is_loaded(f) && !problem.load_case.presses(f))
             load += core::area_vector(mesh, f).norm() * problem.load_case.value[f];
     return load;
 }
@@ -169,7 +169,7 @@ Vector3 total_load(const core::Problem &problem) {
 double size_of_tractions(const core::Problem &problem) {
     double size = 0.0;
     for (int f = 0; f < problem.body->mesh.num_boundary_triangles(); ++f)
-        if (problem.load_case.condition[f] == core::FacetCondition::traction && !problem.load_case.presses(f))
+        if (problem.load_case.is_loaded(f) && !problem.load_case.presses(f))
             size += area_vector(problem.body->mesh, f).norm() * problem.load_case.value[f].norm();
     return size;
 }

@@ -65,7 +65,7 @@ double order_of_force(const core::Body &body, const core::LoadCase &load_case) {
     if (const auto &ball = load_case.touching)
         area = std::numbers::pi * ball->radius * ball->press.norm();
     for (int f = 0; f < body.mesh.num_boundary_triangles(); ++f)
-        if (load_case.constraint[f] == load_case.tool->constraint)
+        if (load_case.constraint_on(f) == load_case.tool->constraint)
             area += core::area_vector(body.mesh, f).norm();
     for (const auto &material : body.materials)
         modulus = std::max(modulus, material.young_modulus);

@@ -43,14 +43,13 @@ Discretisation discretise(const core::TetraMesh &mesh, int degree) {
 
 std::vector<Vector3> prescribed_displacement(const core::LoadCase &load_case, const Discretisation &fem) {
     std::vector<Vector3> value(fem.points.size(), Vector3::Constant(std::numeric_limits<double>::quiet_NaN()));
-    for (int constraint = 0; constraint < static_cast<int>(load_case.constraint_names.size()); ++constraint)
-        for (std::size_t f = 0; f < fem.facets.size(); ++f)
-            if (load_case.constraint[f] == constraint && !load_case.presses(static_cast<int>(f)))
+    for (int constraint = 0; constraint < load_case.num_constraints(); ++constraint)
+        for (int f = 0; f < load_case.num_facets(); ++f)
+            if (load_case.constraint_on(f) == constraint && !load_case.presses(f))
                 for (std::size_t k = 0; k < fem.facets[f].size(); ++k) {
                     const auto &nodes = fem.facets[f];
                     const int a = nodes[k % 3], b = k < 3 ? a : nodes[(k + 1) % 3];
-                    const Vector3 prescribed = 0.5 * (load_case.prescribed_at(static_cast<int>(f), a) +
-                                                      load_case.prescribed_at(static_cast<int>(f), b));
+                    const Vector3 prescribed = 0.5 * (load_case.prescribed_at(f, a) + load_case.prescribed_at(f, b));
                     for (int i = 0; i < 3; ++i)
                         if (std::isnan(value[nodes[k]][i]))
                             value[nodes[k]][i] = prescribed[i];
@@ -62,7 +61,7 @@ std::vector<Vector3> traction_forces(const core::TetraMesh &mesh, const core::Lo
                                      const Discretisation &fem) {
     std::vector<Vector3> force(fem.points.size(), Vector3::Zero());
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (load_case.condition[f] == core::FacetCondition::traction) {
+        if (load_case.is_loaded(f)) {
             const Vector3 whole = core::area_vector(mesh, f).norm() * load_case.value[f];
             const auto *load = load_case.round_load_on(f);
             const auto corners = core::corners_of(mesh, f);

@@ -34,11 +34,12 @@ TEST(LoadScaling, MultipliesAllThatDrivesAndLeavesTheRest) {
     const auto twice = core::scaled(core::scaled(load_case, 0.5), 4.0);
     EXPECT_EQ(twice.load_scale, 2.0);
     EXPECT_EQ(twice.acceleration, core::Vector3(0.0, 0.0, -19.62));
-    EXPECT_EQ(twice.condition, load_case.condition);
+    EXPECT_EQ(twice.condition_on, load_case.condition_on);
+    EXPECT_EQ(twice.conditions, load_case.conditions);
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (load_case.condition[f] == core::FacetCondition::traction) {
+        if (load_case.is_loaded(f)) {
             EXPECT_EQ(twice.value[f], core::Vector3(20.0, 0.0, -8.0));
-        } else if (load_case.condition[f] == core::FacetCondition::prescribed_displacement) {
+        } else if (load_case.is_constrained(f)) {
             EXPECT_EQ(twice.value[f].x(), 0.0);
             EXPECT_TRUE(std::isnan(twice.value[f].y()));
             EXPECT_EQ(twice.value[f].z(), 0.002);
@@ -82,11 +83,9 @@ TEST(LoadScaling, NothingDrivesWhatIsOnlyConstrained) {
 core::LoadCase example() {
     core::LoadCase load_case;
     load_case.name = "example";
-    load_case.condition = {core::FacetCondition::prescribed_displacement, core::FacetCondition::traction,
-                           core::FacetCondition::free};
+    load_case.conditions = {{"base"}, {"end", core::ConditionKind::traction}};
+    load_case.condition_on = {0, 1, -1};
     load_case.value = {{0.0, 0.0, nan}, {1.0, 2.0, 3.0}, {nan, nan, nan}};
-    load_case.constraint_names = {"base"};
-    load_case.constraint = {0, -1, -1};
     return load_case;
 }
 
@@ -118,7 +117,7 @@ TEST(LoadCasesThatHoldTheSame, MayDifferInLoadsAndInHowFarTheyMove) {
     other.value[0].z() = 0.0;
     EXPECT_FALSE(core::constrain_the_same(example(), other));
     other = example();
-    other.condition[1] = core::FacetCondition::prescribed_displacement;
+    other.conditions[1].kind = core::ConditionKind::displacement;
     EXPECT_FALSE(core::constrain_the_same(example(), other));
     EXPECT_TRUE(core::constrains_all_of(other, example()));
     EXPECT_FALSE(core::constrains_all_of(example(), other));

@@ -57,7 +57,7 @@ TEST(LocalRefinement, LeavesAMeshThatFitsTogether) {
         EXPECT_NEAR(volume(fine), volume(coarse), 1e-14);
         EXPECT_GT(std::ranges::min(core::tetrahedron_volumes(fine)), 0.0);
         EXPECT_TRUE(std::equal(coarse.points.begin(), coarse.points.end(), fine.points.begin()));
-        EXPECT_EQ(refined.load_case.condition.size(), fine.boundary_triangles.size());
+        EXPECT_EQ(refined.load_case.num_facets(), fine.boundary_triangles.size());
     }
 }
 
@@ -94,15 +94,16 @@ TEST(LocalRefinement, KeepsWhatIsPrescribedLinearBetweenNodes) {
 /// Every part has the condition of its parent, so the loads are the same.
 TEST(LocalRefinement, KeepsAreasOfConditions) {
     auto problem = pressed_box();
-    problem.load_case.follows.assign(problem.load_case.condition.size(), 0);
-    for (std::size_t f = 0; f < problem.load_case.follows.size(); f += 2)
-        problem.load_case.follows[f] = 1;
+    auto &load_case = problem.load_case;
+    load_case.conditions.push_back({"end", core::ConditionKind::pressure});
+    for (int f = 0; f < load_case.num_facets(); f += 2)
+        if (load_case.is_loaded(f))
+            load_case.condition_on[f] = static_cast<int>(load_case.conditions.size()) - 1;
     const auto refined = core::refine_at_rims(problem, 2);
     const auto areas = [](const core::Problem &of) {
-        std::map<std::array<int, 3>, double> area;
+        std::map<int, double> area;
         for (int f = 0; f < of.body->mesh.num_boundary_triangles(); ++f)
-            area[{static_cast<int>(of.load_case.condition[f]), of.load_case.constraint[f],
-                  static_cast<int>(of.load_case.follows[f])}] += core::area_vector(of.body->mesh, f).norm();
+            area[of.load_case.condition_on[f]] += core::area_vector(of.body->mesh, f).norm();
         return area;
     };
     const auto before = areas(problem), after = areas(refined);

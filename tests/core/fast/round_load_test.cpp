@@ -24,13 +24,10 @@ core::Problem box_under_a_tool() {
     auto load_case = tests::empty_load_case(body->mesh);
     tests::prescribe(load_case, body->mesh, "z_min", Vector3::Zero());
     tests::pull(load_case, body->mesh, "z_max", {0.0, 0.0, -100.0});
-    load_case.round_loads = {tool};
-    load_case.round_load.assign(load_case.condition.size(), -1);
+    load_case.conditions.back().round = tool;
     for (int f = 0; f < body->mesh.num_boundary_triangles(); ++f)
-        if (load_case.condition[f] == core::FacetCondition::traction) {
-            load_case.round_load[f] = 0;
+        if (load_case.is_loaded(f))
             load_case.value[f] *= core::mean_height(tool, core::corners_of(body->mesh, f));
-        }
     return {body, load_case};
 }
 
@@ -64,7 +61,7 @@ std::array<Vector3, 2> force_and_moment(const core::Problem &problem) {
     std::array<Vector3, 2> sum{Vector3::Zero(), Vector3::Zero()};
     const auto &[body, load_case] = problem;
     for (int f = 0; f < body->mesh.num_boundary_triangles(); ++f) {
-        if (load_case.condition[f] != core::FacetCondition::traction)
+        if (!load_case.is_loaded(f))
             continue;
         const Vector3 force = core::area_vector(body->mesh, f).norm() * load_case.value[f];
         const auto corners = core::corners_of(body->mesh, f);

@@ -25,9 +25,9 @@ TEST(ToolMotion, LetsGoOfItsPlaceAlone) {
     const auto problem = tests::tool_block();
     const auto free = core::let_go(problem.load_case);
     int num_free = 0;
-    for (std::size_t f = 0; f < free.condition.size(); ++f) {
-        const bool is_tool = problem.load_case.constraint[f] == 1;
-        EXPECT_EQ(free.condition[f], is_tool ? core::FacetCondition::free : problem.load_case.condition[f]);
+    for (int f = 0; f < free.num_facets(); ++f) {
+        const bool is_tool = problem.load_case.constraint_on(f) == 1;
+        EXPECT_EQ(free.condition_on[f], is_tool ? -1 : problem.load_case.condition_on[f]);
         num_free += is_tool ? 1 : 0;
     }
     EXPECT_EQ(num_free, 8);
@@ -39,8 +39,8 @@ TEST(ToolMotion, SlidesWithAllOfItsPlace) {
     problem.load_case.node_factor.assign(problem.body->mesh.points.size(), 0.5);
     const auto slid = core::with_slide(problem.load_case);
     EXPECT_TRUE(slid.node_factor.empty());
-    for (std::size_t f = 0; f < slid.condition.size(); ++f)
-        if (slid.constraint[f] == 1) {
+    for (int f = 0; f < slid.num_facets(); ++f)
+        if (slid.constraint_on(f) == 1) {
             EXPECT_EQ(slid.value[f], problem.load_case.tool->slide);
         }
 }

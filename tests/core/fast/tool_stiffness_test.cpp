@@ -31,7 +31,7 @@ struct Cube {
         core::Solution solution;
         for (const auto &point : mesh.points)
             solution.displacement.emplace_back(0.0, 0.0, scale * point.z());
-        for (std::size_t p = 0; p < load_case.constraint_names.size(); ++p)
+        for (int p = 0; p < load_case.num_constraints(); ++p)
             solution.reaction.emplace_back(0.0, 0.0, scale * (static_cast<double>(p) + 1.0));
         solution.strain_energy = scale * scale;
         return solution;
@@ -85,7 +85,7 @@ TEST(ToolStiffness, WeighsDisplacementsWithTheTractionAlongIt) {
     double part = 0.0;
     int node = -1;
     for (int f = 0; f < cube.mesh.num_boundary_triangles(); ++f)
-        if (cube.load_case.load[f] == 0) {
+        if (cube.load_case.load_on(f) == 0) {
             if (node < 0)
                 node = cube.mesh.boundary_triangles[f][0];
             for (const int corner : cube.mesh.boundary_triangles[f])
@@ -192,11 +192,7 @@ TEST(ToolStiffness, GoesAlongThePathAsFarAsTheSolution) {
 TEST(ToolStiffness, HasTheErrorWithinTwoRadii) {
     Cube cube;
     tests::pull(cube.load_case, cube.mesh, "z_max", {0.0, 0.0, 1.0});
-    cube.load_case.round_loads.push_back({{0.0, 0.0, 0.1}, 0.02});
-    cube.load_case.round_load.assign(cube.load_case.condition.size(), -1);
-    for (std::size_t f = 0; f < cube.load_case.condition.size(); ++f)
-        if (cube.load_case.load[f] == 0)
-            cube.load_case.round_load[f] = 0;
+    cube.load_case.conditions.back().round = core::RoundLoad{{0.0, 0.0, 0.1}, 0.02};
     const auto reference = cube.squeezed(1.0);
     auto solution = reference;
     std::vector<double> errors;
@@ -222,28 +218,11 @@ TEST(ToolPlace, HasTheRadiusOfARoundToolOrOfTheDiscOfItsArea) {
     EXPECT_EQ(places[1].drive, ToolDrive::displacement);
     EXPECT_EQ(places[1].constraint, 1);
     auto round = cube.load_case;
-    round.round_loads.push_back({{0.04, 0.03, 0.1}, 0.02});
-    round.round_load.assign(round.condition.size(), -1);
-    for (const int facet : places[0].facets)
-        round.round_load[facet] = 0;
+    round.conditions[round.condition_on[places[0].facets.front()]].round = core::RoundLoad{{0.04, 0.03, 0.1}, 0.02};
     const auto with_round = core::tool_places(cube.mesh, round);
     EXPECT_EQ(with_round[0].middle, Vector3(0.04, 0.03, 0.1));
     EXPECT_EQ(with_round[0].radius, 0.02);
     EXPECT_NEAR(core::radius_in_edges(with_round).value(), 0.02 / places[0].edge_length, 1e-14);
-}
-
-/// Files of earlier versions do not say which place a traction belongs to.
-TEST(ToolPlace, IsOneOfAllGivenTractionsWhereTheyHaveNoNames) {
-    Cube cube;
-    tests::pull(cube.load_case, cube.mesh, "z_max", {0.0, 0.0, 1.0});
-    tests::pull(cube.load_case, cube.mesh, "x_max", {1.0, 0.0, 0.0});
-    EXPECT_EQ(core::tool_places(cube.mesh, cube.load_case).size(), 2U);
-    cube.load_case.load_names.clear();
-    cube.load_case.load.clear();
-    const auto places = core::tool_places(cube.mesh, cube.load_case);
-    ASSERT_EQ(places.size(), 1U);
-    EXPECT_EQ(places[0].facets.size(), 36U);
-    EXPECT_EQ(places[0].name, "");
 }
 
 TEST(ObservedError, OfStiffnessAtTheToolIsExactForErrorsThatShrinkByOneFactor) {

@@ -134,9 +134,9 @@ TEST(TouchingTool, AnchorIsDraggedBySlipAndStaysOtherwise) {
 
 TEST(TouchingTool, IsPartOfWhatALoadCaseDoes) {
     core::LoadCase load_case;
-    load_case.condition = {core::FacetCondition::prescribed_displacement, core::FacetCondition::free};
+    load_case.conditions = {{"base"}};
+    load_case.condition_on = {0, -1};
     load_case.value = {Vector3::Zero(), Vector3::Zero()};
-    load_case.constraint = {0, -1};
     EXPECT_FALSE(core::is_driven(load_case));
     EXPECT_FALSE(load_case.may_touch(1));
     auto pressed = load_case;

@@ -93,7 +93,7 @@ TEST_F(OwnExperiment, IsReadInMetres) {
     EXPECT_EQ(body.materials.front().poisson_ratio, 0.49);
     const auto load_case = experiment.states[0].load_case(body.mesh);
     EXPECT_EQ(load_case.regime, core::Regime::large);
-    EXPECT_EQ(load_case.constraint_names.size(), 6u);
+    EXPECT_EQ(load_case.num_constraints(), 6);
 }
 
 /// A measurement that is the solution itself.

@@ -101,7 +101,7 @@ TEST(FemMixed, AgreesWithADenseSolve) {
             right_hand_side.segment<3>(3 * a) = system.mass_integral[a] * problem.load_case.acceleration;
         const auto num_local = system.nodes_per_facet;
         for (std::size_t k = 0; k < system.facet_nodes.size(); ++k)
-            if (problem.load_case.condition[k / num_local] == core::FacetCondition::traction)
+            if (problem.load_case.is_loaded(k / num_local))
                 right_hand_side.segment<3>(3 * system.facet_nodes[k]) +=
                     system.facet_integral[k] * problem.load_case.value[k / num_local];
         const auto prescribe = [&](Eigen::Index row, double value) {

@@ -55,12 +55,11 @@ struct CutOut {
         auto load_case = tests::empty_load_case(body->mesh);
         for (const auto *patch : {"x_min", "x_max", "y_min", "y_max", "z_min"})
             tests::prescribe(load_case, body->mesh, patch, Vector3::Zero());
-        load_case.constraint_names = {"touch"};
-        std::ranges::fill(load_case.constraint, -1);
+        load_case.conditions.push_back({"touch", core::ConditionKind::touch});
         load_case.touching = core::TouchingTool{.radius = HalfSpace::ball_radius,
                                                 .start = {0.0, 0.0, HalfSpace::ball_radius},
                                                 .press = {0.0, 0.0, -HalfSpace::depth},
-                                                .constraint = 0};
+                                                .constraint = load_case.num_constraints() - 1};
         problem = {body, load_case};
         for (const double radii : refined_in) {
             const core::InteriorPlace contact{Vector3::Zero(), space.contact_radius()};

@@ -22,7 +22,7 @@ core::Problem block_under_a_moving_ball(double friction, const Vector3 &slide) {
                                             .start = {0.05, 0.05, 0.06 + radius},
                                             .press = {0.0, 0.0, -0.005},
                                             .friction = friction,
-                                            .constraint = static_cast<int>(load_case.constraint_names.size())};
+                                            .constraint = load_case.num_constraints()};
     load_case.tool = core::ToolMotion{.constraint = load_case.touching->constraint,
                                       .press_until = 0.5,
                                       .slide = slide,
@@ -32,7 +32,7 @@ core::Problem block_under_a_moving_ball(double friction, const Vector3 &slide) {
                                       .num_frames = 36,
                                       .frame_interval = 0.05,
                                       .mass_damping = 20.0};
-    load_case.constraint_names.emplace_back("touch");
+    load_case.conditions.push_back({"touch", core::ConditionKind::touch});
     load_case.target_peak_displacement = 0.005;
     return {body, load_case};
 }

@@ -76,7 +76,7 @@ TEST(LiveDisc, SpreadsAForceAsTheLoadCaseOfThatRadiusDoes) {
     box.press(contact, {{0.017, 0.022, 0.01 + 0.9 * radius}, radius});
     auto load = no_load(box.surface);
     put_force(contact.disc, {0.0, 0.0, -2.0}, load);
-    const auto &tool = problem.load_case.round_loads.front();
+    const auto tool = problem.load_case.round_loads().front();
     EXPECT_NEAR((load.shape.middle - tool.middle).norm(), 0.0, 1e-12);
     EXPECT_EQ(load.shape.radius, tool.radius);
     for (std::size_t i = 0; i < expected.size(); ++i)

@@ -26,9 +26,8 @@ struct Place {
 /// What a load case holds still.
 std::vector<bool> constrained_facets(const core::LoadCase &load_case) {
     std::vector<bool> constrained;
-    for (std::size_t f = 0; f < load_case.condition.size(); ++f)
-        constrained.push_back(load_case.condition[f] == core::FacetCondition::prescribed_displacement &&
-                              load_case.value[f].isZero(0.0));
+    for (int f = 0; f < load_case.num_facets(); ++f)
+        constrained.push_back(load_case.is_constrained(f) && load_case.value[f].isZero(0.0));
     return constrained;
 }
 

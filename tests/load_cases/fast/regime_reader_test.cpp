@@ -27,7 +27,7 @@ TEST(Regime, IsSmallAndWithoutAPathUnlessTheFileSaysSo) {
     const auto load_case = parse_on_a_block("", "pressure = 300.0\n");
     EXPECT_EQ(load_case.regime, core::Regime::small);
     EXPECT_TRUE(load_case.path.empty());
-    EXPECT_TRUE(load_case.follows.empty());
+    EXPECT_FALSE(load_case.has(core::ConditionKind::pressure));
 }
 
 TEST(Regime, LargeHasFivePointsOrThoseOfTheFile) {
@@ -39,10 +39,10 @@ TEST(Regime, LargeHasFivePointsOrThoseOfTheFile) {
 TEST(Regime, AFollowerPressureIsThePressureAtRestWithAMark) {
     const auto dead = parse_on_a_block("regime = \"large\"\n", "pressure = 300.0\n");
     const auto follower = parse_on_a_block("regime = \"large\"\n", "follower_pressure = 300.0\n");
-    EXPECT_EQ(dead.condition, follower.condition);
+    EXPECT_EQ(dead.condition_on, follower.condition_on);
     int marked = 0;
-    for (int f = 0; f < static_cast<int>(dead.condition.size()); ++f) {
-        EXPECT_EQ(follower.follows_surface(f), follower.condition[f] == core::FacetCondition::traction);
+    for (int f = 0; f < dead.num_facets(); ++f) {
+        EXPECT_EQ(follower.follows_surface(f), follower.is_loaded(f));
         EXPECT_FALSE(dead.follows_surface(f));
         marked += follower.follows_surface(f) ? 1 : 0;
         if (follower.follows_surface(f)) {

@@ -45,7 +45,7 @@ Resultant resultant(const core::LoadCase &load_case, const core::TetraMesh &mesh
     Resultant result;
     const Vector3 middle(0.05, 0.05, 0.1);
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (load_case.condition[f] == core::FacetCondition::traction) {
+        if (load_case.is_loaded(f)) {
             const Vector3 force = area_vector(mesh, f).norm() * load_case.value[f];
             result.force += force;
             const auto corners = core::corners_of(mesh, f);
@@ -75,7 +75,7 @@ TEST(RoundTool, PressesToADepthWithOneNewtonOnEveryMesh) {
     for (const auto &mesh : two_meshes()) {
         const auto one = with_tool("round", "press = 0.004", mesh);
         EXPECT_EQ(one.press_depth, 0.004);
-        EXPECT_EQ(one.constraint_names, (std::vector<std::string>{"z_min", "tool"}));
+        EXPECT_EQ(one.constraint_names(), (std::vector<std::string>{"z_min", "tool"}));
         const auto pressed = resultant(one, mesh);
         EXPECT_LT((pressed.force + Vector3::UnitZ()).norm(), 1e-12);
         EXPECT_NEAR(pressed.second_moment, 0.4 * radius * radius, 1e-3 * radius * radius);
@@ -99,7 +99,7 @@ TEST(RoundTool, SinksInAsDeepOnTheMeanOnEveryMesh) {
         ASSERT_EQ(load_case.node_factor.size(), mesh.points.size());
         double mean = 0.0, wanted = 0.0, area = 0.0;
         for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
-            if (load_case.constraint[f] != 1)
+            if (load_case.constraint_on(f) != 1)
                 continue;
             EXPECT_LT((load_case.value[f] + 0.004 * Vector3::UnitZ()).norm(), 1e-12);
             const auto &corners = mesh.boundary_triangles[f];
@@ -136,10 +136,10 @@ TEST(RoundTool, KeepsApartFromWhatMovesItsNodesOtherwise) {
     ASSERT_EQ(load_case.yielded.size(), 1U);
     std::vector<int> owner(mesh.points.size(), -1);
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        if (load_case.constraint[f] >= 1)
+        if (load_case.constraint_on(f) >= 1)
             for (const int node : mesh.boundary_triangles[f]) {
-                EXPECT_TRUE(owner[node] < 0 || owner[node] == load_case.constraint[f]);
-                owner[node] = load_case.constraint[f];
+                EXPECT_TRUE(owner[node] < 0 || owner[node] == load_case.constraint_on(f));
+                owner[node] = load_case.constraint_on(f);
             }
 }
 

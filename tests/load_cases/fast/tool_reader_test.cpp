@@ -43,7 +43,7 @@ std::string with_other_words(std::string text, const std::string &what, const st
 TEST(Tool, MovesThePlaceThatItNames) {
     const auto load_case = parse_poke(poke_conditions + poking_tool);
     ASSERT_TRUE(load_case.tool);
-    EXPECT_EQ(load_case.constraint_names[load_case.tool->constraint], "finger");
+    EXPECT_EQ(load_case.constraint_names()[load_case.tool->constraint], "finger");
     EXPECT_EQ(load_case.tool->num_frames, 96);
     EXPECT_DOUBLE_EQ(load_case.tool->frame_interval, 1.0 / 60.0);
     EXPECT_EQ(load_case.tool->slide, core::Vector3(0.0, 0.01, 0.0));
@@ -79,12 +79,12 @@ TEST(MovingBall, BeginsWhereItTouchesThePlaceThatItsToolPushes) {
     ASSERT_TRUE(ball.touching);
     EXPECT_EQ(ball.touching->radius, 0.012);
     EXPECT_EQ(ball.touching->friction, 0.3);
-    EXPECT_EQ(ball.constraint_names[ball.touching->constraint], "finger");
+    EXPECT_EQ(ball.constraint_names()[ball.touching->constraint], "finger");
     EXPECT_LT((ball.touching->start - core::Vector3(0.112, 0.05, 0.05)).norm(), 1e-9);
     EXPECT_LT((ball.touching->press - core::Vector3(-0.01, 0.0, 0.0)).norm(), 1e-15);
     EXPECT_EQ(ball.touching->constraint, ball.tool->constraint);
     for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
-        EXPECT_NE(ball.constraint[f], ball.tool->constraint) << "the place is not free";
+        EXPECT_NE(ball.constraint_on(f), ball.tool->constraint) << "the place is not free";
 }
 
 TEST(MovingBall, IsRefusedWhereItsToolIsNoneOrPushesNothing) {

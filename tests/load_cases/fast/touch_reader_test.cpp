@@ -43,7 +43,7 @@ TEST(Touch, BallJustTouchesTheBodyAtRestAndSinksIn) {
     EXPECT_LT((ball.start - Vector3(0.05, 0.05, 0.12)).norm(), 1e-9);
     EXPECT_LT((ball.press - Vector3(0.0, 0.0, -0.01)).norm(), 1e-15);
     EXPECT_EQ(ball.friction, 0.3);
-    EXPECT_EQ(load_case.constraint_names.at(ball.constraint), "touch");
+    EXPECT_EQ(load_case.constraint_names().at(ball.constraint), "touch");
     EXPECT_EQ(load_case.target_peak_displacement, 0.01);
     EXPECT_TRUE(core::is_driven(load_case));
     const auto places = core::tool_places(block_to_touch(), load_case);

@@ -203,12 +203,11 @@ TEST_P(HyperelasticSprings, FollowAPathWithPressureThatFollowsTheSurface) {
     load_case.regime = core::Regime::large;
     load_case.path = {0.5, 1.0};
     tests::prescribe(load_case, body->mesh, "x_min", Vector3::Zero());
-    load_case.follows.resize(body->mesh.boundary_triangles.size());
+    load_case.conditions.push_back({"all around", core::ConditionKind::pressure});
     for (int f = 0; f < body->mesh.num_boundary_triangles(); ++f)
-        if (load_case.condition[f] == core::FacetCondition::free) {
-            load_case.condition[f] = core::FacetCondition::traction;
+        if (load_case.is_free(f)) {
+            load_case.condition_on[f] = 1;
             load_case.value[f] = -1600.0 * core::area_vector(body->mesh, f).normalized();
-            load_case.follows[f] = 1;
         }
     const core::Problem problem{body, load_case};
     const auto conditions = msm::nodal_conditions(problem, model.node_mass);

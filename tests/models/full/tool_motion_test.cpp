@@ -70,7 +70,7 @@ TEST(ToolMotionOfElements, ComesToRestInTheStaticSolution) {
     at_rest.load_case.tool.reset();
     at_rest.load_case.path = {1.0};
     for (std::size_t f = 0; f < at_rest.load_case.value.size(); ++f)
-        if (at_rest.load_case.constraint[f] == tool.constraint)
+        if (at_rest.load_case.constraint_on(f) == tool.constraint)
             at_rest.load_case.value[f] += tool.slide;
     for (const auto &model : models::all_models())
         if (model.name == "fem_p1_neo_hookean") {

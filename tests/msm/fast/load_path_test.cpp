@@ -32,12 +32,11 @@ struct ConstrainedBlock {
     /// Pressure that follows the surface.
     void blow(const std::string &patch, double pressure) {
         const auto &mesh = body->mesh;
-        load_case.follows.resize(mesh.boundary_triangles.size());
+        load_case.conditions.push_back({patch, core::ConditionKind::pressure});
         for (int f = 0; f < mesh.num_boundary_triangles(); ++f)
             if (mesh.patch_names[mesh.boundary_patch[f]] == patch) {
-                load_case.condition[f] = core::FacetCondition::traction;
+                load_case.condition_on[f] = static_cast<int>(load_case.conditions.size()) - 1;
                 load_case.value[f] = -pressure * core::area_vector(mesh, f).normalized();
-                load_case.follows[f] = 1;
             }
     }
 

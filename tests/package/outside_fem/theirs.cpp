@@ -21,11 +21,9 @@ int main() {
     body->materials = {{.density = 1060.0, .young_modulus = 5000.0, .poisson_ratio = 0.45}};
 
     core::LoadCase load_case;
-    using enum core::FacetCondition;
-    load_case.condition = {prescribed_displacement, prescribed_displacement, traction, traction};
+    load_case.conditions = {{"below"}, {"above", core::ConditionKind::traction}};
+    load_case.condition_on = {0, 0, 1, 1};
     load_case.value = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 100.0}, {0.0, 0.0, 100.0}};
-    load_case.constraint_names = {"below"};
-    load_case.constraint = {0, 0, -1, -1};
 
     const auto solution = fem_reference::solve_static({body, load_case}, 2);
     const double moved = solution.displacement[7].z();

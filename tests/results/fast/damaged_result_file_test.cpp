@@ -92,7 +92,7 @@ TEST_F(DamagedResultFile, ReadsFilesFromBeforeStiffnessAtTheTool) {
         EXPECT_GE(H5Adelete_by_name(file, "/reference", "stiffness_uncertainty", H5P_DEFAULT), 0);
     });
     const Result read = read_result(path_);
-    EXPECT_TRUE(read.problem.load_case.load.empty());
+    EXPECT_TRUE(std::ranges::all_of(read.problem.load_case.load_names(), &std::string::empty));
     EXPECT_FALSE(read.models[1].comparison->tool);
     EXPECT_FALSE(read.models[0].solution.observed_error->stiffness);
     EXPECT_FALSE(read.reference_uncertainty->stiffness);
@@ -200,6 +200,8 @@ TEST_F(DamagedResultFile, NamesThePlaceOfEveryFault) {
          [](hid_t file) { poke(file, "/load_case/round_load/radius", H5T_NATIVE_DOUBLE, 1, -1.0); }},
         {"/load_case/load", "row 0 contradicts /load_case/condition",
          [](hid_t file) { poke(file, "/load_case/load", H5T_NATIVE_INT, 0, 1); }},
+        {"/load_case", "rows 15 and 18 are of one place, and have different conditions",
+         [](hid_t file) { poke(file, "/load_case/load", H5T_NATIVE_INT, 15, 2); }},
         {"/comparisons/springs/tool/relative_l2", "is missing", remove("/comparisons/springs/tool/relative_l2")},
         {"/comparisons/springs/tool/path", "has shape (1,2) instead of",
          [&](hid_t file) {

@@ -12,9 +12,14 @@ Result loaded() {
     auto &load_case = result.problem.load_case;
     load_case.slow_history.reset();
     load_case.touching.reset();
-    load_case.follows.clear();
-    load_case.round_load.clear();
-    load_case.round_loads.clear();
+    for (int f = 0; f < load_case.num_facets(); ++f)
+        if (load_case.is_loaded(f) && load_case.value[f].isZero(0.0))
+            load_case.free_facet(f);
+    for (auto &condition : load_case.conditions) {
+        condition.round.reset();
+        if (condition.kind == core::ConditionKind::pressure)
+            condition.kind = core::ConditionKind::traction;
+    }
     return result;
 }
 
@@ -32,7 +37,7 @@ TEST(ForceCurves, HaveTheWayOfALoadAlongIt) {
     double area = 0.0;
     core::Vector3 traction = core::Vector3::Zero();
     for (int f = 0; f < body->mesh.num_boundary_triangles(); ++f)
-        if (load_case.condition[f] == core::FacetCondition::traction) {
+        if (load_case.is_loaded(f)) {
             const double size = core::area_vector(body->mesh, f).norm();
             const auto corners = core::corners_of(body->mesh, f);
             middle += size / 3.0 * (corners[0] + corners[1] + corners[2]);
@@ -75,14 +80,17 @@ TEST(ForceCurves, HaveTheWayThatIsPrescribed) {
 TEST(ForceCurves, HaveNoLoadWithoutAResultant) {
     Result result = loaded();
     auto &load_case = result.problem.load_case;
-    for (std::size_t f = 0; f < load_case.condition.size(); ++f) {
-        load_case.condition[f] = core::FacetCondition::traction;
-        load_case.constraint[f] = -1;
+    const auto on_all_sides = static_cast<int>(load_case.conditions.size());
+    load_case.conditions.push_back({"all sides", core::ConditionKind::traction});
+    for (int f = 0; f < load_case.num_facets(); ++f) {
+        load_case.condition_on[f] = on_all_sides;
         load_case.value[f] = -100.0 * core::area_vector(result.problem.body->mesh, static_cast<int>(f)).normalized();
     }
     EXPECT_TRUE(of_place(result, "load").empty());
     result = loaded();
-    result.problem.load_case.follows.assign(result.problem.load_case.condition.size(), 1);
+    for (auto &condition : result.problem.load_case.conditions)
+        if (condition.is_given_load())
+            condition.kind = core::ConditionKind::pressure;
     EXPECT_TRUE(of_place(result, "load").empty()); // what follows the surface has no direction of its own
 }
 

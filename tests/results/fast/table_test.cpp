@@ -124,7 +124,7 @@ TEST(Table, MarksWhatFingersFeelAndExplainsIt) {
 /// A load case without a tool has no number, which is not zero.
 TEST(Table, HasNoStiffnessAtTheToolWithoutOne) {
     Result result = tests::sample_result();
-    result.problem.load_case.condition.assign(result.problem.load_case.condition.size(), core::FacetCondition::free);
+    std::ranges::fill(result.problem.load_case.condition_on, -1);
     result.problem.load_case.touching.reset();
     for (auto &model : result.models)
         if (model.comparison)

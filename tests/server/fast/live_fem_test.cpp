@@ -87,11 +87,9 @@ class LiveFemTest : public testing::Test {
         body->materials = {{1060.0, parenchyma, poisson_ratios[0]}, {1100.0, tumour, poisson_ratios[1]}};
         auto load_case = tests::empty_load_case(mesh);
         tests::prescribe(load_case, mesh, "x_min", core::Vector3::Zero());
-        load_case.round_loads = {shape};
-        load_case.round_load.assign(load_case.condition.size(), -1);
+        load_case.conditions.push_back({"probe", core::ConditionKind::traction, shape});
         for (const auto &[facet, x, y, z] : rows) {
-            load_case.round_load[static_cast<int>(facet)] = 0;
-            load_case.condition[static_cast<int>(facet)] = core::FacetCondition::traction;
+            load_case.condition_on[static_cast<int>(facet)] = 1;
             load_case.value[static_cast<int>(facet)] = {x, y, z};
         }
         const auto models = models::all_models();

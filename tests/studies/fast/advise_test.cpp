@@ -75,10 +75,7 @@ TEST(StepCost, IsThatOfTheHighestFrequencyOfTheFreeBody) {
         const auto springs = models::springs_of(support::find_named(known, name, "model"), body);
         ASSERT_TRUE(springs);
         const auto cost = step_cost(*body, springs->body);
-        core::LoadCase nothing;
-        nothing.condition.assign(body->mesh.boundary_triangles.size(), core::FacetCondition::free);
-        nothing.value.assign(body->mesh.boundary_triangles.size(), core::Vector3::Zero());
-        nothing.constraint.assign(body->mesh.boundary_triangles.size(), -1);
+        const auto nothing = core::with_free_surface({}, body->mesh);
         const auto free = msm::nodal_conditions({body, nothing}, springs->body.node_mass);
         const double omega = msm::largest_angular_frequency(springs->body, body->mesh.points, free);
         EXPECT_NEAR(cost.critical_time_step * omega, 2.0, 1e-9) << name;
