@@ -137,9 +137,9 @@ std::vector<double> watched_volumes(const core::Body &body, const msm::MassSprin
     std::vector<double> bound;
     for (std::size_t i = 0; i < block.size(); ++i)
         bound.push_back(std::isnan(conditions.displacement[i].x()) ? block[i].trace() / parts.body.node_mass[i] : 0.0);
-    for (const auto &heavy : stepping.scaling.parts)
-        for (const int node : heavy.nodes)
-            bound[node] /= heavy.factor;
+    for (const auto &region : stepping.scaling.parts)
+        for (const int node : region.nodes)
+            bound[node] /= region.factor;
     const double part = chosen.pressed_time_step / chosen.time_step;
     const double bearable = part * part * *std::ranges::max_element(bound);
     auto volumes = core::tetrahedron_volumes(body.mesh);

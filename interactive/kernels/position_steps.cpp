@@ -53,8 +53,8 @@ HWY_INLINE void move_ends(float *rows, const std::int32_t *corner, const float *
     const auto compliance = hn::Mul(per_step, hn::Load(d, numbers + 4 * slice_size));
     const auto was = hn::Load(d, multiplier);
     const auto stiffness = hn::Add(hn::Add(a.w, b.w), compliance);
-    const auto lack = hn::Neg(hn::MulAdd(compliance, was, change));
-    const auto by_length = hn::Div(lack, hn::Mul(stiffness, length));
+    const auto residual = hn::Neg(hn::MulAdd(compliance, was, change));
+    const auto by_length = hn::Div(residual, hn::Mul(stiffness, length));
     hn::Store(hn::MulAdd(by_length, length, was), d, multiplier);
     store(Row{plus_scaled(a.v, hn::Mul(by_length, a.w), now), a.w}, rows, corner);
     store(Row{plus_scaled(b.v, hn::Neg(hn::Mul(by_length, b.w)), now), b.w}, rows, corner + slice_size);
@@ -69,8 +69,8 @@ HWY_INLINE void move_volumes(float *rows, const std::int32_t *corner, const floa
     const Slopes slopes(plus_ones(change_of_cofactors(h, cofactors), number(1.0F)), g);
     const auto compliance = hn::Mul(per_step, hn::Load(d, numbers + 9 * slice_size));
     const auto was = hn::Load(d, multiplier);
-    const auto lack = hn::Neg(hn::MulAdd(compliance, was, growth_of(h, cofactors)));
-    const auto more = hn::Div(lack, hn::Add(weighted(at, slopes, slopes), compliance));
+    const auto residual = hn::Neg(hn::MulAdd(compliance, was, growth_of(h, cofactors)));
+    const auto more = hn::Div(residual, hn::Add(weighted(at, slopes, slopes), compliance));
     hn::Store(hn::Add(was, more), d, multiplier);
     const auto move = [&](const Row &node, const Vec3 &slope, std::size_t k) HWY_ATTR {
         store(Row{plus_scaled(node.v, hn::Mul(node.w, more), slope), node.w}, rows, corner + k * slice_size);

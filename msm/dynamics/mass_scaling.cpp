@@ -91,7 +91,7 @@ Eigen::Matrix3Xd rigid_motion(const Frame &frame, const Eigen::VectorXd &mass, c
 
 /// The centripetal and Coriolis accelerations of a part that turns: what its nodes are accelerated by although, seen
 /// from the part, they are not.
-Eigen::Matrix3Xd turning(const Frame &frame, const HeavyPart &part, const Eigen::Matrix3Xd &x,
+Eigen::Matrix3Xd turning(const Frame &frame, const ScaledRegion &part, const Eigen::Matrix3Xd &x,
                          const Eigen::Matrix3Xd &v) {
     const auto motion = fitted_motion(frame, part.mass, x, v);
     Eigen::Matrix3Xd acceleration(3, x.cols());
@@ -103,14 +103,14 @@ Eigen::Matrix3Xd turning(const Frame &frame, const HeavyPart &part, const Eigen:
     return acceleration;
 }
 
-Eigen::Matrix3Xd gathered(const HeavyPart &part, const Eigen::VectorXd &field) {
+Eigen::Matrix3Xd gathered(const ScaledRegion &part, const Eigen::VectorXd &field) {
     Eigen::Matrix3Xd of_part(3, static_cast<Eigen::Index>(part.nodes.size()));
     for (Eigen::Index i = 0; i < of_part.cols(); ++i)
         of_part.col(i) = of_node(field, part.nodes[i]);
     return of_part;
 }
 
-void scatter(const HeavyPart &part, const Eigen::Matrix3Xd &of_part, Eigen::VectorXd &field) {
+void scatter(const ScaledRegion &part, const Eigen::Matrix3Xd &of_part, Eigen::VectorXd &field) {
     for (Eigen::Index i = 0; i < of_part.cols(); ++i)
         of_node(field, part.nodes[i]) = of_part.col(i);
 }
@@ -119,7 +119,7 @@ auto as_vector(const Eigen::Matrix3Xd &field) {
     return Eigen::VectorXd::Map(field.data(), field.size());
 }
 
-void scale_in(const Frame &frame, const HeavyPart &part, const Eigen::Matrix3Xd &x, double factor,
+void scale_in(const Frame &frame, const ScaledRegion &part, const Eigen::Matrix3Xd &x, double factor,
               Eigen::Matrix3Xd &field) {
     Eigen::Matrix3Xd left_alone = rigid_motion(frame, part.mass, x, field);
     if (part.slow.cols() > 0) {
@@ -152,7 +152,7 @@ Eigen::MatrixXd orthonormal(const Eigen::MatrixXd &columns) {
 
 /// (3n, m) linear and quadratic fields of a part without their rigid motion, times the roots of the masses,
 /// orthonormal.
-Eigen::MatrixXd polynomial_fields(const HeavyPart &part, const Eigen::VectorXd &root_mass) {
+Eigen::MatrixXd polynomial_fields(const ScaledRegion &part, const Eigen::VectorXd &root_mass) {
     const auto &y = part.rest;
     const auto at_rest = frame_of(part.mass, y);
     const double size = y.cwiseAbs().maxCoeff();
@@ -173,7 +173,7 @@ Eigen::MatrixXd polynomial_fields(const HeavyPart &part, const Eigen::VectorXd &
 }
 
 /// Those of them that are slow, by Ritz's method with the rest of the body at rest.
-Eigen::MatrixXd slow_fields(const HeavyPart &part, const StiffnessProduct &stiffness, Eigen::Index num_unknowns,
+Eigen::MatrixXd slow_fields(const ScaledRegion &part, const StiffnessProduct &stiffness, Eigen::Index num_unknowns,
                             double highest) {
     const Eigen::VectorXd root_mass = as_vector(part.mass.cwiseSqrt().transpose().replicate(3, 1));
     const Eigen::MatrixXd fields = root_mass.cwiseInverse().asDiagonal() * polynomial_fields(part, root_mass);
@@ -241,7 +241,7 @@ MassScaling constrained(const MassScaling &scaling, const NodalConditions &condi
         if (free.size() == part.nodes.size())
             result.parts.push_back(part);
         else if (free.size() >= least_nodes) {
-            HeavyPart less{free, part.factor, part.mass(columns), part.rest(Eigen::all, columns), {}};
+            ScaledRegion less{free, part.factor, part.mass(columns), part.rest(Eigen::all, columns), {}};
             less.rest.colwise() -= Eigen::Vector3d(less.rest * less.mass / less.mass.sum());
             result.parts.push_back(std::move(less));
         }
@@ -254,7 +254,7 @@ MassScaling scale_masses(const core::Body &body, const ElasticBody &springs, con
     MassScaling scaling;
     for (auto &nodes : stiff_parts(body)) {
         const auto size = static_cast<Eigen::Index>(nodes.size());
-        HeavyPart part{std::move(nodes), 1.0, Eigen::VectorXd(size), Eigen::Matrix3Xd(3, size), {}};
+        ScaledRegion part{std::move(nodes), 1.0, Eigen::VectorXd(size), Eigen::Matrix3Xd(3, size), {}};
         for (Eigen::Index i = 0; i < size; ++i) {
             part.mass[i] = springs.node_mass[part.nodes[i]];
             part.rest.col(i) = points[part.nodes[i]];
@@ -284,11 +284,11 @@ MassScaling scale_masses(const core::Body &body, const ElasticBody &springs, con
         part.factor = double{static_cast<float>(of_part * of_part / (of_rest * of_rest))};
         part.slow = slow_fields(part, stiffness, 3 * static_cast<Eigen::Index>(points.size()), slow_part * of_rest);
     }
-    std::erase_if(scaling.parts, [](const HeavyPart &part) { return !(part.factor > 1.0); });
+    std::erase_if(scaling.parts, [](const ScaledRegion &part) { return !(part.factor > 1.0); });
     return scaling;
 }
 
-void scale_deformation(const HeavyPart &part, const Eigen::Matrix3Xd &x, double factor, Eigen::Matrix3Xd &field) {
+void scale_deformation(const ScaledRegion &part, const Eigen::Matrix3Xd &x, double factor, Eigen::Matrix3Xd &field) {
     scale_in(frame_of(part.mass, x), part, x, factor, field);
 }
 
@@ -300,7 +300,7 @@ void scale_deformation(const MassScaling &scaling, double power, const Eigen::Ve
     }
 }
 
-void scale_acceleration(const HeavyPart &part, const Eigen::Matrix3Xd &x, const Eigen::Matrix3Xd &v,
+void scale_acceleration(const ScaledRegion &part, const Eigen::Matrix3Xd &x, const Eigen::Matrix3Xd &v,
                         Eigen::Matrix3Xd &acceleration) {
     const auto frame = frame_of(part.mass, x);
     const auto of_turning = turning(frame, part, x, v);

@@ -20,7 +20,7 @@
 namespace livermark::msm {
 
 /// Nodes that move nearly as a rigid body, n of them.
-struct HeavyPart {
+struct ScaledRegion {
     std::vector<int> nodes; ///< at least 4, free in all components
     double factor = 1.0;    ///< f, >= 1
     Eigen::VectorXd mass;   ///< (n) [kg]
@@ -31,7 +31,7 @@ struct HeavyPart {
 
 /// No node is in two parts.
 struct MassScaling {
-    std::vector<HeavyPart> parts; ///< none: nothing is scaled
+    std::vector<ScaledRegion> parts; ///< none: nothing is scaled
 };
 
 /// Nodes of each connected part of a body that is stiffer than most of it: of regions whose (lambda + 2 mu) / density
@@ -58,7 +58,7 @@ Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d &moment);
 /// @param x       shape (3, n), where the nodes are [m], not all on a line
 /// @param factor  > 0
 /// @param field   shape (3, n), velocities, accelerations or small displacements
-void scale_deformation(const HeavyPart &part, const Eigen::Matrix3Xd &x, double factor, Eigen::Matrix3Xd &field);
+void scale_deformation(const ScaledRegion &part, const Eigen::Matrix3Xd &x, double factor, Eigen::Matrix3Xd &field);
 
 /// The same of all parts, each with f^power.
 /// @param x, field   shape (3N)
@@ -67,7 +67,7 @@ void scale_deformation(const MassScaling &scaling, double power, const Eigen::Ve
 /// From accelerations M^-1 F to those of the scaled masses.
 /// @param x, v          shape (3, n), positions [m] and velocities [m/s]
 /// @param acceleration  shape (3, n) [m/s^2]
-void scale_acceleration(const HeavyPart &part, const Eigen::Matrix3Xd &x, const Eigen::Matrix3Xd &v,
+void scale_acceleration(const ScaledRegion &part, const Eigen::Matrix3Xd &x, const Eigen::Matrix3Xd &v,
                         Eigen::Matrix3Xd &acceleration);
 
 /// The same of all parts.

@@ -53,8 +53,8 @@ class InverseStiffness : private Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix
     void set_shift(double) {} // it is zero, and the factor is there
     /// M'^1/2 K^-1 M'^1/2 with M' the scaled mass, of which M^-1/2 M'^1/2 is known to `scaled`.
     void perform_op(const double *x, double *y) const {
-        const Eigen::VectorXd heavy = scaled(Eigen::VectorXd::Map(x, rows()));
-        Eigen::VectorXd::Map(y, rows()) = scaled(solve(heavy));
+        const Eigen::VectorXd weighted = scaled(Eigen::VectorXd::Map(x, rows()));
+        Eigen::VectorXd::Map(y, rows()) = scaled(solve(weighted));
     }
 
     std::function<Eigen::VectorXd(const Eigen::VectorXd &)> scaled = [](const Eigen::VectorXd &x) { return x; };

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "msm/kernels/heavy_steps.hpp"
+#include "msm/kernels/scaled_mass_steps.hpp"
 #include "msm/kernels/step_workspace.hpp"
 #include "msm/kernels/threads/partition.hpp"
 #include "msm/kernels/threads/team.hpp"
@@ -81,9 +81,9 @@ template <class T> class Steps : public FastSteps::Implementation {
         at_.least_stretch = options.least_stretch;
         at_.scheme.largest_speed = options.largest_speed;
         if (!at_.body.watched_volume.empty())
-            at_.lack.assign(at_.body.fan_start.size() - 1 + at_.body.volume_row.size() / slice_size +
-                                at_.body.star_modulus.size() / slice_size,
-                            T(0));
+            at_.deficit.assign(at_.body.fan_start.size() - 1 + at_.body.volume_row.size() / slice_size +
+                                   at_.body.star_modulus.size() / slice_size,
+                               T(0));
         at_.nodes.resize(at_.body.num_slices);
         if (scheme.kind == StepScheme::Kind::runge_kutta_chebyshev)
             at_.chebyshev_stages.resize(at_.body.num_slices);
@@ -97,7 +97,7 @@ template <class T> class Steps : public FastSteps::Implementation {
             std::fill(rows.end() - 4, rows.end(), static_cast<T>(far));
         make_room_for_means(damping.beta != 0.0);
         partition_work(at_, team_.size());
-        heavy_ = HeavySteps<T>(options.scaling, at_);
+        scaled_mass_ = ScaledMassSteps<T>(options.scaling, at_);
         rest_.resize(at_.body.num_slices);
         for (std::size_t i = 0; i < at_rest.size(); ++i) {
             const auto [slice, lane] = slot(i);
@@ -228,14 +228,14 @@ template <class T> class Steps : public FastSteps::Implementation {
         for (auto &component : at_.nodes[slice].free_per_mass)
             if (component[lane] != 0.0)
                 component[lane] = per_mass(mass);
-        heavy_.set_mass(static_cast<std::size_t>(at_.body.row_of_node[node]), mass);
+        scaled_mass_.set_mass(static_cast<std::size_t>(at_.body.row_of_node[node]), mass);
     }
 
     bool cut(const StepParts &parts, const std::vector<double> &node_mass, const CutChanges &changes) override {
         update_sliced_body(parts, changes, plan_, at_.body);
         std::vector<std::size_t> left_parts; // rows of these
         for (const int node : changes.nodes) {
-            const auto rows = heavy_.leave(static_cast<std::size_t>(at_.body.row_of_node[node]));
+            const auto rows = scaled_mass_.leave(static_cast<std::size_t>(at_.body.row_of_node[node]));
             left_parts.insert(left_parts.end(), rows.begin(), rows.end());
             set_mass(node, node_mass[node]);
             if (node_mass[node] == 0.0)
@@ -252,21 +252,21 @@ template <class T> class Steps : public FastSteps::Implementation {
     bool set_scaling(const MassScaling &scaling) override {
         const bool can = at_.scheme.kind == StepScheme::Kind::symplectic_euler;
         if (can)
-            heavy_ = HeavySteps<T>(scaling, at_);
+            scaled_mass_ = ScaledMassSteps<T>(scaling, at_);
         return can;
     }
 
     bool is_pressed() const override {
-        return std::ranges::any_of(at_.lack, [](T lack) { return lack > T(0); });
+        return std::ranges::any_of(at_.deficit, [](T deficit) { return deficit > T(0); });
     }
 
     void take(int num_steps) override {
-        if (heavy_.empty())
+        if (scaled_mass_.empty())
             return take_unscaled(num_steps);
         for (int s = 0; s < num_steps; ++s) {
-            heavy_.remember(at_);
+            scaled_mass_.remember(at_);
             take_unscaled(1);
-            heavy_.correct(at_);
+            scaled_mass_.correct(at_);
         }
     }
 
@@ -396,7 +396,7 @@ template <class T> class Steps : public FastSteps::Implementation {
     std::vector<FineField<T>> rest_;
     SlicedPlan plan_; ///< empty unless the body may be cut
     StepWorkspace<T> at_;
-    HeavySteps<T> heavy_;
+    ScaledMassSteps<T> scaled_mass_;
     std::vector<std::vector<std::size_t>> copies_; ///< of each row; empty until somebody asks
     Team team_;
 };

@@ -146,7 +146,7 @@ template <class T> struct StepWorkspace {
     /// (fan slices, slices of control volumes, and of stars) the most that a tetrahedron lacked of the volume that is
     /// watched [m^3], and that det C around a node lacked, see neo_hookean_stress(); 0 where nothing did, empty if
     /// nothing is watched
-    std::vector<T> lack;
+    std::vector<T> deficit;
 
     std::vector<PairPartition> pairs;                         ///< of each thread
     std::vector<Partition> fan_slices, volume_slices, chunks; ///< of each thread

@@ -34,9 +34,9 @@ class InversionGuard : public ElasticTerm {
     double energy(const Eigen::VectorXd &x) const override {
         double energy = 0.0;
         for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
-            const double lack = least_volume_[t] - volume_gradient(x, tetrahedra_[t]).volume;
-            if (lack > 0.0)
-                energy += 0.5 * modulus_per_volume_[t] * lack * lack;
+            const double deficit = least_volume_[t] - volume_gradient(x, tetrahedra_[t]).volume;
+            if (deficit > 0.0)
+                energy += 0.5 * modulus_per_volume_[t] * deficit * deficit;
         }
         return energy;
     }
@@ -45,10 +45,10 @@ class InversionGuard : public ElasticTerm {
                    Eigen::VectorXd &force) const override {
         for (std::size_t t = 0; t < tetrahedra_.size(); ++t) {
             const auto [volume, gradient] = volume_gradient(x, tetrahedra_[t]);
-            const double lack = least_volume_[t] - volume;
-            if (lack > 0.0)
+            const double deficit = least_volume_[t] - volume;
+            if (deficit > 0.0)
                 for (int a = 0; a < 4; ++a)
-                    of_node(force, tetrahedra_[t][a]) += modulus_per_volume_[t] * lack * gradient[a];
+                    of_node(force, tetrahedra_[t][a]) += modulus_per_volume_[t] * deficit * gradient[a];
         }
     }
 
@@ -76,15 +76,15 @@ class InversionGuard : public ElasticTerm {
   private:
     Eigen::Matrix<double, 12, 12> tetrahedron_hessian(const Eigen::VectorXd &x, std::size_t t, Tangent tangent) const {
         const auto [volume, gradient] = volume_gradient(x, tetrahedra_[t]);
-        const double lack = least_volume_[t] - volume;
-        if (tangent == Tangent::material || lack <= 0.0)
+        const double deficit = least_volume_[t] - volume;
+        if (tangent == Tangent::material || deficit <= 0.0)
             return Eigen::Matrix<double, 12, 12>::Zero();
         Eigen::Matrix<double, 12, 1> slope;
         for (int a = 0; a < 4; ++a)
             slope.segment<3>(3 * a) = gradient[a];
         Eigen::Matrix<double, 12, 12> hessian = slope * slope.transpose();
         if (tangent == Tangent::exact)
-            hessian -= lack * volume_hessian(x, tetrahedra_[t]);
+            hessian -= deficit * volume_hessian(x, tetrahedra_[t]);
         return modulus_per_volume_[t] * hessian;
     }
 

@@ -23,7 +23,7 @@ HWY_NOINLINE void edge_spring_forces(StepWorkspace<T> &at, int now, int thread, 
     constexpr D d;
     const auto &body = at.body;
     T *kept = at.star_scratch[static_cast<std::size_t>(thread)].data();
-    LargestLack<D> largest{D()};
+    LargestDeficit<D> largest{D()};
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const StarPlaces places(body, slice, lane);
         const std::size_t star = static_cast<std::size_t>(slice) * slice_size + lane;

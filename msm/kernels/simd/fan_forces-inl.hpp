@@ -150,19 +150,19 @@ template <class T> HWY_INLINE void pressures(StepWorkspace<T> &at, int now, int 
     set_gains(at, now, volume_slice, gain);
 }
 
-/// The most that tetrahedra of a slice of fans lack of the volumes that are watched: see StepWorkspace::lack.
-template <class D> struct LargestLack {
-    hn::Vec<D> lack;
-    HWY_INLINE explicit LargestLack(D d) : lack(hn::Zero(d)) {}
+/// The most that tetrahedra of a slice of fans lack of the volumes that are watched: see StepWorkspace::deficit.
+template <class D> struct LargestDeficit {
+    hn::Vec<D> deficit;
+    HWY_INLINE explicit LargestDeficit(D d) : deficit(hn::Zero(d)) {}
 
     /// @param watched  0 where nothing is
     HWY_INLINE void see(D d, hn::Vec<D> watched, hn::Vec<D> volume) {
-        lack = hn::Max(lack, hn::IfThenElseZero(hn::Gt(watched, hn::Zero(d)), hn::Sub(watched, volume)));
+        deficit = hn::Max(deficit, hn::IfThenElseZero(hn::Gt(watched, hn::Zero(d)), hn::Sub(watched, volume)));
     }
-    /// @param slice  index into StepWorkspace::lack
+    /// @param slice  index into StepWorkspace::deficit
     template <class T> HWY_INLINE void keep(D d, StepWorkspace<T> &at, int slice) const {
-        if (!at.lack.empty())
-            at.lack[static_cast<std::size_t>(slice)] = hn::GetLane(hn::MaxOfLanes(d, lack));
+        if (!at.deficit.empty())
+            at.deficit[static_cast<std::size_t>(slice)] = hn::GetLane(hn::MaxOfLanes(d, deficit));
     }
 };
 
@@ -174,7 +174,7 @@ template <class D> struct LargestLack {
 /// @param largest  told what the guard sees
 template <class D, class T>
 HWY_INLINE hn::Vec<D> push_of_volume(D d, const SlicedBody<T> &body, hn::Vec<D> volume, hn::Vec<D> plain, std::size_t t,
-                                     LargestLack<D> &largest) {
+                                     LargestDeficit<D> &largest) {
     const auto sixth = hn::Set(d, T(1.0 / 6.0));
     auto push = hn::Zero(d);
     if (!body.tetrahedron_stiffness.empty()) {
@@ -185,8 +185,8 @@ HWY_INLINE hn::Vec<D> push_of_volume(D d, const SlicedBody<T> &body, hn::Vec<D> 
         const auto least = hn::Load(d, body.least_volume.data() + t);
         if (!body.watched_volume.empty())
             largest.see(d, hn::Load(d, body.watched_volume.data() + t), hn::Mul(plain, sixth));
-        const auto lack = hn::Max(hn::NegMulAdd(plain, sixth, least), hn::Zero(d));
-        push = hn::MulAdd(hn::Load(d, body.guard_stiffness.data() + t), lack, push);
+        const auto deficit = hn::Max(hn::NegMulAdd(plain, sixth, least), hn::Zero(d));
+        push = hn::MulAdd(hn::Load(d, body.guard_stiffness.data() + t), deficit, push);
     }
     return push;
 }
@@ -196,7 +196,7 @@ HWY_INLINE hn::Vec<D> push_of_volume(D d, const SlicedBody<T> &body, hn::Vec<D> 
 /// @return a sixth of the push
 template <class D, class T>
 HWY_INLINE hn::Vec<D> push_on(D d, const SlicedBody<T> &body, hn::Vec<D> pressure, hn::Vec<D> volume, hn::Vec<D> plain,
-                              std::size_t t, LargestLack<D> &largest) {
+                              std::size_t t, LargestDeficit<D> &largest) {
     auto push = push_of_volume(d, body, volume, plain, t, largest);
     if (!body.volume_stiffness.empty())
         push = hn::NegMulAdd(pressure, hn::Load(d, body.volume_share.data() + t), push);
@@ -215,7 +215,7 @@ template <bool is_damped, class T> HWY_INLINE void fan_forces(StepWorkspace<T> &
     constexpr D d;
     const auto &body = at.body;
     const T *rows = at.rows[now].data();
-    LargestLack<D> largest{D()};
+    LargestDeficit<D> largest{D()};
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const FanLines lines(body, slice, lane);
         const auto *corner = body.corner.data() + lines.corner;

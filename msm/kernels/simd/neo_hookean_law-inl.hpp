@@ -24,7 +24,7 @@ namespace livermark::msm::HWY_NAMESPACE {
 /// @param largest        told how much det C lacks of what makes the trace of C^-1 four
 template <class D>
 HWY_INLINE Symmetric<D> neo_hookean_stress(D d, hn::Vec<D> shear_modulus, const Symmetric<D> &twice_strain,
-                                           double least_stretch, LargestLack<D> &largest) {
+                                           double least_stretch, LargestDeficit<D> &largest) {
     using T = hn::TFromD<D>;
     const auto &[xx, yy, zz, xy, yz, zx] = twice_strain;
     const auto one = hn::Set(d, T(1));
@@ -40,7 +40,7 @@ HWY_INLINE Symmetric<D> neo_hookean_stress(D d, hn::Vec<D> shear_modulus, const 
     const auto adjugate_trace = hn::MulAdd(hn::Set(d, T(2)), i1, hn::Add(i2, hn::Set(d, T(3))));
     const auto bent = hn::MulSub(hn::Set(d, static_cast<T>(square / (1.0 + 2.0 * square))), adjugate_trace, one);
     const auto exact = hn::Add(i1, two_and_three);
-    largest.lack = hn::Max(largest.lack, hn::Sub(hn::MulSub(hn::Set(d, T(0.25)), adjugate_trace, one), exact));
+    largest.deficit = hn::Max(largest.deficit, hn::Sub(hn::MulSub(hn::Set(d, T(0.25)), adjugate_trace, one), exact));
     const auto change = hn::Max(hn::Max(exact, bent), least);
     const auto half_log = hn::Mul(hn::Set(d, T(0.5)), hn::Log1p(d, change));
     const auto scale = hn::Div(shear_modulus, hn::Add(one, change));
@@ -67,7 +67,8 @@ template <class D> HWY_INLINE hn::Vec<D> logarithmic_push(D d, hn::Vec<D> change
 /// @param t        place on the lines
 /// @param largest  told what the guard sees
 template <class D, class T>
-HWY_INLINE void put_push_inside(D d, StepWorkspace<T> &at, hn::Vec<D> volume, std::size_t t, LargestLack<D> &largest) {
+HWY_INLINE void put_push_inside(D d, StepWorkspace<T> &at, hn::Vec<D> volume, std::size_t t,
+                                LargestDeficit<D> &largest) {
     const auto &body = at.body;
     const auto one = hn::Set(d, T(1)), sixth = hn::Set(d, T(1.0 / 6.0));
     const auto least = hn::Set(d, static_cast<T>(std::max(1e-12, at.least_stretch * at.least_stretch)));

@@ -28,7 +28,7 @@ HWY_NOINLINE void neo_hookean_stresses(StepWorkspace<T> &at, int now, int volume
     const auto &body = at.body;
     HWY_ALIGN std::array<T, slice_size> pressure;
     Means<is_damped, T> means(at, now, volume_slice);
-    LargestLack<D> largest{D()};
+    LargestDeficit<D> largest{D()};
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const std::size_t volume = static_cast<std::size_t>(volume_slice) * slice_size + lane;
         const auto modulus = hn::Load(d, body.coupled_modulus.data() + volume);

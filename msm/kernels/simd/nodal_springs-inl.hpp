@@ -238,7 +238,7 @@ template <class T> HWY_NOINLINE void nodal_spring_forces(StepWorkspace<T> &at, i
     constexpr D d;
     const auto &body = at.body;
     const T *rows = at.rows[now].data();
-    LargestLack<D> largest{D()};
+    LargestDeficit<D> largest{D()};
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const FanLines lines(body, slice, lane);
         const auto *corner = body.corner.data() + lines.corner;

@@ -22,7 +22,7 @@ HWY_NOINLINE void volume_gains(StepWorkspace<T> &at, int now, int slice) {
     const auto &body = at.body;
     const T *rows = at.rows[now].data();
     const auto sixth = hn::Set(d, T(1.0 / 6.0));
-    LargestLack<D> largest{D()};
+    LargestDeficit<D> largest{D()};
     for (std::size_t lane = 0; lane < slice_size; lane += hn::Lanes(d)) {
         const FanLines lines(body, slice, lane);
         const auto *corner = body.corner.data() + lines.corner;

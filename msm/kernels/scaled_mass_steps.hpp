@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "msm/dynamics/mass_scaling.hpp"
-#include "msm/kernels/heavy_arrays.hpp"
 #include "msm/kernels/layout/slicing.hpp"
+#include "msm/kernels/scaled_mass_arrays.hpp"
 #include "msm/kernels/step_workspace.hpp"
 
 namespace livermark::msm {
@@ -15,12 +15,12 @@ namespace livermark::msm {
 /// What selective mass scaling makes of steps of symplectic Euler on vector units. The kernels take a step with the
 /// masses as they are, v + h a and x + h (v + h a). This puts a scaled acceleration in the place of a: that of
 /// scale_acceleration(), in the precision of the forces.
-template <class T> class HeavySteps {
+template <class T> class ScaledMassSteps {
   public:
-    HeavySteps() = default;
+    ScaledMassSteps() = default;
 
     /// @param at  between steps; its scheme is symplectic Euler
-    HeavySteps(const MassScaling &scaling, const StepWorkspace<T> &at) {
+    ScaledMassSteps(const MassScaling &scaling, const StepWorkspace<T> &at) {
         std::vector<std::vector<std::size_t>> copies(static_cast<std::size_t>(at.body.first_copy));
         for (std::size_t c = 0; c < at.body.copied_row.size(); ++c)
             copies[static_cast<std::size_t>(at.body.copied_row[c])].push_back(
@@ -92,7 +92,7 @@ template <class T> class HeavySteps {
 
   private:
     struct Part {
-        HeavyArrays<T> arrays;
+        ScaledMassArrays<T> arrays;
         double factor = 1.0;
         std::vector<std::size_t> row;                            ///< (n) of each node
         std::vector<std::pair<std::size_t, std::size_t>> copies; ///< number in the part, and another row of the node
@@ -108,7 +108,7 @@ template <class T> class HeavySteps {
 
     static constexpr std::size_t nowhere = -1;
 
-    static Part make_part(const HeavyPart &scaled, const std::vector<std::pair<std::size_t, Eigen::Index>> &order,
+    static Part make_part(const ScaledRegion &scaled, const std::vector<std::pair<std::size_t, Eigen::Index>> &order,
                           const std::vector<std::vector<std::size_t>> &copies) {
         Part part;
         part.factor = scaled.factor;
@@ -203,8 +203,8 @@ template <class T> class HeavySteps {
     /// The accelerations of the scaled masses, in place of those of the step.
     static void scale(StepWorkspace<T> &at, Part &part) {
         auto &arrays = part.arrays;
-        const auto sums = heavy_sums(arrays);
-        HeavyMotion motion;
+        const auto sums = scaled_mass_sums(arrays);
+        ScaledMassMotion motion;
         motion.centre = sums.of_x / part.total_mass;
         motion.velocity = sums.of_v / part.total_mass;
         motion.acceleration = sums.of_a / part.total_mass;

@@ -1,10 +1,10 @@
 // Highway compiles this file once for each vector unit, and the machine's best one is taken when the program runs.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "msm/kernels/simd/heavy_parts.cpp"
+#define HWY_TARGET_INCLUDE "msm/kernels/simd/scaled_mass_parts.cpp"
 #include <hwy/foreach_target.h> // has to come before highway.h
 #include <stdexcept>
 
-#include "msm/kernels/heavy_arrays.hpp"
+#include "msm/kernels/scaled_mass_arrays.hpp"
 #include "msm/kernels/simd/vectors-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -72,7 +72,7 @@ template <class D> struct Turn {
     }
 };
 
-template <class T> HeavySums sums_of(const HeavyArrays<T> &part) {
+template <class T> ScaledMassSums sums_of(const ScaledMassArrays<T> &part) {
     using D = Lanes<T>;
     constexpr D d;
     const auto none = everywhere(d, core::Vector3::Zero());
@@ -101,7 +101,7 @@ template <class T> HeavySums sums_of(const HeavyArrays<T> &part) {
 }
 
 /// sum of m slow_k . field of each; four at a time, so that the field is read less often.
-template <class T> void weigh(const HeavyArrays<T> &part, const T *field, std::vector<double> &weights) {
+template <class T> void weigh(const ScaledMassArrays<T> &part, const T *field, std::vector<double> &weights) {
     using D = Lanes<T>;
     constexpr D d;
     const std::size_t length = 3 * part.size;
@@ -129,7 +129,8 @@ template <class T> void weigh(const HeavyArrays<T> &part, const T *field, std::v
     }
 }
 
-template <class T> void strays_of(HeavyArrays<T> &part, const HeavyMotion &motion, std::vector<double> &weights) {
+template <class T>
+void strays_of(ScaledMassArrays<T> &part, const ScaledMassMotion &motion, std::vector<double> &weights) {
     using D = Lanes<T>;
     constexpr D d;
     const auto centre = everywhere(d, motion.centre), velocity = everywhere(d, motion.velocity),
@@ -154,7 +155,7 @@ template <class T> void strays_of(HeavyArrays<T> &part, const HeavyMotion &motio
 }
 
 template <class T>
-SlowMomenta less_slow(HeavyArrays<T> &part, const Eigen::Matrix3d &turned_by, const std::vector<double> &weights) {
+SlowMomenta less_slow(ScaledMassArrays<T> &part, const Eigen::Matrix3d &turned_by, const std::vector<double> &weights) {
     using D = Lanes<T>;
     constexpr D d;
     const Turn<D> turn(d, turned_by);
@@ -173,30 +174,32 @@ SlowMomenta less_slow(HeavyArrays<T> &part, const Eigen::Matrix3d &turned_by, co
     return {lane_sums(d, linear), lane_sums(d, angular)};
 }
 
-HeavySums sums_of_float(const HeavyArrays<float> &part) {
+ScaledMassSums sums_of_float(const ScaledMassArrays<float> &part) {
     return sums_of(part);
 }
-void strays_of_float(HeavyArrays<float> &part, const HeavyMotion &motion, std::vector<double> &weights) {
+void strays_of_float(ScaledMassArrays<float> &part, const ScaledMassMotion &motion, std::vector<double> &weights) {
     strays_of(part, motion, weights);
 }
-SlowMomenta less_slow_float(HeavyArrays<float> &part, const Eigen::Matrix3d &turn, const std::vector<double> &weights) {
+SlowMomenta less_slow_float(ScaledMassArrays<float> &part, const Eigen::Matrix3d &turn,
+                            const std::vector<double> &weights) {
     return less_slow(part, turn, weights);
 }
 // Where there are no vectors of float64 the first of these refuses, and the others are not reached.
-HeavySums sums_of_double([[maybe_unused]] const HeavyArrays<double> &part) {
+ScaledMassSums sums_of_double([[maybe_unused]] const ScaledMassArrays<double> &part) {
 #if HWY_HAVE_FLOAT64
     return sums_of(part);
 #else
     throw std::logic_error("masses in double precision need vectors of float64, which are not there");
 #endif
 }
-void strays_of_double([[maybe_unused]] HeavyArrays<double> &part, [[maybe_unused]] const HeavyMotion &motion,
+void strays_of_double([[maybe_unused]] ScaledMassArrays<double> &part, [[maybe_unused]] const ScaledMassMotion &motion,
                       [[maybe_unused]] std::vector<double> &weights) {
 #if HWY_HAVE_FLOAT64
     strays_of(part, motion, weights);
 #endif
 }
-SlowMomenta less_slow_double([[maybe_unused]] HeavyArrays<double> &part, [[maybe_unused]] const Eigen::Matrix3d &turn,
+SlowMomenta less_slow_double([[maybe_unused]] ScaledMassArrays<double> &part,
+                             [[maybe_unused]] const Eigen::Matrix3d &turn,
                              [[maybe_unused]] const std::vector<double> &weights) {
 #if HWY_HAVE_FLOAT64
     return less_slow(part, turn, weights);
@@ -220,24 +223,28 @@ HWY_EXPORT(less_slow_float);
 HWY_EXPORT(less_slow_double);
 } // namespace
 
-template <> HeavySums heavy_sums(const HeavyArrays<float> &part) {
+template <> ScaledMassSums scaled_mass_sums(const ScaledMassArrays<float> &part) {
     return HWY_DYNAMIC_DISPATCH(sums_of_float)(part);
 }
-template <> HeavySums heavy_sums(const HeavyArrays<double> &part) {
+template <> ScaledMassSums scaled_mass_sums(const ScaledMassArrays<double> &part) {
     return HWY_DYNAMIC_DISPATCH(sums_of_double)(part);
 }
-template <> void find_strays(HeavyArrays<float> &part, const HeavyMotion &motion, std::vector<double> &weights) {
+template <>
+void find_strays(ScaledMassArrays<float> &part, const ScaledMassMotion &motion, std::vector<double> &weights) {
     HWY_DYNAMIC_DISPATCH(strays_of_float)(part, motion, weights);
 }
-template <> void find_strays(HeavyArrays<double> &part, const HeavyMotion &motion, std::vector<double> &weights) {
+template <>
+void find_strays(ScaledMassArrays<double> &part, const ScaledMassMotion &motion, std::vector<double> &weights) {
     HWY_DYNAMIC_DISPATCH(strays_of_double)(part, motion, weights);
 }
 template <>
-SlowMomenta subtract_slow(HeavyArrays<float> &part, const Eigen::Matrix3d &turn, const std::vector<double> &weights) {
+SlowMomenta subtract_slow(ScaledMassArrays<float> &part, const Eigen::Matrix3d &turn,
+                          const std::vector<double> &weights) {
     return HWY_DYNAMIC_DISPATCH(less_slow_float)(part, turn, weights);
 }
 template <>
-SlowMomenta subtract_slow(HeavyArrays<double> &part, const Eigen::Matrix3d &turn, const std::vector<double> &weights) {
+SlowMomenta subtract_slow(ScaledMassArrays<double> &part, const Eigen::Matrix3d &turn,
+                          const std::vector<double> &weights) {
     return HWY_DYNAMIC_DISPATCH(less_slow_double)(part, turn, weights);
 }
 
