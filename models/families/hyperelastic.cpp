@@ -81,10 +81,18 @@ core::BisectedProblem refine(const core::Problem &coarse) {
     return core::refine_near_places(coarse, std::span(&place, 1), around_touch);
 }
 
-/// At rims alone: stored references are minutes each, see docs/studies/large_deformations.md.
+/// At rims alone: below round tools as well the third mesh often finds no equilibrium under the whole load, see
+/// docs/studies/large_deformations.md.
 core::Solution solve_finer(const core::Problem &problem, const std::string &law, const Discretisation &discretisation) {
     return solve_locally_refined(problem, refinement, refine,
                                  [&](const core::Problem &refined) { return solve(refined, law, discretisation); });
+}
+
+core::Solution solve_finer_below_tools(const core::Problem &problem, const std::string &law,
+                                       const Discretisation &discretisation) {
+    return solve_locally_refined(
+        problem, refinement, [](const core::Problem &coarse) { return core::refine_at_rims_and_tools(coarse); },
+        [&](const core::Problem &refined) { return solve(refined, law, discretisation); });
 }
 
 using Solve = core::Solution (*)(const core::Problem &, const std::string &, const Discretisation &);
@@ -113,6 +121,12 @@ core::Model elements(const std::string &name, const std::string &summary, const 
 
 std::vector<core::Model> models(const ModelOptions & /*options*/) {
     using fem_reference::Formulation;
+    auto below_tools = elements("fem_p2p1_neo_hookean_refined_below_tools",
+                                "neo-Hookean, Taylor and Hood on meshes refined at the rims of places and below round "
+                                "tools (tells how good the reference of large deformations is)",
+                                "neo_hookean", {.degree = 2, .formulation = Formulation::mixed}, {},
+                                solve_finer_below_tools);
+    below_tools.only_when_named = true;
     return {
         elements("fem_p1_neo_hookean", "neo-Hookean, linear tetrahedra (the baseline of large deformations)",
                  "neo_hookean", {.degree = 1}),
@@ -125,6 +139,7 @@ std::vector<core::Model> models(const ModelOptions & /*options*/) {
                  "deformations)",
                  "neo_hookean", {.degree = 2, .formulation = Formulation::mixed},
                  {.at_rest = core::Role::refined_reference}, solve_finer),
+        std::move(below_tools),
         elements("fem_p2p1_ogden",
                  "Ogden's law with a fit to porcine liver, Taylor and Hood: how far the law itself matters", "ogden",
                  {.degree = 2, .formulation = Formulation::mixed}),
