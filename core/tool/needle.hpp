@@ -8,6 +8,12 @@
 
 namespace livermark::core {
 
+/// How stiffly a needle holds each of its places [N/m], along the axis and across it. A place gives way by its force
+/// over the stiffness: 4 um for the tip force of a biopsy. Places overlap, so that forces that alternate from place to
+/// place hardly move the tissue: held rigidly they would be a hundred times what the hand exerts, and differ with
+/// whatever rounding there is.
+inline constexpr double needle_stiffness = 5e4;
+
 /// A straight, rigid needle that is driven from a point of the surface to a target and drawn out again, slowly.
 ///
 /// At the tip it exerts what the tissue takes to tear, along the shaft friction; across its axis the tissue at the

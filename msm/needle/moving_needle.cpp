@@ -108,7 +108,7 @@ void MovingNeedle::prepare(double time_step) {
     if (time_step == time_step_)
         return;
     time_step_ = time_step;
-    softness_ = 1.0 / (time_step * needle_stiffness * (time_step + needle_damping_time));
+    softness_ = 1.0 / (time_step * core::needle_stiffness * (time_step + needle_damping_time));
     Eigen::MatrixXd matrix = per_mass_places_;
     matrix.diagonal().array() += softness_;
     across_factor_.compute(matrix);
@@ -140,7 +140,7 @@ void MovingNeedle::find_along(int touched, double depth, double time_step) {
                    2.0 * part * (1.0 - part) * per_mass_places_(below, below + 1) +
                    (1.0 - part) * (1.0 - part) * per_mass_places_(below + 1, below + 1);
     // -b (h k e + h k tau v) with v = (change of e) / h, since h k + k tau = 1 / (b h).
-    const double of_place = softness_ * needle_stiffness;
+    const double of_place = softness_ * core::needle_stiffness;
     const double lead = depth - depth_;
     const auto wanted = [&](double gap, double change) {
         return -of_place * (time_step * gap + needle_damping_time * change);
@@ -169,7 +169,7 @@ void MovingNeedle::find_across(int held, double time_step) {
     if (held == 0)
         return;
     auto right = impulses_.topRightCorner(held, 2);
-    right = -softness_ * needle_stiffness *
+    right = -softness_ * core::needle_stiffness *
             (time_step * (u_.topRightCorner(held, 2) - hold_.topRows(held)) +
              needle_damping_time * (u_.topRightCorner(held, 2) - before_.topRightCorner(held, 2)));
     // The factor of the first places is the first part of that of all.
@@ -219,7 +219,7 @@ void MovingNeedle::move_tip(double time_step, bool tears) {
     const double length = std::max(least_length, 1.0 + (u_(below + 1, 0) - u_(below, 0)) / line_.spacing);
     const double most = farthest_in_step * line_.spacing;
     if (tears) {
-        const double left = impulse_[0] / time_step / needle_stiffness;
+        const double left = impulse_[0] / time_step / core::needle_stiffness;
         tip_ += std::clamp((overlap - left) / length, 0.0, most);
     } else if (tip_ < deepest_ || (overlap < 0.0 && impulse_[0] <= 0.0)) {
         tip_ = std::clamp(tip_ + std::clamp(overlap / length, -most, most), 0.0, deepest_);
@@ -235,7 +235,7 @@ void MovingNeedle::move_on(int touched, int active, double time_step) {
         is_punctured_ = true;
     for (int k = 0; k < touched; ++k)
         if (std::abs(impulse_[k + 1]) >= high_[k + 1]) // it slides
-            stuck_at_[k] = u_(k, 0) - depth_ + impulse_[k + 1] / time_step / needle_stiffness;
+            stuck_at_[k] = u_(k, 0) - depth_ + impulse_[k + 1] / time_step / core::needle_stiffness;
     move_tip(time_step, tears);
     for (int k = 0; k < static_cast<int>(stuck_at_.size()) && k < active + 1; ++k)
         if (core::shaft_length(line_, k, tip_) <= 0.0)

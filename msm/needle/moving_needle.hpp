@@ -12,9 +12,8 @@
 
 namespace livermark::msm {
 
-/// How stiffly a needle holds each of its places [N/m], and for how long a damper beside that stiffness goes on [s]. A
-/// place gives way by its force over the stiffness: 4 um for the tip force of a biopsy.
-inline constexpr double needle_stiffness = 5e4, needle_damping_time = 1e-3;
+/// For how long a damper beside core::needle_stiffness goes on [s].
+inline constexpr double needle_damping_time = 1e-3;
 
 /// Work since the needle began [J]. What the hand does is what the tissue takes up, as elastic and kinetic energy and
 /// by its own damping, and the three losses.

@@ -21,6 +21,8 @@ using Eigen::VectorXd;
 constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
 /// Of lengths, over the spacing.
 constexpr double rounding = 1e-9;
+/// By which a place gives way against the needle [m/N].
+constexpr double place_softness = 1.0 / core::needle_stiffness;
 
 /// Two directions across an axis, and the axis itself, as rows.
 Eigen::Matrix3d frame_of(const core::Vector3 &axis) {
@@ -55,7 +57,7 @@ class Tissue {
     /// With the first places held across.
     struct Held {
         MatrixXd along;              ///< (K, K) displacement along the axis for forces along it [m/N]
-        MatrixXd of_hold;            ///< (K, 2 h) the same for displacements across of what is held
+        MatrixXd of_hold;            ///< (K, 2 h) the same for displacements across, at which places are held
         Eigen::LLT<MatrixXd> across; ///< of what is held
     };
 
@@ -64,7 +66,9 @@ class Tissue {
         if (found != held_.end())
             return found->second;
         Held held;
-        held.across.compute(across_.topLeftCorner(2 * count, 2 * count));
+        MatrixXd across = across_.topLeftCorner(2 * count, 2 * count);
+        across.diagonal().array() += place_softness;
+        held.across.compute(across);
         const MatrixXd between = between_.leftCols(2 * count);
         held.of_hold = held.across.solve(between.transpose()).transpose();
         held.along = along_ - held.of_hold * between.transpose();
@@ -132,8 +136,8 @@ class Driving {
         VectorXd along;        ///< (K) forces of shaft and tip [N]
         VectorXd shaft;        ///< (K) those of the shaft
         VectorXd displacement; ///< (K) along the axis [m]
-        VectorXd hold;         ///< (2 h) displacements across of what is held [m]
-        double overlap = 0.0;  ///< of needle and tissue at the tip [m]
+        VectorXd hold;         ///< (2 h) displacements across, at which places are held [m]
+        double overlap = 0.0;  ///< of needle and tissue at the tip, less what the needle gives way by there [m]
     };
 
     /// (K) parts that the places have of a point of the axis.
@@ -187,7 +191,7 @@ class Driving {
             high[num_touched] = largest;
         }
         MatrixXd matrix = columns.transpose() * held.along * columns;
-        matrix.diagonal() *= 1.0 + 1e-9; // a tip at a place has its column twice
+        matrix.diagonal().array() += place_softness;
         const VectorXd force = core::least_within_limits(matrix, wanted, low, high);
         if (!tip_force)
             trial.tip_force = force[num_touched];
@@ -195,7 +199,7 @@ class Driving {
         trial.shaft.head(num_touched) = force.head(num_touched);
         trial.along = trial.shaft + trial.tip_force * at_tip;
         trial.displacement = held.of_hold * trial.hold + held.along * trial.along;
-        trial.overlap = depth - tip - at_tip.dot(trial.displacement);
+        trial.overlap = depth - tip - at_tip.dot(trial.displacement) - place_softness * trial.tip_force;
         return trial;
     }
 
@@ -250,9 +254,9 @@ class Driving {
 
     void accept(const Trial &trial, double depth) {
         const VectorXd forces = tissue_.forces_across(trial.along, trial.hold);
-        across_ = tissue_.displacement_across(trial.along, forces);
-        stored_ = 0.5 * (trial.along.dot(trial.displacement) + forces.dot(trial.hold));
-        tip_ = trial.tip;
+        const VectorXd across_before = std::exchange(across_, tissue_.displacement_across(trial.along, forces));
+        stored_ = 0.5 * (trial.along.dot(trial.displacement) + forces.dot(across_.head(forces.size())));
+        const double tip_before = std::exchange(tip_, trial.tip);
         deepest_ = std::max(deepest_, tip_);
         tip_force_ = trial.tip_force;
         shaft_ = trial.shaft;
@@ -260,11 +264,17 @@ class Driving {
         displacement_ = trial.displacement;
         const VectorXd length = lengths(tip_);
         for (Index k = 0; k < tissue_.size(); ++k)
-            stuck_at_[k] = length[k] > 0.0 ? displacement_[k] - depth : no_number;
+            stuck_at_[k] = length[k] > 0.0 ? displacement_[k] + place_softness * shaft_[k] - depth : no_number;
         const Index num_held = static_cast<Index>(tip_ / spacing_ + rounding) + 1;
         const Index were_held = trial.hold.size();
         hold_.resize(2 * num_held);
-        hold_ << trial.hold, across_.segment(were_held, 2 * num_held - were_held);
+        hold_.head(were_held) = trial.hold;
+        for (Index k = were_held / 2; k < num_held; ++k) { // where it was when the tip passed
+            const double way = tip_ - tip_before;
+            const double part =
+                way > 0.0 ? std::clamp((static_cast<double>(k) * spacing_ - tip_before) / way, 0.0, 1.0) : 1.0;
+            hold_.segment<2>(2 * k) = (1.0 - part) * across_before.segment<2>(2 * k) + part * across_.segment<2>(2 * k);
+        }
     }
 
     double force() const { return along_.sum(); }
@@ -302,11 +312,11 @@ class Driving {
     Index target_;
     double tip_ = 0.0, deepest_ = 0.0, tip_force_ = 0.0, stored_ = 0.0;
     bool is_punctured_ = false;
-    VectorXd stuck_at_;      ///< (K) displacement less depth of what touches the shaft, NaN of what does not
+    VectorXd stuck_at_; ///< (K) where the needle holds what touches the shaft, less the depth, NaN of what does not
     VectorXd along_, shaft_; ///< (K) forces of shaft and tip, and of the shaft alone [N]
     VectorXd displacement_;  ///< (K) along the axis [m]
     VectorXd across_;        ///< (2 K) [m]
-    VectorXd hold_;          ///< (2 h) of what is held [m]
+    VectorXd hold_;          ///< (2 h) displacements across, at which places are held [m]
     core::Insertion found_;
 };
 

@@ -98,7 +98,7 @@ class PlainNeedle {
     void act(State &state, double depth, double h) {
         const auto count = static_cast<int>(weights_.rows());
         Eigen::MatrixXd u = places_of(state.displacement);
-        const double soft = 1.0 / (h * h * needle_stiffness + h * needle_damping_time * needle_stiffness);
+        const double soft = 1.0 / (h * h * core::needle_stiffness + h * needle_damping_time * core::needle_stiffness);
         const double lead = depth - depth_;
         // Rows of what is asked for: the tip, the shaft, and places across.
         Eigen::VectorXd at_tip = Eigen::VectorXd::Zero(count);
@@ -106,7 +106,7 @@ class PlainNeedle {
         at_tip[below] = part;
         at_tip[below + 1] = 1.0 - part;
         const auto impulse_for = [&](double gap, double change) {
-            return -soft * needle_stiffness * (h * gap + needle_damping_time * change);
+            return -soft * core::needle_stiffness * (h * gap + needle_damping_time * change);
         };
         const double largest =
             tip < deepest_ ? 0.0 : (is_punctured_ ? needle_.toughness * needle_.diameter : needle_.puncture_force);
@@ -140,7 +140,7 @@ class PlainNeedle {
                 Vector3 gap = u.row(k).transpose() - held_[k], change = (u.row(k) - before_.row(k)).transpose();
                 gap -= axis_ * axis_.dot(gap);
                 change -= axis_ * axis_.dot(change);
-                right.row(k) = -soft * needle_stiffness * (h * gap + needle_damping_time * change);
+                right.row(k) = -soft * core::needle_stiffness * (h * gap + needle_damping_time * change);
             }
             impulse.topRows(num_held_) += block.fullPivLu().solve(right);
         }
@@ -195,14 +195,14 @@ class PlainNeedle {
         is_punctured_ = is_punctured_ || tears;
         for (std::size_t r = 1; r < place.size(); ++r)
             if (std::abs(along[r]) >= high[r])
-                stuck_[place[r]] = u.row(place[r]).dot(axis_) - depth_ + along[r] / h / needle_stiffness;
+                stuck_[place[r]] = u.row(place[r]).dot(axis_) - depth_ + along[r] / h / core::needle_stiffness;
         const auto [below, part] = core::point_of_line(line_, tip);
         const double first = u.row(below).dot(axis_), next = u.row(below + 1).dot(axis_);
         const double overlap = depth_ - tip - (part * first + (1.0 - part) * next);
         const double stretched = std::max(0.2, 1.0 + (next - first) / line_.spacing);
         const double most = 0.5 * line_.spacing;
         if (tears)
-            tip += std::clamp((overlap - along[0] / h / needle_stiffness) / stretched, 0.0, most);
+            tip += std::clamp((overlap - along[0] / h / core::needle_stiffness) / stretched, 0.0, most);
         else if (tip < deepest_ || (overlap < 0.0 && along[0] <= 0.0))
             tip = std::clamp(tip + std::clamp(overlap / stretched, -most, most), 0.0, deepest_);
         tip = std::min(tip, line_.spacing * static_cast<double>(line_.places.size() - 1));

@@ -59,12 +59,12 @@ msm::ElasticBody springs_around_nodes(const core::Body &body) {
     throw std::logic_error("no springs around nodes");
 }
 
-/// All the way the forces and the tip, and on the way in the target: along the axis, and with springs around nodes
-/// across it as well. With others, and where the needle turns around, the target is off by up to a tenth for a while
-/// (docs/studies/needle.md).
+/// All the way: forces, tip, surface and target, along the axis and across it. What moves quickly is let alone: the
+/// first touch, the turn, and where a place that was held is let go.
 TEST(MovingInsertion, MeetsSlowlyWhatTheStaticNeedleDoes) {
+    constexpr int start = 5, turn = 3;
     const Block block;
-    const core::Vector3 axis = (block.needle.target - block.needle.entry).normalized();
+    const double spacing = core::needle_line(block.needle).spacing;
     for (const bool is_around_nodes : {false, true}) {
         const auto body =
             is_around_nodes ? springs_around_nodes(*block.problem.body) : patch_springs(*block.problem.body);
@@ -79,21 +79,19 @@ TEST(MovingInsertion, MeetsSlowlyWhatTheStaticNeedleDoes) {
         for (int j = 1; j < std::min(found.num_records(), expected.num_records()); ++j) {
             SCOPED_TRACE(found.depth[j]);
             ASSERT_NEAR(found.depth[j], expected.depth[j], 1e-12);
-            // Forces in steps are means from record to record, which say little where they rise from one to the next.
-            if (std::abs(expected.force[j] - expected.force[j - 1]) < 0.1 * largest) {
-                EXPECT_NEAR(found.force[j], 0.5 * (expected.force[j - 1] + expected.force[j]), 0.04 * largest);
-                ++num_compared;
-            }
             EXPECT_NEAR(found.tip[j], expected.tip[j], 0.01 * block.needle.depth());
-            const core::Vector3 off = found.target[j] - expected.target[j];
-            if (j <= expected.at_plan) {
-                EXPECT_LT(is_around_nodes ? off.norm() : std::abs(off.dot(axis)), 0.05 * farthest);
-            }
             EXPECT_NEAR(found.entry[j], expected.entry[j], 0.05 * farthest);
+            EXPECT_LT((found.target[j] - expected.target[j]).norm(), 0.06 * farthest);
+            const bool turns = j > found.at_plan && j <= found.at_plan + turn;
+            if (j < start || turns || std::abs(std::remainder(expected.tip[j], spacing)) < 0.01 * spacing)
+                continue;
+            // Forces in steps are means from record to record.
+            EXPECT_NEAR(found.force[j], 0.5 * (expected.force[j - 1] + expected.force[j]), 0.02 * largest);
+            EXPECT_LT((found.target[j] - expected.target[j]).norm(), 0.02 * farthest);
+            ++num_compared;
         }
-        EXPECT_GT(num_compared, expected.at_plan);
-        const core::Vector3 off = found.target[found.at_plan] - expected.target[expected.at_plan];
-        EXPECT_LT(is_around_nodes ? off.norm() : std::abs(off.dot(axis)), 0.02 * farthest);
+        EXPECT_GT(num_compared, 0.8 * expected.num_records());
+        EXPECT_LT((found.target[found.at_plan] - expected.target[expected.at_plan]).norm(), 0.01 * farthest);
     }
 }
 
