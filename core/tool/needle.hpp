@@ -46,6 +46,7 @@ struct Insertion {
     std::vector<double> stored;   ///< (J) in the tissue [J]
     std::vector<double> friction; ///< (J) lost along the shaft so far [J]
     std::vector<double> tearing;  ///< (J) lost at the tip so far [J]
+    std::vector<double> holding;  ///< (J) lost where the tissue is held across the axis so far [J]; not in old files
     /// Where the surface gives way; NaN if it does not.
     double puncture_depth = std::numeric_limits<double>::quiet_NaN();
     /// What is set free when it does, and no step of the hand takes up: the needle jumps [J].

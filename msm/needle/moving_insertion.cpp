@@ -76,7 +76,7 @@ class DrivingInSteps {
         record.friction.push_back(work.friction);
         record.tearing.push_back(work.tearing);
         found_.kinetic.push_back(kinetic(state));
-        found_.holding.push_back(work.holding);
+        record.holding.push_back(work.holding);
         found_.damping.push_back(lost_);
     }
 
@@ -95,7 +95,7 @@ double MovingInsertion::energy_error() const {
     double largest = 0.0;
     for (std::size_t j = 0; j < kinetic.size(); ++j)
         largest = std::max(largest, std::abs(record.work[j] - record.stored[j] - kinetic[j] - record.friction[j] -
-                                             record.tearing[j] - holding[j] - damping[j]));
+                                             record.tearing[j] - record.holding[j] - damping[j]));
     return largest / record.work[static_cast<std::size_t>(record.at_plan)];
 }
 

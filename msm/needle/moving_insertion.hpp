@@ -21,7 +21,6 @@ struct MovingInsertionOptions {
 struct MovingInsertion {
     core::Insertion record;      ///< `stored` is elastic; forces are means over the steps from record to record
     std::vector<double> kinetic; ///< (J) [J]
-    std::vector<double> holding; ///< (J) lost where the tissue is held across the axis so far [J]
     std::vector<double> damping; ///< (J) lost by damping of the masses so far [J]
 
     /// The largest that the two sides of the balance differ by at a record, over the work that the hand has done until

@@ -14,10 +14,15 @@ double NeedleRun::largest_pull() const {
 }
 
 double NeedleRun::energy_error() const {
-    const auto j = static_cast<std::size_t>(insertion.at_plan);
-    return std::abs(insertion.work[j] - insertion.stored[j] - insertion.friction[j] - insertion.tearing[j] -
-                    insertion.puncture_loss) /
-           insertion.work[j];
+    const auto at_plan = static_cast<std::size_t>(insertion.at_plan);
+    double largest = 0.0;
+    for (std::size_t j = 0; j < insertion.work.size(); ++j) {
+        const bool is_punctured = insertion.depth[j] >= insertion.puncture_depth || j >= at_plan;
+        largest = std::max(largest, std::abs(insertion.work[j] - insertion.stored[j] - insertion.friction[j] -
+                                             insertion.tearing[j] - insertion.holding[j] -
+                                             (is_punctured ? insertion.puncture_loss : 0.0)));
+    }
+    return largest / insertion.work[at_plan];
 }
 
 double force_error(const core::Insertion &insertion, const core::Insertion &reference) {

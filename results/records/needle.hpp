@@ -24,8 +24,8 @@ struct NeedleRun {
     double force_at_plan() const { return insertion.force[insertion.at_plan]; } ///< [N]
     double largest_force() const;                                               ///< on the way in [N]
     double largest_pull() const;                                                ///< on the way out [N]
-    /// What the hand did and is neither stored nor lost along the shaft, at the tip or at the puncture, over all that
-    /// it did on the way in: how exact the steps are.
+    /// What the hand did and is neither stored nor lost along the shaft, at the tip, across the axis or at the
+    /// puncture, the most at a record, over all that it did on the way in: how exact the steps are.
     double energy_error() const;
 };
 

@@ -105,7 +105,7 @@ class Driving {
           hold_(VectorXd::Zero(2)) {
         found_.depth.push_back(0.0);
         record(0.0);
-        for (auto *const sum : {&found_.work, &found_.friction, &found_.tearing})
+        for (auto *const sum : {&found_.work, &found_.friction, &found_.tearing, &found_.holding})
             sum->push_back(0.0);
         found_.stored.push_back(0.0);
     }
@@ -113,16 +113,19 @@ class Driving {
     void go_to(double depth) {
         const double before = tip_;
         const bool was_whole = !is_punctured_;
-        const VectorXd old_displacement = displacement_, old_shaft = shaft_;
+        const VectorXd old_displacement = displacement_, old_shaft = shaft_, old_across = across_;
+        const VectorXd old_holding = holding_;
         const double old_tip_force = tip_force_;
         accept(found(depth), depth);
         found_.depth.push_back(depth);
         record(force());
         add_energies(before, old_displacement, old_shaft, old_tip_force);
+        add_holding(old_across, old_holding);
         if (was_whole && is_punctured_) {
             found_.puncture_depth = depth;
             const auto j = found_.depth.size() - 1;
-            found_.puncture_loss = found_.work[j] - found_.stored[j] - found_.friction[j] - found_.tearing[j];
+            found_.puncture_loss =
+                found_.work[j] - found_.stored[j] - found_.friction[j] - found_.tearing[j] - found_.holding[j];
         }
     }
 
@@ -253,9 +256,9 @@ class Driving {
     }
 
     void accept(const Trial &trial, double depth) {
-        const VectorXd forces = tissue_.forces_across(trial.along, trial.hold);
-        const VectorXd across_before = std::exchange(across_, tissue_.displacement_across(trial.along, forces));
-        stored_ = 0.5 * (trial.along.dot(trial.displacement) + forces.dot(across_.head(forces.size())));
+        holding_ = tissue_.forces_across(trial.along, trial.hold);
+        const VectorXd across_before = std::exchange(across_, tissue_.displacement_across(trial.along, holding_));
+        stored_ = 0.5 * (trial.along.dot(trial.displacement) + holding_.dot(across_.head(holding_.size())));
         const double tip_before = std::exchange(tip_, trial.tip);
         deepest_ = std::max(deepest_, tip_);
         tip_force_ = trial.tip_force;
@@ -305,6 +308,13 @@ class Driving {
         found_.stored.push_back(stored_);
     }
 
+    /// By the same rule. What is let go loses what was stored by holding it.
+    void add_holding(const VectorXd &old_across, const VectorXd &old_holding) {
+        const VectorXd moved = across_ - old_across;
+        found_.holding.push_back(found_.holding.back() - 0.5 * (old_holding.dot(moved.head(old_holding.size())) +
+                                                                holding_.dot(moved.head(holding_.size()))));
+    }
+
     Tissue tissue_;
     core::NeedleLine line_;
     core::Needle needle_;
@@ -316,6 +326,7 @@ class Driving {
     VectorXd along_, shaft_; ///< (K) forces of shaft and tip, and of the shaft alone [N]
     VectorXd displacement_;  ///< (K) along the axis [m]
     VectorXd across_;        ///< (2 K) [m]
+    VectorXd holding_;       ///< (2 h) forces across [N]
     VectorXd hold_;          ///< (2 h) displacements across, at which places are held [m]
     core::Insertion found_;
 };

@@ -17,6 +17,7 @@ inline core::Insertion sample_insertion(double force) {
         found.stored.push_back(0.02 * j);
         found.friction.push_back(0.03 * j);
         found.tearing.push_back(0.05 * j);
+        found.holding.push_back(0.001 * j);
     }
     found.at_plan = 2;
     return found;

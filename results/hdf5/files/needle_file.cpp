@@ -1,6 +1,7 @@
 #include "results/hdf5/files/needle_file.hpp"
 
 #include <fmt/format.h>
+#include <string_view>
 
 #include "results/hdf5/file_parts.hpp"
 #include "results/hdf5/io/hdf5_io.hpp"
@@ -37,6 +38,7 @@ template <class Records, class Visit> void for_each_record(Records &insertion, V
     visit("stored", insertion.stored, "J");
     visit("friction", insertion.friction, "J");
     visit("tearing", insertion.tearing, "J");
+    visit("holding", insertion.holding, "J");
 }
 
 void write_run(OutputFile &file, const std::string &group, const NeedleRun &run) {
@@ -69,6 +71,8 @@ NeedleRun read_run(const InputFile &file, const std::string &group, const std::s
     for_each_record(insertion, [&](const char *name, auto &values, const char *) {
         using Value = typename std::remove_cvref_t<decltype(values)>::value_type;
         const auto path = fmt::format("{}/{}", group, name);
+        if (std::string_view(name) == "holding" && !file.has(path))
+            return; // of an older version
         values =
             insertion.depth.empty() ? file.dataset<Value>(path) : file.dataset<Value>(path, insertion.depth.size());
     });

@@ -1,6 +1,8 @@
 #include "results/hdf5/files/needle_file.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <hdf5.h>
 
 #include "results/hdf5/file_kind.hpp"
 #include "results/provenance.hpp"
@@ -31,6 +33,7 @@ TEST_F(NeedleFiles, HoldWhatWasWritten) {
     EXPECT_EQ(study.runs[0].model, "judge");
     EXPECT_EQ(study.runs[1].insertion.force, expected.runs[1].insertion.force);
     EXPECT_EQ(study.runs[1].insertion.target, expected.runs[1].insertion.target);
+    EXPECT_EQ(study.runs[1].insertion.holding, expected.runs[1].insertion.holding);
     EXPECT_EQ(study.runs[1].insertion.puncture_depth, 0.01);
     EXPECT_EQ(study.runs[1].insertion.at_plan, 2);
 }
@@ -45,6 +48,18 @@ TEST_F(NeedleFiles, AreRefusedWhereTheyCannotBe) {
     wrong.needles[0].runs[0].insertion.force.pop_back();
     write_needles(path_, wrong);
     EXPECT_THROW(read_needles_file(path_), support::InputError);
+}
+
+/// Files of before what holding loses was written.
+TEST_F(NeedleFiles, OfOlderVersionsAreRead) {
+    write_needles(path_, tests::sample_needles());
+    const hid_t file = H5Fopen(path_.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+    for (const char *model : {"judge", "springs"})
+        EXPECT_GE(H5Ldelete(file, fmt::format("/needles/0/models/{}/holding", model).c_str(), H5P_DEFAULT), 0);
+    H5Fclose(file);
+    const auto read = read_needles_file(path_);
+    EXPECT_TRUE(read.needles.front().runs[1].insertion.holding.empty());
+    EXPECT_EQ(read.needles.front().runs[1].insertion.tearing.size(), 5U);
 }
 
 TEST_F(NeedleFiles, HaveATableOfWhereTheTargetIs) {

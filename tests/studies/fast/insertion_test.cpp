@@ -8,20 +8,15 @@
 
 #include "core/tool/least_within_limits.hpp"
 #include "results/records/needle.hpp"
+#include "tests/studies/some_tissue.hpp"
 
 namespace livermark::studies {
 namespace {
 
+using tests::needle_of_some_tissue;
+
 core::Needle needle() {
-    return {.name = "needle",
-            .entry = {0.01, 0.02, 0.03},
-            .target = {0.01, 0.06, 0.06},
-            .diameter = 1e-3,
-            .spread = 6e-3,
-            .toughness = 200.0,
-            .friction = 10.0,
-            .puncture_force = 0.2,
-            .step = 2.5e-4};
+    return needle_of_some_tissue();
 }
 
 /// A rigid block on a spring along the axis that gives way by so much [m/N], and on stiffer ones across it.
@@ -35,22 +30,6 @@ Eigen::MatrixXd block_on_spring(const core::Needle &needle, const core::NeedleLi
         for (Eigen::Index j = 0; j < places; ++j)
             matrix.block<3, 3>(3 * i, 3 * j) = block;
     matrix.diagonal().array() += 1e-7 * compliance; // as a block it would let forces within it be anything
-    return matrix;
-}
-
-/// Tissue whose places give way the less for each other the farther they are apart, and not along the axis alone.
-Eigen::MatrixXd some_tissue(const core::NeedleLine &line, double compliance, double reach, std::mt19937 &random) {
-    std::normal_distribution<double> normal;
-    Eigen::Matrix3d root;
-    for (double &entry : root.reshaped())
-        entry = normal(random);
-    const Eigen::Matrix3d block = Eigen::Matrix3d::Identity() + 0.2 * root * root.transpose();
-    const auto places = static_cast<Eigen::Index>(line.places.size());
-    Eigen::MatrixXd matrix(3 * places, 3 * places);
-    for (Eigen::Index i = 0; i < places; ++i)
-        for (Eigen::Index j = 0; j < places; ++j)
-            matrix.block<3, 3>(3 * i, 3 * j) =
-                compliance * std::exp(-line.spacing * static_cast<double>(std::abs(i - j)) / reach) * block;
     return matrix;
 }
 
@@ -150,25 +129,9 @@ TEST(Insertion, OfAForceTooSmallNeverPunctures) {
     EXPECT_NEAR(found.force[found.at_plan], tough.depth() / of_tip(0.02), 1e-3);
 }
 
-TEST(Insertion, OfManyNeedlesStaysFiniteAndBalanced) {
-    std::mt19937 random(11);
-    std::uniform_real_distribution<double> part;
-    for (int n = 0; n < 60; ++n) {
-        auto some = needle();
-        some.spread = 0.002 + 0.01 * part(random);
-        some.toughness = 20.0 + 300.0 * part(random);
-        some.friction = n % 5 == 0 ? 0.0 : 60.0 * part(random);
-        some.puncture_force = some.tip_force();
-        const auto line = core::needle_line(some);
-        const double compliance = std::pow(10.0, -3.0 + part(random));
-        const auto found = insert(some_tissue(line, compliance, 0.005 + 0.05 * part(random), random), line, some);
-        for (const double force : found.force)
-            ASSERT_TRUE(std::isfinite(force)) << n;
-        const results::NeedleRun run{.model = "some", .insertion = found};
-        EXPECT_LT(run.energy_error(), 0.02)
-            << n << ": compliance " << compliance << ", friction " << some.friction << ", spread " << some.spread;
-        EXPECT_NEAR(found.force.back(), 0.0, 1e-6) << n;
-    }
+/// Sixty of them are in the full tests.
+TEST(Insertion, OfSomeNeedlesStaysFiniteAndBalanced) {
+    EXPECT_EQ(tests::drive_into_some_tissue(11, 4, 0.006), std::vector<std::string>{});
 }
 
 } // namespace
