@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double no_place = std::numeric_limits<double>::quiet_NaN();
+constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
 /// Places before the tip whose displacement is known as well, so that a tip that moves on finds it.
 constexpr int places_ahead = 3;
 /// Of lengths, over the spacing.
@@ -70,7 +70,7 @@ MovingNeedle::MovingNeedle(const core::Needle &needle, const core::TetraMesh &me
         field->setZero(places, 3);
     for (auto *field : {&right_, &low_, &high_, &impulse_})
         field->setZero(places + 1);
-    stuck_at_.setConstant(places, no_place);
+    stuck_at_.setConstant(places, no_number);
     hold_.setZero(places, 2);
 }
 
@@ -78,7 +78,7 @@ void MovingNeedle::begin(const FastSteps &steps) {
     depth_ = tip_ = deepest_ = force_ = tip_force_ = 0.0;
     is_punctured_ = false;
     num_held_ = num_read_ = 0;
-    stuck_at_.setConstant(no_place);
+    stuck_at_.setConstant(no_number);
     within_limits_.forget();
     work_ = {};
     read(steps, num_active());
@@ -239,7 +239,7 @@ void MovingNeedle::move_on(int touched, int active, double time_step) {
     move_tip(time_step, tears);
     for (int k = 0; k < static_cast<int>(stuck_at_.size()) && k < active + 1; ++k)
         if (core::shaft_length(line_, k, tip_) <= 0.0)
-            stuck_at_[k] = no_place;
+            stuck_at_[k] = no_number;
     const bool touches = tip_ > 0.0 || impulse_[0] > 0.0;
     const int held = touches ? static_cast<int>(tip_ / line_.spacing + needle_rounding) + 1 : 0;
     for (int k = num_held_; k < held; ++k)
@@ -259,6 +259,11 @@ void MovingNeedle::act(FastSteps &steps, double depth, double time_step) {
     find_along(touched, depth, time_step);
     find_across(num_held_, time_step);
     kick(steps, active, time_step);
+    if (!u_.topRows(active).allFinite()) { // the body has diverged
+        force_ = tip_force_ = no_number;
+        depth_ = depth;
+        return;
+    }
 
     // What the needle gives the tissue goes with the motion of the step.
     const double lead = depth - depth_;

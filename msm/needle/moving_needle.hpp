@@ -50,8 +50,9 @@ class MovingNeedle {
     /// Begins outside, the tip at the entry as it is now.
     void begin(const FastSteps &steps);
 
-    /// What the needle does to the last step. Of steps of other integrators than symplectic Euler it is a splitting of
-    /// first order. Masses of the steps are those that were given, not scaled ones.
+    /// What the needle does to the last step. In a body that has diverged forces are not finite, and the tip stays
+    /// where it was. Of steps of other integrators than symplectic Euler it is a splitting of first order. Masses of
+    /// the steps are those that were given, not scaled ones.
     /// @param depth      of the tip below the entry at rest, as the hand leads it, at the end of the step [m]
     /// @param time_step  h of that step [s]
     void act(FastSteps &steps, double depth, double time_step);

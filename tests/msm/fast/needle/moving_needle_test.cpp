@@ -308,6 +308,33 @@ TEST(MovingNeedle, LeavesStepsAsLongAsTheyAre) {
     EXPECT_EQ(needle.force(), 0.0);
 }
 
+/// A step that is too long for a body that is pressed in far.
+TEST(MovingNeedle, SaysThatABodyHasDiverged) {
+    const PrickedBox box;
+    const auto body = springs_named(box.body, "patch");
+    auto steps = FastSteps::prepare(body, box.body.mesh.points, box.conditions, {20.0, 0.0}, "symplectic_euler",
+                                    needle_step, {.precision = ForcePrecision::double_precision});
+    ASSERT_TRUE(steps.has_value());
+    MovingNeedle needle(box.needle, box.body.mesh, body.node_mass, box.conditions);
+    needle.begin(*steps);
+    int step = 0;
+    for (; step < 120; ++step) {
+        steps->take(1);
+        needle.act(*steps, box.depth_at(step), needle_step);
+    }
+    const double tip = needle.tip();
+    ASSERT_GT(tip, 0.0);
+    auto state = steps->state();
+    state.displacement.setConstant(std::nan(""));
+    steps->set_state(state);
+    for (; step < box.num_steps; ++step) {
+        steps->take(1);
+        needle.act(*steps, box.depth_at(step), needle_step);
+        ASSERT_FALSE(std::isfinite(needle.force()));
+    }
+    EXPECT_EQ(needle.tip(), tip);
+}
+
 TEST(FastSteps, GiveManyNodesWhatTheyGiveOne) {
     const PrickedBox box;
     const auto body = springs_named(box.body, "nodal_neo_hookean");
