@@ -20,6 +20,7 @@ struct Method {
     std::string source;            ///< literature reference
     std::string energy;            ///< the equation of the energy behind it
     std::string converges_to;      ///< one line: what a step comes to as iterations grow
+    std::string objection;         ///< one sentence: what those who use it would object to here
     std::string implementation;    ///< one line: how good it is, and its number format
     std::string in_double{};       ///< the same of its steps in double precision, where it has both
     double time_step = frame_time; ///< what its users usually take [s]

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <fmt/format.h>
 #include <map>
 #include <memory>
@@ -45,28 +46,15 @@ int solve_references(const ArenaCommand &command, const studies::ArenaOptions &o
     return 0;
 }
 
-int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions options, const std::string &command_line) {
-    if (options.tool == studies::ArenaTool::glued && options.friction > 0.0)
-        throw support::InputError("a glued tool has no friction; add --tool touching, or leave --friction out");
-    options.bodies = with_images_meshed(options.bodies, command_line);
-    options.budgets.clear();
-    for (const double budget : sorted_once(command.budgets))
-        options.budgets.push_back(1e-3 * budget);
-    if (command.solve_reference)
-        return solve_references(command, options, command_line);
-    const auto found = studies::run_arena(options, command_line, print_progress());
-    print_notes(found.notes);
+void print_arena(const results::Arena &arena, const ArenaCommand &command) {
     const auto print = [&](const results::Layout &layout) {
         fmt::print("{}\n", command.markdown ? results::to_markdown(layout) : results::to_text(layout));
     };
-    for (const auto &arena : found.of_body) {
-        if (arena.reference.empty()) {
-            fmt::print("{}: {}\n{}; no reference motion with contact is stored, so there are forces and no errors\n\n",
-                       arena.body, arena.title, results::tool_of(arena));
-            print(results::arena_forces(arena));
-            fmt::print("{}", results::calibration_note(arena));
-            continue;
-        }
+    if (arena.reference.empty()) {
+        fmt::print("{}: {}\n{}; no reference motion with contact is stored, so there are forces and no errors\n\n",
+                   arena.body, arena.title, results::tool_of(arena));
+        print(results::arena_forces(arena));
+    } else {
         fmt::print(
             "{}: {}\n{}; within a budget of one core for a frame of {:.1f} ms; the last refinement of the reference "
             "changed it by {} in contact, forces by {}\n\n",
@@ -75,8 +63,27 @@ int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions opti
         if (command.details)
             print(results::arena_table(arena));
         print(results::arena_overview(arena));
-        fmt::print("{}", results::calibration_note(arena));
     }
+    if (!arena.series.empty())
+        print(results::arena_series(arena));
+    fmt::print("{}", results::calibration_note(arena));
+}
+
+int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions options, const std::string &command_line) {
+    if (options.tool == studies::ArenaTool::glued && options.friction > 0.0)
+        throw support::InputError("a glued tool has no friction; add --tool touching, or leave --friction out");
+    std::ranges::sort(options.iterations);
+    options.iterations.erase(std::ranges::unique(options.iterations).begin(), options.iterations.end());
+    options.bodies = with_images_meshed(options.bodies, command_line);
+    options.budgets.clear();
+    for (const double budget : sorted_once(command.budgets))
+        options.budgets.push_back(1e-3 * budget);
+    if (command.solve_reference)
+        return solve_references(command, options, command_line);
+    const auto found = studies::run_arena(options, command_line, print_progress());
+    print_notes(found.notes);
+    for (const auto &arena : found.of_body)
+        print_arena(arena, command);
     fmt::print(stderr, "Result files are in {}\n", options.output);
     return 0;
 }
@@ -102,6 +109,11 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
     command->add_option("--budget", arena->budgets, "Processor times of one core for a frame [ms]")
         ->check(CLI::Range(0.01, 1e5))
         ->capture_default_str();
+    command
+        ->add_option("--iterations", options->iterations,
+                     "Numbers of iterations in a frame to move with as well, whatever time they take: of one step, and "
+                     "as steps with one each; explicit methods take their least number of steps, and twice that")
+        ->check(CLI::Range(1, 20000));
     command
         ->add_option("--mesh", options->meshes,
                      "1: as it is; 2: with the longest edge of each tetrahedron bisected; 3: with each tetrahedron cut "

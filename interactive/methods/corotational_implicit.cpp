@@ -14,6 +14,9 @@ Method corotational_implicit() {
                 "steps in cloth simulation, SIGGRAPH; Faure et al. 2012, SOFA, Springer",
             .energy = "mu |F - R|^2 + lambda / 2 tr(R^T F - 1)^2",
             .converges_to = "the linearised step of backward Euler; at rest the equilibrium of the energy",
+            .objection = "Users of SOFA would end conjugate gradients at a tolerance, and precondition them with a "
+                         "factor that is renewed now and then, which serves hard inclusions better than blocks of "
+                         "nodes.",
             .implementation = "matrix-free, blocks of nodes as preconditioner, vector units, single precision",
             .in_double = "plain loop over tetrahedra, matrix-free, blocks of nodes as preconditioner, double",
             .time_step = frame_time,

@@ -47,6 +47,8 @@ Method fast_mass_spring() {
             .source = "Liu, Bargteil, O'Brien, Kavan 2013, Fast simulation of mass-spring systems, ACM TOG 32(6)",
             .energy = "k / 2 (|x_a - x_b| - l)^2 on edges by Lloyd's formula for mu",
             .converges_to = "the step of backward Euler",
+            .objection = "It was published for cloth and hair; without a volume term nobody would take it for a "
+                         "liver.",
             .implementation = "vector units, CHOLMOD's factor in single precision",
             .in_double = "plain loop over springs; CHOLMOD's solve with three right-hand sides; double",
             .time_step = frame_time,

@@ -45,6 +45,8 @@ Method projective_dynamics() {
             .source = "Bouaziz, Martin, Liu, Kavan, Pauly 2014, Projective dynamics, ACM TOG 33(4)",
             .energy = "mu |F - R|^2 + 3 lambda / 2 |F - D|^2, D the nearest matrix with det D = 1",
             .converges_to = "the step of backward Euler",
+            .objection = "Its users accelerate iterations (Chebyshev, Anderson, quasi-Newton) and project tetrahedra "
+                         "on many cores; neither is done here.",
             .implementation = "vector units without singular values, CHOLMOD's factor in single precision",
             .in_double = "plain loop with Jacobi singular values; CHOLMOD's solve with three right-hand sides; double",
             .time_step = frame_time,

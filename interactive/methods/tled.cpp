@@ -31,6 +31,9 @@ Method tled() {
             .energy = "mu / 2 (I1 - 3 - 2 ln J) + lambda / 2 (ln J)^2",
             .converges_to = "the motion of the energy as h goes to 0; at rest the equilibrium of neo-Hookean linear "
                             "tetrahedra",
+            .objection = "Nobody simulates soft tissue by linear tetrahedra with the pressure of each one, because "
+                         "they lock; the method was published for hexahedra with hourglass control, and is run on a "
+                         "GPU.",
             .implementation = "vector units, single precision",
             .in_double = "plain loop over tetrahedra, double",
             .time_step = frame_time,

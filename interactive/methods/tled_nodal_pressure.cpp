@@ -30,6 +30,9 @@ Method tled_nodal_pressure() {
             .energy =
                 "mu / 2 (I1 - 3 - 2 ln J) in tetrahedra, lambda / 2 (ln J)^2 at nodes with the mean J around them",
             .converges_to = "the motion of the energy as h goes to 0; at rest its equilibrium",
+            .objection = "Where two materials meet, its authors improve the average of pressures, so that the "
+                         "pressure of a tumour does not spread into the liver; here moduli are averaged around nodes, "
+                         "and there is no GPU.",
             .implementation = "vector units, single precision",
             .in_double = "two plain loops over tetrahedra, double",
             .time_step = frame_time,

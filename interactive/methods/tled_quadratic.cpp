@@ -31,6 +31,8 @@ Method tled_quadratic() {
             .energy = "mu / 2 (I1 - 3 - 2 ln J) + lambda / 2 (ln J)^2 at four points of a tetrahedron",
             .converges_to = "the motion of the energy as h goes to 0; at rest the equilibrium of neo-Hookean quadratic "
                             "tetrahedra",
+            .objection = "Explicit codes take composite ten-node tetrahedra in place of quadratic ones, whose nodes "
+                         "in the middle of edges ask for short steps.",
             .implementation = "vector units, single precision",
             .in_double = "plain loop over tetrahedra with four points each, double",
             .time_step = frame_time,

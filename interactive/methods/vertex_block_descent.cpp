@@ -303,6 +303,9 @@ Method vertex_block_descent() {
                       "A Chebyshev semi-iterative approach, ACM TOG 34(6)",
             .energy = "mu / 2 (I1 - 3) - mu (J - 1) + (lambda + mu) / 2 (J - 1)^2",
             .converges_to = "the step of backward Euler",
+            .objection = "It is meant for a GPU, which moves all nodes of a colour at once, and for hundreds of "
+                         "thousands of nodes that may stay unconverged; its authors do not claim the stiffness of a "
+                         "material within a few iterations.",
             .implementation = "vector units over nodes of one colour, single precision",
             .in_double = "plain loop over nodes in the order of colours, F anew at each corner, double",
             .time_step = frame_time,

@@ -200,6 +200,8 @@ std::vector<Contender> interactive_contenders(Precision precision) {
             {.name = method.name + (is_scaled ? scaled_name : ""),
              .source = method.source + (is_scaled ? scaled_source : ""),
              .implementation = implementation + (is_scaled ? scaled_implementation : ""),
+             .converges_to = method.converges_to + (is_scaled ? scaled_limit : ""),
+             .objection = method.objection,
              .prepare = [method, precision, is_scaled](const core::Problem &problem) -> std::unique_ptr<MovingBody> {
                  return std::make_unique<InteractiveBody>(method, problem, precision, is_scaled);
              },

@@ -170,6 +170,10 @@ Contender contender(const MovingSpringModel &model, bool is_scaled) {
     return {.name = model.name + (is_scaled ? scaled_name : ""),
             .source = model.source + (is_scaled ? scaled_source : ""),
             .implementation = on_vector_units + (is_scaled ? scaled_implementation : ""),
+            .converges_to =
+                std::string("the motion of its springs as h goes to 0; at rest the equilibrium of their energy") +
+                (is_scaled ? scaled_limit : ""),
+            .objection = model.objection,
             .prepare = [make = model.make, is_scaled](const core::Problem &problem) -> std::unique_ptr<MovingBody> {
                 return std::make_unique<MovingSprings>(make(*problem.body), problem, is_scaled);
             },
@@ -220,13 +224,34 @@ ElasticBody edge_neo_hookean_f(const core::Body &body) {
 
 std::span<const MovingSpringModel> moving_spring_models() {
     static const std::vector<MovingSpringModel> models{
-        {"lloyd", "Lloyd, Szekely, Harders 2007, IEEE TVCG 13(5)", lloyd},
-        {"patch_nodal_volume", "Livermark", patch_with_volume, true},
-        {"nodal_springs", "Livermark", nodal_springs, true},
-        {"nodal_neo_hookean", "Livermark", nodal_neo_hookean, true},
-        {"nodal_neo_hookean_f", "Livermark", nodal_neo_hookean_f, true},
-        {"edge_neo_hookean", "Livermark", edge_neo_hookean, false, true},
-        {"edge_neo_hookean_f", "Livermark", edge_neo_hookean_f, false, true}};
+        {"lloyd", "Lloyd, Szekely, Harders 2007, IEEE TVCG 13(5)",
+         "Its formula is for one Poisson's ratio and for elements of one shape, and its authors give tetrahedra a "
+         "volume force beside it; alone it does not keep a liver's volume.",
+         lloyd},
+        {"patch_nodal_volume", "Livermark",
+         "Those who calibrate springs fit each body and load anew; here one fit to affine strains serves all loads, "
+         "and hard parts need short steps.",
+         patch_with_volume, true},
+        {"nodal_springs", "Livermark",
+         "Forces act between springs around a node, so it is no network of two-node springs; nothing keeps tetrahedra "
+         "from turning inside out.",
+         nodal_springs, true},
+        {"nodal_neo_hookean", "Livermark",
+         "It is a nodally averaged finite element with another name, as users of averaged elements would say, and its "
+         "constant a was chosen on the livers that ship.",
+         nodal_neo_hookean, true},
+        {"nodal_neo_hookean_f", "Livermark",
+         "It is a nodally averaged finite element with another name, as users of averaged elements would say, and its "
+         "constant a was chosen on the livers that ship.",
+         nodal_neo_hookean_f, true},
+        {"edge_neo_hookean", "Livermark",
+         "It is an edge-based smoothed finite element with another name, and was not tuned for speed as those around "
+         "nodes were.",
+         edge_neo_hookean, false, true},
+        {"edge_neo_hookean_f", "Livermark",
+         "It is an edge-based smoothed finite element with another name, and was not tuned for speed as those around "
+         "nodes were.",
+         edge_neo_hookean_f, false, true}};
     return models;
 }
 

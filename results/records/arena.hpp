@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,17 @@ struct ArenaRun {
     bool operator==(const ArenaRun &) const = default;
 };
 
+/// What there is to say of a method beside its runs.
+struct ArenaMethod {
+    std::string name;
+    std::string source;         ///< literature reference
+    std::string implementation; ///< how good it is, and its number format
+    std::string converges_to;   ///< what its steps come to
+    std::string objection;      ///< what those who use it would object to here
+
+    bool operator==(const ArenaMethod &) const = default;
+};
+
 /// Above this part the times of a calibration differ too much: its effort says something of the machine.
 inline constexpr double largest_calibration_spread = 0.05;
 
@@ -69,7 +81,11 @@ struct Arena {
     std::vector<double> time;                   ///< (K) of records [s]
     std::vector<core::Vector3> reference_force; ///< (K) [N]
     core::ToolErrors reference_errors;          ///< what the last refinement of the reference changed
+    double reference_pressed_force = std::numeric_limits<double>::quiet_NaN(); ///< when the slide begins [N]
     std::vector<ArenaRun> runs;
+    /// With numbers of iterations or steps that were given, so that a method is seen to converge. They have no budget.
+    std::vector<ArenaRun> series;
+    std::vector<ArenaMethod> methods; ///< of these runs, each once
 };
 
 } // namespace livermark::results

@@ -134,6 +134,36 @@ std::vector<results::ArenaRun> run_budgets(const models::Contender &contender, c
     return runs;
 }
 
+/// A method with given numbers of iterations on one mesh.
+std::vector<results::ArenaRun> run_series(const models::Contender &contender, const ArenaScene &scene,
+                                          const std::vector<int> &iterations) {
+    std::vector<results::ArenaRun> runs;
+    const auto add = [&](const models::Effort &effort, const char *setting) {
+        runs.push_back(run_contender(contender, scene, effort));
+        runs.back().setting = setting;
+    };
+    if (iterations.empty())
+        return runs;
+    if (const auto least = contender.prepare(scene.problem)->least_effort()) {
+        add(*least, stable);
+        add(twice(*least), half_steps);
+        return runs;
+    }
+    for (const auto setting : {models::Setting::one_step, models::Setting::one_iteration})
+        for (const int number : iterations)
+            if (number > 1 || setting == models::Setting::one_step) // the same with one
+                add(effort_of(setting, number), models::to_string(setting));
+    return runs;
+}
+
+results::ArenaMethod texts_of(const models::Contender &contender) {
+    return {.name = contender.name,
+            .source = contender.source,
+            .implementation = contender.implementation,
+            .converges_to = contender.converges_to,
+            .objection = contender.objection};
+}
+
 } // namespace
 
 std::vector<std::string> moving_load_cases() {
@@ -171,7 +201,9 @@ results::Arena empty_arena(const core::Problem &problem, const results::ToolRefe
                          .time = core::record_times(*load_case.tool),
                          .reference_force = {},
                          .reference_errors = {.contact = unknown, .after = unknown, .force = unknown, .over_time = {}},
-                         .runs = {}};
+                         .runs = {},
+                         .series = {},
+                         .methods = {}};
     if (load_case.touching) {
         arena.tool = results::touching_tool;
         arena.friction = load_case.touching->friction;
@@ -182,6 +214,7 @@ results::Arena empty_arena(const core::Problem &problem, const results::ToolRefe
         arena.time = reference->history.time;
         arena.reference_force = reference->history.force;
         arena.reference_errors = reference->last_refinement;
+        arena.reference_pressed_force = pressed_force(*load_case.tool, reference->history.force);
     }
     return arena;
 }
@@ -203,6 +236,7 @@ ArenaResults run_arena(const ArenaOptions &options, const std::string &command_l
             reference = stored_tool_reference(problem);
         const auto folder = make_output_folder(options.output, problem);
         auto arena = empty_arena(problem, reference ? &*reference : nullptr, command_line);
+        std::ranges::transform(contenders, std::back_inserter(arena.methods), texts_of);
         const auto changes = reference ? volume_changes(problem.body->mesh, reference->history) : std::vector<double>{};
         for (const int mesh : options.meshes) {
             const ArenaScene scene{on_mesh(problem, mesh), &problem.body->mesh,
@@ -211,6 +245,7 @@ ArenaResults run_arena(const ArenaOptions &options, const std::string &command_l
                 steps.next(fmt::format("{} / {} tetrahedra / {}", problem.body->name,
                                        scene.problem.body->mesh.tetrahedra.size(), contender.name));
                 std::ranges::move(run_budgets(contender, scene, options.budgets), std::back_inserter(arena.runs));
+                std::ranges::move(run_series(contender, scene, options.iterations), std::back_inserter(arena.series));
             }
         }
         results::write_arena(folder / arena_file_of(options), arena);

@@ -27,7 +27,10 @@ struct ArenaOptions {
     /// How fine the meshes are: 1 as they are, 2 with the longest edge of each tetrahedron bisected, 3 with each
     /// tetrahedron cut into eight.
     std::vector<int> meshes{1, 2, 3};
-    std::vector<double> budgets{0.001, 0.004, 1.0 / 60.0};             ///< of one core, for a frame [s]
+    std::vector<double> budgets{0.001, 0.004, 1.0 / 60.0}; ///< of one core, for a frame [s]
+    /// Numbers of iterations in a frame that methods move with as well, whatever time these take: as iterations of one
+    /// step, and as steps of one iteration. What takes explicit steps takes its least number of them, and twice that.
+    std::vector<int> iterations;
     models::Precision precision = models::Precision::single_precision; ///< of interactive methods that have both
     ArenaTool tool = ArenaTool::glued;
     double friction = 0.0; ///< of a ball that touches

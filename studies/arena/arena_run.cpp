@@ -36,10 +36,6 @@ double processor_seconds() {
     return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
 
-Effort effort_of(models::Setting setting, int number) {
-    return setting == models::Setting::one_step ? Effort{1, number} : Effort{number, 1};
-}
-
 struct FrameTime {
     double seconds;
     double spread; ///< of the last two rounds, as a part
@@ -176,18 +172,28 @@ void find_forces(results::ArenaRun &run, const core::Problem &problem) {
     for (int record = 0; record < motion.num_records(); ++record) {
         const double time = motion.time_of(record);
         const auto &force = run.force[record];
-        if (time <= motion.slide_from)
-            run.pressed_force = force.norm();
         if (time > motion.slide_from && time < motion.slide_until) {
             sum += force;
             ++num_sliding;
         }
     }
+    run.pressed_force = pressed_force(motion, run.force);
     run.slid_force = num_sliding > 0 ? -sum.dot(inwards) / num_sliding : nan;
     run.slid_ratio = sum.dot(across) / sum.dot(inwards);
 }
 
 } // namespace
+
+Effort effort_of(models::Setting setting, int number) {
+    return setting == models::Setting::one_step ? Effort{1, number} : Effort{number, 1};
+}
+
+double pressed_force(const core::ToolMotion &motion, const std::vector<core::Vector3> &force) {
+    double size = 0.0;
+    for (int record = 0; record < motion.num_records() && motion.time_of(record) <= motion.slide_from; ++record)
+        size = force[record].norm();
+    return size;
+}
 
 std::vector<double> volume_changes(const core::TetraMesh &mesh, const core::ToolHistory &history) {
     std::vector<double> changes;

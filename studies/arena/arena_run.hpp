@@ -30,6 +30,13 @@ struct MeasuredEffort {
 MeasuredEffort largest_effort(models::MovingBody &body, const core::ToolMotion &motion, models::Setting setting,
                               double budget);
 
+/// So many iterations of one step in a frame, or so many steps of one iteration.
+models::Effort effort_of(models::Setting setting, int number);
+
+/// The size of the force on a tool when its slide begins [N].
+/// @param force  (K) at the records of the motion
+double pressed_force(const core::ToolMotion &motion, const std::vector<core::Vector3> &force);
+
 /// Moves a method through the whole motion and judges it.
 results::ArenaRun run_contender(const models::Contender &contender, const ArenaScene &scene,
                                 const models::Effort &effort);

@@ -190,7 +190,8 @@ toml::array arenas_of(const ReportData &data) {
         const auto overview = arena.reference.empty() ? results::arena_forces(arena) : results::arena_overview(arena);
         array.push_back(toml::table{{"file", data.files.arenas[a]},
                                     {"overview", json_of(overview)},
-                                    {"table", json_of(results::arena_table(arena))}});
+                                    {"table", json_of(results::arena_table(arena))},
+                                    {"series", json_of(results::arena_series(arena))}});
     }
     return array;
 }

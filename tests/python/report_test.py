@@ -243,6 +243,27 @@ def test_errors_of_methods_are_those_of_the_arena(sample):
             assert cell == ("diverged" if math.isnan(error) else f"{100 * error:.1f}")
 
 
+def test_cards_say_what_each_method_is_and_how_it_converges(sample):
+    section = next(section for section in sample.iter(f"{XHTML}section") if section.get("id") == "cards")
+    cards = {"".join(card.find(f"{XHTML}summary").itertext()).strip(): card
+             for card in section.iter(f"{XHTML}details") if card.get("name") == "cards"}
+    with h5py.File(SAMPLES / "sample_arena.h5") as file:
+        methods, series = file["methods"].attrs, file["series"]
+        assert list(cards) == [name.decode() for name in methods["names"]]
+        for m, card in enumerate(cards.values()):
+            said = "".join(card.itertext())
+            assert all(methods[word][m].decode() in said for word in ("sources", "converge_to", "objections"))
+        card = cards["springs"]
+        rows = [texts(row) for row in list(card.iter(f"{XHTML}table"))[1].iter(f"{XHTML}tr")][1:]
+        force = series["pressed_force"][:] / file["arena"].attrs["reference_pressed_force"]
+        assert [row[3] for row in rows] == [str(number) for number in series["iterations"]]
+        assert [row[7] for row in rows] == [f"{100 * (part - 1):.1f}" for part in force]
+    words = {"".join(text.itertext()) for text in card.iter(f"{SVG}text")}
+    assert {"Error against iterations", "Stiffness at the tool", "Error against mesh", "Error over time", "Force over time"} <= words
+    diverged = {"".join(text.itertext()) for text in cards["blown_up"].iter(f"{SVG}text")}
+    assert "Error against iterations" not in diverged, "there is nothing to draw"
+
+
 def test_a_figure_of_forces_names_every_model(sample):
     with h5py.File(SAMPLES / "path_result.h5") as file:
         models = set(file["solutions"])
@@ -256,4 +277,4 @@ def test_a_figure_of_forces_names_every_model(sample):
 def test_every_section_is_a_target_of_a_link(sample):
     links = [link.get("href") for link in sample.find(f".//{XHTML}nav")]
     assert links == ["#" + section.get("id") for section in sample.iter(f"{XHTML}section")]
-    assert len(links) == 12
+    assert len(links) == 13

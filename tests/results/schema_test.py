@@ -122,7 +122,8 @@ def sizes_of(file):
                 "M": len(group["budget"].attrs["models"])}
     if "arena" in file:
         return {"M": file["/arena/budget"].shape[0], "K": file["/arena/time"].shape[0],
-                "F": file["/arena/error_over_time"].shape[1]}
+                "F": file["/arena/error_over_time"].shape[1], "S": file["/series/steps"].shape[0],
+                "A": len(file["/methods"].attrs["names"])}
     if "springs" in file:
         return {"R": file["/materials/density"].shape[0], "S": file["/springs/edges"].shape[0],
                 "L": file["/loads/held_out"].shape[0]}

@@ -47,6 +47,19 @@ inline results::Arena sample_arena() {
     lost.outcome = results::ArenaOutcome::diverged;
     lost.num_inverted = 7;
     lost.errors = {.contact = nan, .after = nan, .force = nan, .over_time = {nan}};
+    arena.reference_pressed_force = 2.0;
+    arena.methods = {{"springs", "Somebody 2001", "a loop", "the motion of its springs", "Nobody would do that."},
+                     {"blown_up", "Nobody 2002", "two loops", "nothing", "It blows up."}};
+    for (const int iterations : {1, 2, 4}) {
+        arena.series.push_back(run);
+        auto &last = arena.series.back();
+        last.setting = "one step";
+        last.budget = last.calibration_spread = 0.0;
+        last.steps = 1;
+        last.iterations = iterations;
+        last.errors.contact = 0.4 / iterations;
+        last.pressed_force = iterations; // half of that of the reference, and twice that
+    }
     return arena;
 }
 

@@ -23,8 +23,10 @@ using hdf5::InputFile;
 using hdf5::OutputFile;
 
 constexpr const char *group = "/arena";
+constexpr const char *series_group = "/series";   ///< of files since 0.2.0, as the one below
+constexpr const char *methods_group = "/methods"; ///< what there is to say of methods
 
-constexpr const char *calibration_spread = "calibration_spread";
+constexpr const char *budget = "budget", *calibration_spread = "calibration_spread";
 
 /// Columns that files of 0.1.0 do not have.
 constexpr std::array later_columns{"calibration_spread", "pressed_force", "slid_force", "slid_ratio", "deepest"};
@@ -33,8 +35,13 @@ bool is_later_column(std::string_view name) {
     return std::ranges::find(later_columns, name) != later_columns.end();
 }
 
-std::string path_of(const char *name) {
-    return fmt::format("{}/{}", group, name);
+std::string path_of(const char *name, const char *in = group) {
+    return fmt::format("{}/{}", in, name);
+}
+
+/// Runs with given iterations have no budget, so nothing was measured to keep to it.
+bool has_column(const char *in, std::string_view name) {
+    return in == group || (name != budget && name != calibration_spread);
 }
 
 /// Calls for each column of numbers with its name, its units, and a function to its number of a run.
@@ -42,7 +49,7 @@ template <class Visit> void for_each_column(Visit visit) {
     visit(
         "tetrahedra", "", [](auto &run) -> auto & { return run.tetrahedra; });
     visit(
-        "budget", "s", [](auto &run) -> auto & { return run.budget; });
+        budget, "s", [](auto &run) -> auto & { return run.budget; });
     visit(
         "steps", "", [](auto &run) -> auto & { return run.steps; });
     visit(
@@ -101,6 +108,42 @@ template <class T> std::vector<T> joined(const std::vector<ArenaRun> &runs, std:
     return all;
 }
 
+/// @param num_records  K
+void write_runs(OutputFile &file, const char *in, const std::vector<ArenaRun> &runs, std::size_t num_records) {
+    std::vector<std::string> methods, settings, outcomes;
+    for (const auto &run : runs) {
+        methods.push_back(run.method);
+        settings.push_back(run.setting);
+        outcomes.emplace_back(to_string(run.outcome));
+    }
+    file.texts(in, "methods", methods);
+    file.texts(in, "settings", settings);
+    file.texts(in, "outcomes", outcomes);
+    for_each_column([&](const char *name, const char *units, auto number) {
+        if (!has_column(in, name))
+            return;
+        std::vector<std::remove_cvref_t<decltype(number(runs.front()))>> values;
+        std::ranges::transform(runs, std::back_inserter(values), number);
+        file.dataset(path_of(name, in), values, units);
+    });
+    if (runs.empty())
+        return;
+    file.blocks(path_of("force", in), joined<core::Vector3>(runs, [](const ArenaRun &run) { return run.force; }),
+                num_records, "N");
+    file.blocks(path_of("error_over_time", in),
+                joined<double>(runs, [](const ArenaRun &run) { return run.errors.over_time; }),
+                runs.front().errors.over_time.size(), "");
+}
+
+/// Calls for each text of a method with its name, and a function to it.
+template <class Visit> void for_each_text(Visit visit) {
+    visit("names", &ArenaMethod::name);
+    visit("sources", &ArenaMethod::source);
+    visit("implementations", &ArenaMethod::implementation);
+    visit("converge_to", &ArenaMethod::converges_to);
+    visit("objections", &ArenaMethod::objection);
+}
+
 } // namespace
 
 void write_arena(const std::filesystem::path &path, const Arena &arena) {
@@ -120,31 +163,74 @@ void write_arena(const std::filesystem::path &path, const Arena &arena) {
     file.number(group, "reference_force_change", arena.reference_errors.force);
     file.dataset(path_of("time"), arena.time, "s");
     file.dataset(path_of("reference_force"), arena.reference_force, "N");
-    std::vector<std::string> methods, settings, outcomes;
-    for (const auto &run : arena.runs) {
-        methods.push_back(run.method);
-        settings.push_back(run.setting);
-        outcomes.emplace_back(to_string(run.outcome));
+    file.number(group, "reference_pressed_force", arena.reference_pressed_force);
+    write_runs(file, group, arena.runs, arena.time.size());
+    if (!arena.series.empty()) {
+        file.group(series_group);
+        write_runs(file, series_group, arena.series, arena.time.size());
     }
-    file.texts(group, "methods", methods);
-    file.texts(group, "settings", settings);
-    file.texts(group, "outcomes", outcomes);
-    for_each_column([&](const char *name, const char *units, auto number) {
-        std::vector<std::remove_cvref_t<decltype(number(arena.runs.front()))>> values;
-        std::ranges::transform(arena.runs, std::back_inserter(values), number);
-        file.dataset(path_of(name), values, units);
-    });
-    if (arena.runs.empty())
-        return support::write_whole(path, file.image());
-    file.blocks(path_of("force"), joined<core::Vector3>(arena.runs, [](const ArenaRun &run) { return run.force; }),
-                arena.time.size(), "N");
-    file.blocks(path_of("error_over_time"),
-                joined<double>(arena.runs, [](const ArenaRun &run) { return run.errors.over_time; }),
-                arena.runs.front().errors.over_time.size(), "");
+    if (!arena.methods.empty()) {
+        file.group(methods_group);
+        for_each_text([&](const char *name, std::string ArenaMethod::*text) {
+            std::vector<std::string> texts;
+            std::ranges::transform(arena.methods, std::back_inserter(texts),
+                                   [&](const ArenaMethod &method) { return method.*text; });
+            file.texts(methods_group, name, texts);
+        });
+    }
     support::write_whole(path, file.image());
 }
 
 namespace {
+
+std::vector<ArenaRun> runs_in(const InputFile &file, const char *in, std::size_t num_records) {
+    const auto methods = file.texts(in, "methods"), settings = file.texts(in, "settings"),
+               outcomes = file.texts(in, "outcomes");
+    if (settings.size() != methods.size() || outcomes.size() != methods.size())
+        file.refuse(in, "has not as many settings and outcomes as methods");
+    std::vector<ArenaRun> runs(methods.size());
+    for (std::size_t r = 0; r < methods.size(); ++r) {
+        runs[r].method = methods[r];
+        runs[r].setting = settings[r];
+        const auto outcome = outcome_of(outcomes[r]);
+        if (!outcome)
+            file.refuse(in, fmt::format("has an outcome '{}' that is not known", support::shown(outcomes[r])));
+        runs[r].outcome = *outcome;
+    }
+    for_each_column([&](const char *name, const char *, auto number) {
+        using Number = std::remove_cvref_t<decltype(number(runs.front()))>;
+        if (!has_column(in, name) || (is_later_column(name) && !file.has(path_of(name, in))))
+            return;
+        const auto values = file.dataset<Number>(path_of(name, in), methods.size());
+        for (std::size_t r = 0; r < methods.size(); ++r)
+            number(runs[r]) = values[r];
+    });
+    if (methods.empty())
+        return runs;
+    const auto force = file.blocks<core::Vector3>(path_of("force", in), methods.size(), num_records);
+    const std::size_t num_fields = core::ToolHistory::num_fields(static_cast<int>(num_records));
+    const auto error = file.blocks<double>(path_of("error_over_time", in), methods.size(), num_fields);
+    for (std::size_t r = 0; r < methods.size(); ++r) {
+        const auto from = static_cast<std::ptrdiff_t>(r * num_records);
+        runs[r].force.assign(force.begin() + from, force.begin() + from + static_cast<std::ptrdiff_t>(num_records));
+        const auto first = static_cast<std::ptrdiff_t>(r * num_fields);
+        runs[r].errors.over_time.assign(error.begin() + first,
+                                        error.begin() + first + static_cast<std::ptrdiff_t>(num_fields));
+    }
+    return runs;
+}
+
+std::vector<ArenaMethod> methods_in(const InputFile &file) {
+    std::vector<ArenaMethod> methods(file.texts(methods_group, "names").size());
+    for_each_text([&](const char *name, std::string ArenaMethod::*text) {
+        const auto texts = file.texts(methods_group, name);
+        if (texts.size() != methods.size())
+            file.refuse(methods_group, fmt::format("has not as many {} as names", name));
+        for (std::size_t m = 0; m < methods.size(); ++m)
+            methods[m].*text = texts[m];
+    });
+    return methods;
+}
 
 Arena arena_in(const std::filesystem::path &path) {
     const InputFile file(path, "livermark arena");
@@ -161,46 +247,22 @@ Arena arena_in(const std::filesystem::path &path) {
                                      .after = file.number(group, "reference_after_change"),
                                      .force = file.number(group, "reference_force_change"),
                                      .over_time = {}},
-                .runs = {}};
+                .runs = {},
+                .series = {},
+                .methods = {}};
     if (file.has_attribute(group, "tool")) { // files of 0.1.0 have none
         arena.tool = file.text(group, "tool");
         arena.friction = file.number(group, "friction");
         arena.ball_radius = file.number(group, "ball_radius");
     }
     arena.reference_force = file.dataset<core::Vector3>(path_of("reference_force"), arena.time.size());
-    const auto methods = file.texts(group, "methods"), settings = file.texts(group, "settings"),
-               outcomes = file.texts(group, "outcomes");
-    if (settings.size() != methods.size() || outcomes.size() != methods.size())
-        file.refuse(group, "has not as many settings and outcomes as methods");
-    arena.runs.resize(methods.size());
-    for (std::size_t r = 0; r < methods.size(); ++r) {
-        arena.runs[r].method = methods[r];
-        arena.runs[r].setting = settings[r];
-        const auto outcome = outcome_of(outcomes[r]);
-        if (!outcome)
-            file.refuse(group, fmt::format("has an outcome '{}' that is not known", support::shown(outcomes[r])));
-        arena.runs[r].outcome = *outcome;
-    }
-    for_each_column([&](const char *name, const char *, auto number) {
-        using Number = std::remove_cvref_t<decltype(number(arena.runs.front()))>;
-        if (is_later_column(name) && !file.has(path_of(name)))
-            return;
-        const auto values = file.dataset<Number>(path_of(name), methods.size());
-        for (std::size_t r = 0; r < methods.size(); ++r)
-            number(arena.runs[r]) = values[r];
-    });
-    if (methods.empty())
-        return arena;
-    const auto force = file.blocks<core::Vector3>(path_of("force"), methods.size(), arena.time.size());
-    const std::size_t num_fields = core::ToolHistory::num_fields(static_cast<int>(arena.time.size()));
-    const auto error = file.blocks<double>(path_of("error_over_time"), methods.size(), num_fields);
-    for (std::size_t r = 0; r < methods.size(); ++r) {
-        const auto from = static_cast<std::ptrdiff_t>(r * arena.time.size());
-        arena.runs[r].force.assign(force.begin() + from, force.begin() + from + std::ssize(arena.time));
-        const auto first = static_cast<std::ptrdiff_t>(r * num_fields);
-        arena.runs[r].errors.over_time.assign(error.begin() + first,
-                                              error.begin() + first + static_cast<std::ptrdiff_t>(num_fields));
-    }
+    if (file.has_attribute(group, "reference_pressed_force"))
+        arena.reference_pressed_force = file.number(group, "reference_pressed_force");
+    arena.runs = runs_in(file, group, arena.time.size());
+    if (file.has(series_group))
+        arena.series = runs_in(file, series_group, arena.time.size());
+    if (file.has(methods_group))
+        arena.methods = methods_in(file);
     return arena;
 }
 

@@ -122,6 +122,31 @@ Layout arena_forces(const Arena &arena) {
     return layout;
 }
 
+Layout arena_series(const Arena &arena) {
+    Layout layout{{{"tetrahedra", true},
+                   {"method"},
+                   {"setting"},
+                   {"steps", true},
+                   {"iterations", true},
+                   {"contact [%]", true},
+                   {"force [%]", true},
+                   {"pressed [N]", true},
+                   {"stiffness [%]", true},
+                   {"volume [%]", true},
+                   {"least J", true},
+                   {"frame [ms]", true},
+                   {"outcome"}},
+                  {}};
+    for (const auto &run : arena.series)
+        layout.rows.push_back({fmt::format("{}", run.tetrahedra), run.method, run.setting, fmt::format("{}", run.steps),
+                               fmt::format("{}", run.iterations), in_percent(run.errors.contact),
+                               in_percent(run.errors.force), fixed(run.pressed_force, 3),
+                               in_percent(run.pressed_force / arena.reference_pressed_force - 1.0),
+                               fixed(100.0 * run.volume_error, 2), fixed(run.smallest_jacobian, 2),
+                               in_milliseconds(run.frame_seconds), to_string(run.outcome)});
+    return layout;
+}
+
 std::string tool_of(const Arena &arena) {
     return arena.tool == touching_tool
                ? fmt::format("the tool is a ball of {:.3g} mm that touches, with a friction of {:g}",

@@ -17,6 +17,10 @@ Layout arena_overview(const Arena &arena);
 /// The same with the forces on the tool in place of errors, where there is no reference: mesh by mesh.
 Layout arena_forces(const Arena &arena);
 
+/// A row for each run with given iterations, method by method: errors, and by how much the force when the slide begins
+/// is above that of the reference, which is the stiffness at the tool that the method has with so many.
+Layout arena_series(const Arena &arena);
+
 /// What the tool did, for the head of a table.
 std::string tool_of(const Arena &arena);
 

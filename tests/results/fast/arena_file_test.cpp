@@ -1,6 +1,8 @@
 #include "results/hdf5/files/arena_file.hpp"
 
 #include <gtest/gtest.h>
+#include <limits>
+#include <tuple>
 
 #include "results/hdf5/file_kind.hpp"
 #include "results/hdf5/files/tool_reference_file.hpp"
@@ -33,6 +35,24 @@ TEST_F(ArenaFile, HoldsWhatWasWritten) {
     EXPECT_EQ(read.runs[1].outcome, ArenaOutcome::diverged);
     EXPECT_EQ(read.runs[1].num_inverted, 7);
     EXPECT_EQ(read.tool, glued_tool);
+    EXPECT_EQ(read.reference_pressed_force, 2.0);
+    EXPECT_EQ(read.series, written.series);
+    EXPECT_EQ(read.methods, written.methods);
+}
+
+TEST_F(ArenaFile, SaysHowStiffAMethodIsWithEachNumberOfIterations) {
+    const auto table = arena_series(tests::sample_arena());
+    ASSERT_EQ(table.rows.size(), 3U);
+    EXPECT_EQ(table.rows[0].size(), table.columns.size());
+    for (const auto &[row, iterations, error, stiffness] :
+         {std::tuple(0, "1", "40.0", "-50.0"), std::tuple(2, "4", "10.0", "100.0")}) {
+        EXPECT_EQ(table.rows[row][4], iterations);
+        EXPECT_EQ(table.rows[row][5], error);
+        EXPECT_EQ(table.rows[row][8], stiffness);
+    }
+    auto touched = tests::sample_arena();
+    touched.reference_pressed_force = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(arena_series(touched).rows[0][8], "-");
 }
 
 TEST_F(ArenaFile, SaysWhatTheToolIs) {
@@ -65,6 +85,17 @@ TEST_F(ArenaFile, IsRefusedWhereItIsNone) {
     arena.runs[1].force.pop_back(); // as if of another number of records
     write_arena(path_, arena);
     EXPECT_THROW(read_arena(path_), support::InputError);
+}
+
+TEST_F(ArenaFile, OfAnEarlierVersionHasNoSeries) {
+    auto arena = tests::sample_arena();
+    arena.series.clear();
+    arena.methods.clear();
+    write_arena(path_, arena);
+    const auto read = read_arena(path_);
+    EXPECT_EQ(read.runs.size(), arena.runs.size());
+    EXPECT_TRUE(read.series.empty());
+    EXPECT_TRUE(read.methods.empty());
 }
 
 TEST_F(ArenaFile, HasATableOfTheBestWithinEachBudget) {

@@ -7,7 +7,7 @@ import matplotlib
 from markupsafe import Markup
 
 from livermark.report import colours, figures
-from livermark.report.data import ReportData, attributes_of, cleaned, table_of
+from livermark.report.data import ReportData, attributes_of, table_of, texts_of
 from livermark.report.parts import Section, figure, paragraph, plots, subsection, table
 from livermark.report.units import PERCENT
 
@@ -17,17 +17,17 @@ MILLISECONDS = 1e3
 MOST_FORCES = 4  # lines of force beside the reference: more cannot be told apart
 
 
-def _runs(file) -> list[dict]:
-    """A dict for each run of an arena file."""
-    group = file["arena"]
-    columns = {name: values[:] for name, values in group.items()}
-    texts = {name: cleaned(list(attributes_of(group)[name])) for name in ("methods", "settings", "outcomes")}
+def runs_of(group) -> list[dict]:
+    """A dict for each run of a group of an arena file: its texts, and its numbers by their names."""
+    if "methods" not in attributes_of(group):
+        return []
+    texts = {name: texts_of(group, name) for name in ("methods", "settings", "outcomes")}
+    columns = {name: values[:] for name, values in group.items() if len(values) == len(texts["methods"])}
     return [{"method": texts["methods"][r], "outcome": texts["outcomes"][r], "setting": texts["settings"][r],
-             **{name: columns[name][r] for name in ("tetrahedra", "budget", "frame_seconds", "contact_error", "force")}}
-            for r in range(len(texts["methods"]))]
+             **{name: values[r] for name, values in columns.items()}} for r in range(len(texts["methods"]))]
 
 
-def _best(runs: list[dict]) -> dict[str, list[dict]]:
+def best_runs(runs: list[dict]) -> dict[str, list[dict]]:
     """Of each method the runs with the smaller error within each budget, and of those that are too slow where they stand."""
     best: dict[str, dict[float, dict]] = {}
     for run in runs:
@@ -43,7 +43,7 @@ def _best(runs: list[dict]) -> dict[str, list[dict]]:
 def _budget_plot(runs: list[dict], tetrahedra: int, methods: list[str]) -> Markup:
     """Error against the time that a frame really took."""
     axes = figures.new_plot(f"{tetrahedra} tetrahedra", "time of a frame, one core [ms]", "error in contact [%]", 440, 330)
-    best = _best([run for run in runs if run["tetrahedra"] == tetrahedra])
+    best = best_runs([run for run in runs if run["tetrahedra"] == tetrahedra])
     x = [MILLISECONDS * run["frame_seconds"] for of_method in best.values() for run in of_method]
     y = [PERCENT * run["contact_error"] for of_method in best.values() for run in of_method]
     figures.set_logarithmic(axes, "xy", {"x": x, "y": [min(value, 150.0) for value in y]})
@@ -65,7 +65,7 @@ def _force_plot(file, runs: list[dict], tetrahedra: int, methods: list[str]) -> 
     with matplotlib.rc_context(figures.SETTINGS):
         axes.plot(time, reference, color=colours.INK, linewidth=3.0, label=attributes_of(group)["reference"])
     budget = max(run["budget"] for run in runs)
-    within = {name: of_method[-1] for name, of_method in _best(
+    within = {name: of_method[-1] for name, of_method in best_runs(
         [run for run in runs if run["tetrahedra"] == tetrahedra and run["budget"] == budget and
          run["outcome"] == "ok"]).items()}
     for name in sorted(within, key=lambda name: within[name]["contact_error"])[:MOST_FORCES]:
@@ -93,7 +93,7 @@ def _arena(data: ReportData, told: dict) -> Markup:
         attributes = attributes_of(file)
         if not attributes_of(file["arena"])["reference"]:
             return _forces(attributes, attributes_of(file["arena"]), told)
-        runs = _runs(file) if "methods" in attributes_of(file["arena"]) else []
+        runs = runs_of(file["arena"])
         methods = list(dict.fromkeys(run["method"] for run in runs))
         sizes = sorted({int(run["tetrahedra"]) for run in runs})
         pictures = [_budget_plot(runs, size, methods) for size in sizes]
