@@ -1,6 +1,6 @@
 // What tests of the springs call in an empty page: the engine of the live page, many moves at once.
 import type { LiveBody, LiveFrame, LiveSettings, Tool } from '../src/live/types.ts';
-import { wasmEngine } from '../src/live/wasm_engine.ts';
+import { wasmEngine } from '../src/live/engines/wasm_engine.ts';
 
 export type Row =
   | { kind: 'choose'; settings: LiveSettings }

@@ -3,7 +3,7 @@ import { byId } from '../page/elements.ts';
 import { percent } from '../picture/scale.ts';
 import { tell } from './readings.ts';
 import type { Scene } from './scene.ts';
-import { femEngine } from './socket_engines.ts';
+import { femEngine } from './engines/socket_engines.ts';
 import { inWords, startAsking, stiffnessRatio, type Asking, type Truth } from './truth.ts';
 import type { LiveBody, LiveFrame, LiveSettings } from './types.ts';
 

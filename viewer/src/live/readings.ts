@@ -1,7 +1,7 @@
 // The numbers of the body that moves. Each element also has its number as it is, in data-value.
 import { byId } from '../page/elements.ts';
 import { millimetres, short } from '../picture/scale.ts';
-import { length } from './tool_state.ts';
+import { length } from './tool/tool_state.ts';
 import type { Timing } from './session.ts';
 import type { LiveFrame } from './types.ts';
 

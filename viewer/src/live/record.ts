@@ -1,5 +1,5 @@
 // Everything that was asked of an engine, in order: enough to do the same again elsewhere.
-import { length } from './tool_state.ts';
+import { length } from './tool/tool_state.ts';
 import type { Chosen, LiveFrame, LiveSettings, Tool } from './types.ts';
 
 export interface Move {

@@ -10,11 +10,11 @@ import { liveSkin } from '../picture/materials.ts';
 import type { Conditions } from '../picture/facet_conditions.ts';
 import { createStage, type Hooks, type Side, type Stage } from '../picture/stage.ts';
 import { cutControls, cutOf, listenToLiveCut, setCutControls } from './cut_panel.ts';
-import { createForceArrow } from './force_arrow.ts';
+import { createForceArrow } from './tool/force_arrow.ts';
 import { createLiveLegend } from './live_legend.ts';
 import type { LiveLook } from './live_link.ts';
 import { differences, shownFields, shownValues } from './shown_field.ts';
-import { needleMark } from './needle/needle_mark.ts';
+import { needleMark } from './tool/needle/needle_mark.ts';
 import type { Truth } from './truth.ts';
 import type { LiveBody, LiveFrame, Tool, Vector } from './types.ts';
 

@@ -1,6 +1,6 @@
 // The force of the last seconds, as a line that goes on.
 import { roundedUp } from '../picture/scale.ts';
-import { length } from './tool_state.ts';
+import { length } from './tool/tool_state.ts';
 import type { Entry, Move } from './record.ts';
 
 const seconds = 10;

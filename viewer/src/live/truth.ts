@@ -1,6 +1,6 @@
 // What finite elements say to the round load that the springs are under: one question under way, always about the latest frame.
 import { nodalVolumes } from '../data/nodal_volumes.ts';
-import { length } from './tool_state.ts';
+import { length } from './tool/tool_state.ts';
 import type { LiveBody, LiveFrame, LiveSettings, TruthEngine } from './types.ts';
 
 export interface Truth {

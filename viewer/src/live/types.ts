@@ -1,7 +1,7 @@
 // What the live page and its engines say to each other. SI units; vectors are [x, y, z].
 
 import type { SoftBody } from '../data/types.ts';
-import type { NeedleFrame, NeedleTool } from './needle/types.ts';
+import type { NeedleFrame, NeedleTool } from './tool/needle/types.ts';
 
 export type Vector = [number, number, number];
 

@@ -1,6 +1,6 @@
 // Back to before the last tool: its state as it was then. Where the body was, its engine keeps.
 import { byId } from '../page/elements.ts';
-import type { ToolState } from './tool_state.ts';
+import type { ToolState } from './tool/tool_state.ts';
 
 export interface Undo {
   /** A tool is about to be taken. */

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { frames, pixels, shippedFolder, startBrowser, startServer } from '../browser.mjs';
-import { createLivePage } from '../live_page.mjs';
+import { createLivePage } from './live_page.mjs';
 import { bodyOf } from '../springs.mjs';
 
 let shipped, server, browser, live;

@@ -1,6 +1,6 @@
 // An engine, of whatever carries its messages.
 import { bodyMessage, chooseMessage, keepMessage, moveMessage, readChosen, readFrame, resetMessage, restoreMessage } from './springs_messages.ts';
-import type { Engine, LiveBody } from './types.ts';
+import type { Engine, LiveBody } from '../types.ts';
 
 /** Carries messages to springs, and their answers back, in order. Faults are what `ask` throws. */
 export interface Carrier {

@@ -1,7 +1,7 @@
 // Mouse, finger and keys as motions of the tool.
-import type { Stage } from '../picture/stage.ts';
+import type { Stage } from '../../picture/stage.ts';
 import { goalOf, letGo, plus, pushTo, slide, type Grasp, type ToolState } from './tool_state.ts';
-import type { LiveBody, Vector } from './types.ts';
+import type { LiveBody, Vector } from '../types.ts';
 
 export interface Handling {
   toolState(): ToolState;

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { after, before, test } from 'node:test';
-import { frames, shippedFolder, startBrowser, startServer } from './browser.mjs';
+import { frames, shippedFolder, startBrowser, startServer } from '../browser.mjs';
 import { createLivePage } from './live_page.mjs';
 
 let shipped, server, browser, live;

@@ -1,6 +1,6 @@
 // What the tool of the reader does: which one, taken where, moved how far, pushed in how deep. Values in, values out.
 import type { NeedleValues } from './needle/types.ts';
-import type { Tool, Vector } from './types.ts';
+import type { Tool, Vector } from '../types.ts';
 
 export type Kind = Tool['kind'];
 export type Holding = Exclude<Kind, 'none'>;

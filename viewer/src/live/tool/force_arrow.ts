@@ -1,9 +1,9 @@
 // The force on the tool as an arrow in the picture, and how long an arrow is for a force.
-import { byId } from '../page/elements.ts';
-import type { Stage } from '../picture/stage.ts';
-import { createColourRange } from './colour_range.ts';
+import { byId } from '../../page/elements.ts';
+import type { Stage } from '../../picture/stage.ts';
+import { createColourRange } from '../colour_range.ts';
 import { length } from './tool_state.ts';
-import type { LiveFrame, Vector } from './types.ts';
+import type { LiveFrame, Vector } from '../types.ts';
 
 const longest = 0.35; // of the size of the body
 const least = 0.5; // force that the longest arrow stands for, at least [N]

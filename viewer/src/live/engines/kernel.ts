@@ -1,5 +1,5 @@
 // The springs in WebAssembly: gives the module what it imports, and calls it. See live/wasm/exports.cpp.
-import { Fault } from '../data/types.ts';
+import { Fault } from '../../data/types.ts';
 
 interface Exports {
   memory: WebAssembly.Memory;

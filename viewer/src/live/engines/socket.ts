@@ -1,5 +1,5 @@
 // A WebSocket as questions and answers, one at a time, in order.
-import { Fault } from '../data/types.ts';
+import { Fault } from '../../data/types.ts';
 
 export interface Socket {
   ask(message: string | Float64Array): Promise<string | ArrayBuffer>;

@@ -1,8 +1,8 @@
 // The needle as controls and readings.
-import type { Lesion } from '../../data/types.ts';
-import { byId, element } from '../../page/elements.ts';
-import { tell } from '../readings.ts';
-import type { LiveBody, LiveFrame, Tool, Vector } from '../types.ts';
+import type { Lesion } from '../../../data/types.ts';
+import { byId, element } from '../../../page/elements.ts';
+import { tell } from '../../readings.ts';
+import type { LiveBody, LiveFrame, Tool, Vector } from '../../types.ts';
 import { placeOfLesion, straightIn, targetErrors } from './way.ts';
 
 const choice = () => byId<HTMLSelectElement>('live-needle-target');

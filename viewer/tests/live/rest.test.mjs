@@ -1,7 +1,7 @@
 // A body that nobody touches comes to rest, and the live page then does nothing; and it goes back to before the last tool.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
-import { shippedFolder, startBrowser, startServer } from './browser.mjs';
+import { shippedFolder, startBrowser, startServer } from '../browser.mjs';
 import { createLivePage } from './live_page.mjs';
 
 let shipped, server, browser, live;

@@ -1,8 +1,8 @@
 // The tool, and where it is, as controls: what mouse and finger do can be done with them alone.
-import { byId } from '../page/elements.ts';
+import { byId } from '../../page/elements.ts';
 import { showNeedleControls } from './needle/needle_panel.ts';
 import { choose, depths, goalOf, pushTo, resize, type ToolState, type Kind } from './tool_state.ts';
-import { tell } from './readings.ts';
+import { tell } from '../readings.ts';
 
 const form = () => byId<HTMLFormElement>('live-tools');
 const input = (id: string) => byId<HTMLInputElement>(id);

@@ -1,7 +1,7 @@
 // A needle as the picture draws it.
-import type { NeedleMark } from '../../picture/needle_mark.ts';
+import type { NeedleMark } from '../../../picture/needle_mark.ts';
 import { plus } from '../tool_state.ts';
-import type { LiveFrame } from '../types.ts';
+import type { LiveFrame } from '../../types.ts';
 import type { NeedleTool } from './types.ts';
 import { pointAt } from './way.ts';
 

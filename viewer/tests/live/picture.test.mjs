@@ -1,7 +1,7 @@
 // What the live page draws and says: colours that follow, an arrow with a scale, values at a node, springs beside finite elements.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
-import { frames, pixels, shippedFolder, startBrowser, startServer } from './browser.mjs';
+import { frames, pixels, shippedFolder, startBrowser, startServer } from '../browser.mjs';
 import { createLivePage } from './live_page.mjs';
 
 let shipped, server, browser, live;

@@ -6,7 +6,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import * as hdf5 from 'h5wasm/node';
-import { livermark, shippedFolder, startBrowser, startServer } from './browser.mjs';
+import { livermark, shippedFolder, startBrowser, startServer } from '../browser.mjs';
 import { createLivePage } from './live_page.mjs';
 
 const margin = 0.03; // of the force at the same indentation

@@ -1,7 +1,7 @@
 // What an engine is told, and what it answers, as numbers in a row: see live/messages.hpp.
-import { Fault } from '../data/types.ts';
-import { needleMessage, readNeedle } from './needle/needle_messages.ts';
-import type { Chosen, LiveBody, LiveFrame, LiveSettings, Tool, Vector } from './types.ts';
+import { Fault } from '../../data/types.ts';
+import { needleMessage, readNeedle } from '../tool/needle/needle_messages.ts';
+import type { Chosen, LiveBody, LiveFrame, LiveSettings, Tool, Vector } from '../types.ts';
 
 export function bodyMessage(body: LiveBody): Float64Array {
   const parts = [

@@ -1,9 +1,9 @@
 // Springs in the page itself, in a worker. Also works from a disk, and with files that were dropped.
-import { Fault } from '../data/types.ts';
+import { Fault } from '../../data/types.ts';
 import type { Question, Reply } from './kernel_worker.ts';
 import KernelWorker from './kernel_worker.ts?worker&inline';
 import { springsEngine } from './springs_engine.ts';
-import type { Engine } from './types.ts';
+import type { Engine } from '../types.ts';
 
 export function wasmEngine(): Engine {
   const worker = new KernelWorker();

@@ -1,8 +1,8 @@
 // What `livermark view` solves for the page: the springs natively, and linear finite elements.
-import { Fault } from '../data/types.ts';
+import { Fault } from '../../data/types.ts';
 import { openSocket, type Socket } from './socket.ts';
 import { springsEngine } from './springs_engine.ts';
-import type { Engine, TruthEngine } from './types.ts';
+import type { Engine, TruthEngine } from '../types.ts';
 
 function opened(socket: Socket | null): Socket {
   if (!socket) throw new Fault('No body is open.');
