@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "meshes/cutting/articulations.hpp"
-#include "meshes/cutting/improving.hpp"
+#include "meshes/cutting/face_neighbours.hpp"
 
 namespace livermark::meshes {
 

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "core/mesh/tetra_mesh.hpp"
-
 namespace livermark::meshes {
 
 std::array<int, 3> face_key(const std::array<int, 4> &tetrahedron, std::size_t face) {
@@ -32,6 +30,14 @@ std::vector<std::array<int, 4>> face_neighbours(std::span<const std::array<int, 
             neighbours[other.tetrahedron][other.face] = one.tetrahedron;
         }
     return neighbours;
+}
+
+std::vector<std::vector<int>> tetrahedra_at_nodes(const core::TetraMesh &mesh) {
+    std::vector<std::vector<int>> stars(mesh.points.size());
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
+        for (const int node : mesh.tetrahedra[t])
+            stars[node].push_back(static_cast<int>(t));
+    return stars;
 }
 
 } // namespace livermark::meshes

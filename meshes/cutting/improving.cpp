@@ -182,14 +182,6 @@ bool merge_nodes(SplitBody &split, const std::vector<bool> &is_fixed) {
 
 } // namespace
 
-std::vector<std::vector<int>> tetrahedra_at_nodes(const core::TetraMesh &mesh) {
-    std::vector<std::vector<int>> stars(mesh.points.size());
-    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
-        for (const int node : mesh.tetrahedra[t])
-            stars[node].push_back(static_cast<int>(t));
-    return stars;
-}
-
 std::vector<bool> fixed_nodes(const core::TetraMesh &mesh) {
     std::vector<bool> is_fixed(mesh.points.size(), false);
     const auto neighbours = face_neighbours(mesh.tetrahedra);

@@ -9,9 +9,6 @@
 
 namespace livermark::meshes {
 
-/// The tetrahedra that have each node as a corner. @return (N)
-std::vector<std::vector<int>> tetrahedra_at_nodes(const core::TetraMesh &mesh);
-
 /// Nodes that may not move: on the boundary, and between regions. @return (N)
 std::vector<bool> fixed_nodes(const core::TetraMesh &mesh);
 

@@ -5,7 +5,6 @@
 
 #include "meshes/cutting/clean_up.hpp"
 #include "meshes/cutting/face_neighbours.hpp"
-#include "meshes/cutting/improving.hpp"
 #include "meshes/cutting/tool_geometry.hpp"
 
 namespace livermark::meshes {

@@ -9,6 +9,7 @@
 
 #include "core/mesh/bounding_box.hpp"
 #include "core/mesh/local_refinement.hpp"
+#include "meshes/cutting/face_neighbours.hpp"
 #include "meshes/cutting/improving.hpp"
 #include "meshes/cutting/tool_geometry.hpp"
 

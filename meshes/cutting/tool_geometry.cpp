@@ -97,6 +97,21 @@ bool touches(const BladeCut &blade, const std::array<Vector3, 4> &x) {
     return false;
 }
 
+/// A triangle, and a ball that it is in.
+struct Facet {
+    Corners corners;
+    Vector3 middle;
+    double radius;
+};
+
+Facet ball_around(const Corners &triangle) {
+    const Vector3 middle = (triangle[0] + triangle[1] + triangle[2]) / 3.0;
+    double radius = 0.0;
+    for (const auto &corner : triangle)
+        radius = std::max(radius, (corner - middle).norm());
+    return {triangle, middle, radius};
+}
+
 /// The surface of a region, for distances from outside.
 class RegionSurface {
   public:
@@ -106,14 +121,9 @@ class RegionSurface {
             if (mesh.region[t] == region)
                 inside.push_back(mesh.tetrahedra[t]);
         for (const auto &[a, b, c] : core::outer_faces(inside)) {
-            const Corners triangle{mesh.points[a], mesh.points[b], mesh.points[c]};
-            const Vector3 middle = (triangle[0] + triangle[1] + triangle[2]) / 3.0;
-            double radius = 0.0;
-            for (const auto &corner : triangle) {
-                radius = std::max(radius, (corner - middle).norm());
+            facets_.push_back(ball_around({mesh.points[a], mesh.points[b], mesh.points[c]}));
+            for (const auto &corner : facets_.back().corners)
                 box_.extend(corner);
-            }
-            facets_.push_back({triangle, middle, radius});
         }
     }
 
@@ -129,11 +139,6 @@ class RegionSurface {
     }
 
   private:
-    struct Facet {
-        Corners corners;
-        Vector3 middle;
-        double radius;
-    };
     std::vector<Facet> facets_;
     Eigen::AlignedBox3d box_;
 };
@@ -250,6 +255,21 @@ std::vector<bool> tetrahedra_taken(const CutTool &tool, const core::TetraMesh &m
     }
     go_with_most_neighbours(taken, level.is_in_region, mesh);
     return taken;
+}
+
+double distance_between(std::span<const std::array<core::Vector3, 3>> triangles,
+                        std::span<const std::array<core::Vector3, 3>> others) {
+    std::vector<Facet> facets;
+    for (const auto &triangle : others)
+        facets.push_back(ball_around(triangle));
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const auto &triangle : triangles) {
+        const auto facet = ball_around(triangle);
+        for (const auto &other : facets)
+            if ((facet.middle - other.middle).norm() - facet.radius - other.radius < nearest)
+                nearest = std::min(nearest, distance_of(facet.corners, other.corners));
+    }
+    return nearest;
 }
 
 } // namespace livermark::meshes

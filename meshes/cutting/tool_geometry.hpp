@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "meshes/cutting/cut.hpp"
@@ -29,5 +31,10 @@ std::optional<double> crossing_of(const BladeCut &blade, const core::Vector3 &a,
 
 /// Whether a point is on the side of a blade to which its normal, right-handed about the corners, points.
 bool is_above(const BladeCut &blade, const core::Vector3 &point);
+
+/// Smallest distance between the triangles of two surfaces [m]: 0 where they cross, infinity if one has none.
+/// @param triangles  corners of each [m], not on one line
+double distance_between(std::span<const std::array<core::Vector3, 3>> triangles,
+                        std::span<const std::array<core::Vector3, 3>> others);
 
 } // namespace livermark::meshes
