@@ -159,6 +159,55 @@ std::string prick(Scene &scene, Numbers &numbers) {
     return bytes + frame_bytes(frame, seconds);
 }
 
+/// @param names  of the regions of the body
+meshes::CutTool cut_tool(Numbers &numbers, const std::vector<std::string> &names) {
+    const int kind = numbers.integer();
+    if (kind == 0) {
+        const int region = numbers.integer();
+        if (region < 0 || region >= static_cast<int>(names.size()))
+            throw support::InputError(fmt::format("there is no region {}; take 0 to {}", region, names.size() - 1));
+        return meshes::RegionCut{names[region], numbers.number()};
+    }
+    if (kind == 1) {
+        const auto point = numbers.vector();
+        return meshes::HalfSpaceCut{point, numbers.vector()};
+    }
+    if (kind != 2)
+        throw support::InputError(fmt::format("there is no cut {}; take 0, 1 or 2", kind));
+    meshes::BladeCut blade;
+    for (auto &corner : blade.corners)
+        corner = numbers.vector();
+    blade.thickness = numbers.number();
+    return blade;
+}
+
+std::string cut(Scene &scene, Numbers &numbers) {
+    const auto start = std::chrono::steady_clock::now();
+    const bool takes_loose = numbers.integer() != 0;
+    const auto tool = cut_tool(numbers, scene.body().mesh.region_names);
+    const bool keeps_margin = std::holds_alternative<meshes::RegionCut>(tool) && numbers.integer() != 0;
+    numbers.end();
+    const auto reading = scene.cut({.tool = tool, .keeps_margin = keeps_margin, .takes_loose = takes_loose});
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const auto gone = scene.gone();
+    const auto &mesh = scene.remains().mesh;
+    const auto constrained = scene.constrained_remains();
+    std::string bytes;
+    for (const double number : {reading.volume, reading.wound_area, reading.margin,
+                                static_cast<double>(reading.num_loose), static_cast<double>(reading.num_pieces),
+                                reading.seconds_to_find, reading.seconds_to_check, reading.seconds_of_springs, seconds,
+                                static_cast<double>(gone.size()), static_cast<double>(mesh.boundary_triangles.size())})
+        append(bytes, number);
+    for (const int tetrahedron : gone)
+        append(bytes, static_cast<double>(tetrahedron));
+    for (const auto &triangle : mesh.boundary_triangles)
+        for (const int node : triangle)
+            append(bytes, static_cast<double>(node));
+    for (std::size_t f = 0; f < constrained.size(); ++f)
+        append(bytes, scene.remains().facet[f] < 0 ? 2.0 : constrained[f] ? 1.0 : 0.0);
+    return bytes;
+}
+
 } // namespace
 
 std::unique_ptr<Scene> scene_of(std::span<const double> message) {
@@ -179,7 +228,8 @@ std::unique_ptr<Scene> scene_of(std::span<const double> message) {
         material.young_modulus = numbers.number();
     for (auto &material : body.materials)
         material.poisson_ratio = numbers.number();
-    body.mesh.region_names.resize(num_regions);
+    for (std::size_t region = 0; region < num_regions; ++region)
+        body.mesh.region_names.push_back(fmt::format("region {}", region));
     for (std::size_t f = 0; f < num_triangles; ++f)
         body.mesh.boundary_triangles.push_back(numbers.integers<3>());
     body.mesh.boundary_patch.assign(num_triangles, 0);
@@ -212,6 +262,8 @@ std::string reply(Scene &scene, std::span<const double> message) {
         return {};
     case 6:
         return prick(scene, numbers);
+    case 7:
+        return cut(scene, numbers);
     default:
         throw support::InputError("a message of a kind that nobody knows here; load the page again");
     }

@@ -27,16 +27,26 @@ std::unique_ptr<Scene> scene_of(std::span<const double> message);
 ///         indentation [m], smallest volume, largest speed [m/s], restarts, seconds that the steps took, N, K, L; node
 ///         (K), force (K,3) [N], facet (L), traction (L,3) [Pa]; and as float32 displacement (N,3) [m]
 ///     3
-///         back to rest. Reply: empty
+///         back to rest, and whole. Reply: empty
 ///     4
 ///         keeps the state, in place of the one that was kept before. Reply: empty
 ///     5
-///         back to the state that was kept. Reply: empty
+///         back to the state that was kept, and to the body as it was then. Reply: empty
 ///     6, entry (3), target (3) [m], diameter [m], spread [m], toughness [J/m^2], friction [N/m], puncture force [N],
 ///     depth [m], number of steps
 ///         a needle, see core/tool/needle.hpp. Reply: its depth, tip [m], force of the hand, force at the tip [N],
 ///         0 or 1 whether the surface has given way, displacement of the target (3) [m], work of the hand, of friction
 ///         and of tearing [J], and all that is said to message 2, where the tool is the tip
+///
+///     7, whether loose pieces are taken away as well, 0 or 1, what cuts, and its numbers:
+///         0, region, margin [m], 0 or 1 whether it is kept everywhere
+///         1, point (3) [m], normal (3)            all to which the normal points
+///         2, corners (4,3) [m], thickness [m]     all that a straight blade touches
+///         a cut, see Scene::cut(); what there was before is kept as by 4. Reply: volume taken [m^3], area of the wound
+///         [m^2], margin left around the lesions [m], no number if none was cut; loose pieces taken, pieces left;
+///         seconds to find what goes, to find how long steps may be, of springs and of all; K, T; tetrahedra (K) that
+///         are gone by now, of the body; and its boundary now, triangles (T,3) and what each is (T): 0 free, 1
+///         constrained, 2 free and in the wound. Facets of a later reply to message 2 are numbers of these triangles.
 ///
 /// @return bytes
 /// @throws support::InputError for any other message, or for what Scene refuses

@@ -60,15 +60,13 @@ Chosen longest_steps(const core::Body &body, const msm::MassSprings &parts, cons
     if (!(highest > 0.0))
         throw support::InputError("no part of the body can move; constrain less of it");
     Chosen chosen{.num_springs = static_cast<int>(parts.springs.edges.size())};
-    const auto critical = [&](double omega) {
-        return msm::critical_time_step(symplectic_euler(), settings.damping, lowest_part * omega, omega);
-    };
-    chosen.critical_time_step = critical(highest);
+    chosen.critical_time_step = critical_step(highest, settings);
     auto pressed = parts.body;
     pressed.terms.push_back(msm::pressed_guard(with_material_of_guard(body)));
     const double highest_pressed = msm::largest_angular_frequency(pressed, points, conditions, scaling, of_steps);
     const bool has_energy = keep_from_inverting(settings.springs);
-    chosen.pressed_time_step = (has_energy ? pressed_part_of_energies : pressed_part) * critical(highest_pressed);
+    chosen.pressed_time_step =
+        (has_energy ? pressed_part_of_energies : pressed_part) * critical_step(highest_pressed, settings);
     const double part = has_energy ? msm::default_safety_factor : guarded_part;
     const int parts_at_most = has_energy ? most_parts_of_energies : most_parts;
     chosen.longest_time_step =
@@ -100,6 +98,10 @@ void check_tool(const Tool &tool, const Surface &surface) {
     if (tool.kind == ToolKind::pull && !std::ranges::binary_search(surface.nodes, tool.node))
         throw support::InputError(
             fmt::format("node {} cannot be pulled; take one of the surface that is not constrained", tool.node));
+}
+
+double critical_step(double highest, const Settings &settings) {
+    return msm::critical_time_step(symplectic_euler(), settings.damping, lowest_part * highest, highest);
 }
 
 std::vector<bool> constrained_nodes(const core::TetraMesh &mesh, const std::vector<bool> &is_constrained) {

@@ -35,6 +35,10 @@ struct Stepping {
 Stepping chosen_steps(const core::Body &body, const msm::MassSprings &parts, const msm::NodalConditions &conditions,
                       const Settings &settings);
 
+/// The critical time step of symplectic Euler with the damping of the settings [s].
+/// @param highest  frequency [rad/s], > 0
+double critical_step(double highest, const Settings &settings);
+
 /// Volumes of tetrahedra below which steps have to be divided: 7/10 of those at rest, where the guard could make them
 /// too stiff for whole ones, and 0 for the others. How stiff is told by Gershgorin's bounds around nodes of the pressed
 /// body, of which the largest is set to what the frequency of that body is. A node of a part whose masses are scaled

@@ -8,6 +8,7 @@
 #include "core/mesh/bounding_box.hpp"
 #include "live/material.hpp"
 #include "live/parameters.hpp"
+#include "live/prepared.hpp"
 #include "live/springs.hpp"
 #include "support/input_error.hpp"
 
@@ -50,52 +51,52 @@ constexpr double furthest_pull = 0.5;
 /// size, and is not.
 constexpr double largest_motion = 4.0;
 
+} // namespace
+
 int num_parts_of(double time_step, double longest) {
     return std::max(1, static_cast<int>(std::ceil(time_step / longest - 1e-6)));
 }
 
-} // namespace
-
-struct Scene::Prepared {
-    core::Body body; ///< of the chosen material
-    msm::MassSprings parts;
-    Settings settings;
-    Stepping stepping;
-};
-
 Scene::Scene(core::Body body, const std::vector<bool> &is_constrained, int num_threads)
-    : body_(std::move(body)), num_threads_(num_threads) {
+    : body_(std::move(body)), is_constrained_facet_(is_constrained), num_threads_(num_threads) {
     check_body(body_, is_constrained);
-    surface_ = touchable_surface(body_.mesh, is_constrained);
+    show_remains();
     is_constrained_ = constrained_nodes(body_.mesh, is_constrained);
     extent_ = core::extent(body_.mesh.points);
     mean_edge_ = mean_edge(body_.mesh);
-    load_ = no_load(surface_);
 }
 
 Chosen Scene::choose(const Settings &settings) {
     check_settings(settings);
     auto body = with_material(body_, settings.young_modulus, settings.poisson_ratio);
     auto parts = mass_springs(body_, settings, springs_);
-    auto stepping = chosen_steps(body, parts, constrained_conditions(is_constrained_), settings);
-    const auto chosen = stepping.chosen;
-    node_mass_ = parts.body.node_mass;
+    const auto conditions = constrained_conditions(is_constrained_);
+    Prepared next{std::move(body), std::move(parts), settings, {}, nullptr, cuts_.size()};
+    if (cuts_.empty()) {
+        next.stepping = chosen_steps(next.body, next.parts, conditions, settings);
+    } else {
+        next.rest =
+            std::make_shared<const FittedRest>(fit_rest(next.body, is_gone(cuts_.size()), conditions, settings));
+        next.stepping = next.rest->stepping;
+    }
+    const auto chosen = next.stepping.chosen;
     time_step_ = chosen.time_step;
-    prepared_ =
-        std::make_shared<const Prepared>(Prepared{std::move(body), std::move(parts), settings, std::move(stepping)});
+    prepared_ = std::make_shared<const Prepared>(std::move(next));
     prepare_steps(!needle_);
     fit_tool();
     return chosen;
 }
 
-/// Goes on with steps of what was chosen.
+/// Goes on with steps of what was chosen, and without what has been cut.
 /// @param may_be_scaled  whether they may have scaled masses, which a needle cannot push
 void Scene::prepare_steps(bool may_be_scaled) {
     const auto conditions = constrained_conditions(is_constrained_);
+    const auto &rest = prepared_->rest;
     auto stepping = prepared_->stepping;
-    const bool is_divided = !may_be_scaled && !stepping.scaling.parts.empty();
+    are_scaled_ = may_be_scaled && !stepping.scaling.parts.empty();
+    has_ended_scaling_ = false;
     fewest_parts_ = 1;
-    if (is_divided) {
+    if (!are_scaled_ && !stepping.scaling.parts.empty()) {
         fewest_parts_ = num_parts_of(time_step_, stepping.unscaled.longest_time_step);
         stepping.chosen = stepping.unscaled;
         stepping.chosen.time_step = time_step_ / fewest_parts_;
@@ -103,23 +104,34 @@ void Scene::prepare_steps(bool may_be_scaled) {
     }
     const auto &chosen = stepping.chosen;
     num_parts_ = fewest_parts_ * num_parts_of(chosen.time_step, chosen.pressed_time_step);
+    const auto num_tetrahedra = body_.mesh.tetrahedra.size();
     auto next = msm::FastSteps::prepare(
         prepared_->parts.body, body_.mesh.points, conditions, prepared_->settings.damping, "symplectic_euler",
         chosen.time_step,
         {.precision = msm::ForcePrecision::single_precision,
          .num_threads = num_threads_,
-         .scaling = stepping.scaling,
+         .scaling = rest ? msm::MassScaling{} : stepping.scaling,
          .least_stretch = least_stretch,
          .largest_speed = way_in_step * mean_edge_ / chosen.time_step,
-         .watched_volume = watched_volumes(prepared_->body, prepared_->parts, conditions, stepping)});
+         .watched_volume = rest ? watched_of_whole(*rest, stepping, num_tetrahedra)
+                                : watched_volumes(prepared_->body, prepared_->parts, conditions, stepping),
+         .may_be_cut = true});
     divided_steps_ = 0;
-    if (steps_) {
-        const auto state = sound_state();
-        next->set_state(state);
-        if (!state.displacement.isZero(0.0))
+    std::optional<msm::State> state;
+    if (steps_)
+        state = sound_state();
+    steps_ = std::move(next);
+    node_mass_ = prepared_->parts.body.node_mass;
+    parts_ =
+        msm::CutParts::prepare(prepared_->body, prepared_->parts.body,
+                               spring_source(body_, prepared_->settings)); // now, so that a cut does not wait for it
+    if (!cuts_.empty())
+        cut_anew();
+    if (state) {
+        steps_->set_state(*state);
+        if (!state->displacement.isZero(0.0))
             divided_steps_ = num_divided; // these springs may be pressed where the body is
     }
-    steps_ = std::move(next);
 }
 
 /// Puts a needle in, or takes it out.
@@ -130,7 +142,7 @@ void Scene::put_needle(const Tool &tool) {
     if (is_in != was_in && !prepared_->stepping.scaling.parts.empty())
         prepare_steps(!is_in);
     if (is_in)
-        needle_.emplace(tool.needle, body_.mesh, node_mass_, constrained_conditions(is_constrained_), *steps_);
+        needle_.emplace(tool.needle, remains_.mesh, node_mass_, constrained_conditions(is_constrained_), *steps_);
 }
 
 core::Vector3 Scene::position(int node) const {
@@ -250,7 +262,7 @@ core::Vector3 Scene::feel(const Tool &tool, int num_steps) {
     check_tool(tool, surface_);
     check_depth(tool);
     if (!are_one_needle(tool, tool_))
-        check_needle(tool, body_.mesh, is_constrained_);
+        check_needle(tool, remains_.mesh, is_constrained_);
     take_up(tool);
     // A hand leads a needle evenly, as far as it goes in these steps.
     const double start = needle_ ? needle_->depth() : 0.0, way = tool.depth - start;
@@ -295,7 +307,9 @@ Frame Scene::frame() {
         frame.largest_speed = std::max(frame.largest_speed, proxy_.velocity.norm());
     frame.restarts = restarts_;
     frame.displacement = msm::to_field(state.displacement);
-    frame.smallest_volume = smallest_volume_ratio(body_.mesh, frame.displacement);
+    for (const int node : gone_nodes_)
+        frame.displacement[node].setZero();
+    frame.smallest_volume = smallest_volume_ratio(remains_.mesh, frame.displacement);
     frame.indentation = indentation(load_, frame.displacement);
     frame.load = load_;
     frame.surface = &surface_;
@@ -318,6 +332,10 @@ void Scene::take_load_off() {
 
 void Scene::reset() {
     kept_.reset();
+    if (!cuts_.empty()) {
+        take_load_off();
+        undo_cuts(0);
+    }
     if (steps_)
         settle();
 }
@@ -338,7 +356,8 @@ void Scene::keep() {
     if (!steps_)
         throw support::InputError("nothing has been chosen yet that could be kept; choose springs first");
     auto state = sound_state();
-    kept_ = {.state = std::move(state),
+    kept_ = {.num_cuts = cuts_.size(),
+             .state = std::move(state),
              .tool = tool_,
              .proxy = proxy_,
              .contact = contact_,
@@ -353,6 +372,8 @@ void Scene::restore() {
     if (!steps_ || !kept_)
         throw support::InputError("no state is kept that one could go back to; take a tool first");
     take_load_off();
+    if (kept_->num_cuts < cuts_.size())
+        undo_cuts(kept_->num_cuts);
     put_needle(kept_->tool);
     needle_ = kept_->needle;
     steps_->set_state(kept_->state);

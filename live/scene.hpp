@@ -3,14 +3,17 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/problem.hpp"
 #include "live/contact.hpp"
+#include "live/cutting/find_cut.hpp"
 #include "live/needle.hpp"
 #include "live/tool.hpp"
 #include "live/virtual_coupling.hpp"
+#include "msm/cutting/cut_parts.hpp"
 #include "msm/kernels/fast_steps.hpp"
 
 namespace livermark::live {
@@ -55,6 +58,18 @@ struct Frame {
     std::optional<NeedleReading> needle;     ///< of a needle; its tip is `tool`
 };
 
+/// What a cut has done.
+struct CutReading {
+    double volume = 0.0;             ///< that it has taken, at rest [m^3]
+    double wound_area = 0.0;         ///< of all cuts, at rest [m^2]
+    double margin = 0.0;             ///< see FoundCut [m]
+    int num_loose = 0;               ///< pieces that went because nothing holds them
+    int num_pieces = 0;              ///< that are left
+    double seconds_to_find = 0.0;    ///< which tetrahedra go
+    double seconds_to_check = 0.0;   ///< how long steps may be
+    double seconds_of_springs = 0.0; ///< from that to the next step
+};
+
 /// A soft body under somebody's hand: springs with or without a volume term, in steps of symplectic Euler by the fast
 /// kernels, and a tool that pokes, pulls or pricks. While a needle is in no masses are scaled, and steps are divided
 /// where they would be too long then. The same calls give the same bits on every machine if the kernels do, that
@@ -84,15 +99,34 @@ class Scene {
     /// was pressed.
     long num_evaluations() const { return num_evaluations_; }
 
-    /// Puts the body to where it is without loads, at rest, and takes the tool away: from here on it moves to the last
-    /// bit as a scene in which the same was chosen and nothing else was done. What was kept is forgotten.
+    /// Takes tetrahedra away from the body as it moves, and the tool with them: what is left goes on from where it is,
+    /// as fast as it was. Nodes keep their numbers; those that are gone stay where they are, and in frames they do not
+    /// move. Springs, means and masses are found again around the cut alone, as msm::CutParts does, and steps are
+    /// divided where they would be too long now.
+    /// @throws support::InputError with nothing changed if nothing has been chosen, for what find_cut() refuses, and
+    /// for
+    ///   a cut that has been made already
+    CutReading cut(const CutRequest &request);
+
+    /// What cuts have left.
+    const Remains &remains() const { return remains_; }
+
+    /// Of its boundary triangles, which are constrained.
+    std::vector<bool> constrained_remains() const { return live::constrained_remains(remains_, is_constrained_facet_); }
+
+    /// Tetrahedra that cuts have taken, ascending.
+    std::vector<int> gone() const;
+
+    /// Puts the body to where it is without loads, at rest and whole, and takes the tool away: from here on it moves to
+    /// the last bit as a scene in which the same was chosen and nothing else was done. What was kept is forgotten.
     void reset();
 
     /// Keeps where the body is, how fast, and what the tool does to it. One state is kept, the last one.
     /// @throws support::InputError if nothing has been chosen
     void keep();
 
-    /// Goes on from the state that was kept, with the parameters and the time of now.
+    /// Goes on from the state that was kept, with the parameters and the time of now: what has been cut since is there
+    /// again.
     /// @throws support::InputError if none is kept
     void restore();
 
@@ -106,6 +140,12 @@ class Scene {
     void step(const Tool &tool, double needle_depth, double part);
     void put_needle(const Tool &tool);
     void prepare_steps(bool may_be_scaled);
+    void cut_anew();
+    void take_out(std::span<const int> tetrahedra);
+    void divide_steps();
+    void show_remains();
+    void undo_cuts(std::size_t num_left);
+    std::vector<char> is_gone(std::size_t num_cuts) const;
     core::Vector3 force_on_tool() const;
     void touch(double part);
     void carry_load(double part);
@@ -116,8 +156,15 @@ class Scene {
     msm::State sound_state();
     Frame frame();
 
+    struct MadeCut {
+        meshes::CutTool tool;
+        std::vector<int> tetrahedra;
+        double critical_time_step; ///< around its wound [s]
+    };
+
     /// What restore() goes back to.
     struct Moment {
+        std::size_t num_cuts;
         msm::State state;
         Tool tool;
         Proxy proxy;
@@ -130,7 +177,10 @@ class Scene {
     struct Prepared; ///< what the settings came to, from which steps are prepared
 
     core::Body body_;
-    std::vector<bool> is_constrained_; ///< (N)
+    std::vector<bool> is_constrained_;       ///< (N)
+    std::vector<bool> is_constrained_facet_; ///< (T) of the whole body
+    Remains remains_;
+    std::vector<int> gone_nodes_; ///< corners of nothing that is left
     Surface surface_;
     double extent_ = 0.0;    ///< diagonal of the box around the body [m]
     double mean_edge_ = 0.0; ///< [m]
@@ -139,11 +189,15 @@ class Scene {
 
     std::shared_ptr<const Prepared> prepared_;
     std::optional<msm::FastSteps> steps_;
-    std::vector<double> node_mass_; ///< (N) [kg]
-    double time_step_ = 0.0;        ///< [s]
-    int num_parts_ = 1;             ///< of a step while something is pressed
-    int fewest_parts_ = 1;          ///< of a step otherwise: more than one where masses are not scaled for a needle
-    int divided_steps_ = 0;         ///< how many of the next steps are divided, because something was pressed
+    std::vector<MadeCut> cuts_;
+    std::optional<msm::CutParts> parts_; ///< without what is gone
+    bool are_scaled_ = false;            ///< whether the steps were prepared with scaled masses
+    bool has_ended_scaling_ = false;     ///< whether a cut since has ended that of a part
+    std::vector<double> node_mass_;      ///< (N) [kg]
+    double time_step_ = 0.0;             ///< [s]
+    int num_parts_ = 1;                  ///< of a step while something is pressed
+    int fewest_parts_ = 1;  ///< of a step otherwise: more than one where masses are not scaled for a needle
+    int divided_steps_ = 0; ///< how many of the next steps are divided, because something was pressed
     long num_evaluations_ = 0;
     Tool tool_;
     Proxy proxy_;

@@ -28,19 +28,29 @@ std::shared_ptr<const msm::ElasticTerm> guard(const core::Body &body) {
     return msm::inversion_guard(with_material_of_guard(body));
 }
 
+/// Of a body with the Young's modulus that laws are asked with; springs are in proportion to it.
+core::Body reference_of(const core::Body &own) {
+    return with_material(own, reference_young_modulus, 0.25);
+}
+
+/// What springs of a law are stiffer than those of the reference by.
+double factor_of_springs(const core::Body &body, const Settings &settings) {
+    const auto &material = body.materials[largest_region(body.mesh)];
+    const double carried = settings.keeps_volume ? 2.5 * material.shear_modulus() : material.young_modulus;
+    return carried / reference_young_modulus;
+}
+
 msm::MassSprings springs_of_law(const core::Body &own, const core::Body &body, const Settings &settings,
                                 SpringsOfLaws &kept) {
     auto known = kept.find(settings.springs);
     if (known == kept.end()) {
         const auto &law = support::find_named(msm::all_spring_laws(), settings.springs, "spring law");
-        const auto reference = with_material(own, reference_young_modulus, 0.25);
-        known = kept.emplace(settings.springs, msm::spring_network(reference, law)).first;
+        known = kept.emplace(settings.springs, msm::spring_network(reference_of(own), law)).first;
     }
     auto springs = known->second;
-    const auto &material = body.materials[largest_region(body.mesh)];
-    const double carried = settings.keeps_volume ? 2.5 * material.shear_modulus() : material.young_modulus;
+    const double factor = factor_of_springs(body, settings);
     for (double &k : springs.stiffness)
-        k *= carried / reference_young_modulus;
+        k *= factor;
     Terms terms{msm::spring_term(springs), guard(body)};
     // At Poisson's ratio 1/4 springs alone are the material.
     if (settings.keeps_volume && settings.poisson_ratio != 0.25)
@@ -66,6 +76,11 @@ msm::MassSprings coupled_springs_of(const core::Body &body, const Settings &sett
                                 .rest_length = {}};
     msm::ElasticBody elastic(springs.node_mass, std::move(terms));
     return {std::move(springs), std::move(elastic)};
+}
+
+bool is_law(const std::string &springs) {
+    const auto laws = msm::all_spring_laws();
+    return std::ranges::any_of(laws, [&](const auto &law) { return law.name == springs; });
 }
 
 } // namespace
@@ -98,9 +113,15 @@ core::Body with_material_of_guard(core::Body body) {
 
 msm::MassSprings mass_springs(const core::Body &own, const Settings &settings, SpringsOfLaws &kept) {
     const auto body = with_material(own, settings.young_modulus, settings.poisson_ratio);
-    const auto laws = msm::all_spring_laws();
-    const bool is_law = std::ranges::any_of(laws, [&](const auto &law) { return law.name == settings.springs; });
-    return is_law ? springs_of_law(own, body, settings, kept) : coupled_springs_of(body, settings);
+    return is_law(settings.springs) ? springs_of_law(own, body, settings, kept) : coupled_springs_of(body, settings);
+}
+
+std::optional<msm::SpringSource> spring_source(const core::Body &own, const Settings &settings) {
+    if (!is_law(settings.springs))
+        return std::nullopt;
+    const auto body = with_material(own, settings.young_modulus, settings.poisson_ratio);
+    return msm::SpringSource{support::find_named(msm::all_spring_laws(), settings.springs, "spring law"),
+                             reference_of(own), factor_of_springs(body, settings)};
 }
 
 } // namespace livermark::live

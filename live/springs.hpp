@@ -1,11 +1,13 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/problem.hpp"
 #include "live/scene.hpp"
+#include "msm/cutting/cut_parts.hpp"
 #include "msm/springs/springs_with_volume.hpp"
 
 /// The springs that may move.
@@ -27,6 +29,9 @@ using SpringsOfLaws = std::map<std::string, core::SpringNetwork, std::less<>>;
 /// before
 /// @throws support::InputError if there are no such springs
 msm::MassSprings mass_springs(const core::Body &own, const Settings &settings, SpringsOfLaws &kept);
+
+/// Where the stiffness of these springs comes from, for msm::CutParts; nothing of springs that are coupled.
+std::optional<msm::SpringSource> spring_source(const core::Body &own, const Settings &settings);
 
 /// The same with the material that the guard against inversion has everywhere: that of the largest region, with a
 /// Poisson's ratio of at most 0.45. What is nearly incompressible keeps its volume without a guard that is as stiff,

@@ -30,57 +30,6 @@ double mass_of(const core::Body &body) {
     return mass;
 }
 
-/// The boundary is that of the tetrahedra; each of its edges has two triangles, from both sides, other than where the
-/// body before had more; the triangles around each node of the wound are one ring.
-std::string fault_of_surface(const core::TetraMesh &mesh) {
-    const auto sorted = [](std::array<int, 3> face) {
-        std::ranges::sort(face);
-        return face;
-    };
-    std::set<std::array<int, 3>> outer, named;
-    for (const auto &face : core::outer_faces(mesh.tetrahedra))
-        outer.insert(sorted(face));
-    for (const auto &face : mesh.boundary_triangles)
-        if (!named.insert(sorted(face)).second)
-            return "a triangle of the boundary is there twice";
-    if (outer != named)
-        return "the boundary is not that of the tetrahedra";
-    std::map<std::array<int, 2>, int> balance;
-    std::map<int, std::vector<std::array<int, 2>>> rings;
-    std::set<int> in_wound;
-    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
-        const auto &nodes = mesh.boundary_triangles[f];
-        for (std::size_t c = 0; c < 3; ++c) {
-            const int a = nodes[c], b = nodes[(c + 1) % 3];
-            balance[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
-            rings[a].push_back({b, nodes[(c + 2) % 3]});
-            if (mesh.patch_names[mesh.boundary_patch[f]] == meshes::wound_patch)
-                in_wound.insert(a);
-        }
-    }
-    for (const auto &[edge, count] : balance)
-        if (count != 0)
-            return fmt::format("the boundary is open at the edge {} {}", edge[0], edge[1]);
-    for (const int node : in_wound) {
-        auto sides = rings[node];
-        std::vector<int> reached{sides.front()[0]};
-        std::set<int> ends;
-        for (const auto &[from, to] : sides)
-            if (!ends.insert(from).second)
-                return fmt::format("the wound touches itself at an edge of node {}", node);
-        while (true) {
-            const auto next = std::ranges::find_if(sides, [&](const auto &side) { return side[0] == reached.back(); });
-            if (next == sides.end())
-                break;
-            reached.push_back((*next)[1]);
-            sides.erase(next);
-        }
-        if (!sides.empty() || reached.front() != reached.back())
-            return fmt::format("the wound touches itself at node {}", node);
-    }
-    return "";
-}
-
 std::string fault_of_mesh(const core::Body &body) {
     const auto &mesh = body.mesh;
     std::set<std::array<int, 4>> seen;
@@ -132,6 +81,55 @@ std::string fault_of_parents(const core::Body &before, const meshes::Cut &cut, c
 }
 
 } // namespace
+
+std::string fault_of_surface(const core::TetraMesh &mesh) {
+    const auto sorted = [](std::array<int, 3> face) {
+        std::ranges::sort(face);
+        return face;
+    };
+    std::set<std::array<int, 3>> outer, named;
+    for (const auto &face : core::outer_faces(mesh.tetrahedra))
+        outer.insert(sorted(face));
+    for (const auto &face : mesh.boundary_triangles)
+        if (!named.insert(sorted(face)).second)
+            return "a triangle of the boundary is there twice";
+    if (outer != named)
+        return "the boundary is not that of the tetrahedra";
+    std::map<std::array<int, 2>, int> balance;
+    std::map<int, std::vector<std::array<int, 2>>> rings;
+    std::set<int> in_wound;
+    for (int f = 0; f < mesh.num_boundary_triangles(); ++f) {
+        const auto &nodes = mesh.boundary_triangles[f];
+        for (std::size_t c = 0; c < 3; ++c) {
+            const int a = nodes[c], b = nodes[(c + 1) % 3];
+            balance[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
+            rings[a].push_back({b, nodes[(c + 2) % 3]});
+            if (mesh.patch_names[mesh.boundary_patch[f]] == meshes::wound_patch)
+                in_wound.insert(a);
+        }
+    }
+    for (const auto &[edge, count] : balance)
+        if (count != 0)
+            return fmt::format("the boundary is open at the edge {} {}", edge[0], edge[1]);
+    for (const int node : in_wound) {
+        auto sides = rings[node];
+        std::vector<int> reached{sides.front()[0]};
+        std::set<int> ends;
+        for (const auto &[from, to] : sides)
+            if (!ends.insert(from).second)
+                return fmt::format("the wound touches itself at an edge of node {}", node);
+        while (true) {
+            const auto next = std::ranges::find_if(sides, [&](const auto &side) { return side[0] == reached.back(); });
+            if (next == sides.end())
+                break;
+            reached.push_back((*next)[1]);
+            sides.erase(next);
+        }
+        if (!sides.empty() || reached.front() != reached.back())
+            return fmt::format("the wound touches itself at node {}", node);
+    }
+    return "";
+}
 
 meshes::Cut random_cut(const core::Body &body, std::mt19937 &random) {
     const auto number = [&](double low, double high) {
