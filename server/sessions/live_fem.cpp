@@ -15,6 +15,7 @@
 
 #include "live/material.hpp"
 #include "models/model_table.hpp"
+#include "server/sessions/cut_live_body.hpp"
 #include "server/sessions/live_body.hpp"
 #include "server/sessions/shared_fem.hpp"
 #include "support/input_error.hpp"
@@ -90,23 +91,41 @@ Message binary(double work, const std::vector<Eigen::Vector3f> &displacement) {
 class LiveFem {
   public:
     LiveFem(LiveBody opened, const ReportProgress &report)
-        : opened_(std::move(opened)), report_(report), body_(opened_.body) {}
+        : whole_(std::move(opened)), opened_(whole_), report_(report), body_(opened_.body) {}
 
-    Message reply(const Message &message) { return message.is_binary ? respond(message.bytes) : choose(message.bytes); }
+    Message reply(const Message &message) {
+        if (message.is_binary)
+            return respond(message.bytes);
+        const auto fields = parse_fields(message.bytes);
+        return fields.contains("gone") ? cut(required_text(fields, "gone")) : choose(fields);
+    }
 
   private:
-    Message choose(const std::string &text) {
-        const auto chosen = live_material(parse_fields(text));
-        const auto &of_file = *opened_.body;
-        const double young_modulus = of_file.materials[live::largest_region(of_file.mesh)].young_modulus;
+    Message cut(const std::string &gone) {
+        auto cut = cut_live_body(whole_, gone);
+        elements_.reset(); // before others need the memory
+        last_.clear();
+        poisson_ratio_.reset();
+        stiffening_ = 1.0;
+        opened_ = std::move(cut.left);
+        node_ = std::move(cut.node);
+        body_ = opened_.body;
+        return {.is_binary = false, .bytes = fields_text({{"nodes", std::to_string(node_.size())}})};
+    }
+
+    Message choose(const Fields &fields) {
+        const auto chosen = live_material(fields);
+        const auto young_modulus_of = [](const core::Body &body) {
+            return body.materials[live::largest_region(body.mesh)].young_modulus;
+        };
         // Displacements are inversely proportional to a factor of all Young's moduli: the stiffness of the file's
         // moduli, and its factor, serve all of them, and only another Poisson's ratio needs new ones.
-        stiffening_ = chosen.young_modulus / young_modulus;
+        stiffening_ = chosen.young_modulus / young_modulus_of(*whole_.body);
         if (poisson_ratio_ != chosen.poisson_ratio) {
             elements_.reset(); // before others need the memory
             last_.clear();
-            body_ =
-                std::make_shared<const core::Body>(live::with_material(of_file, young_modulus, chosen.poisson_ratio));
+            body_ = std::make_shared<const core::Body>(
+                live::with_material(*opened_.body, young_modulus_of(*opened_.body), chosen.poisson_ratio));
         }
         poisson_ratio_ = chosen.poisson_ratio;
         return {.is_binary = false,
@@ -115,7 +134,7 @@ class LiveFem {
 
     Message respond(const std::string &bytes) {
         const auto rows = rows_of(bytes);
-        std::vector<Eigen::Vector3f> displacement(body_->mesh.points.size(), Eigen::Vector3f::Zero());
+        std::vector<Eigen::Vector3f> displacement(whole_.body->mesh.points.size(), Eigen::Vector3f::Zero());
         if (rows.empty())
             return binary(0.0, displacement);
         const auto load_case = with_tractions(opened_.constrained, round_load(rows.front()), std::span(rows).subspan(1),
@@ -123,8 +142,9 @@ class LiveFem {
         if (!elements_)
             elements_ = SharedFem::of(body_, opened_.constrained, report_);
         const auto solution = elements_->solve(load_case, last_, report_);
-        std::ranges::transform(solution.displacement, displacement.begin(),
-                               [](const core::Vector3 &u) { return Eigen::Vector3f(u.cast<float>()); });
+        for (std::size_t i = 0; i < solution.displacement.size(); ++i)
+            displacement[node_.empty() ? i : static_cast<std::size_t>(node_[i])] =
+                solution.displacement[i].cast<float>();
         if (!std::ranges::all_of(displacement, [](const Eigen::Vector3f &u) { return u.allFinite(); })) {
             last_.clear();
             throw support::InputError("the body moves farther than a float32 can say; send smaller tractions");
@@ -133,7 +153,9 @@ class LiveFem {
         return binary(stiffening_ * solution.work, displacement);
     }
 
-    LiveBody opened_;
+    LiveBody whole_;
+    LiveBody opened_;       ///< what cuts have left of it
+    std::vector<int> node_; ///< of each node of that, its number in the whole body; empty while nothing is cut
     ReportProgress report_;
     std::shared_ptr<const core::Body> body_; ///< with the Young's moduli of the file
     std::shared_ptr<SharedFem> elements_;    ///< of that body; none before the first solution

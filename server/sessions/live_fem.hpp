@@ -12,6 +12,13 @@ namespace livermark::server {
 ///     young_modulus=<Pa>&poisson_ratio=<nu>   other materials, see live::with_material(); until then those of the file
 ///     chosen=fem_p2                           the model
 ///
+///     gone=<numbers with commas>              tetrahedra that cuts have taken away, of the whole body: from here on it
+///     is
+///                                             about what is left, of the file's materials until others are chosen
+///     nodes=<number>                          of what is left; facets are those of the replies to cuts, see
+///                                             live/messages.hpp; displacements are of all nodes, 0 of those that are
+///                                             gone
+///
 ///     binary float64, little-endian (1+L,4)   middle x y z of a round load and its radius [m]
 ///     (core/tool/round_load.hpp),
 ///                                             then facet, and the mean traction on it x y z [Pa], which is spread as
