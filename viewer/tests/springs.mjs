@@ -81,6 +81,11 @@ const rowNumbers = (row, laws) => {
     const s = row.settings;
     return [1, laws.indexOf(s.springLaw), Number(s.keepsVolume), s.youngModulus, s.poissonRatio, s.massDamping, s.stiffnessDamping, s.timeStep];
   }
+  if (row.kind === 'cut') {
+    const { tool, takesLoose } = row.request;
+    const what = { region: () => [0, tool.region, tool.margin, Number(tool.keepsMargin)], 'half-space': () => [1, ...tool.point, ...tool.normal], blade: () => [2, ...tool.corners.flat(), tool.thickness] };
+    return [7, Number(takesLoose), ...what[tool.kind]()];
+  }
   if (row.tool.kind === 'needle') {
     const { entry, target, depth, values: v } = row.tool;
     return [6, ...entry, ...target, v.diameter, v.spread, v.toughness, v.friction, v.punctureForce, depth, row.numSteps];

@@ -1,13 +1,15 @@
 // What tests of the springs call in an empty page: the engine of the live page, many moves at once.
 import type { LiveBody, LiveFrame, LiveSettings, Tool } from '../src/live/types.ts';
+import type { CutAnswer, CutRequest } from '../src/live/tool/blade/types.ts';
 import { wasmEngine } from '../src/live/engines/wasm_engine.ts';
 
 export type Row =
   | { kind: 'choose'; settings: LiveSettings }
   | { kind: 'move'; tool: Tool; numSteps: number }
+  | { kind: 'cut'; request: CutRequest }
   | { kind: 'reset' | 'keep' | 'undo' };
 /** Of arrays of numbers, so that it can be said across processes. */
-type PlainBody = { [K in keyof LiveBody]: LiveBody[K] extends string ? string : number[] };
+type PlainBody = { [K in keyof Omit<LiveBody, 'cuts'>]: LiveBody[K] extends string ? string : number[] };
 
 const engine = wasmEngine();
 
@@ -37,6 +39,11 @@ const numbersOf = ({ displacement, loadedNodes, nodalForces, loadedFacets, tract
   tractions: Array.from(tractions),
 });
 
+/** Numbers of a cut, without how long it took. */
+const plain = ({ seconds: _, gone, triangles, constrained, wound, ...numbers }: CutAnswer) => ({
+  ...numbers, gone: [...gone], triangles: [...triangles], constrained: [...constrained], wound: [...wound],
+});
+
 /** @return of each row what it answered; of moves all numbers, or those that tell whether the body is sound */
 async function play(rows: Row[], whole: boolean): Promise<unknown[]> {
   const answers = [];
@@ -45,6 +52,7 @@ async function play(rows: Row[], whole: boolean): Promise<unknown[]> {
     else if (row.kind === 'reset') answers.push(await engine.reset());
     else if (row.kind === 'keep') answers.push(await engine.keep());
     else if (row.kind === 'undo') answers.push(await engine.restore());
+    else if (row.kind === 'cut') answers.push(await engine.cut(row.request).then(plain, (error: Error) => ({ fault: error.message })));
     else {
       const frame = await engine.move(row.tool, row.numSteps);
       const { time, force, indentation, smallestVolume, restarts, displacement } = frame;

@@ -35,6 +35,6 @@ export function lesionsOf(names: string[], points: ArrayLike<number>, tetrahedra
     const along = (i: number) => [...nodes[r]!].map((other) => at(other)[i]! - from[i]!);
     const reach = (of: (values: number[]) => number) => [0, 1, 2].map((i) => of(along(i))) as Vector;
     const [below, above] = [reach((values) => -values.reduce((a, b) => Math.min(a, b))), reach((values) => values.reduce((a, b) => Math.max(a, b)))];
-    return [{ name, volume: volumes[r]!, node, reach: { below, above } }];
+    return [{ name, region: r, volume: volumes[r]!, node, reach: { below, above } }];
   });
 }

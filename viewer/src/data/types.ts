@@ -32,6 +32,7 @@ export interface Model {
 /** A region inside the body. */
 export interface Lesion {
   name: string;
+  region: number; // its number
   volume: number; // m^3
   node: number; // of it, the nearest to its centre
   reach: Reach; // from that node

@@ -88,7 +88,8 @@ export function startFollowing(scene: Scene, answered: () => void, complain: (er
   return {
     truth: () => truth,
     open(next, chosen) {
-      const goesOn = next === body && box().checked;
+      // What is left of the body after a cut has the same nodes.
+      const goesOn = next.points === body?.points && box().checked;
       stop();
       body = next;
       settings = chosen;

@@ -1,4 +1,5 @@
 // Everything that was asked of an engine, in order: enough to do the same again elsewhere.
+import type { CutAnswer, CutRequest } from './tool/blade/types.ts';
 import { length } from './tool/tool_state.ts';
 import type { Chosen, LiveFrame, LiveSettings, Tool } from './types.ts';
 
@@ -8,7 +9,7 @@ export interface Move {
   numSteps: number;
   frame: Pick<LiveFrame, 'time' | 'force' | 'indentation' | 'smallestVolume' | 'disc' | 'needle'>;
 }
-export type Entry = Move | { kind: 'choose'; settings: LiveSettings; chosen: Chosen } | { kind: 'reset' | 'keep' | 'undo' };
+export type Entry = Move | { kind: 'cut'; request: CutRequest; answer: Pick<CutAnswer, 'volume' | 'margin'> } | { kind: 'choose'; settings: LiveSettings; chosen: Chosen } | { kind: 'reset' | 'keep' | 'undo' };
 
 const columns = [
   'kind', 'num_steps', 'tool', 'target_x', 'target_y', 'target_z', 'radius', 'node',
@@ -16,6 +17,8 @@ const columns = [
   'time', 'force_x', 'force_y', 'force_z', 'indentation', 'smallest_volume',
   'disc_x', 'disc_y', 'disc_z',
   'entry_x', 'entry_y', 'entry_z', 'depth', 'diameter', 'toughness', 'friction', 'puncture_force', 'tip', 'target_moved',
+  'region', 'margin', 'keeps_margin', 'thickness', 'takes_loose', 'volume', 'margin_left',
+  ...[0, 1, 2, 3].flatMap((corner) => ['x', 'y', 'z'].map((axis) => `corner_${corner}_${axis}` as const)),
 ] as const;
 type Row = Partial<Record<(typeof columns)[number], string | number>>;
 
@@ -41,8 +44,18 @@ function moveRow({ tool, numSteps, frame }: Move): Row {
   return { ...asked, target_x, target_y, target_z, radius: tool.radius, ...(tool.kind === 'pull' && { node: tool.node }), ...answer };
 }
 
+/** Of a half-space, corner 0 is its point and corner 1 its normal. */
+function cutRow({ request: { tool, takesLoose }, answer }: Extract<Entry, { kind: 'cut' }>): Row {
+  const said = { kind: 'cut', tool: tool.kind, takes_loose: Number(takesLoose), volume: answer.volume, margin_left: answer.margin };
+  if (tool.kind === 'region') return { ...said, region: tool.region, margin: tool.margin, keeps_margin: Number(tool.keepsMargin) };
+  const places = tool.kind === 'blade' ? tool.corners : [tool.point, tool.normal];
+  const corners = Object.fromEntries(places.flatMap((place, c) => place.map((x, i) => [`corner_${c}_${'xyz'[i]}`, x])));
+  return { ...said, ...corners, ...(tool.kind === 'blade' && { thickness: tool.thickness }) };
+}
+
 function rowOf(entry: Entry): Row {
   if (entry.kind === 'move') return moveRow(entry);
+  if (entry.kind === 'cut') return cutRow(entry);
   if (entry.kind !== 'choose') return { kind: entry.kind };
   const { settings, chosen } = entry;
   return {

@@ -14,6 +14,7 @@ import { createForceArrow } from './tool/force_arrow.ts';
 import { createLiveLegend } from './live_legend.ts';
 import type { LiveLook } from './live_link.ts';
 import { differences, shownFields, shownValues } from './shown_field.ts';
+import { nodesThere, surfacesOf } from './tool/blade/cut_body.ts';
 import { needleMark } from './tool/needle/needle_mark.ts';
 import type { Truth } from './truth.ts';
 import type { LiveBody, LiveFrame, Tool, Vector } from './types.ts';
@@ -21,6 +22,8 @@ import type { LiveBody, LiveFrame, Tool, Vector } from './types.ts';
 export interface Scene {
   stage: Stage;
   setBody(result: Result, body: LiveBody): void;
+  /** What a cut has left of the body, or what there is of it again. */
+  setRemains(body: LiveBody): void;
   showSprings(frame: LiveFrame, tool: Tool): void;
   /** Where a probe would touch, while it does not; null where there is none. */
   setWaiting(probe: Marks['probe']): void;
@@ -137,6 +140,20 @@ export function createScene(canvas: HTMLCanvasElement, hooks: Hooks): Scene {
       setViews(1);
       legend.allowDifference(false);
       noteShift();
+      redraw();
+    },
+    setRemains(next) {
+      if (!opened) return;
+      const there = nodesThere(next);
+      const parts = partsOf(opened);
+      const labels = parts.labels?.filter((label) => there.has(label.node)) ?? [];
+      const firstOfWound = next.cuts ? next.cuts.wound.indexOf(1) : -1;
+      stage.replaceBody(opened.points, next.cuts ? surfacesOf(next) : opened.surfaces,
+        { ...parts, patches: next.cuts ? undefined : parts.patches, conditions: constrainedConditions(next), tetrahedra: next.tetrahedra, labels, firstOfWound });
+      body = next;
+      mesh = null;
+      toolAt = null;
+      if (node !== null && !there.has(node)) node = null;
       redraw();
     },
     showSprings(frame, tool) {

@@ -2,6 +2,7 @@
 // At rest, or while it pauses, it does nothing until it is woken.
 import { createPacing } from './pacing.ts';
 import { createRest } from './rest.ts';
+import type { CutAnswer, CutRequest } from './tool/blade/types.ts';
 import type { Chosen, Engine, LiveFrame, LiveSettings, Tool } from './types.ts';
 
 /** What an answer took [s]. */
@@ -21,6 +22,10 @@ export interface Listener {
   wasKept(): void;
   /** It is where it was kept last. */
   wasRestored(): void;
+  /** What it was before is kept. */
+  wasCut(request: CutRequest, answer: CutAnswer): void;
+  /** A cut was refused, and nothing has changed. */
+  notCut(error: unknown): void;
   /** The settings that stay, if the fault is about others. */
   failed(error: unknown, settings: LiveSettings | null): void;
   paused(isPaused: boolean): void;
@@ -34,6 +39,7 @@ export interface Session {
   /** Keeps the state of now, before anything else is asked of the engine. */
   keep(): void;
   restore(): void;
+  cut(request: CutRequest): void;
   pause(isPaused: boolean): void;
   /** One step of a body that pauses. */
   step(): void;
@@ -185,6 +191,22 @@ export function startSession(engine: Engine, size: number, settings: LiveSetting
       wake();
     },
     restore: () => change(() => engine.restore(), listener.wasRestored),
+    cut(request) {
+      tasks.push(async () => {
+        let answer: CutAnswer;
+        try {
+          answer = await engine.cut(request);
+        } catch (error) {
+          if (!isClosed) listener.notCut(error);
+          return;
+        }
+        pacing.forget();
+        if (isClosed) return;
+        listener.wasCut(request, answer);
+        await move(0, 0, 0);
+      });
+      wake();
+    },
     pause,
     step() {
       numSingle++;

@@ -1,6 +1,7 @@
 // What the live page and its engines say to each other. SI units; vectors are [x, y, z].
 
 import type { SoftBody } from '../data/types.ts';
+import type { CutAnswer, CutRequest } from './tool/blade/types.ts';
 import type { NeedleFrame, NeedleTool } from './tool/needle/types.ts';
 
 export type Vector = [number, number, number];
@@ -8,6 +9,8 @@ export type Vector = [number, number, number];
 /** All of a result file that moves. */
 export interface LiveBody extends SoftBody {
   file: string; // path in the server's list; empty for a file that was dropped
+  /** Of a body that has been cut: tetrahedra of the whole one that are gone, and (T) which triangles are in the wound. */
+  cuts?: { gone: Int32Array; wound: Uint8Array };
 }
 
 export interface LiveSettings {
@@ -66,18 +69,20 @@ export interface Engine {
   /** May be called while it runs: the motion goes on with the new parameters. */
   choose(settings: LiveSettings): Promise<Chosen>;
   move(tool: Tool, numSteps: number): Promise<LiveFrame>;
-  /** Back to rest, where it lies without a tool. */
+  /** Takes tetrahedra away, and keeps what there was before. A cut that is refused is a fault, after which all is as before. */
+  cut(request: CutRequest): Promise<CutAnswer>;
+  /** Back to rest, where it lies without a tool, and whole. */
   reset(): Promise<void>;
   /** Keeps where the body is, how fast, and what the tool does to it, in place of what was kept before. */
   keep(): Promise<void>;
-  /** Goes on from what was kept. */
+  /** Goes on from what was kept, which may be before a cut. */
   restore(): Promise<void>;
   close(): void;
 }
 
 /** The linear finite element answer to the same round load. */
 export interface TruthEngine {
-  /** @param body  of a file in the server's list */
+  /** @param body  of a file in the server's list; it may have been cut */
   open(body: LiveBody): Promise<void>;
   choose(settings: Pick<LiveSettings, 'youngModulus' | 'poissonRatio'>): Promise<void>;
   /** @return (N,3) displacement [m], and the work of the tractions in it, sum of f_i . u_i over all nodes of the elements [J] */

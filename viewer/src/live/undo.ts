@@ -1,29 +1,36 @@
-// Back to before the last tool: its state as it was then. Where the body was, its engine keeps.
+// Back to before the last tool or cut: the tool and what there was of the body then. Where the body was, its engine keeps.
 import { byId } from '../page/elements.ts';
 import type { ToolState } from './tool/tool_state.ts';
+import type { CutAnswer } from './tool/blade/types.ts';
+
+/** What there was before. */
+export interface Before {
+  toolState: ToolState;
+  cut: CutAnswer | null; // the last cut then
+}
 
 export interface Undo {
-  /** A tool is about to be taken. */
-  keep(before: ToolState): void;
-  /** @return the state of the tool as it was, once; null if there is nothing to go back to */
-  take(): ToolState | null;
+  /** A tool is about to be taken, or the body has been cut. */
+  keep(before: Before): void;
+  /** @return what there was, once; null if there is nothing to go back to */
+  take(): Before | null;
   forget(): void;
 }
 
 const button = () => byId<HTMLButtonElement>('live-undo');
 
 export function createUndo(): Undo {
-  let kept: ToolState | null = null;
-  const set = (toolState: ToolState | null) => {
-    kept = toolState;
-    button().disabled = toolState === null;
+  let kept: Before | null = null;
+  const set = (before: Before | null) => {
+    kept = before;
+    button().disabled = before === null;
   };
   return {
     keep: set,
     take() {
-      const toolState = kept;
+      const before = kept;
       set(null);
-      return toolState;
+      return before;
     },
     forget: () => set(null),
   };

@@ -9,6 +9,9 @@ import { startFollowing, type Following } from './following.ts';
 import { atRest, goOn, letGo, plus, take, toolOf, type ToolState } from './tool/tool_state.ts';
 import { linkedLook, linkedSettings, writeLiveLink } from './live_link.ts';
 import { liveFrame } from './live_picture.ts';
+import { chosenStroke, drawStroke, listenToBlade, showCut, showRegions } from './tool/blade/blade_panel.ts';
+import { bodyAfter } from './tool/blade/cut_body.ts';
+import type { CutAnswer, CutRequest } from './tool/blade/types.ts';
 import { chosenTarget, isCapsuleWhole, showNeedle, showTargets } from './tool/needle/needle_panel.ts';
 import { targetFrom, valuesOf } from './tool/needle/way.ts';
 import { createNodeReading } from './node_reading.ts';
@@ -22,7 +25,7 @@ import { nativeEngine } from './engines/socket_engines.ts';
 import { furthest, surfaceAt } from './surface.ts';
 import { listenToTools, nodeField, showToolState, stays } from './tool/tools_panel.ts';
 import { drawTrace } from './trace.ts';
-import { createUndo } from './undo.ts';
+import { createUndo, type Before } from './undo.ts';
 import type { LiveBody, LiveFrame, LiveSettings } from './types.ts';
 import { wasmEngine } from './engines/wasm_engine.ts';
 
@@ -44,6 +47,9 @@ export interface LiveView {
 export function createLiveView(say: (sentence: string) => void, changed: () => void): LiveView {
   let result: Result | null = null;
   let body: LiveBody | null = null;
+  let whole: LiveBody | null = null; // before all cuts
+  let lastCut: CutAnswer | null = null; // whose remains the body is
+  let undone: Before | null = null; // that the engine is asked to go back to
   let session: Session | null = null;
   let settings: LiveSettings | null = null;
   let entries: Entry[] = [];
@@ -80,11 +86,14 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     return { target, values: valuesOf(toolState.radius.needle, isCapsuleWhole()) };
   }
   function takeAt(place: Parameters<Handling['take']>[0]): void {
-    undoing.keep(toolState);
+    undoing.keep({ toolState, cut: lastCut });
     session?.keep();
     change(take(toolState, place, toolState.kind === 'needle' ? needleAt(place) : null));
   }
-  const handling: Handling = { toolState: () => toolState, change, take: takeAt, body: () => body, stays: () => stays() || toolState.kind === 'needle', say: note };
+  const handling: Handling = {
+    toolState: () => toolState, change, take: takeAt, drawStroke,
+    cutAlong: (stroke) => whole && cut(chosenStroke(stroke, sizeOf(whole))),
+    body: () => body, stays: () => stays() || toolState.kind === 'needle', say: note };
   const pointer = createPointer(canvas, () => scene.stage, handling);
   const scene: Scene = createScene(canvas, { takesPress: pointer.takesPress, onDrawn: budget.draw, onPick: read, onTurned: changed });
   const following: Following = startFollowing(scene, tellNode, complain);
@@ -110,18 +119,37 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     if (frame) reading.show(frame.displacement, following.truth());
   }
   function undo(): void {
-    const before = undoing.take();
-    if (!before) return;
+    undone = undoing.take();
+    if (!undone) return;
     session?.restore();
     // The next frame is already that of the tool as it was.
-    change(before);
+    change(undone.toolState);
+  }
+  function cut(request: CutRequest): void {
+    if (toolState.grasp) letToolGo();
+    say('');
+    note('Cutting…');
+    session?.cut(request);
+  }
+  /** The body is from now on what a cut has left, or whole. */
+  function showRemains(answer: CutAnswer | null): void {
+    if (!whole || !settings || answer === lastCut) return;
+    lastCut = answer;
+    body = answer ? bodyAfter(whole, answer) : whole;
+    scene.setRemains(body);
+    following.open(body, settings);
+    showCut(answer);
+    byId('live-reset').textContent = answer ? 'Whole again, at rest' : 'Back to rest';
+    nodeField().value = String(furthest(body, [0, -1, 0]));
+    showWaiting();
+  }
+  function showGlass(): void {
+    byId<HTMLInputElement>('live-translucent').checked = true;
+    scene.setSkin('translucent');
   }
   /** A needle is inside: the body is of glass then. */
   function changeTool(next: ToolState): void {
-    if (next.kind === 'needle' && toolState.kind !== 'needle') {
-      byId<HTMLInputElement>('live-translucent').checked = true;
-      scene.setSkin('translucent');
-    }
+    if (next.kind === 'needle' && toolState.kind !== 'needle') showGlass();
     change(next);
   }
   const letToolGo = () => change(letGo(toolState));
@@ -169,12 +197,26 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       entries.push({ kind: 'reset' });
       letToolGo();
       undoing.forget();
+      showRemains(null);
     },
     wasKept() {
       entries.push({ kind: 'keep' });
     },
     wasRestored() {
       entries.push({ kind: 'undo' });
+      showRemains(undone?.cut ?? null);
+    },
+    wasCut(request, answer) {
+      entries.push({ kind: 'cut', request, answer });
+      undoing.keep({ toolState: letGo(toolState), cut: lastCut });
+      showRemains(answer);
+      note('');
+      // What was cut out of the inside is seen through glass alone.
+      if (request.tool.kind === 'region') showGlass();
+    },
+    notCut(error) {
+      note('');
+      complain(error);
     },
     rested(isAtRest) {
       byId('live').dataset['atRest'] = String(isAtRest);
@@ -205,6 +247,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     session?.close();
     session = null;
     entries = [];
+    showRemains(null);
     frame = null;
     undoing.forget();
     letToolGo();
@@ -225,10 +268,11 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
     }
   }
 
+  listenToBlade(cut);
   listenToTools({ toolState: () => toolState, change: changeTool, touch, letGo: letToolGo });
   listenToKeys(canvas, () => scene.stage, { ...handling, touch, pause, step, undo });
   listenToSettings(() => settings, (asked) => (say(''), note(fitting), session?.choose(asked)), say);
-  byId('live-engine').addEventListener('change', () => body && void start(body));
+  byId('live-engine').addEventListener('change', () => whole && void start(whole));
   byId('live-pause').addEventListener('click', pause);
   byId('live-step-once').addEventListener('click', step);
   nodeField().addEventListener('input', showWaiting);
@@ -245,11 +289,13 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
 
   return {
     async show(of, next, view) {
-      if (next === body) return session?.pause(wasPaused);
-      [result, body] = [of, next];
+      if (next === whole) return session?.pause(wasPaused);
+      [result, body, whole, lastCut] = [of, next, next, null];
+      showCut(null);
       const isLinked = view.get('mode') === 'live';
       scene.setBody(of, next);
       showTargets(of.lesions);
+      showRegions(of.lesions);
       read(null);
       nodeField().max = String(next.points.length / 3 - 1);
       nodeField().value = String(furthest(next, [0, -1, 0]));
@@ -262,7 +308,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
       if (!isServed && !HAS_KERNEL) return say(`This page has no springs of its own; open the file with \`livermark view\`, or run scripts/live-kernel and make the page again.`);
       settings = isLinked ? linkedSettings(view, settingsOf(next)) : null;
       await start(next);
-      if (!isLinked || next !== body) return;
+      if (!isLinked || next !== whole) return;
       const look = linkedLook(view);
       if (look.hasElements) following.switchOn();
       scene.setLook(look);

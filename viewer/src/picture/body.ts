@@ -9,6 +9,7 @@ import { displaced, textureCoordinates } from './fields.ts';
 import { createMarks, type Marks } from './marks.ts';
 import { createMaterials, mapWidth, type Skin } from './materials.ts';
 import type { Cut, Reach } from './section.ts';
+import { createWound } from './wound.ts';
 
 export type { Skin } from './materials.ts';
 
@@ -36,6 +37,7 @@ export interface BodyParts {
   patches?: { patch: Int32Array; names: readonly string[] }; // named parts: (T) index into the names
   tetrahedra?: Int32Array; // (M,4), which close what is cut open
   labels?: NodeLabel[]; // what has a name
+  firstOfWound?: number; // triangle of the outside that it and all behind it were cut, and share no vertex with others
   isAnatomical?: boolean; // its axes are those of a patient (LPS)
 }
 
@@ -89,6 +91,7 @@ function createMarker(size: number): three.Mesh {
 export function createBody(points: Float32Array, surfaces: Surfaces, size: number, parts: BodyParts = {}): Body {
   const materials = createMaterials(parts.patches?.names.length ?? 0);
   const outside: three.Mesh = new three.Mesh(geometryOf(surfaces.outside), materials.skins.solid);
+  const wound = createWound(outside.geometry, parts.firstOfWound ?? -1, materials.wound, materials.unseen);
   const front = new three.Mesh(outside.geometry, materials.depth);
   const inside = new three.Mesh(geometryOf(surfaces.inside), materials.skins.solid);
   const face = createCutFace(materials.section, materials.outline, surfaces.inside, parts.tetrahedra ?? new Int32Array());
@@ -108,6 +111,7 @@ export function createBody(points: Float32Array, surfaces: Surfaces, size: numbe
   const scene = new three.Scene();
   scene.add(new three.HemisphereLight(0xffffff, 0xb8b2aa, 1.7), light, light.target, inside, front, outside, facets.mesh, face.object, marker, marks.object);
   if (conditions) scene.add(conditions.object);
+  if (wound.mesh) scene.add(wound.mesh);
 
   const hasInside = surfaces.inside.nodes.length > 0;
   let look: Look | null = null;
@@ -122,12 +126,14 @@ export function createBody(points: Float32Array, surfaces: Surfaces, size: numbe
       look = next;
       places = displaced({ nodes: Int32Array.from({ length: points.length / 3 }, (_, i) => i) }, points, look.displacement, look.exaggeration);
       materials.use(look.quantity);
-      outside.material = facets.mesh.material = materials.skins[look.skin];
+      facets.mesh.material = materials.skins[look.skin];
+      outside.material = wound.outside(materials.skins[look.skin]);
       facets.mesh.visible = look.quantity === 'patches';
       outside.visible = !facets.mesh.visible; // a ray meets it all the same
       front.visible = look.skin === 'translucent';
       inside.visible = hasInside && look.skin === 'translucent';
       update(outside.geometry, surfaces.outside, points, look);
+      wound.follow();
       if (facets.mesh.visible) facets.follow();
       if (hasInside) update(inside.geometry, surfaces.inside, points, look);
       face.show(cut, places, look);

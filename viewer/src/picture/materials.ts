@@ -55,6 +55,8 @@ export interface BodyMaterials {
   section: three.Material;
   outline: three.LineBasicMaterial;
   depth: three.Material; // how far away glass is
+  wound: three.Material; // raw tissue, which no legend has
+  unseen: three.Material; // of what is drawn elsewhere
   use(colouring: Colouring): void;
   clip(planes: three.Plane[]): void;
   free(): void;
@@ -74,6 +76,8 @@ export function createMaterials(numPatches: number): BodyMaterials {
   const outline = new three.LineBasicMaterial({ color: 0x111111, toneMapped: false });
   // Glass shows its front only: this writes how far that is, so that the far side does not shine through.
   const depth = new three.MeshBasicMaterial({ colorWrite: false });
+  const wound = new three.MeshStandardMaterial({ color: 0xb4453d, roughness: 0.55, side: three.DoubleSide });
+  const unseen = new three.MeshBasicMaterial({ visible: false, side: three.DoubleSide });
   const coloured = [lit, glass, flat, section];
   // A map from the start: to get one later, a material would have to be compiled again.
   for (const material of coloured) material.map = textures.displacement;
@@ -82,16 +86,18 @@ export function createMaterials(numPatches: number): BodyMaterials {
     section,
     outline,
     depth,
+    wound,
+    unseen,
     use(colouring) {
       for (const material of coloured) material.map = textures[colouring];
       // Most of a body is at the beginning of the map, which is dark or pale.
       outline.color.set(colouring === 'displacement' ? 0xffffff : 0x111111);
     },
     clip(planes) {
-      for (const material of [lit, glass, flat, depth]) material.clippingPlanes = planes;
+      for (const material of [lit, glass, flat, depth, wound]) material.clippingPlanes = planes;
     },
     free() {
-      for (const material of [...coloured, outline, depth]) material.dispose();
+      for (const material of [...coloured, outline, depth, wound, unseen]) material.dispose();
       for (const texture of Object.values(textures)) texture.dispose();
     },
   };

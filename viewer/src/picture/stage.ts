@@ -15,6 +15,8 @@ export type Side = 0 | 1;
 
 export interface Stage {
   setBody(points: Float32Array, surfaces: Surfaces, parts?: BodyParts): void;
+  /** The same nodes with other surfaces and parts; the view stays as it is, and so does the place where it is cut open. */
+  replaceBody(points: Float32Array, surfaces: Surfaces, parts: BodyParts): void;
   show(side: Side, look: Look): void;
   /** All that is prescribed is shown at first, if the body came with it. */
   showConditions(shown: ConditionsShown): void;
@@ -189,6 +191,15 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
     return sight && sight.body.nodeAt(sight.ray);
   }
 
+  function make(points: Float32Array, surfaces: Surfaces, parts: BodyParts): void {
+    bodies?.forEach((body) => body.free());
+    const body = () => createBody(points, surfaces, 2 * sphere.radius, parts);
+    bodies = [body(), body()];
+    labels = parts.labels ?? [];
+    isAnatomical = parts.isAnatomical ?? false;
+    nodes = Int32Array.from(surfaces.outside.nodes);
+  }
+
   let pressed: PointerEvent | null = null;
   // Before the camera hears of it.
   canvas.addEventListener('pointerdown', (event) => {
@@ -215,17 +226,16 @@ export function createStage(canvas: HTMLCanvasElement, hooks: Hooks, nameHeight 
 
   return {
     setBody(points, surfaces, parts = {}) {
-      bodies?.forEach((body) => body.free());
       new three.Box3().setFromArray(points).getBoundingSphere(sphere);
-      const make = () => createBody(points, surfaces, 2 * sphere.radius, parts);
-      bodies = [make(), make()];
       cut = null;
-      labels = parts.labels ?? [];
-      isAnatomical = parts.isAnatomical ?? false;
-      nodes = Int32Array.from(surfaces.outside.nodes);
+      make(points, surfaces, parts);
       const arrows = parts.conditions ? endsOfArrows(surfaces.outside, points, parts.conditions, 2 * sphere.radius) : [];
       places = Float32Array.from([...points, ...arrows]);
       resetView();
+    },
+    replaceBody(points, surfaces, parts) {
+      make(points, surfaces, parts);
+      bodies!.forEach((body) => body.cut(cut));
     },
     show(side, look) {
       bodies?.[side].show(look);

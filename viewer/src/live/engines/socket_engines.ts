@@ -31,9 +31,10 @@ export function nativeEngine(): Engine {
 export function femEngine(onProgress: (sentence: string) => void): TruthEngine {
   let socket: Socket | null = null;
   return {
-    async open({ file }) {
+    async open({ file, cuts }) {
       socket?.close();
       socket = openSocket('/live/fem', file, onProgress);
+      if (cuts) await socket.ask(new URLSearchParams({ gone: cuts.gone.join(',') }).toString());
     },
     async choose({ youngModulus, poissonRatio }) {
       await opened(socket).ask(

@@ -1,5 +1,6 @@
 // An engine, of whatever carries its messages.
-import { bodyMessage, chooseMessage, keepMessage, moveMessage, readChosen, readFrame, resetMessage, restoreMessage } from './springs_messages.ts';
+import { cutMessage } from '../tool/blade/blade_messages.ts';
+import { bodyMessage, chooseMessage, keepMessage, moveMessage, readChosen, readCutAnswer, readFrame, resetMessage, restoreMessage } from './springs_messages.ts';
 import type { Engine, LiveBody } from '../types.ts';
 
 /** Carries messages to springs, and their answers back, in order. Faults are what `ask` throws. */
@@ -20,6 +21,7 @@ export function springsEngine(name: string, carrier: Carrier): Engine {
     },
     choose: async (settings) => readChosen(await carrier.ask(chooseMessage(settings, springLaws))),
     move: async (tool, numSteps) => readFrame(await carrier.ask(moveMessage(tool, numSteps)), tool),
+    cut: async (request) => readCutAnswer(await carrier.ask(cutMessage(request))),
     async reset() {
       await carrier.ask(resetMessage());
     },

@@ -1,5 +1,7 @@
 // What an engine is told, and what it answers, as numbers in a row: see live/messages.hpp.
 import { Fault } from '../../data/types.ts';
+import { readCut } from '../tool/blade/blade_messages.ts';
+import type { CutAnswer } from '../tool/blade/types.ts';
 import { needleMessage, readNeedle } from '../tool/needle/needle_messages.ts';
 import type { Chosen, LiveBody, LiveFrame, LiveSettings, Tool, Vector } from '../types.ts';
 
@@ -68,6 +70,8 @@ export function readChosen(bytes: ArrayBuffer): Chosen {
     numSprings: numbers.number(),
   };
 }
+
+export const readCutAnswer = (bytes: ArrayBuffer): CutAnswer => readCut(new Numbers(bytes));
 
 /** @param tool  that was asked for */
 export function readFrame(bytes: ArrayBuffer, tool: Tool): LiveFrame {

@@ -1,6 +1,7 @@
 // Mouse, finger and keys as motions of the tool.
 import type { Stage } from '../../picture/stage.ts';
-import { goalOf, letGo, plus, pushTo, slide, type Grasp, type ToolState } from './tool_state.ts';
+import { shortest, lengthOfStroke, strokeOf, type Stroke } from './blade/stroke.ts';
+import { goalOf, isHolding, letGo, plus, pushTo, slide, type Grasp, type ToolState } from './tool_state.ts';
 import type { LiveBody, Vector } from '../types.ts';
 
 export interface Handling {
@@ -8,6 +9,10 @@ export interface Handling {
   change(toolState: ToolState): void;
   /** Sets the tool down. */
   take(place: Pick<Grasp, 'point' | 'inwards' | 'node'>): void;
+  /** The blade has been led across the picture. */
+  cutAlong(stroke: Stroke): void;
+  /** Shows where it is led, in pixels of the canvas. */
+  drawStroke(line: [x1: number, y1: number, x2: number, y2: number] | null): void;
   body(): LiveBody | null;
   /** Whether a tool stays where it is when the button is let go. */
   stays(): boolean;
@@ -31,13 +36,35 @@ function across(stage: Stage, toolState: ToolState, right: number, down: number)
 /** @param stage  asked for when there is a pointer on it */
 export function createPointer(canvas: HTMLCanvasElement, stage: () => Stage, handling: Handling): Pointer {
   let pressed: { id: number; x: number; y: number } | null = null;
+  let stroke: { start: PointerEvent; point: Vector } | null = null;
+
+  /** From where the blade was set down to where the pointer is now. */
+  function strokeTo(event: PointerEvent): Stroke {
+    const { right, up, metresPerPixel } = stage().screenAt(stroke!.point);
+    const [x, y] = [event.clientX - stroke!.start.clientX, event.clientY - stroke!.start.clientY];
+    return strokeOf(stroke!.point, right, up, x * metresPerPixel, -y * metresPerPixel);
+  }
+  function endStroke(event: PointerEvent | null): void {
+    const led = event && strokeTo(event);
+    stroke = null;
+    handling.drawStroke(null);
+    if (!led) return;
+    if (lengthOfStroke(led) >= shortest) handling.cutAlong(led);
+    else handling.say('Press where the cut begins, and lead the blade to where it ends.');
+  }
 
   function release(lets: boolean): void {
     pressed = null;
+    if (stroke) endStroke(null);
     stage().setZooming(true);
     if (lets) handling.change(letGo(handling.toolState()));
   }
   canvas.addEventListener('pointermove', (event) => {
+    if (event.pointerId === pressed?.id && stroke) {
+      const box = canvas.getBoundingClientRect();
+      handling.drawStroke([stroke.start.clientX - box.left, stroke.start.clientY - box.top, event.clientX - box.left, event.clientY - box.top]);
+      return;
+    }
     const toolState = handling.toolState();
     if (event.pointerId !== pressed?.id || !toolState.grasp) return;
     const [right, down] = [event.clientX - pressed.x, event.clientY - pressed.y];
@@ -46,11 +73,16 @@ export function createPointer(canvas: HTMLCanvasElement, stage: () => Stage, han
     const deeper = -down * stage().screenAt(toolState.grasp.point).metresPerPixel;
     handling.change(event.shiftKey ? pushTo(toolState, goalOf(toolState) + deeper) : slide(toolState, across(stage(), toolState, right, down)));
   });
-  canvas.addEventListener('pointerup', (event) => event.pointerId === pressed?.id && release(!handling.stays()));
+  canvas.addEventListener('pointerup', (event) => {
+    if (event.pointerId !== pressed?.id) return;
+    if (stroke) endStroke(event);
+    release(!handling.stays());
+  });
   canvas.addEventListener('pointercancel', (event) => event.pointerId === pressed?.id && release(true));
   canvas.addEventListener('wheel', (event) => {
     if (!pressed) return;
     event.preventDefault();
+    if (stroke) return;
     // With Shift a wheel rolls sideways on some systems.
     const pixels = (event.deltaY || event.deltaX) * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? linesToPixels : 1);
     handling.change(pushTo(handling.toolState(), goalOf(handling.toolState()) - pixels * perNotch));
@@ -68,7 +100,7 @@ export function createPointer(canvas: HTMLCanvasElement, stage: () => Stage, han
       if (toolState.kind === 'none' || !body) return false;
       const hit = stage().hitAt(event);
       if (!hit || hit.side !== 0) return false;
-      if (body.constrained[hit.triangle]) {
+      if (isHolding(toolState.kind) && body.constrained[hit.triangle]) {
         handling.say(constrainedSentence);
         return false;
       }
@@ -76,7 +108,8 @@ export function createPointer(canvas: HTMLCanvasElement, stage: () => Stage, han
       canvas.setPointerCapture(event.pointerId);
       stage().setZooming(false);
       handling.say('');
-      handling.take(hit);
+      if (toolState.kind === 'blade') stroke = { start: event, point: hit.point };
+      else handling.take(hit);
       return true;
     },
   };

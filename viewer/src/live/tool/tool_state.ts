@@ -2,8 +2,11 @@
 import type { NeedleValues } from './needle/types.ts';
 import type { Tool, Vector } from '../types.ts';
 
-export type Kind = Tool['kind'];
-export type Holding = Exclude<Kind, 'none'>;
+export type Holding = Exclude<Tool['kind'], 'none'>;
+/** A blade takes hold of nothing: it is led across the picture, and then it has cut. */
+export type Kind = Tool['kind'] | 'blade';
+/** Whether a tool touches or grasps. */
+export const isHolding = (kind: Kind): kind is Holding => kind !== 'none' && kind !== 'blade';
 
 /** A place of the surface that is touched or grasped. */
 export interface Grasp {
@@ -39,7 +42,7 @@ export const length = (a: Vector) => Math.hypot(...a);
 /** Sets the tool down where it just touches; it then goes to the depth that it starts with. */
 /** @param needle  where it goes, of a needle: all the way to its target unless it was to go less deep */
 export function take(toolState: ToolState, place: Pick<Grasp, 'point' | 'inwards' | 'node'>, needle: Grasp['needle'] = null): ToolState {
-  if (toolState.kind === 'none') return toolState;
+  if (!isHolding(toolState.kind)) return toolState;
   const { point, inwards, node } = place;
   const start = toolState.start[toolState.kind];
   const goal = needle ? Math.min(start > 0 ? start : Infinity, length(plus(needle.target, point, -1))) : start;
@@ -58,7 +61,7 @@ export function slide(toolState: ToolState, by: Vector): ToolState {
 
 /** How deep it is to be: of what is grasped, else of what will be taken. */
 export function goalOf(toolState: ToolState): number {
-  return toolState.grasp?.goal ?? (toolState.kind === 'none' ? 0 : toolState.start[toolState.kind]);
+  return toolState.grasp?.goal ?? (isHolding(toolState.kind) ? toolState.start[toolState.kind] : 0);
 }
 
 /** The depths that may be asked for [m]. */
@@ -71,11 +74,11 @@ export function pushTo(toolState: ToolState, depth: number): ToolState {
   const [least, most] = depths(toolState);
   const goal = Math.min(Math.max(depth, least), most);
   if (toolState.grasp) return { ...toolState, grasp: { ...toolState.grasp, goal } };
-  return toolState.kind === 'none' ? toolState : { ...toolState, start: { ...toolState.start, [toolState.kind]: goal } };
+  return !isHolding(toolState.kind) ? toolState : { ...toolState, start: { ...toolState.start, [toolState.kind]: goal } };
 }
 
 export function resize(toolState: ToolState, radius: number): ToolState {
-  return toolState.kind === 'none' ? toolState : { ...toolState, radius: { ...toolState.radius, [toolState.kind]: radius } };
+  return !isHolding(toolState.kind) ? toolState : { ...toolState, radius: { ...toolState.radius, [toolState.kind]: radius } };
 }
 
 /** What is asked for at once is done at the speed of somebody's hand. */
@@ -87,7 +90,7 @@ export function goOn(toolState: ToolState, seconds: number): ToolState {
 }
 
 export function toolOf({ kind, grasp, radius }: ToolState): Tool {
-  if (kind === 'none' || !grasp) return { kind: 'none' };
+  if (!isHolding(kind) || !grasp) return { kind: 'none' };
   if (kind === 'needle')
     return grasp.needle ? { kind, entry: grasp.point, depth: grasp.depth, ...grasp.needle } : { kind: 'none' };
   const place = plus(grasp.point, grasp.moved);

@@ -1,7 +1,8 @@
 // The tool, and where it is, as controls: what mouse and finger do can be done with them alone.
 import { byId } from '../../page/elements.ts';
+import { showBladeControls } from './blade/blade_panel.ts';
 import { showNeedleControls } from './needle/needle_panel.ts';
-import { choose, depths, goalOf, pushTo, resize, type ToolState, type Kind } from './tool_state.ts';
+import { choose, depths, goalOf, isHolding, pushTo, resize, type ToolState, type Kind } from './tool_state.ts';
 import { tell } from '../readings.ts';
 
 const form = () => byId<HTMLFormElement>('live-tools');
@@ -33,11 +34,12 @@ export function listenToTools({ toolState, change, touch, letGo }: ToolActions):
 /** Makes the controls say what the tool does. */
 export function showToolState(toolState: ToolState): void {
   (form().elements.namedItem('tool') as RadioNodeList).value = toolState.kind;
-  const isTool = toolState.kind !== 'none';
+  const isTool = isHolding(toolState.kind);
+  showBladeControls(toolState.kind === 'blade');
   if (byId('live-needle').hidden === (toolState.kind === 'needle')) showNeedleControls(toolState.kind === 'needle');
   for (const id of ['live-radius', 'live-depth', 'live-touch']) (byId(id) as HTMLInputElement).disabled = !isTool;
   (byId('live-let-go') as HTMLButtonElement).disabled = toolState.grasp === null;
-  if (toolState.kind === 'none') return;
+  if (!isHolding(toolState.kind)) return;
   const depth = goalOf(toolState);
   const [least, most] = depths(toolState);
   input('live-depth').min = String(Math.round(1000 * least));

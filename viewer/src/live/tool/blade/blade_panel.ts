@@ -1,0 +1,67 @@
+// The blade as controls and readings.
+import type { Lesion } from '../../../data/types.ts';
+import { byId, element } from '../../../page/elements.ts';
+import { tell } from '../../readings.ts';
+import { beyondStroke, bladeOf, type Stroke } from './stroke.ts';
+import type { CutAnswer, CutRequest } from './types.ts';
+
+const input = (id: string) => byId<HTMLInputElement>(`live-blade-${id}`);
+const choice = (id: string) => byId<HTMLSelectElement>(`live-blade-${id}`);
+const number = (value: number, digits: number) => value.toFixed(digits).replace('-', '−');
+
+/** Offers the regions inside a body to be cut out. */
+export function showRegions(lesions: readonly Lesion[]): void {
+  choice('region').replaceChildren(...lesions.map(({ name, region }) => element('option', { value: region }, name.replaceAll('_', ' '))));
+  byId('live-blade-out').hidden = lesions.length === 0;
+}
+
+export function showBladeControls(isBlade: boolean): void {
+  byId('live-blade').hidden = !isBlade;
+  for (const id of ['live-tool-sliders', 'live-tool-pick']) byId(id).hidden = isBlade;
+}
+
+const takesLoose = () => input('loose').checked;
+
+/** The region that is chosen, with its margin. */
+export function chosenRegion(): CutRequest {
+  return { tool: { kind: 'region', region: Number(choice('region').value), margin: input('margin').valueAsNumber / 1000, keepsMargin: input('keeps').checked }, takesLoose: takesLoose() };
+}
+
+/** @param reach  see bladeOf() [m] */
+export function chosenStroke(stroke: Stroke, reach: number): CutRequest {
+  const tool = choice('stroke').value === 'side' ? beyondStroke(stroke) : bladeOf(stroke, input('depth').valueAsNumber / 1000, reach);
+  return { tool, takesLoose: takesLoose() };
+}
+
+export function listenToBlade(cut: (request: CutRequest) => void): void {
+  const sliders = () => {
+    for (const id of ['margin', 'depth']) tell(`live-blade-${id}-shown`, input(id).valueAsNumber / 1000, `${input(id).value} mm`);
+    byId('live-blade-depth-row').hidden = choice('stroke').value === 'side';
+  };
+  for (const id of ['margin', 'depth']) input(id).addEventListener('input', sliders);
+  choice('stroke').addEventListener('change', sliders);
+  byId('live-blade-cut').addEventListener('click', () => cut(chosenRegion()));
+  sliders();
+}
+
+/** What the last cut has done; nothing of a whole body. */
+export function showCut(answer: CutAnswer | null): void {
+  byId('live-blade-readings').hidden = answer === null;
+  if (!answer) return;
+  const { volume, margin, woundArea, numPieces, numLoose, seconds } = answer;
+  tell('live-blade-volume', volume, `${number(1e6 * volume, 1)} mL`);
+  tell('live-blade-left', margin, Number.isNaN(margin) ? 'no lesion cut' : margin === 0 ? '0 mm: the wound touches it' : `${number(1000 * margin, 1)} mm`);
+  tell('live-blade-area', woundArea, `${number(1e4 * woundArea, 1)} cm²`);
+  const loose = numLoose === 0 ? '' : `, ${numLoose} loose taken away`;
+  tell('live-blade-pieces', numPieces, `${numPieces}${loose}`);
+  tell('live-blade-springs', seconds.springs, `${number(1000 * seconds.springs, 2)} ms`);
+  tell('live-blade-all', seconds.all, `${number(1000 * seconds.all, 0)} ms`);
+}
+
+/** The stroke as it is drawn, in pixels of the stage; null for none. */
+export function drawStroke(line: [x1: number, y1: number, x2: number, y2: number] | null): void {
+  const svg = byId('live-stroke');
+  svg.toggleAttribute('hidden', line === null);
+  if (!line) return;
+  ['x1', 'y1', 'x2', 'y2'].forEach((name, i) => svg.firstElementChild!.setAttribute(name, String(line[i])));
+}

@@ -1,0 +1,192 @@
+// Cuts of the live page: a tumour is cut out, a blade is led across the body, numbers and colours of the wound, undo, refusals.
+import assert from 'node:assert/strict';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+import { frames, pixels, shippedFolder, startBrowser, startServer } from '../browser.mjs';
+import { bodyOf, frameOf, noReplay, playNatively, startHarness } from '../springs.mjs';
+import { createLivePage } from './live_page.mjs';
+
+let shipped, server, browser, live;
+
+before(async () => {
+  shipped = shippedFolder('liver_tumours');
+  server = await startServer(shipped.folder);
+  browser = await startBrowser();
+  live = createLivePage(browser, `${server.address}#${encodeURIComponent('liver_tumours/palpation.h5')}`);
+});
+after(async () => {
+  await browser?.close();
+  await server?.stop();
+  shipped?.remove();
+});
+
+/** As red as the wound is under any light, and nothing else of the picture but arrows. */
+const red = ([r, g, b]) => r > 90 && r > 2 * g && r > 2 * b;
+const numRed = async () => {
+  await frames(live.page);
+  return (await pixels(live.page, await live.page.locator('#live-stage canvas').boundingBox())).filter(red).length;
+};
+const cutsSeen = () => live.page.waitForSelector('#live-blade-readings:not([hidden])');
+const wholeSeen = () => live.page.waitForSelector('#live-blade-readings', { state: 'hidden' });
+const cutOut = async (name, margin) => {
+  await live.page.check('[name=tool][value=blade]');
+  await live.page.selectOption('#live-blade-region', { label: name });
+  await live.page.locator('#live-blade-margin').fill(String(margin));
+  await live.page.click('#live-blade-cut');
+};
+/** @param ends  in pixels from the middle of the right lobe */
+const lead = async (from, to) => {
+  const [x, y] = await live.place();
+  await live.page.mouse.move(x + from[0], y + from[1]);
+  await live.page.mouse.down();
+  await live.page.mouse.move(x + to[0], y + to[1], { steps: 4 });
+  await live.page.mouse.up();
+};
+
+for (const engine of ['wasm', 'native'])
+  test(`a tumour is cut out with a margin, and the cut is undone (${engine})`, async () => {
+    await live.goLive({});
+    if (engine === 'native') {
+      await live.page.selectOption('#live-engine', 'native');
+      await live.moving();
+    }
+    await live.page.check('#live-translucent');
+    assert.ok((await numRed()) < 20);
+    await cutOut('tumour 1', 5);
+    await cutsSeen();
+    assert.ok((await live.value('blade-volume')) > 75e-6 && (await live.value('blade-volume')) < 120e-6);
+    assert.ok((await live.value('blade-left')) >= 0.005 && (await live.value('blade-left')) < 0.009);
+    assert.equal(await live.value('blade-pieces'), 1);
+    assert.ok((await numRed()) > 200, 'the wound is seen through the glass');
+    // What is left is touched as before.
+    await live.page.check('[name=tool][value=probe]');
+    await live.poke();
+    await live.above('force', 0.05);
+    await live.page.click('#live-let-go');
+    await live.page.click('#live-reset');
+    await wholeSeen();
+    assert.ok((await numRed()) < 20);
+    await cutOut('tumour 6', 0);
+    await cutsSeen();
+    await live.page.click('#live-undo');
+    await wholeSeen();
+    assert.equal(await live.page.locator('#live-undo').isDisabled(), true);
+  });
+
+test('a blade is led across the body, and the wound has its own colour', async () => {
+  await live.goLive({});
+  await live.page.check('#live-solid');
+  await live.page.check('[name=tool][value=blade]');
+  await lead([-60, 20], [60, 20]);
+  await cutsSeen();
+  assert.ok((await live.value('blade-volume')) > 1e-6);
+  assert.ok((await numRed()) > 50, 'it is seen from outside');
+  const first = await live.value('blade-area');
+  await lead([0, -60], [0, 70]);
+  await live.page.waitForFunction((area) => Number(document.querySelector('#live-blade-area').dataset.value) > area, first);
+  await live.page.click('#live-undo');
+  await live.page.waitForFunction((area) => Number(document.querySelector('#live-blade-area').dataset.value) === area, first);
+  await live.page.click('#live-reset');
+  await wholeSeen();
+});
+
+test('a cut that cannot be is refused in a sentence, and the next one is made', async () => {
+  await live.goLive({});
+  await live.page.check('[name=tool][value=blade]');
+  await live.page.locator('#live-blade-depth').fill('200');
+  await lead([-200, 0], [250, 0]);
+  await live.page.waitForFunction(() => document.querySelector('#message').textContent.includes('nothing holds'));
+  assert.equal(await live.page.locator('#live-undo').isDisabled(), true);
+  await wholeSeen();
+  await live.page.check('#live-blade-loose');
+  await lead([-200, 0], [250, 0]);
+  await cutsSeen();
+  assert.ok((await live.text('blade-pieces')).includes('loose'));
+  assert.equal(await live.page.locator('#message').textContent(), '');
+});
+
+test('FEM answers about what a cut has left', async () => {
+  await live.goLive({});
+  await cutOut('tumour 6', 2);
+  await cutsSeen();
+  await live.page.check('[name=tool][value=probe]');
+  await live.page.check('#live-fem');
+  await live.poke();
+  await live.above('fem-elements', 1e-4);
+  const [springs, elements] = [await live.value('fem-springs'), await live.value('fem-elements')];
+  assert.ok(elements > 0.3 * springs && elements < 3 * springs, `${elements} m beside ${springs} m`);
+  await live.page.click('#live-undo');
+  await live.page.click('#live-reset');
+  await wholeSeen();
+});
+
+/** Numbers in [0, 1), the same every time (mulberry32). */
+function randomNumbers(seed) {
+  return () => {
+    seed = (seed + 0x6d2b79f5) | 0;
+    let t = Math.imul(seed ^ (seed >>> 15), 1 | seed);
+    t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
+    return ((t ^ (t >>> 14)) >>> 0) / 2 ** 32;
+  };
+}
+
+/** As many cuts at random, each undone. */
+function randomCuts(body, count, seed) {
+  const random = randomNumbers(seed);
+  const within = (low, high) => low + (high - low) * random();
+  const axis = (i) => body.points.filter((_, j) => j % 3 === i);
+  const box = [0, 1, 2].map((i) => [Math.min(...axis(i)), Math.max(...axis(i))]);
+  const place = () => box.map(([low, high]) => within(low, high));
+  const way = () => [0, 1, 2].map(() => within(-1, 1));
+  const tools = [
+    () => ({ kind: 'region', region: 1 + Math.floor(random() * (body.density.length - 1)), margin: within(0, 0.01), keepsMargin: random() < 0.5 }),
+    () => ({ kind: 'half-space', point: place(), normal: way() }),
+    () => {
+      const [at, along, across] = [place(), way().map((x) => 0.05 * x), way().map((x) => 0.05 * x)];
+      const corner = (a, b) => at.map((x, i) => x + a * along[i] + b * across[i]);
+      return { kind: 'blade', corners: [corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)], thickness: 0.001 };
+    },
+  ];
+  return Array.from({ length: count }, () => ({ tool: tools[Math.floor(random() * 3)](), takesLoose: random() < 0.7 }));
+}
+
+test('twenty random cuts in a browser leave closed surfaces, are undone to the bit, and are those of the native springs', { skip: noReplay }, async (t) => {
+  const body = await bodyOf(join(shipped.folder, 'liver_tumours/palpation.h5'));
+  const harness = await startHarness();
+  t.after(() => harness.stop());
+  const laws = await harness.open(body);
+  const settings = { springLaw: 'van_gelder', keepsVolume: true, youngModulus: 5000, poissonRatio: 0.45, massDamping: 10, stiffnessDamping: 0, timeStep: 0 };
+  const still = { kind: 'move', tool: { kind: 'none' }, numSteps: 0 };
+  const rows = [{ kind: 'choose', settings }];
+  for (const request of randomCuts(body, 20, 5)) rows.push({ kind: 'keep' }, still, { kind: 'cut', request }, { ...still, numSteps: 5 }, { kind: 'undo' }, still);
+  const answers = await harness.play(rows, { whole: true });
+  let numMade = 0, numRefused = 0;
+  const made = [];
+  rows.forEach((row, i) => {
+    if (row.kind !== 'cut') return made.push(i);
+    const cut = answers[i];
+    const [previous, undone] = [answers[i - 1], answers[i + 3]];
+    assert.deepEqual(undone.displacement, previous.displacement, 'it is undone to the bit');
+    assert.ok(answers[i + 1].displacement.every(Number.isFinite));
+    if ('fault' in cut) {
+      assert.match(cut.fault, /^[^.]+$/, 'one sentence');
+      return numRefused++;
+    }
+    made.push(i);
+    numMade++;
+    const balance = new Map();
+    for (let k = 0; k < cut.triangles.length; k += 3)
+      for (const [a, b] of [[0, 1], [1, 2], [2, 0]].map((side) => side.map((c) => cut.triangles[k + c])))
+        balance.set(Math.min(a, b) * 1e6 + Math.max(a, b), (balance.get(Math.min(a, b) * 1e6 + Math.max(a, b)) ?? 0) + Math.sign(b - a));
+    assert.ok([...balance.values()].every((sum) => sum === 0), 'the surface is closed');
+    assert.equal(new Set(cut.gone).size, cut.gone.length);
+    assert.ok(cut.volume > 0 && cut.wound.includes(1));
+  });
+  assert.ok(numMade >= 6 && numRefused >= 2, `${numMade} cuts, ${numRefused} refused`);
+  // What was refused has changed nothing, so that the native springs are not asked for it.
+  const native = playNatively(body, made.map((i) => rows[i]), laws);
+  made.forEach((i, k) => {
+    if (rows[i].kind !== 'move') return;
+    assert.deepEqual(frameOf(native[k]).displacement, answers[i].displacement, `row ${i}`);
+  });
+});
