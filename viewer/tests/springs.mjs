@@ -74,6 +74,16 @@ export const bodyNumbers = (b) => [
   b.points.length / 3, b.tetrahedra.length / 4, b.density.length, b.triangles.length / 3,
   ...[b.points, b.tetrahedra, b.region, b.density, b.youngModulus, b.poissonRatio, b.triangles, b.constrained].flat(),
 ];
+/** @param request  see CutRequest of the page */
+export function cutNumbers({ tool, takesLoose }) {
+  const what = {
+    region: () => [0, tool.region, tool.margin, Number(tool.keepsMargin)],
+    'half-space': () => [1, ...tool.point, ...tool.normal],
+    blade: () => [2, ...tool.corners.flat(), tool.thickness],
+  };
+  return [7, Number(takesLoose), ...what[tool.kind]()];
+}
+
 const rowNumbers = (row, laws) => {
   const alone = { reset: 3, keep: 4, undo: 5 }[row.kind];
   if (alone) return [alone];
@@ -81,11 +91,7 @@ const rowNumbers = (row, laws) => {
     const s = row.settings;
     return [1, laws.indexOf(s.springLaw), Number(s.keepsVolume), s.youngModulus, s.poissonRatio, s.massDamping, s.stiffnessDamping, s.timeStep];
   }
-  if (row.kind === 'cut') {
-    const { tool, takesLoose } = row.request;
-    const what = { region: () => [0, tool.region, tool.margin, Number(tool.keepsMargin)], 'half-space': () => [1, ...tool.point, ...tool.normal], blade: () => [2, ...tool.corners.flat(), tool.thickness] };
-    return [7, Number(takesLoose), ...what[tool.kind]()];
-  }
+  if (row.kind === 'cut') return cutNumbers(row.request);
   if (row.tool.kind === 'needle') {
     const { entry, target, depth, values: v } = row.tool;
     return [6, ...entry, ...target, v.diameter, v.spread, v.toughness, v.friction, v.punctureForce, depth, row.numSteps];

@@ -35,8 +35,9 @@ export function listenToTools({ toolState, change, touch, letGo }: ToolActions):
 export function showToolState(toolState: ToolState): void {
   (form().elements.namedItem('tool') as RadioNodeList).value = toolState.kind;
   const isTool = isHolding(toolState.kind);
-  showBladeControls(toolState.kind === 'blade');
   if (byId('live-needle').hidden === (toolState.kind === 'needle')) showNeedleControls(toolState.kind === 'needle');
+  byId('live-felt').hidden = toolState.kind === 'needle';
+  showBladeControls(toolState.kind === 'blade');
   for (const id of ['live-radius', 'live-depth', 'live-touch']) (byId(id) as HTMLInputElement).disabled = !isTool;
   (byId('live-let-go') as HTMLButtonElement).disabled = toolState.grasp === null;
   if (!isHolding(toolState.kind)) return;

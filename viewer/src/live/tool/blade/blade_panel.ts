@@ -15,8 +15,10 @@ export function showRegions(lesions: readonly Lesion[]): void {
   byId('live-blade-out').hidden = lesions.length === 0;
 }
 
+/** Shows what belongs to a blade, and nothing of it with other tools. */
 export function showBladeControls(isBlade: boolean): void {
-  byId('live-blade').hidden = !isBlade;
+  byId('live-blade').hidden = byId('live-blade-felt').hidden = !isBlade;
+  if (isBlade) byId('live-felt').hidden = true;
   for (const id of ['live-tool-sliders', 'live-tool-pick']) byId(id).hidden = isBlade;
 }
 
@@ -47,10 +49,16 @@ export function listenToBlade(cut: (request: CutRequest) => void): void {
 /** What the last cut has done; nothing of a whole body. */
 export function showCut(answer: CutAnswer | null): void {
   byId('live-blade-readings').hidden = answer === null;
-  if (!answer) return;
+  if (!answer) {
+    for (const id of ['taken', 'kept']) tell(`live-blade-${id}`, Number.NaN, '–');
+    return;
+  }
   const { volume, margin, woundArea, numPieces, numLoose, seconds } = answer;
   tell('live-blade-volume', volume, `${number(1e6 * volume, 1)} mL`);
-  tell('live-blade-left', margin, Number.isNaN(margin) ? 'no lesion cut' : margin === 0 ? '0 mm: the wound touches it' : `${number(1000 * margin, 1)} mm`);
+  const left = `${number(1000 * margin, 1)} mm`;
+  tell('live-blade-left', margin, Number.isNaN(margin) ? 'no lesion cut' : left);
+  tell('live-blade-taken', volume, `${number(1e6 * volume, 1)} mL`);
+  tell('live-blade-kept', margin, Number.isNaN(margin) ? '' : left);
   tell('live-blade-area', woundArea, `${number(1e4 * woundArea, 1)} cm²`);
   const loose = numLoose === 0 ? '' : `, ${numLoose} loose taken away`;
   tell('live-blade-pieces', numPieces, `${numPieces}${loose}`);
