@@ -1,5 +1,5 @@
 // Random cuts in the springs of the live page in WebAssembly, each while somebody pulls, and each undone: what is left is closed and moves
-// on, and what is undone is there to the bit. Says how long cuts take.
+// on, and what is undone is there to the bit. Says how long cuts take, and what the margin of a region is.
 //   node tests/live/cut_trial.mjs RESULT.h5 [--springs NAME,...] [--cuts NUMBER] [--seed NUMBER]
 import { parseArgs } from 'node:util';
 import { builtKernel, startKernel } from '../node_kernel.mjs';
@@ -24,6 +24,20 @@ const restartsOf = (bytes) => new DataView(bytes).getFloat64(8 * 14, true);
 const processor = () => Object.values(process.cpuUsage()).reduce((sum, each) => sum + each, 0) / 1000; // [ms]
 const median = (values) => values.sort((a, b) => a - b)[values.length >> 1];
 
+const [first] = options.springs.split(',');
+
+/** Each region inside with 5 mm, by centroids and with the margin kept. */
+function showMargins(kernel) {
+  for (let region = 1; region < body.density.length; region++) {
+    const found = [false, true].map((keepsMargin) => {
+      const [volume, area, margin] = new Float64Array(kernel.reply(cutNumbers({ tool: { kind: 'region', region, margin: 0.005, keepsMargin }, takesLoose: false })));
+      kernel.reply([5]);
+      return `${(1e6 * volume).toFixed(1)} mL, margin ${(1000 * margin).toFixed(1)} mm, wound ${(1e4 * area).toFixed(0)} cm^2`;
+    });
+    console.log(`region ${region} with 5 mm: by centroids ${found[0]}; kept ${found[1]}`);
+  }
+}
+
 for (const springs of options.springs.split(',')) {
   const random = randomNumbers(Number(options.seed));
   const kernel = await startKernel(builtKernel);
@@ -31,6 +45,7 @@ for (const springs of options.springs.split(',')) {
   const begin = processor();
   kernel.reply([1, kernel.springs().indexOf(springs), 1, 5000, 0.45, 10, 0, 0]);
   const choosing = processor() - begin;
+  if (springs === first) showMargins(kernel);
   const faults = [], times = { find: [], check: [], springs: [], all: [] };
   let numRefused = 0;
   for (const [c, request] of randomCuts(body, Number(options.cuts), random).entries()) {
