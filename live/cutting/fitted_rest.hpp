@@ -31,7 +31,8 @@ std::vector<double> watched_of_whole(const FittedRest &rest, const Stepping &ste
 
 /// The critical time step of what is around a wound, with all else constrained, of symplectic Euler at rest [s]:
 /// infinity if nothing there moves. Steps below this and below the critical one before the cut are stable after it.
-/// Nodes whose masses are scaled count as constrained: they are heavy.
+/// Nodes whose masses are scaled count as constrained: they are heavy. Springs of laws that look at the whole body are
+/// those of the part around the wound.
 /// @param body       whole, of the chosen material
 /// @param is_gone    shape (M), with the new cut
 /// @param gone       tetrahedra that the new cut takes

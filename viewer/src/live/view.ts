@@ -6,7 +6,7 @@ import type { Skin } from '../picture/body.ts';
 import { watchPageColours } from '../picture/page_colours.ts';
 import { showDisc } from './tool/disc.ts';
 import { startFollowing, type Following } from './following.ts';
-import { atRest, goOn, letGo, plus, take, toolOf, type ToolState } from './tool/tool_state.ts';
+import { atRest, goOn, isHolding, letGo, plus, take, toolOf, type ToolState } from './tool/tool_state.ts';
 import { linkedLook, linkedSettings, writeLiveLink } from './live_link.ts';
 import { liveFrame } from './live_picture.ts';
 import { chosenStroke, drawStroke, listenToBlade, showCut, showRegions } from './tool/blade/blade_panel.ts';
@@ -100,7 +100,7 @@ export function createLiveView(say: (sentence: string) => void, changed: () => v
 
   function touch(): void {
     const node = nodeField().valueAsNumber;
-    if (!body || toolState.kind === 'none') return;
+    if (!body || !isHolding(toolState.kind)) return;
     const isNode = Number.isInteger(node) && node >= 0 && node < body.points.length / 3;
     const place = isNode ? surfaceAt(body, frame?.displacement ?? new Float32Array(body.points.length), node) : null;
     if (place) takeAt(place);
