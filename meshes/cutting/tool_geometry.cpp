@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
 
@@ -31,11 +32,12 @@ double distance_to(const BladeCut &blade, const Vector3 &point) {
 
 /// Where a segment goes through a triangle, from either side. (Moeller and Trumbore 1997)
 std::optional<double> crossing_of(const Corners &triangle, const Vector3 &from, const Vector3 &to) {
-    constexpr double rounding = 1e-9; // a segment through a common side goes through one of both at least
+    constexpr double parallel = 1e-12; // sine of an angle: what lies in the plane goes nowhere through it
+    constexpr double rounding = 1e-9;  // a segment through a common side goes through one of both at least
     const Vector3 ab = triangle[1] - triangle[0], ac = triangle[2] - triangle[0], way = to - from;
     const Vector3 normal = ab.cross(ac);
     const double volume = -normal.dot(way);
-    if (volume == 0.0)
+    if (std::abs(volume) <= parallel * normal.norm() * way.norm())
         return std::nullopt;
     const Vector3 start = from - triangle[0];
     const double along = normal.dot(start) / volume;

@@ -8,12 +8,16 @@
 #include <fstream>
 #include <gtest/gtest.h>
 #include <limits>
+#include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <unistd.h>
 #include <utility>
 #include <vector>
 
+#include "core/mesh/bounding_box.hpp"
+#include "meshes/cutting/cut.hpp"
 #include "models/model_table.hpp"
 #include "results/hdf5/result_file.hpp"
 #include "server/sessions/shared_fem.hpp"
@@ -125,6 +129,78 @@ TEST_F(LiveFemTest, AnswersAsTheModelDoes) {
     expect_same(converse(binary(others)), solved(others, 6000.0, 30000.0, {0.3, 0.3}));
     EXPECT_FALSE(converse({false, "poisson_ratio=0.3&young_modulus=1e3"}).is_binary);
     expect_same(converse(binary(rows)), solved(rows, 1000.0, 5000.0, {0.3, 0.3}));
+}
+
+/// Beside the same cut by another way, and the model on that.
+TEST_F(LiveFemTest, SolvesOnWhatCutsHaveLeft) {
+    const auto box = core::bounding_box(mesh.points);
+    const core::Vector3 place = box.min() + 0.7 * box.diagonal();
+    const auto &whole = *result.problem.body;
+    const auto cut = meshes::cut(whole, {meshes::HalfSpaceCut{place, {1.0, 0.0, 0.0}}});
+    const auto &left = cut.body.mesh;
+    std::string gone;
+    for (int t = 0; t < mesh.num_tetrahedra(); ++t)
+        if (!std::ranges::binary_search(cut.parents.front(), t))
+            gone += fmt::format("{}{}", gone.empty() ? "" : ",", t);
+    ASSERT_FALSE(gone.empty());
+    std::set<int> nodes;
+    for (const int t : cut.parents.front())
+        nodes.insert(mesh.tetrahedra[t].begin(), mesh.tetrahedra[t].end());
+    const std::vector<int> number(nodes.begin(), nodes.end());
+    // In the order of the session: facets of the whole body that are left, then those of the wound by their tetrahedra.
+    std::map<std::array<int, 3>, int> facet_of;
+    const auto key = [](std::array<int, 3> face) {
+        std::ranges::sort(face);
+        return face;
+    };
+    std::vector<int> in_wound;
+    for (int f = 0; f < left.num_boundary_triangles(); ++f) {
+        auto face = left.boundary_triangles[f];
+        for (int &node : face)
+            node = number[node];
+        facet_of[key(face)] = f;
+        if (left.patch_names[left.boundary_patch[f]] == meshes::wound_patch)
+            in_wound.push_back(f);
+    }
+    std::vector<int> order;
+    for (const auto &face : mesh.boundary_triangles)
+        if (const auto found = facet_of.find(key(face)); found != facet_of.end())
+            order.push_back(found->second);
+    order.insert(order.end(), in_wound.begin(), in_wound.end());
+    ASSERT_EQ(order.size(), left.boundary_triangles.size());
+
+    auto load_case = tests::empty_load_case(left);
+    tests::prescribe(load_case, left, "x_min", core::Vector3::Zero());
+    load_case.round_loads = {{place, 0.9}};
+    load_case.round_load.assign(load_case.condition.size(), -1);
+    Rows rows;
+    for (const std::size_t at : {order.size() - 1, order.size() - 2}) {
+        rows.push_back({1.0 * static_cast<double>(at), -40.0, 10.0, 5.0});
+        load_case.condition[order[at]] = core::FacetCondition::traction;
+        load_case.value[order[at]] = {-40.0, 10.0, 5.0};
+        load_case.round_load[order[at]] = 0;
+    }
+    const auto models = models::all_models();
+    const auto solution = std::ranges::find(models, "fem_p2", &core::Model::name)
+                              ->solve({std::make_shared<core::Body>(cut.body), load_case});
+
+    const auto converse = begin();
+    converse(binary({{1.0 * free[0], 30.0, -20.0, 10.0}})); // on the whole body before
+    EXPECT_EQ(converse({false, "gone=" + gone}).bytes, fmt::format("nodes={}", number.size()));
+    const auto found = displacement(converse(binary(rows, {place, 0.9})));
+    ASSERT_EQ(found.size(), mesh.points.size());
+    double largest = 0.0;
+    for (const auto &u : solution.displacement)
+        largest = std::max(largest, u.norm());
+    EXPECT_GT(largest, 1e-6);
+    for (int node = 0; node < mesh.num_nodes(); ++node) {
+        const auto at = std::ranges::lower_bound(number, node) - number.begin();
+        const core::Vector3 expected = nodes.contains(node) ? solution.displacement[at] : core::Vector3::Zero();
+        EXPECT_LT((found[node].cast<double>() - expected).norm(), 1e-6 * largest) << "node " << node;
+    }
+    for (const auto *text : {"gone=", "gone=x", "gone=3,2", "gone=-1", "gone=1e1", "gone=99999999", "gone=1,,2"})
+        EXPECT_NE(fault_of([&] { converse({false, text}); }), "no fault") << text;
+    EXPECT_EQ(displacement(converse(binary(rows, {place, 0.9}))), found);
 }
 
 TEST_F(LiveFemTest, SharesTheElementsOfABodyThatIsHeldAsAnother) {
