@@ -52,13 +52,13 @@ for (const engine of ['wasm', 'native'])
       await live.moving();
     }
     await live.page.check('#live-translucent');
-    assert.ok((await numRed()) < 20);
+    const before = await numRed();
     await cutOut('tumour 1', 5);
     await cutsSeen();
     assert.ok((await live.value('blade-volume')) > 75e-6 && (await live.value('blade-volume')) < 120e-6);
     assert.ok((await live.value('blade-left')) >= 0.005 && (await live.value('blade-left')) < 0.009);
     assert.equal(await live.value('blade-pieces'), 1);
-    assert.ok((await numRed()) > 200, 'the wound is seen through the glass');
+    assert.ok((await numRed()) > before + 200, 'the wound is seen through the glass');
     // What is left is touched as before.
     await live.page.check('[name=tool][value=probe]');
     await live.poke();
@@ -66,7 +66,7 @@ for (const engine of ['wasm', 'native'])
     await live.page.click('#live-let-go');
     await live.page.click('#live-reset');
     await wholeSeen();
-    assert.ok((await numRed()) < 20);
+    assert.ok((await numRed()) < before + 50);
     await cutOut('tumour 6', 0);
     await cutsSeen();
     await live.page.click('#live-undo');
@@ -94,15 +94,14 @@ test('a blade is led across the body, and the wound has its own colour', async (
 test('a cut that cannot be is refused in a sentence, and the next one is made', async () => {
   await live.goLive({});
   await live.page.check('[name=tool][value=blade]');
-  await live.page.locator('#live-blade-depth').fill('200');
-  await lead([-200, 0], [250, 0]);
-  await live.page.waitForFunction(() => document.querySelector('#message').textContent.includes('nothing holds'));
+  await live.page.selectOption('#live-blade-stroke', 'side');
+  await lead([0, 60], [0, -60]);
+  await live.page.waitForFunction(() => document.querySelector('#message').textContent.includes('constrained'));
   assert.equal(await live.page.locator('#live-undo').isDisabled(), true);
   await wholeSeen();
-  await live.page.check('#live-blade-loose');
-  await lead([-200, 0], [250, 0]);
+  await live.page.selectOption('#live-blade-stroke', 'blade');
+  await lead([-60, 20], [60, 20]);
   await cutsSeen();
-  assert.ok((await live.text('blade-pieces')).includes('loose'));
   assert.equal(await live.page.locator('#message').textContent(), '');
 });
 
