@@ -15,6 +15,12 @@ namespace {
 
 using Regimes = std::vector<core::Regime>;
 
+/// What the help of every command says of a body.
+constexpr auto *body_words =
+    "a name as in 'livermark list bodies', or the path of a body .toml, a mesh, or a segmentation, which is meshed "
+    "first: a label image (NIfTI, NRRD, MetaImage, DICOM), or closed surfaces (STL, OBJ, PLY, VTK, VTP), the liver and "
+    "then each lesion";
+
 /// Takes the values of "nodal_springs.a=0.1,0.25".
 void read_sweep(const std::string &text, std::map<std::string, std::vector<double>> &sweeps) {
     const auto refuse = [&](const std::string &fault) {
@@ -46,17 +52,17 @@ void read_sweep(const std::string &text, std::map<std::string, std::vector<doubl
 } // namespace
 
 CLI::Option *add_bodies(CLI::App &command, std::vector<std::string> &bodies, const std::string &which) {
-    return command.add_option("body,--body", bodies, fmt::format("Each {}; {}", body_words, which));
+    return command.add_option("body,--body", bodies, fmt::format("Bodies, each {}; {}", body_words, which));
 }
 
 CLI::Option *add_body(CLI::App &command, std::string &body) {
-    return command.add_option("body,--body", body, fmt::format("Of one body: {}", body_words))->required();
+    return command.add_option("body,--body", body, fmt::format("The body: {}", body_words))->required();
 }
 
 void add_constraints(CLI::App &command, std::string &load_case) {
     command.add_option("--load-case", load_case,
-                       "The load case that gives the constraints; by default traction, or where that does not fit a "
-                       "body that is named, the first that ships and fits");
+                       "The load case that gives the constraints; by default traction, or if it does not fit the body, "
+                       "the first shipped one that does");
 }
 
 void add_materials(CLI::App &command, meshes::MaterialOverride &material) {
@@ -89,8 +95,8 @@ void add_run_choices(CLI::App &command, const std::shared_ptr<studies::RunOption
                 const auto lower = CLI::detail::to_lower(word);
                 options->regimes = lower == "all" ? Regimes{small, large} : Regimes{lower == "large" ? large : small};
             },
-            "Which load cases, where none is named: small (judged by linear elasticity), large (deformations of "
-            "surgical size, judged by hyperelasticity; minutes on each body) or all")
+            "Load cases to run if none is named: small (reference: linear elasticity), large (deformations of surgical "
+            "size; reference: hyperelasticity; minutes on each body) or all")
         ->check(one_of(std::vector<std::string>{"small", "large", "all"}))
         ->default_str("small");
     command.add_option("--model", options->models,
@@ -101,8 +107,8 @@ void add_run_choices(CLI::App &command, const std::shared_ptr<studies::RunOption
             for (const auto &text : texts)
                 read_sweep(text, options->model_options.sweeps);
         },
-        "More values of a constant, such as nodal_springs.a=0.1,0.15,0.25: each is a model of its own beside the one "
-        "that ships, here nodal_springs_a_0_1 and so on; also of nodal_neo_hookean.a and patch_nodal_volume.w");
+        "Additional values of a constant, such as nodal_springs.a=0.1,0.15,0.25; each value is another model, here "
+        "nodal_springs_a_0_1 and so on. Other constants: nodal_neo_hookean.a and patch_nodal_volume.w");
     command
         .add_option("--poisson", options->poisson_ratios,
                     "Poisson's ratios of every region, such as 0.25,0.45,0.49; result files are then in a folder "
@@ -110,11 +116,9 @@ void add_run_choices(CLI::App &command, const std::shared_ptr<studies::RunOption
         ->delimiter(',');
     add_reference_on_mesh(command, options->reference_on_mesh);
     command
-        .add_option(
-            "--jobs", options->jobs,
-            "Number of parallel workers, each on one core; by default one for each core, if memory allows. The file "
-            "of a load case is written when the last model has solved it; with --jobs 1 no other worker disturbs the "
-            "times of the models")
+        .add_option("--jobs", options->jobs,
+                    "Number of parallel workers, each on one core; by default one for each core, if memory allows. "
+                    "With --jobs 1 no other worker disturbs the times of the models")
         ->check(CLI::Range(1, 1024));
 }
 

@@ -12,19 +12,12 @@
 namespace livermark::cli {
 
 /// Bodies behind the command or behind --body, which is the same everywhere.
-/// @param which  the end of the help: what happens where none is named, or what else a command takes
+/// @param which  the end of the help: how many, or what happens where none is named
 CLI::Option *add_bodies(CLI::App &command, std::vector<std::string> &bodies,
-                        const std::string &which = "all that ship if none is named");
+                        const std::string &which = "by default all that ship");
 
 /// One body, in the same two ways.
 CLI::Option *add_body(CLI::App &command, std::string &body);
-
-/// What the help of every command says of a body.
-inline constexpr const char *body_words = "a name as in 'livermark list bodies', or the path of a body .toml, of a "
-                                          "mesh, or of a segmentation, which is meshed "
-                                          "first: a label image (NIfTI, NRRD, MetaImage, DICOM) or closed surfaces "
-                                          "(STL, OBJ, PLY, VTK, VTP), the liver and then "
-                                          "its lesions; behind the command or behind --body";
 
 /// --load-case of a command that takes constraints alone.
 void add_constraints(CLI::App &command, std::string &load_case);

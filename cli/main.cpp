@@ -36,14 +36,15 @@ std::vector<std::string> without_help_command(std::vector<std::string> words) {
 }
 
 int run(int argc, char **argv) {
-    CLI::App app{"Validation benchmark suite of soft-tissue models: a liver's mass-spring models against finite "
-                 "elements"};
+    CLI::App app{
+        "Validation benchmark suite for models of soft tissue: mass-spring models of livers against finite elements"};
     app.name("livermark");
+    livermark::cli::describe_arguments_once(app);
     app.set_version_flag("--version", "livermark " LIVERMARK_VERSION);
     app.require_subcommand(1);
-    app.footer("`livermark help COMMAND` is `livermark COMMAND --help`.\n"
-               "Environment: LIVERMARK_ROOT is the folder with meshes/, load_cases/ and results/ that ship; by default "
-               "the source tree that the program lies in, or else the one that it was built from.");
+    app.footer("`livermark help COMMAND` is `livermark COMMAND --help`.\nEnvironment: LIVERMARK_ROOT is the folder "
+               "with the meshes/, load_cases/ and results/ that ship; by default the source tree around the program, "
+               "or else the one it was built from.");
     const auto command_line = fmt::format("{}", fmt::join(argv, argv + argc, " "));
     const auto words = without_help_command({argv + 1, argv + argc});
     const std::vector<livermark::cli::Command> commands{

@@ -36,7 +36,7 @@ int make_cut_body(const CutCommand &command, const std::string &command_line) {
     for (const auto &file : meshes::write_cut_body(command.output, result, command_line))
         fmt::print("{}\n", file.string());
     fmt::print("{}", meshes::to_text(meshes::mesh_figures(result.body.mesh)));
-    fmt::print("taken away        {:.3f} mL, {:.3f} g\nwound             {:.2f} cm^2\n", 1e6 * result.removed_volume,
+    fmt::print("removed           {:.3f} mL, {:.3f} g\nwound             {:.2f} cm^2\n", 1e6 * result.removed_volume,
                1e3 * result.removed_mass, 1e4 * result.wound_area);
     return 0;
 }
@@ -45,28 +45,29 @@ int make_cut_body(const CutCommand &command, const std::string &command_line) {
 
 std::pair<Command, CLI::App *> add_mesh_cut(CLI::App &parent, const std::string &command_line) {
     auto options = std::make_shared<CutCommand>();
-    auto *command = parent.add_subcommand("cut", "Cut a body at rest, and write what is left with its patch 'wound'");
+    auto *command =
+        parent.add_subcommand("cut", "Cut a body at rest, and write the remaining body with the patch 'wound'");
     command->add_option("body", options->body, "A name as in 'livermark list bodies', or the path of a body")
         ->required();
-    command->add_option("--region", options->words.region, "Take this region away, such as tumour_1");
-    command->add_option("--margin", options->words.margin, "And all that is nearer to it than this [m]");
+    command->add_option("--region", options->words.region, "Remove this region, such as tumour_1");
+    command->add_option("--margin", options->words.margin, "Also remove everything nearer to the region than this [m]");
     command
         ->add_option("--half-space", options->words.half_space,
-                     "Take away what lies beyond a plane: a point [m] and the normal that points to what goes")
+                     "Remove everything beyond a plane: a point [m], and the normal, which points to the removed side")
         ->expected(6);
     command
         ->add_option("--blade", options->words.blade,
-                     "Cut along what a straight blade sweeps: the four corners in turn [m]")
+                     "Cut along the quadrilateral that a straight blade sweeps: its four corners in turn [m]")
         ->expected(12);
     command->add_option("--thickness", options->words.thickness,
-                        "Of the blade [m]: that is taken away; 0, as it is by default, parts the body");
+                        "Thickness of the blade [m], which is removed; 0, the default, parts the body");
     command
         ->add_option("--way", options->words.way,
-                     "facets (whole tetrahedra go) or exact (tetrahedra are split at the surface)")
+                     "facets (removes whole tetrahedra) or exact (splits tetrahedra at the surface)")
         ->capture_default_str();
     command
         ->add_option("--small-pieces", options->words.small_pieces,
-                     "What becomes of all but the largest piece: refuse, remove, or keep as bodies of their own")
+                     "What happens to all but the largest piece: refuse, remove, or keep as bodies of their own")
         ->capture_default_str();
     command->add_option("-o,--output", options->output, "The .msh file to write, with a .toml beside it")->required();
     return {[options, command_line] { return make_cut_body(*options, command_line); }, command};

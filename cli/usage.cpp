@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <memory>
+#include <sstream>
 
 #include "support/input_error.hpp"
 #include "support/known_names.hpp"
@@ -57,7 +59,24 @@ CLI::Validator number_where(bool (*is_good)(double), const char *wanted, const c
             description, ""};
 }
 
+/// Help in which an option that is also an argument refers to the argument.
+class ArgumentsOnce : public CLI::Formatter {
+  public:
+    std::string make_option(const CLI::Option *option, bool is_positional) const override {
+        if (is_positional || !option->get_positional())
+            return CLI::Formatter::make_option(option, is_positional);
+        std::ostringstream text;
+        CLI::detail::format_help(text, make_option_name(option, false) + make_option_opts(option),
+                                 fmt::format("As the argument {}", option->get_name(true)), get_column_width());
+        return text.str();
+    }
+};
+
 } // namespace
+
+void describe_arguments_once(CLI::App &app) {
+    app.formatter(std::make_shared<ArgumentsOnce>());
+}
 
 void refuse_unknown_subcommand(const CLI::App &app, const std::vector<std::string> &words) {
     const auto known = subcommand_names(app);

@@ -13,6 +13,10 @@ namespace livermark::cli {
 /// @throws support::InputError
 void refuse_unknown_subcommand(const CLI::App &app, const std::vector<std::string> &words);
 
+/// Lets the help describe an argument once that is also an option, such as body and --body. Subcommands that are added
+/// later inherit it.
+void describe_arguments_once(CLI::App &app);
+
 /// The sentence for a command line that CLI11 has refused.
 std::string usage_sentence(const CLI::App &app, const CLI::ParseError &error);
 

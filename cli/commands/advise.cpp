@@ -181,24 +181,27 @@ int advise(const AdviseCommand &command, const std::string &command_line) {
 } // namespace
 
 Command add_advise(CLI::App &parent, const std::string &command_line) {
-    auto *command = parent.add_subcommand(
-        "advise", "Say what a body is, which springs to take for touch and for position, their steps, their cost on "
-                  "this machine, the errors to expect, and what to be careful about");
+    auto *command =
+        parent.add_subcommand("advise", "Describe a body, rank springs for touch and for position, and print their "
+                                        "steps, their cost on this machine, their expected errors, and caveats");
     auto options = std::make_shared<AdviseCommand>();
     options->output = (support::root_folder() / "results" / "runs").string();
-    add_bodies(*command, options->bodies, "One body");
+    add_bodies(*command, options->bodies, "name one");
     command->get_option("--body")->required();
     add_materials(*command, options->material);
-    command->add_option("--tool-radius", options->tool_radius, "Of what touches the body [m]; a fingertip by default")
+    command
+        ->add_option("--tool-radius", options->tool_radius,
+                     "Radius of the tool that touches the body [m]; by default a fingertip")
         ->check(CLI::Validator(check_radius, "POSITIVE"))
         ->capture_default_str();
     command
         ->add_option("--budget", options->budget,
-                     "Processor time for a frame of 1/60 s [ms]; models that take longer are not ranked")
+                     "Processor time for a frame of 1/60 s [ms]; slower models are not ranked")
         ->check(positive_number());
-    command->add_option("--output", options->output, "Folder for the body that a segmentation is meshed to")
+    command->add_option("--output", options->output, "Folder for the body that is made of a segmentation")
         ->capture_default_str();
-    command->add_flag("--force", options->force, "Mesh a segmentation anew, over the body file in that folder");
+    command->add_flag("--force", options->force,
+                      "Mesh a segmentation again, and overwrite its body file in that folder");
     command->add_flag("--json", options->json, "Print JSON, in SI units");
     command->add_flag("--markdown", options->markdown, "Print tables in Markdown");
     return [options, command_line] { return advise(*options, command_line); };

@@ -92,20 +92,19 @@ int run_command_of_arena(const ArenaCommand &command, studies::ArenaOptions opti
 
 Command add_arena(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(
-        "arena",
-        "Move springs and interactive methods under a tool that presses, slides and lets go, each with as many "
-        "steps or iterations as fit into a budget of time, and print how far they are from the reference");
+        "arena", "Move springs and interactive methods under a tool that presses, slides and lets go, with as many "
+                 "steps or iterations as fit into a budget of time, and print their errors");
     auto options = std::make_shared<studies::ArenaOptions>();
     auto arena = std::make_shared<ArenaCommand>();
     options->bodies = {"liver_healthy"};
     options->output = (support::root_folder() / "results" / "runs").string();
-    add_bodies(*command, options->bodies, "liver_healthy if none is named");
+    add_bodies(*command, options->bodies, "by default liver_healthy");
     command
         ->add_option("--load-case", options->load_case,
                      "A name as in 'livermark list moving-load-cases', or the path of one with a [tool]")
         ->capture_default_str();
     command->add_option("--method", options->methods,
-                        "Names as in 'livermark list methods'; if left out, all that do not have to be named");
+                        "Names as in 'livermark list methods'; by default all but those that run only when named");
     command->add_option("--budget", arena->budgets, "Processor times of one core for a frame [ms]")
         ->check(CLI::Range(0.01, 1e5))
         ->capture_default_str();
@@ -116,13 +115,14 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
         ->check(CLI::Range(1, 20000));
     command
         ->add_option("--mesh", options->meshes,
-                     "1: as it is; 2: with the longest edge of each tetrahedron bisected; 3: with each tetrahedron cut "
+                     "1: as given; 2: with the longest edge of each tetrahedron bisected; 3: with each tetrahedron cut "
                      "into eight")
         ->check(CLI::Range(1, 3))
         ->capture_default_str();
     command
-        ->add_option("--precision", options->precision,
-                     "Of interactive methods that have both: single, on vector units, or double, in plain loops")
+        ->add_option(
+            "--precision", options->precision,
+            "Precision of interactive methods that have both: single (on vector units) or double (in plain loops)")
         ->transform(one_of(std::map<std::string, models::Precision>{{"single", models::Precision::single_precision},
                                                                     {"double", models::Precision::double_precision}}))
         ->default_str("single");
@@ -132,7 +132,7 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
         ->transform(one_of(std::map<std::string, studies::ArenaTool>{{"glued", studies::ArenaTool::glued},
                                                                      {"touching", studies::ArenaTool::touching}}))
         ->default_str("glued");
-    command->add_option("--friction", options->friction, "With --tool touching: Coulomb's coefficient of the ball")
+    command->add_option("--friction", options->friction, "With --tool touching: Coulomb's coefficient of friction")
         ->check(CLI::Range(0.0, 10.0))
         ->capture_default_str();
     add_materials(*command, options->material);
@@ -140,17 +140,16 @@ Command add_arena(CLI::App &parent, const std::string &command_line) {
         ->add_option("--output", options->output,
                      "Folder for <body>/arena.h5, or <body>/arena_touching_<friction>.h5 where the tool touches")
         ->capture_default_str();
-    command->add_flag("--details", arena->details, "Print a row for every budget and setting as well");
+    command->add_flag("--details", arena->details, "Also print a row for every budget and setting");
     command->add_flag("--markdown", arena->markdown, "Print tables in Markdown");
     command->add_flag("--solve-reference", arena->solve_reference,
-                      "Solve the reference motion and store it, instead: minutes to an hour for each body");
+                      "Solve and store the reference motion instead: minutes to an hour for each body");
     command
         ->add_option("--level", arena->reference.level,
-                     "With --solve-reference: how often the mesh is refined at the "
-                     "rims of places")
+                     "With --solve-reference: number of refinements at the rims of constrained and loaded places")
         ->check(CLI::Range(1, 4))
         ->capture_default_str();
-    command->add_option("--steps", arena->reference.steps_per_frame, "With --solve-reference: steps in a frame")
+    command->add_option("--steps", arena->reference.steps_per_frame, "With --solve-reference: time steps in a frame")
         ->check(CLI::Range(2, 1000))
         ->capture_default_str();
     return [options, arena, command_line] { return run_command_of_arena(*arena, *options, command_line); };

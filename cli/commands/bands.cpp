@@ -106,14 +106,14 @@ int propose(const BandsOptions &options) {
 
 Command add_bands(CLI::App &parent) {
     auto *command = parent.add_subcommand(
-        "bands", "Propose lines for results/error_bands.toml from result files: those of entries that are new or have "
-                 "left their band, to standard output; remarks to standard error");
+        "bands", "Propose lines for results/error_bands.toml from result files, for entries that are new or outside "
+                 "their band; lines go to standard output, remarks to standard error");
     auto options = std::make_shared<BandsOptions>();
     options->paths = {(support::root_folder() / "results" / "runs").string()};
     command->add_option("paths", options->paths, "Result files of 'livermark run', or folders of them")
         ->capture_default_str();
-    command->add_option("--model", options->models, "Models; all in the files if none is named");
-    command->add_flag("--all", options->all, "Also the lines of entries that are in their bands, to make them new");
+    command->add_option("--model", options->models, "Models; by default all in the files");
+    command->add_flag("--all", options->all, "Also propose lines for entries inside their bands");
     return [options] { return propose(*options); };
 }
 

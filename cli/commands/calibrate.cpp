@@ -63,7 +63,9 @@ Command add_calibrate(CLI::App &parent, const std::string &command_line) {
     command->add_option("--law", options->law, "The spring law to start from")->capture_default_str();
     command->add_option("--constrained", options->constrained, "The patch where the body is constrained")
         ->capture_default_str();
-    command->add_option("--loads", options->num_loads, "Number of loads; every fourth has no part in the fit")
+    command
+        ->add_option("--loads", options->num_loads,
+                     "Number of loads; every fourth one is left out of the fit, as a test")
         ->check(CLI::Range(studies::held_out_stride, 1000))
         ->capture_default_str();
     command->add_option("--seed", options->seed, "Seed of the random loads")
@@ -87,9 +89,8 @@ Command add_calibrate(CLI::App &parent, const std::string &command_line) {
         ->capture_default_str();
     add_materials(*command, options->material);
     command->add_option("--output", options->output,
-                        "The file to write, and to go on from; <body>.calibrated.h5 beside the body's .toml if it is "
-                        "not given");
-    command->add_flag("--restart", options->restart, "Begin anew even if the file is there");
+                        "The file to write or to continue; by default <body>.calibrated.h5 beside the body's .toml");
+    command->add_flag("--restart", options->restart, "Start again even if the file exists");
     command->add_flag("--markdown", *markdown, "Print the table in Markdown");
     return [=] {
         options->body = with_image_meshed(options->body, command_line);

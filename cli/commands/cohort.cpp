@@ -55,24 +55,24 @@ int run_command_of_cohort(const CohortCommand &command, const studies::RunOption
 } // namespace
 
 Command add_cohort(CLI::App &parent, const std::string &command_line) {
-    auto *command = parent.add_subcommand(
-        "cohort", "Make the livers of other people, run models on their static load cases, and print the statistics of "
-                  "the errors over bodies. Bodies and results that are there already are kept");
+    auto *command =
+        parent.add_subcommand("cohort", "Make livers of other people, run models on their static load cases, and print "
+                                        "statistics of the errors over bodies. Existing bodies and results are kept");
     auto options = std::make_shared<CohortCommand>();
     auto run = std::make_shared<studies::RunOptions>();
     command
         ->add_option("--bodies", options->bodies,
-                     "Numbers of the livers, as behind `livermark mesh liver --variant`: a list of numbers and ranges, "
-                     "such as 1-8,12. Odd ones are the tuning half, even ones the test half")
+                     "Numbers of the livers, as for `livermark mesh liver --variant`: numbers and ranges, such as "
+                     "1-8,12. Odd numbers are the tuning half, even numbers the test half")
         ->required();
     command
         ->add_option("--tetrahedra", options->tetrahedra,
-                     "Tetrahedra of each body, approximately; by default as many as the livers that ship")
+                     "Approximate number of tetrahedra of each body; by default that of the livers that ship")
         ->check(CLI::Range(2000, 2000000));
     add_run_choices(*command, run);
     command
         ->add_option("--output", run->output,
-                     "Folder for bodies/<body>.toml, <body>/<load case>.h5 and cohort.h5, the errors of all")
+                     "Folder for bodies/<body>.toml, <body>/<load case>.h5 and cohort.h5 (the errors of all bodies)")
         ->required();
     command->add_flag("--markdown", options->markdown, "Print the table in Markdown");
     return [options, run, command_line] {

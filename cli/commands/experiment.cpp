@@ -83,36 +83,32 @@ int run_command_of_experiments(const ExperimentCommand &command, studies::Experi
 
 Command add_experiment(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(
-        "experiment",
-        "Compare models with measurements of real bodies: print how far the markers of each model are from "
-        "where they were seen, beside the noise of the measurement and the uncertainty of the reference");
+        "experiment", "Compare models with measurements of real bodies: print the distance of each model's markers "
+                      "from the measured ones, with the noise of the measurement and the uncertainty of the reference");
     auto options = std::make_shared<studies::ExperimentOptions>();
     auto experiment = std::make_shared<ExperimentCommand>();
     options->output = (support::root_folder() / "results" / "experiments").string();
     command->add_option("experiment", options->names,
                         "Names as in --list, or paths of .toml files of your own "
-                        "(docs/howto/bring_your_own_experiment.md); all whose data "
-                        "are there if none is named");
-    command->add_flag("--list", experiment->list, "List the experiments and whether their data are there, instead");
+                        "(docs/howto/bring_your_own_experiment.md); by default all whose data are there");
+    command->add_flag("--list", experiment->list, "Only list the experiments, and whether their data are there");
     command->add_option("--model", options->models,
                         "Names as in 'livermark list models'; the reference always runs beside them");
-    command->add_flag(
-        "--methods", options->with_methods,
-        "Where no model is named: also the methods of the arena, at the equilibrium that they converge to");
+    command->add_flag("--methods", options->with_methods,
+                      "If no model is named: also the methods of the arena, at the equilibrium to which they converge");
     command
         ->add_option("--edge-length", options->edge_length,
-                     "Of the mesh [m], in place of that of the experiment; of a box or a cylinder")
+                     "Edge length of the mesh of a box or a cylinder [m], in place of that in the experiment")
         ->check(CLI::Range(1e-5, 1.0));
     command->add_flag(
         "--reference-on-mesh", experiment->reference_on_mesh,
         "Do not solve the reference with each tetrahedron cut into eight: quicker, but its own error stays "
         "unknown");
-    command->add_flag("--at-rest", experiment->at_rest, "Do not let go of bodies whose ring-down was measured");
+    command->add_flag("--at-rest", experiment->at_rest, "Leave out ring-downs");
     command
-        ->add_option(
-            "--damping", options->damping,
-            "Of bodies that ring down: 'rayleigh', one ratio at all measured frequencies, or forces of the mass or "
-            "of the stiffness alone")
+        ->add_option("--damping", options->damping,
+                     "Damping of ring-downs: rayleigh (one ratio at all measured frequencies), or by the mass or the "
+                     "stiffness alone")
         ->transform(
             one_of(std::map<std::string, studies::DampingForces>{{"rayleigh", studies::DampingForces::rayleigh},
                                                                  {"mass", studies::DampingForces::mass},

@@ -28,15 +28,15 @@ int print_exported(studies::ExportOptions options, const std::string &command_li
 
 Command add_export(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(
-        "export", "Write the problem of a load case on a body, for a model outside of this suite to solve: HDF5 (as a "
-                  "result file without solutions), CalculiX or Abaqus input, and VTU; of a load case with a moving "
-                  "tool HDF5 with the way of the tool, a job for FEBio and a scene for SOFA");
+        "export", "Write the problem of a load case on a body, for another program to solve: HDF5 (a result file "
+                  "without solutions), CalculiX or Abaqus input, and VTU; with a moving tool HDF5 with the path of the "
+                  "tool, a job for FEBio and a scene for SOFA");
     auto options = std::make_shared<studies::ExportOptions>();
     add_body(*command, options->body);
     command
         ->add_option("load-case,--load-case", options->load_case, "A name as in 'livermark list load-cases', or a path")
         ->required();
-    command->add_option("-o,--output", options->output, "Folder for <body>/<load case>.inp and the like")
+    command->add_option("-o,--output", options->output, "Folder for <body>/<load case>.inp and the other files")
         ->capture_default_str();
     command->add_flag("--quadratic", options->quadratic, "Quadratic tetrahedra (C3D10) in the .inp");
     return [options, command_line] { return print_exported(*options, command_line); };

@@ -27,16 +27,16 @@ int print_histories(studies::HistoriesOptions options, bool markdown, const std:
 } // namespace
 
 Command add_histories(CLI::App &parent, const std::string &command_line) {
-    auto *command = parent.add_subcommand(
-        "histories", "Move the seed paper's model of one degree of freedom, and whole bodies, in its four time steps, "
-                     "stable or not");
+    auto *command = parent.add_subcommand("histories", "Move whole bodies, and the seed paper's model of one degree of "
+                                                       "freedom, with the paper's four time steps, stable or not");
     auto options = std::make_shared<studies::HistoriesOptions>();
     auto markdown = std::make_shared<bool>(false);
     options->output = (support::root_folder() / "results" / "runs").string();
     add_bodies(*command, options->bodies);
     command->add_option("--law", options->law, "A name as in 'livermark list spring-laws'")->capture_default_str();
     command
-        ->add_option("--load-case", options->load_case, "A load case with a [release]: what is let go, and the damping")
+        ->add_option("--load-case", options->load_case,
+                     "A load case with a [release], which has the released load and the damping")
         ->capture_default_str();
     command->add_option("--integrator", options->integrator, "A name as in 'livermark list integrators'")
         ->capture_default_str();

@@ -75,9 +75,9 @@ const std::vector<List> &lists() {
 } // namespace
 
 Command add_list(CLI::App &parent) {
-    auto *command =
-        parent.add_subcommand("list", "List the bodies, load cases, those with a moving tool, a needle or tissue "
-                                      "that relaxes, models, methods of the arena, spring laws or integrators");
+    auto *command = parent.add_subcommand(
+        "list", "List bodies, load cases (also those with a moving or touching tool, with a needle, or of tissue that "
+                "relaxes), models, methods of the arena, spring laws or integrators");
     auto what = std::make_shared<std::string>();
     const auto names = support::names_of(lists());
     command->add_option("what", *what, fmt::format("One of {}", fmt::join(names, ", ")))

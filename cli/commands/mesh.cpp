@@ -185,12 +185,12 @@ std::shared_ptr<SegmentationOptions> add_segmentation(CLI::App &command, const s
                     "Unit of the surfaces: m, cm or mm, or its length in metres, such as 0.025; by default guessed "
                     "from the size")
         ->group(group);
-    command.add_option("--tetrahedra", options->body.tetrahedra, "Number of tetrahedra, approximately")
+    command.add_option("--tetrahedra", options->body.tetrahedra, "Approximate number of tetrahedra")
         ->check(CLI::Range(2000, 2000000))
         ->capture_default_str()
         ->group(group);
     command.add_option("--picture", options->picture, "A .png file to draw the patches of the body into")->group(group);
-    command.add_flag("--force", options->body.force, "Write over a body that is there")->group(group);
+    command.add_flag("--force", options->body.force, "Overwrite an existing body")->group(group);
     command.add_flag("--phantom", options->is_phantom, "Write a label image of the liver that ships, with its lesions")
         ->group(group);
     command.add_option("--spacing", options->phantom.spacing, "Size of the phantom's voxels [m]")
@@ -205,7 +205,7 @@ std::shared_ptr<SegmentationOptions> add_segmentation(CLI::App &command, const s
         .add_flag("--touching", options->phantom.touching,
                   "A lesion of the phantom touches the capsule, and another one its neighbour")
         ->group(group);
-    command.add_option("--scan", options->phantom.scan, "A scan of the phantom, to be written beside its labels")
+    command.add_option("--scan", options->phantom.scan, "File for a scan of the phantom, beside its labels")
         ->group(group);
     command.add_option("--ct", options->ct, "Always refused: a scan has to be segmented first")->group(group);
     command.add_option("--threshold", options->thresholds, "")->group("");
@@ -220,18 +220,18 @@ std::shared_ptr<SegmentationOptions> add_segmentation(CLI::App &command, const s
 } // namespace
 
 Command add_mesh(CLI::App &parent, const std::string &command_line) {
-    auto *command = parent.add_subcommand("mesh", "Make a body, or look at the mesh of one");
+    auto *command = parent.add_subcommand("mesh", "Make a body, or check a mesh");
     command->require_subcommand(0, 1);
     const auto segmentation = add_segmentation(*command, command_line);
 
     auto liver = std::make_shared<LiverCommand>();
     auto *make = command->add_subcommand("liver", "Make the mesh of the liver with gmsh");
     make->add_flag("--tumours", liver->options.tumours, "Give the liver its six lesions");
-    make->add_option("--tetrahedra", liver->options.target_tetrahedra, "Number of tetrahedra, approximately")
+    make->add_option("--tetrahedra", liver->options.target_tetrahedra, "Approximate number of tetrahedra")
         ->check(CLI::Range(2000, 2000000));
     make->add_option("--variant", liver->variant,
-                     "The liver of another person, drawn by this number: volume, lobes, lesions; 0 is the liver that "
-                     "ships. A body .toml is written beside it")
+                     "Number of the liver of another person, with its own volume, lobes and lesions; 0 is the liver "
+                     "that ships. A body .toml is written beside the mesh")
         ->check(CLI::Range(0, 1000000))
         ->capture_default_str();
     make->add_option("-o,--output", liver->output, "The .msh file to write")->required();
@@ -239,12 +239,12 @@ Command add_mesh(CLI::App &parent, const std::string &command_line) {
     auto box = std::make_shared<BoxCommand>();
     auto *make_a_box = command->add_subcommand("box", "Make the mesh of a box, with a patch for each side");
     make_a_box->add_option("--size", box->size, "Size in x, y and z [m]")->expected(3)->required();
-    make_a_box->add_option("--edge", box->edge, "Length of the edges, approximately [m]")->required();
+    make_a_box->add_option("--edge", box->edge, "Approximate edge length [m]")->required();
     using enum meshes::BoxTopology;
     make_a_box
         ->add_option("--topology", box->topology,
-                     "delaunay (unstructured, gmsh), body_centred (the regular lattice of the best shapes) or kuhn "
-                     "(six to a cube)")
+                     "delaunay (unstructured, by gmsh), body_centred (the regular lattice with the best shapes) or "
+                     "kuhn (six tetrahedra in a cube)")
         ->transform(one_of(std::map<std::string, meshes::BoxTopology>{
             {"delaunay", delaunay}, {"body_centred", body_centred}, {"kuhn", kuhn}}))
         ->default_str("delaunay");

@@ -143,9 +143,7 @@ int print_parameters(const ParametersOptions &options) {
 
 Command add_parameters(CLI::App &parent) {
     auto *command = parent.add_subcommand(
-        "parameters",
-        "Print masses, stiffnesses and damping of the springs of bodies, beside those that the seed paper "
-        "printed");
+        "parameters", "Print masses, stiffnesses and damping of the springs of bodies, beside those of the seed paper");
     auto options = std::make_shared<ParametersOptions>();
     add_bodies(*command, options->bodies);
     command->add_option("--law", options->law, "A name as in 'livermark list spring-laws'")->capture_default_str();
@@ -154,10 +152,9 @@ Command add_parameters(CLI::App &parent) {
     command->add_option("--damping-ratio", options->damping.ratio, "Damping over critical damping")
         ->capture_default_str();
     command
-        ->add_option(
-            "--damping", options->damping.kind,
-            "By the mass or the stiffness alone (the ratio is that of the first mode), or rayleigh: both, with "
-            "the ratio at two frequencies")
+        ->add_option("--damping", options->damping.kind,
+                     "rayleigh (by mass and stiffness, with the ratio at two frequencies), or by the mass or the "
+                     "stiffness alone (with the ratio at the first mode)")
         ->transform(one_of(std::map<std::string, studies::DampingKind>{{"mass", studies::DampingKind::mass},
                                                                        {"stiffness", studies::DampingKind::stiffness},
                                                                        {"rayleigh", studies::DampingKind::rayleigh}}))

@@ -105,19 +105,18 @@ int solve_all(const ReferenceOptions &options) {
 
 Command add_reference(CLI::App &parent, const std::string &command_line) {
     auto *command = parent.add_subcommand(
-        "reference",
-        "Solve the references of large deformations and of motion and store them, so that 'livermark run' and "
-        "'livermark score' need not; minutes for each load case");
+        "reference", "Solve and store the references of large deformations and of motion, which 'livermark run' and "
+                     "'livermark score' then read; minutes for each load case");
     auto options = std::make_shared<ReferenceOptions>();
     options->folder = studies::stored_references_folder().string();
     add_bodies(*command, options->bodies);
     command->add_option(
         "--load-case", options->load_cases,
-        "Names as in 'livermark list load-cases', or paths, of the large regime or with a release; all if left out");
+        "Names as in 'livermark list load-cases', or paths, of the large regime or with a release; by default all");
     std::vector<std::string> names;
     for (const auto &model : studies::models_to_keep())
         names.push_back(model.name);
-    command->add_option("--model", options->models, "Names of references; all if left out")
+    command->add_option("--model", options->models, "Names of references; by default all")
         ->check(CLI::Validator(
             [names](const std::string &text) {
                 return std::ranges::find(names, text) != names.end() ? std::string()
@@ -126,7 +125,7 @@ Command add_reference(CLI::App &parent, const std::string &command_line) {
             "NAME"));
     command
         ->add_option("--poisson", options->poisson_ratios,
-                     "Poisson's ratios of every region; as the bodies say if left out")
+                     "Poisson's ratios of every region; by default those of the bodies")
         ->delimiter(',');
     command->add_option("--folder", options->folder, "Folder of the references")->capture_default_str();
     command->add_flag("--check", options->only_check,

@@ -98,15 +98,15 @@ std::string without_jobs_and_resume(const std::string &command_line) {
 } // namespace
 
 Command add_run(CLI::App &parent, const std::string &command_line) {
-    auto *command = parent.add_subcommand(
-        "run", "Run models on load cases and compare them with the finite element reference; everything that ships "
-               "by default");
+    auto *command = parent.add_subcommand("run", "Run models on load cases and compare them with the finite element "
+                                                 "reference; by default everything that ships");
     auto options = std::make_shared<studies::RunOptions>();
     auto printing = std::make_shared<Printing>();
     auto force = std::make_shared<bool>(false);
     options->output = (support::root_folder() / "results" / "runs").string();
     add_bodies(*command, options->bodies);
-    command->add_flag("--force", *force, "Mesh segmentations anew, over the body files in the output folder");
+    command->add_flag("--force", *force,
+                      "Mesh segmentations again, and overwrite their body files in the output folder");
     add_run_choices(*command, options);
     command
         ->add_option("--amplitude", options->amplitudes,
@@ -120,32 +120,30 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
                         "A file of 'livermark calibrate' for the body: its springs join as calibrated_nodal_volume");
     command->add_option("--output", options->output, "Folder for <body>/<load case>.h5")->capture_default_str();
     command->add_flag("--solve-reference", options->solve_reference,
-                      "Solve the references of large deformations, also where their solutions are stored in "
-                      "results/references");
+                      "Solve the references of large deformations even if results/references has their solutions");
     command->add_flag("--static", options->only_static, "Leave out load cases that depend on time: quicker");
     command->add_flag("--resume", options->resume,
-                      "Keep what the same command has solved and left in the output folder, and go on from there");
+                      "Continue the same command, and keep what it has solved in the output folder");
     using enum fem_reference::SolverChoice;
     command
         ->add_option("--fem-solver", options->model_options.fem_solver,
-                     "How the finite elements are solved: auto (by size), direct (sparse Cholesky) or iterative "
-                     "(conjugate gradients with algebraic multigrid)")
+                     "Solver of the finite elements: auto (by size), direct (sparse Cholesky) or iterative (conjugate "
+                     "gradients with algebraic multigrid)")
         ->transform(one_of(std::map<std::string, fem_reference::SolverChoice>{
             {"auto", automatic}, {"direct", direct}, {"iterative", iterative}}))
         ->default_str("auto");
     command
         ->add_option("--equilibrium", options->model_options.equilibrium,
-                     "How mass-spring models find their equilibrium: newton, or relaxation by time stepping, which "
-                     "leaves out load cases that press to a depth")
+                     "Search for the equilibrium of mass-spring models: newton, or relaxation (time stepping, which "
+                     "leaves out load cases with a controlled depth)")
         ->transform(one_of(std::map<std::string, models::EquilibriumMethod>{
             {"newton", models::EquilibriumMethod::newton}, {"relaxation", models::EquilibriumMethod::relaxation}}))
         ->default_str("newton");
     auto &stepping = options->model_options.time_stepping;
-    command->add_option(
-        "--integrator", stepping.integrator,
-        "How mass-spring models move in time: a name as in 'livermark list integrators'; by default "
-        "runge_kutta_4 or runge_kutta_chebyshev, whichever needs fewer force evaluations, and runge_kutta_4 with "
-        "--equilibrium relaxation");
+    command->add_option("--integrator", stepping.integrator,
+                        "Integrator of mass-spring models: a name as in 'livermark list integrators'; by default "
+                        "runge_kutta_4 or runge_kutta_chebyshev, whichever needs fewer force evaluations, and "
+                        "runge_kutta_4 with --equilibrium relaxation");
     command
         ->add_option("--time-step", stepping.time_step,
                      "Longest step of mass-spring models [s]; by default 0.8 of the longest that is stable")
@@ -153,15 +151,15 @@ Command add_run(CLI::App &parent, const std::string &command_line) {
     using enum msm::StepKernel;
     command
         ->add_option("--kernel", stepping.kernel,
-                     "What evaluates the forces of mass-spring models in motion: simd_float (vector units, single "
-                     "precision), simd_double, or scalar (slow and obvious)")
+                     "Kernel for the forces of mass-spring models in motion: simd_float (vector units, single "
+                     "precision), simd_double, or scalar (the slow oracle)")
         ->transform(one_of(std::map<std::string, msm::StepKernel>{
             {"simd_float", simd_float}, {"simd_double", simd_double}, {"scalar", scalar}}))
         ->default_str("simd_float");
-    command->add_flag("--force-time-step", stepping.force, "Take the step even if it is too long to be stable");
+    command->add_flag("--force-time-step", stepping.force, "Take the step even if it is unstable");
     command->add_flag("--tables", printing->tables,
-                      "Print every table and where the time went, as 'livermark table' does, not two "
-                      "numbers for each model and body");
+                      "Print all tables of 'livermark table' and the time of each stage, not only two numbers for each "
+                      "model and body");
     command->add_flag("--markdown", printing->markdown, "Print tables in Markdown");
     return [options, printing, force, command_line] {
         options->amplitudes = sorted_once(std::move(options->amplitudes));

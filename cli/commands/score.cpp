@@ -43,8 +43,8 @@ int print_score(studies::ScoreOptions options, bool markdown, const std::string 
 } // namespace
 
 Command add_score(CLI::App &parent, const std::string &command_line) {
-    auto *command = parent.add_subcommand("score", "Compare the displacements that a model outside of this suite finds "
-                                                   "for a problem of 'livermark export' with the reference");
+    auto *command = parent.add_subcommand(
+        "score", "Compare another program's displacements for a problem of 'livermark export' with the reference");
     auto options = std::make_shared<studies::ScoreOptions>();
     auto markdown = std::make_shared<bool>(false);
     options->output = (support::root_folder() / "results" / "scores").string();
@@ -58,8 +58,8 @@ Command add_score(CLI::App &parent, const std::string &command_line) {
             "displacement and force over time")
         ->required();
     command->add_option("--unit", options->unit,
-                        "Of the displacements: m, cm, mm, or how many metres, such as 0.025; by default metres, and "
-                        "what cannot be is refused. Coordinates may be in it too");
+                        "Unit of the displacements: m, cm or mm, or its length in metres, such as 0.025; coordinates "
+                        "may have it too. By default metres, and implausible sizes are refused");
     command->add_option("--name", options->name, "Name of the model in table and result file")
         ->check(CLI::Validator(studies::fault_of_name, "NAME"))
         ->capture_default_str();
@@ -68,8 +68,7 @@ Command add_score(CLI::App &parent, const std::string &command_line) {
     command->add_option("--output", options->output, "Folder for <body>/<load case>.<name>.h5")->capture_default_str();
     add_reference_on_mesh(*command, options->reference_on_mesh);
     command->add_flag("--solve-reference", options->solve_reference,
-                      "Solve the reference of a large deformation, also where its solution is stored in "
-                      "results/references");
+                      "Solve the reference of a large deformation even if results/references has its solution");
     command->add_flag("--markdown", *markdown, "Print the table in Markdown");
     return [=] { return print_score(*options, *markdown, command_line); };
 }

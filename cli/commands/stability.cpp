@@ -153,13 +153,12 @@ Command add_stability(CLI::App &parent, const std::string &command_line) {
     add_bodies(*command, options->bodies);
     auto *law = command->add_option("--law", options->law, "A name as in 'livermark list spring-laws'");
     law->capture_default_str();
-    auto *models =
-        command->add_option("--model", options->models,
-                            "Models of springs, as in 'livermark list models', whose springs are taken instead");
+    auto *models = command->add_option("--model", options->models,
+                                       "Models of springs, as in 'livermark list models', in place of a law");
     models->excludes(law);
     add_constraints(*command, options->load_case);
     command->add_option("--integrator", options->integrators,
-                        "Names as in 'livermark list integrators'; all if none is named");
+                        "Names as in 'livermark list integrators'; by default all");
     command->add_option("--damping-ratio", options->damping_ratio, "Damping over critical damping, at two frequencies")
         ->check(number_not_below_zero())
         ->capture_default_str();

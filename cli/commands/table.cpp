@@ -29,7 +29,7 @@ int print(const TableOptions &options) {
 } // namespace
 
 Command add_table(CLI::App &parent) {
-    auto *command = parent.add_subcommand("table", "Print the tables of result files that are there");
+    auto *command = parent.add_subcommand("table", "Print tables of existing result files");
     auto options = std::make_shared<TableOptions>();
     options->paths = {(support::root_folder() / "results" / "runs").string()};
     command->add_option("paths", options->paths, "Result files of 'livermark run', or folders of them")
@@ -37,12 +37,11 @@ Command add_table(CLI::App &parent) {
     command
         ->add_option(
             "--kind", options->kind,
-            "all, brief (two numbers for each model and body, as a run ends with), models (a row for each model and "
-            "load case), forces (of large deformations along the path of the load), summary (a column for each load "
-            "case), overview (columns for each Poisson's ratio), means (columns for each body), medians (over load "
-            "cases, for each Poisson's ratio, with the load cases of pressure apart), or cohort (over bodies whose "
-            "names "
-            "end in a number, odd ones and even ones apart)")
+            "all, brief (two numbers for each model and body, as at the end of a run), models (a row for each model "
+            "and load case), forces (of large deformations along the path of the load), summary (a column for each "
+            "load case), overview (columns for each Poisson's ratio), means (columns for each body), medians (over "
+            "load cases, for each Poisson's ratio, with load cases of pressure separately), or cohort (over bodies "
+            "whose names end in a number, odd and even numbers separately)")
         ->transform(one_of(table_kinds))
         ->default_str("all");
     command->add_flag("--markdown", options->markdown, "Print the tables in Markdown");

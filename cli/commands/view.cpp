@@ -106,16 +106,16 @@ int view(const ViewOptions &options) {
 } // namespace
 
 Command add_view(CLI::App &parent) {
-    auto *command = parent.add_subcommand("view", "Look at result files in a browser on this machine");
+    auto *command = parent.add_subcommand("view", "Show result files in a browser on this machine");
     auto options = std::make_shared<ViewOptions>();
     options->folder = (support::root_folder() / "results" / "runs").string();
     command->add_option("folder", options->folder, "Folder with result files of 'livermark run', at any depth")
         ->capture_default_str();
-    command->add_option("--port", options->port, "Port on 127.0.0.1; 0 for any that is free")
+    command->add_option("--port", options->port, "Port on 127.0.0.1; 0 takes a free one")
         ->check(CLI::Range(0, 65535))
         ->capture_default_str();
     command->add_flag("--browser,!--no-browser", options->opens_browser,
-                      "Open the page in a browser, or do not; otherwise it is opened where there is a screen");
+                      "Open the page in a browser, or not; by default it opens if there is a screen");
     return [options] { return view(*options); };
 }
 
